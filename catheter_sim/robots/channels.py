@@ -1,0 +1,190 @@
+"""Names of a robot's input and output columns, and values to and from them.
+
+Columns carry their unit in the name; the values in a `Table` are in that unit, those in
+`Inputs` and `Posture` are SI. This file is the only place that converts one to the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.robots.checks import disks
+from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.tables import Table
+from catheter_sim.units import si_factor
+
+FORCE_CHANNELS = ("force_tip_x_N", "force_tip_y_N", "force_tip_z_N")
+MOMENT_CHANNELS = ("moment_tip_x_Nm", "moment_tip_y_Nm", "moment_tip_z_Nm")
+_QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
+_UNIT = {"tension": "N", "displacement": "mm"}
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What drives a robot, row by row, in SI units.
+
+    Attributes:
+        time_s: shape (r,), strictly increasing.
+        actuation: "tension" or "displacement".
+        tendon: tension [N] or displacement [m] of each tendon in the robot's order, shape (r, t).
+        force_tip: on the tip, base frame, shape (r, 3) [N].
+        moment_tip: on the tip, base frame, shape (r, 3) [N m].
+    """
+
+    time_s: Array
+    actuation: str
+    tendon: Array
+    force_tip: Array
+    moment_tip: Array
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+def channel_of(robot: ContinuumRobot) -> list[str]:
+    """Return each tendon's channel, in the tendons' order; several tendons may share one."""
+    return [tendon.channel or tendon.name for tendon in robot.tendons]
+
+
+def input_channels(robot: ContinuumRobot, actuation: str | None = None) -> list[str]:
+    """Return the names of the robot's actuator columns (`tension_right_N`), each once."""
+    kind = actuation or robot.actuation
+    return [f"{kind}_{channel}_{_UNIT[kind]}" for channel in dict.fromkeys(channel_of(robot))]
+
+
+def body_count(robot: ContinuumRobot) -> int:
+    """Return the number of elements (cells or disks), the base's fixed disk not counted."""
+    return sum(disks(robot, segment) for segment in robot.segments)
+
+
+def joint_names(robot: ContinuumRobot) -> list[str]:
+    """Return the hinges' names, base to tip: `x<k>` bends toward +x, `y<k>` toward +y, `t<k>` twists."""
+    names = []
+    link = 0
+    for segment in robot.segments:
+        for _ in range(disks(robot, segment) * robot.links_per_subsegment):
+            link += 1
+            names.append(f"x{link}")
+            if segment.bending_axes == "xy":
+                names.append(f"y{link}")
+            if np.isfinite(segment.torsion_stiffness_N_m2):
+                names.append(f"t{link}")
+    return names
+
+
+def output_channels(robot: ContinuumRobot) -> list[str]:
+    """Return the names of every output column that the robot has."""
+    return [
+        *(f"tip_{axis}_mm" for axis in "xyz"),
+        *_QUATERNION,
+        *(f"body_{k}_{axis}_mm" for k in range(1, body_count(robot) + 1) for axis in "xyz"),
+        *(f"joint_{name}_deg" for name in joint_names(robot)),
+        *(f"tension_{tendon.name}_N" for tendon in robot.tendons),
+    ]
+
+
+def read_inputs(robot: ContinuumRobot, table: Table) -> Inputs:
+    """Return the rows of `table` as SI inputs of `robot`.
+
+    A tendon whose channel the table leaves out has tension or displacement zero.
+
+    Raises:
+        InputError: unknown or mixed channels, a missing value, a tension below zero, or time that
+            does not increase; the message names the file and the row.
+    """
+    kinds = {kind: input_channels(robot, kind) for kind in _UNIT}
+    choices = [*kinds["tension"], *kinds["displacement"], *FORCE_CHANNELS, *MOMENT_CHANNELS]
+    for column in table.columns:
+        if column not in choices:
+            raise unknown("input channel", column, choices, table.where)
+    used = [kind for kind, names in kinds.items() if any(name in table.columns for name in names)]
+    if len(used) > 1:
+        raise InputError(f"{table.where}: tension and displacement channels cannot be mixed")
+    kind = used[0] if used else robot.actuation
+    table.require_complete()
+    table.require_increasing_time()
+    rows = len(table.time_s)
+
+    def column(name: str) -> Array:
+        return table.columns[name] * si_factor(name) if name in table.columns else np.zeros(rows)
+
+    per_channel = {name: column(name) for name in kinds[kind]}
+    if kind == "tension":
+        for name, values in per_channel.items():
+            if (values < 0).any():
+                row = int(np.argmax(values < 0))
+                raise InputError(f"{table.row(row)}: {name} = {values[row]:g}: a tendon cannot push")
+    channels = channel_of(robot)
+    tendon = np.zeros((rows, len(channels)))
+    for index, channel in enumerate(channels):
+        share = channels.count(channel) if kind == "tension" else 1  # a tension is their sum
+        tendon[:, index] = per_channel[f"{kind}_{channel}_{_UNIT[kind]}"] / share
+    return Inputs(
+        time_s=table.time_s,
+        actuation=kind,
+        tendon=tendon,
+        force_tip=np.stack([column(name) for name in FORCE_CHANNELS], axis=1),
+        moment_tip=np.stack([column(name) for name in MOMENT_CHANNELS], axis=1),
+    )
+
+
+def check_output_channels(robot: ContinuumRobot, names: Iterable[str], where: str) -> None:
+    """Raise `InputError` if one of `names` is not an output column of `robot`."""
+    choices = output_channels(robot)
+    for name in names:
+        if name not in choices:
+            shown = [item for item in choices if not item.startswith(("body_", "joint_"))]
+            raise unknown("output column", name, [*shown, "body_<k>_x_mm ...", "joint_<name>_deg"], where)
+
+
+def output_table(
+    robot: ContinuumRobot, time_s: Array, postures: Sequence[Posture], names: Sequence[str] | None = None
+) -> Table:
+    """Return the columns `names` (default: all) of `postures`, one row each, in the columns' units."""
+    values = posture_columns(robot, postures)
+    chosen = list(names) if names is not None else output_channels(robot)
+    return Table(time_s=time_s[: len(postures)], columns={name: values[name] for name in chosen})
+
+
+def posture_columns(robot: ContinuumRobot, postures: Sequence[Posture]) -> dict[str, Array]:
+    """Return every output column of `postures` by name, each of shape (rows,), in its unit."""
+    rows = len(postures)
+    columns: dict[str, Array] = {}
+    p_w = np.array([posture.p_w for posture in postures]).reshape(rows, -1, 3) * 1e3
+    for axis, letter in enumerate("xyz"):
+        columns[f"tip_{letter}_mm"] = p_w[:, -1, axis] if rows else np.zeros(0)
+    matrices = np.array([posture.R_w[-1] for posture in postures]).reshape(rows, 3, 3)
+    quaternions = (
+        Rotation.from_matrix(matrices).as_quat(canonical=True, scalar_first=True)
+        if rows
+        else np.zeros((0, 4))
+    )
+    for index, name in enumerate(_QUATERNION):
+        columns[name] = quaternions[:, index]
+    for k in range(body_count(robot)):
+        for axis, letter in enumerate("xyz"):
+            columns[f"body_{k + 1}_{letter}_mm"] = p_w[:, k, axis] if rows else np.zeros(0)
+    angles = np.degrees(np.array([posture.joint_angles for posture in postures])).reshape(rows, -1)
+    for index, name in enumerate(joint_names(robot)):
+        columns[f"joint_{name}_deg"] = angles[:, index] if rows else np.zeros(0)
+    tensions = np.array([posture.actuator_tension for posture in postures]).reshape(rows, -1)
+    for index, tendon in enumerate(robot.tendons):
+        columns[f"tension_{tendon.name}_N"] = tensions[:, index] if rows else np.zeros(0)
+    return columns
+
+
+def slice_inputs(inputs: Inputs, rows: slice) -> Inputs:
+    """Return the given rows of `inputs`."""
+    return replace(
+        inputs,
+        time_s=inputs.time_s[rows],
+        tendon=inputs.tendon[rows],
+        force_tip=inputs.force_tip[rows],
+        moment_tip=inputs.moment_tip[rows],
+    )

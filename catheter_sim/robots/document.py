@@ -1,0 +1,177 @@
+"""Robots to and from nested documents (TOML tables, `--set`), with units converted at this edge.
+
+A document's keys are the dataclass fields' names with the unit that files use
+(`length_m` -> `length_mm`). Lists of named tables are addressed by name or position in dotted keys:
+`segments.distal.length_mm`, `tendons.0.radius_mm`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.units import file_name
+
+Document = dict[str, Any]
+
+
+def to_document(value: Any) -> Document:
+    """Return the dataclass `value` as a nested document in file units; defaults are kept."""
+    document: Document = {}
+    for item in dataclasses.fields(value):
+        key, factor = file_name(item.name)
+        document[key] = _plain(getattr(value, item.name), factor)
+    return document
+
+
+def _plain(value: Any, factor: float) -> Any:
+    if dataclasses.is_dataclass(value):
+        return to_document(value)
+    if isinstance(value, tuple):
+        return [_plain(item, factor) for item in value]
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item, 1.0) for key, item in value.items()}
+    if isinstance(value, float):
+        # 12 digits: undoes the last-bit noise of the unit's factor, keeps the number.
+        return float(f"{value * factor:.12g}")
+    return value
+
+
+def from_document(kind: type, document: Any, where: str) -> Any:
+    """Return a `kind` (a dataclass) read from a document in file units.
+
+    Args:
+        kind: dataclass to make.
+        document: nested mapping in file units.
+        where: what to call the document in errors (file name and dotted key).
+
+    Raises:
+        InputError: a key is unknown or missing, or a value has the wrong type or is not a number.
+    """
+    if not isinstance(document, Mapping):
+        raise InputError(f"{where}: a table is needed, not {document!r}")
+    hints = typing.get_type_hints(kind)
+    keys = {file_name(item.name)[0]: item for item in dataclasses.fields(kind)}
+    for key in document:
+        if key not in keys:
+            raise unknown("key", key, sorted(keys), where)
+    values: dict[str, Any] = {}
+    for key, item in keys.items():
+        if key in document:
+            _, factor = file_name(item.name)
+            values[item.name] = _typed(hints[item.name], document[key], factor, f"{where}: {key}")
+        elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
+            raise InputError(f"{where}: {key} is missing")
+    return kind(**values)
+
+
+def _typed(hint: Any, value: Any, factor: float, where: str) -> Any:
+    origin = typing.get_origin(hint)
+    if dataclasses.is_dataclass(hint):
+        return from_document(typing.cast(type, hint), value, where)
+    if origin is tuple:
+        if not isinstance(value, list | tuple) or not value:
+            raise InputError(f"{where}: a list with at least one entry is needed")
+        kind = typing.get_args(hint)[0]
+        return tuple(
+            _typed(kind, item, factor, f"{where}.{_label(item, index)}") for index, item in enumerate(value)
+        )
+    if origin in (dict, types.MappingProxyType) or (isinstance(origin, type) and issubclass(origin, Mapping)):
+        if not isinstance(value, Mapping):
+            raise InputError(f"{where}: a table is needed, not {value!r}")
+        return {str(key): item for key, item in value.items()}
+    if hint is float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
+            raise InputError(f"{where}: a number is needed, not {value!r}")
+        return float(value) / factor
+    if hint is int:
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise InputError(f"{where}: a whole number is needed, not {value!r}")
+        return value
+    if not isinstance(value, hint):
+        raise InputError(f"{where}: a {hint.__name__} is needed, not {value!r}")
+    return value
+
+
+def _label(item: Any, index: int) -> str:
+    return str(item["name"]) if isinstance(item, Mapping) and "name" in item else str(index)
+
+
+def parse_override(text: str) -> tuple[str, Any]:
+    """Return the key and value of `KEY=VALUE`; a value that reads as a number is one.
+
+    Raises:
+        InputError: there is no `=`, or no key before it.
+    """
+    key, separator, value = text.partition("=")
+    if not separator or not key.strip():
+        raise InputError(f"--set {text}: KEY=VALUE is needed, as in friction.mu=0.2")
+    raw = value.strip()
+    for convert in (int, float):
+        try:
+            return key.strip(), convert(raw)
+        except ValueError:
+            continue
+    return key.strip(), raw
+
+
+def override(document: Document, key: str, value: Any) -> None:
+    """Set the dotted `key` of `document` to `value`, in place.
+
+    Below `effects` new tables and keys may appear (the effects check them); elsewhere the key must
+    exist.
+
+    Raises:
+        InputError: no such key; the message names the choices at the level where it fails.
+    """
+    *path, last = key.split(".")
+    table: Any = document
+    for depth, part in enumerate(path):
+        table = _descend(table, part, f"--set {key}", create=depth > 0 and path[0] == "effects")
+    if isinstance(table, list):
+        raise InputError(f"--set {key}: names a whole table; add one of its keys")
+    if last not in table and path[:1] != ["effects"]:
+        raise unknown("key", last, sorted(table), f"--set {key}")
+    current = table.get(last)
+    if isinstance(current, Mapping | list):
+        raise InputError(f"--set {key}: names a whole table; choices: {', '.join(_names(current))}")
+    table[last] = float(value) if isinstance(current, float) and isinstance(value, int) else value
+
+
+def _names(table: Mapping[str, Any] | list[Any]) -> Iterator[str]:
+    if isinstance(table, Mapping):
+        yield from table
+    else:
+        yield from (_label(item, index) for index, item in enumerate(table))
+
+
+def _descend(table: Any, part: str, where: str, create: bool) -> Any:
+    if isinstance(table, list):
+        for index, item in enumerate(table):
+            if part in (_label(item, index), str(index)):
+                return item
+    elif isinstance(table, dict):
+        if part in table:
+            return table[part]
+        if create:
+            return table.setdefault(part, {})
+    raise unknown("key", part, list(_names(table)) if isinstance(table, dict | list) else [], where)
+
+
+def leaves(document: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
+    """Yield the dotted key and value of every number in `document`, effects and sources left out."""
+    if isinstance(document, Mapping):
+        for key, item in document.items():
+            if not prefix and key in ("effects", "sources"):
+                continue
+            yield from leaves(item, f"{prefix}.{key}" if prefix else str(key))
+    elif isinstance(document, list):
+        for index, item in enumerate(document):
+            yield from leaves(item, f"{prefix}.{_label(item, index)}")
+    elif isinstance(document, int | float) and not isinstance(document, bool):
+        yield prefix, float(document)

@@ -1,0 +1,45 @@
+"""Units at the edge: files and the command line use mm, deg and g; everything inside is SI.
+
+A name ends in its unit. `SI_TO_FILE` pairs the unit suffix of an SI field with the suffix that the
+same quantity carries in files, and the factor from the SI value to the file value.
+"""
+
+from __future__ import annotations
+
+import math
+
+# SI suffix -> (file suffix, file value = SI value * factor). Longest suffix wins.
+SI_TO_FILE: dict[str, tuple[str, float]] = {
+    "_N_m_per_rad": ("_N_mm_per_rad", 1e3),
+    "_N_per_m": ("_N_per_mm", 1e-3),
+    "_N_m2": ("_N_mm2", 1e6),
+    "_rad_per_m": ("_deg_per_m", 180.0 / math.pi),
+    "_per_m": ("_per_m", 1.0),
+    "_m2": ("_mm2", 1e6),
+    "_m4": ("_mm4", 1e12),
+    "_kg": ("_g", 1e3),
+    "_rad": ("_deg", 180.0 / math.pi),
+    "_Nm": ("_Nm", 1.0),
+    "_m": ("_mm", 1e3),
+    "_N": ("_N", 1.0),
+    "_s": ("_s", 1.0),
+}
+_LONGEST_FIRST = sorted(SI_TO_FILE, key=len, reverse=True)
+
+
+def file_name(si_name: str) -> tuple[str, float]:
+    """Return the file's name for the SI field `si_name` and the factor from SI to the file's unit."""
+    for suffix in _LONGEST_FIRST:
+        if si_name.endswith(suffix):
+            file_suffix, factor = SI_TO_FILE[suffix]
+            return si_name.removesuffix(suffix) + file_suffix, factor
+    return si_name, 1.0
+
+
+def si_factor(file_column: str) -> float:
+    """Return the factor from the value of a file column (unit in its name) to SI.
+
+    Only the units that channels have: mm, deg, N, Nm, s; quaternion parts have none.
+    """
+    unit = file_column.rsplit("_", 1)[-1]
+    return {"mm": 1e-3, "deg": math.pi / 180.0}.get(unit, 1.0)
