@@ -1,4 +1,4 @@
-"""Time series in CSV files: `time_s` plus named columns, read and written without loss.
+"""Time series in CSV files: `time_s` plus named columns.
 
 Bad files end in one `InputError` that names the file and the line. Files are written whole or not
 at all: to a temporary file beside the target, then renamed.
@@ -31,15 +31,17 @@ class Table:
         time_s: shape (r,) [s].
         columns: name (with its unit) to values of shape (r,); NaN is a missing value.
         where: what to call the table in errors, usually its file.
+        lines: line of the file on which each row ends; empty: rows follow the header line by line.
     """
 
     time_s: Array
     columns: dict[str, Array]
     where: str = "inputs"
+    lines: tuple[int, ...] = ()
 
     def row(self, index: int) -> str:
         """Return the name of a row for errors; line 1 of a file is its header."""
-        return f"{self.where}: line {index + 2}"
+        return f"{self.where}: line {self.lines[index] if index < len(self.lines) else index + 2}"
 
     def require_complete(self) -> None:
         """Raise `InputError` at the first missing or infinite value."""
@@ -68,13 +70,15 @@ def read_table(path: str | os.PathLike[str]) -> Table:
     where = os.fspath(path)
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if row]
+            reader = csv.reader(file, strict=True)
+            numbered = [(reader.line_num, row) for row in reader if row]  # empty lines are passed over
     except FileNotFoundError:
         raise InputError(f"{where}: no such file") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{where}: cannot be read as CSV: {error}") from None
-    if not rows:
+    if not numbered:
         raise InputError(f"{where}: the file is empty; a header with time_s is needed")
+    lines, rows = zip(*numbered, strict=True)
     header = [name.strip() for name in rows[0]]
     if "time_s" not in header:
         raise InputError(f"{where}: no column time_s; columns: {', '.join(header)}")
@@ -85,13 +89,13 @@ def read_table(path: str | os.PathLike[str]) -> Table:
         raise InputError(f"{where}: a header without rows")
     values = np.empty((len(rows) - 1, len(header)))
     for index, row in enumerate(rows[1:]):
-        line = f"{where}: line {index + 2}"
+        line = f"{where}: line {lines[index + 1]}"
         if len(row) != len(header):
             raise InputError(f"{line}: {len(row)} cells where the header has {len(header)}")
         values[index] = [_number(cell, f"{line}: {name}") for cell, name in zip(row, header, strict=True)]
     columns = {name: values[:, index].copy() for index, name in enumerate(header)}
     time_s = columns.pop("time_s")
-    table = Table(time_s, columns, where)
+    table = Table(time_s, columns, where, lines[1:])
     if np.isnan(time_s).any():
         raise InputError(f"{table.row(int(np.argmax(np.isnan(time_s))))}: time_s: a number is needed")
     return table
@@ -102,7 +106,7 @@ def _number(cell: str, where: str) -> float:
     if not text:
         return float("nan")
     try:
-        value = float(text)
+        value = float(text.replace("_", " "))  # Python would read 1_000 as a thousand
     except ValueError:
         raise InputError(f"{where} = {text!r}: not a number") from None
     if not np.isfinite(value):
@@ -114,22 +118,31 @@ def _number(cell: str, where: str) -> float:
 def replaced_when_whole(path: str | os.PathLike[str], binary: bool = False) -> Iterator[IO]:
     """Open a file that takes its place at `path` only once it is written to the end.
 
+    A link is followed, so that the file it points to is replaced. What is no regular file (a pipe, a
+    device such as /dev/null) is written to directly: it must not be replaced by a file.
+
     Raises:
         InputError: the folder does not exist or cannot be written.
     """
-    target = Path(path)
+    target = Path(os.path.realpath(path))
     if target.is_dir():
-        raise InputError(f"{target}: is a folder, a file name is needed")
+        raise InputError(f"{path}: is a folder, a file name is needed")
+    if target.exists() and not target.is_file():
+        with open(target, "wb") if binary else open(target, "w", newline="", encoding="utf-8") as direct:
+            yield direct
+        return
     try:
         descriptor, temporary = tempfile.mkstemp(
             dir=target.parent, prefix=f".{target.stem}.", suffix=target.suffix
         )
     except OSError as error:
-        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     try:
-        with os.fdopen(
-            descriptor, "wb" if binary else "w", **({} if binary else {"newline": "", "encoding": "utf-8"})
-        ) as file:
+        if binary:
+            stream: IO = os.fdopen(descriptor, "wb")
+        else:
+            stream = os.fdopen(descriptor, "w", newline="", encoding="utf-8")
+        with stream as file:
             yield file
         umask = os.umask(0)
         os.umask(umask)

@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.posture import Posture
+from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.specification import ContinuumRobot
 
 Values = Mapping[str, float]  # parameter name (with file unit) -> value in that unit
@@ -27,6 +29,8 @@ class Parameter:
         lower, upper: bounds of what is physically sensible.
         scale: a change that matters, for conditioning a fit.
         start: where a fit starts, away from `null` where the effect has no gradient there.
+        inverse: fitted as 1 / value (a stiffness as a compliance), so that `null` may be infinite;
+            `scale` is then a change of the inverse.
     """
 
     name: str
@@ -35,6 +39,25 @@ class Parameter:
     upper: float
     scale: float
     start: float
+    inverse: bool = False
+
+    def to_fit(self, value: float) -> float:
+        """Return the coordinate in which `value` is fitted."""
+        if not self.inverse:
+            return value
+        return 0.0 if np.isinf(value) else 1.0 / value
+
+    def from_fit(self, coordinate: float) -> float:
+        """Return the value at a fit's coordinate."""
+        if not self.inverse:
+            return coordinate
+        return float("inf") if coordinate == 0.0 else 1.0 / coordinate
+
+    @property
+    def fit_bounds(self) -> tuple[float, float]:
+        """The bounds of the fit's coordinate."""
+        ends = sorted((self.to_fit(self.lower), self.to_fit(self.upper)))
+        return ends[0], ends[1]
 
 
 def same_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
@@ -54,6 +77,11 @@ def same_postures(
     return postures
 
 
+def all_together(robot: ContinuumRobot) -> tuple[tuple[str, ...], ...]:
+    """Return the one variant that frees every parameter."""
+    return ((),)
+
+
 @dataclass(frozen=True)
 class Effect:
     """A cause of error by its contract name.
@@ -67,6 +95,9 @@ class Effect:
         change_robot: the specification with the effect in it.
         change_inputs: what arrives at the robot instead of the commanded inputs.
         change_postures: what is observed instead of the robot's postures.
+        change_frames: the same for bare positions (..., 3) and orientations (..., 3, 3), for speed;
+            None where nothing observed changes.
+        variants: which parameters a diagnosis frees together, simplest first; () frees all.
     """
 
     name: str
@@ -78,3 +109,9 @@ class Effect:
     change_postures: Callable[[ContinuumRobot, tuple[Posture, ...], Values], tuple[Posture, ...]] = (
         same_postures
     )
+    change_frames: Callable[[Values, Array, Array], tuple[Array, Array]] | None = None
+    variants: Callable[[ContinuumRobot], tuple[tuple[str, ...], ...]] = all_together
+
+    def complete(self, robot: ContinuumRobot, values: Values) -> dict[str, float]:
+        """Return every parameter's value: the given one, or the one that does nothing."""
+        return {item.name: float(values.get(item.name, item.null)) for item in self.parameters(robot)}

@@ -6,6 +6,7 @@ import os
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import tomli_w
 
@@ -35,7 +36,7 @@ def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) 
     """
     text = os.fspath(reference)
     if text.endswith(".toml"):
-        document = _read_toml(Path(text))
+        document = read_toml(Path(text))
         # Through the dataclass and back, so that --set reaches the keys that the file leaves out.
         document = to_document(from_document(ContinuumRobot, document, text))
     elif text in ROBOTS:
@@ -49,7 +50,12 @@ def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) 
     return robot
 
 
-def _read_toml(path: Path) -> dict[str, object]:
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the document in the TOML file `path`.
+
+    Raises:
+        InputError: the file cannot be read or is not TOML.
+    """
     try:
         with path.open("rb") as file:
             return tomllib.load(file)

@@ -100,9 +100,9 @@ def read_inputs(robot: ContinuumRobot, table: Table) -> Inputs:
     """
     kinds = {kind: input_channels(robot, kind) for kind in _UNIT}
     choices = [*kinds["tension"], *kinds["displacement"], *FORCE_CHANNELS, *MOMENT_CHANNELS]
-    for column in table.columns:
-        if column not in choices:
-            raise unknown("input channel", column, choices, table.where)
+    for name in table.columns:
+        if name not in choices:
+            raise unknown("input channel", name, choices, table.where)
     used = [kind for kind, names in kinds.items() if any(name in table.columns for name in names)]
     if len(used) > 1:
         raise InputError(f"{table.where}: tension and displacement channels cannot be mixed")
@@ -154,28 +154,25 @@ def output_table(
 
 def posture_columns(robot: ContinuumRobot, postures: Sequence[Posture]) -> dict[str, Array]:
     """Return every output column of `postures` by name, each of shape (rows,), in its unit."""
-    rows = len(postures)
+    if not postures:
+        return {name: np.zeros(0) for name in output_channels(robot)}
     columns: dict[str, Array] = {}
-    p_w = np.array([posture.p_w for posture in postures]).reshape(rows, -1, 3) * 1e3
+    p_w = np.array([posture.p_w for posture in postures]) * 1e3  # (rows, n, 3)
     for axis, letter in enumerate("xyz"):
-        columns[f"tip_{letter}_mm"] = p_w[:, -1, axis] if rows else np.zeros(0)
-    matrices = np.array([posture.R_w[-1] for posture in postures]).reshape(rows, 3, 3)
-    quaternions = (
-        Rotation.from_matrix(matrices).as_quat(canonical=True, scalar_first=True)
-        if rows
-        else np.zeros((0, 4))
-    )
+        columns[f"tip_{letter}_mm"] = p_w[:, -1, axis]
+    matrices = np.array([posture.R_w[-1] for posture in postures])
+    quaternions = Rotation.from_matrix(matrices).as_quat(canonical=True, scalar_first=True)
     for index, name in enumerate(_QUATERNION):
         columns[name] = quaternions[:, index]
     for k in range(body_count(robot)):
         for axis, letter in enumerate("xyz"):
-            columns[f"body_{k + 1}_{letter}_mm"] = p_w[:, k, axis] if rows else np.zeros(0)
-    angles = np.degrees(np.array([posture.joint_angles for posture in postures])).reshape(rows, -1)
+            columns[f"body_{k + 1}_{letter}_mm"] = p_w[:, k, axis]
+    angles = np.degrees([posture.joint_angles for posture in postures])
     for index, name in enumerate(joint_names(robot)):
-        columns[f"joint_{name}_deg"] = angles[:, index] if rows else np.zeros(0)
-    tensions = np.array([posture.actuator_tension for posture in postures]).reshape(rows, -1)
+        columns[f"joint_{name}_deg"] = angles[:, index]
+    tensions = np.array([posture.actuator_tension for posture in postures])
     for index, tendon in enumerate(robot.tendons):
-        columns[f"tension_{tendon.name}_N"] = tensions[:, index] if rows else np.zeros(0)
+        columns[f"tension_{tendon.name}_N"] = tensions[:, index]
     return columns
 
 

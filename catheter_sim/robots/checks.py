@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.specification import ContinuumRobot, Segment, Tendon
+from catheter_sim.units import file_name
 
 _MAX_LINKS = 2000  # beyond it MuJoCo's build takes minutes; no robot of this kind has as many
 
@@ -18,36 +20,33 @@ def check_robot(robot: ContinuumRobot, where: str) -> None:
         robot: the robot.
         where: what to call it in the message (file or robot id).
     """
-
-    def need(condition: bool, key: str, value: object, what: str) -> None:
-        if not condition:
-            raise InputError(f"{where}: {key} = {value}: {what}")
-
-    def positive(value: float, key: str, finite: bool = True) -> None:
-        need(value > 0 and (not finite or math.isfinite(value)), key, value, "must be above zero")
-
     _check_names(robot, where)
     for segment in robot.segments:
-        _check_segment(segment, f"segments.{segment.name}", need, positive)
+        _check_segment(segment, f"{where}: segments.{segment.name}.")
     names = [segment.name for segment in robot.segments]
     for tendon in robot.tendons:
         if tendon.ends_at not in names:
             raise unknown("segment", tendon.ends_at, names, f"{where}: tendons.{tendon.name}.ends_at")
-        _check_tendon(tendon, robot, need, positive)
-    need(0 <= robot.friction.mu < 10, "friction.mu", robot.friction.mu, "must lie in 0 to 10")
-    positive(robot.mount.axial_stiffness_N_per_m, "mount.axial_stiffness_N_per_mm", finite=False)
-    positive(robot.stiffness_scale, "stiffness_scale")
-    need(
-        robot.links_per_subsegment >= 1,
-        "links_per_subsegment",
-        robot.links_per_subsegment,
-        "must be 1 or more",
+        _check_tendon(tendon, robot, f"{where}: tendons.{tendon.name}.")
+    top = f"{where}: "
+    _need(robot.friction, "mu", f"{top}friction.", lambda mu: 0 <= mu < 10, "must lie in 0 to 10")
+    _positive(robot.mount, "axial_stiffness_N_per_m", f"{top}mount.", finite=False)
+    _positive(robot, "stiffness_scale", top)
+    _need(robot, "links_per_subsegment", top, lambda count: count >= 1, "must be 1 or more")
+    _need(robot, "disks_per_segment", top, lambda count: count >= 0, "must not be negative")
+    count = sum(disks(robot, segment) for segment in robot.segments) * robot.links_per_subsegment
+    if count > _MAX_LINKS:
+        raise InputError(f"{top}disks times links_per_subsegment = {count}: more than {_MAX_LINKS} links")
+    smallest_m = min(segment.outer_radius_m for segment in robot.segments)
+    _need(
+        robot,
+        "channel_radius_m",
+        top,
+        lambda radius: 0 <= radius < smallest_m,
+        f"must lie in 0 to the smallest outer radius, {smallest_m * 1e3:g} mm",
     )
-    need(robot.disks_per_segment >= 0, "disks_per_segment", robot.disks_per_segment, "must not be negative")
-    links = sum(disks(robot, segment) for segment in robot.segments) * robot.links_per_subsegment
-    need(links <= _MAX_LINKS, "disks times links_per_subsegment", links, f"more than {_MAX_LINKS} links")
-    for key in ("timestep_s", "relaxation_time_s", "inertia_time_s"):
-        positive(getattr(robot.dynamics, key), f"dynamics.{key}")
+    for name in ("timestep_s", "relaxation_time_s", "inertia_time_s"):
+        _positive(robot.dynamics, name, f"{top}dynamics.")
     for key, value, choices in (
         ("actuation", robot.actuation, ("tension", "displacement")),
         ("appearance", robot.appearance, ("spacer_disks", "wire_guides")),
@@ -61,53 +60,81 @@ def disks(robot: ContinuumRobot, segment: Segment) -> int:
     return robot.disks_per_segment or segment.disks
 
 
+def _need(holder: Any, name: str, prefix: str, holds: Callable[[Any], bool], what: str) -> None:
+    """Raise `InputError`, with the key and value as files have them, unless `holds` of the field."""
+    value = getattr(holder, name)
+    if not holds(value):
+        key, factor = file_name(name)
+        shown = f"{value * factor:g}" if isinstance(value, int | float) else repr(value)
+        raise InputError(f"{prefix}{key} = {shown}: {what}")
+
+
+def _positive(holder: Any, name: str, prefix: str, finite: bool = True) -> None:
+    what = "must be above zero and finite" if finite else "must be above zero"
+    _need(holder, name, prefix, lambda value: value > 0 and (not finite or math.isfinite(value)), what)
+
+
 def _check_names(robot: ContinuumRobot, where: str) -> None:
     for kind, names in (
         ("segment", [segment.name for segment in robot.segments]),
         ("tendon", [tendon.name for tendon in robot.tendons]),
     ):
         for name in names:
-            if not name or not name.replace("_", "").isalnum():
-                raise InputError(f"{where}: {kind} {name!r}: a name needs letters, digits and _ only")
+            _check_name(name, f"{where}: {kind}")
             if names.count(name) > 1:
                 raise InputError(f"{where}: {kind} {name!r} stands twice")
+    for tendon in robot.tendons:
+        if tendon.channel:
+            _check_name(tendon.channel, f"{where}: tendons.{tendon.name}.channel")
 
 
-def _check_segment(
-    segment: Segment, key: str, need: Callable[..., None], positive: Callable[..., None]
-) -> None:
-    positive(segment.length_m, f"{key}.length_mm")
-    positive(segment.outer_radius_m, f"{key}.outer_radius_mm")
-    positive(segment.bending_stiffness_N_m2, f"{key}.bending_stiffness_N_mm2")
-    positive(segment.torsion_stiffness_N_m2, f"{key}.torsion_stiffness_N_mm2", finite=False)
-    positive(segment.mass_kg, f"{key}.mass_g")
-    need(segment.disks >= 1, f"{key}.disks", segment.disks, "must be 1 or more")
-    need(segment.bending_axes in ("x", "xy"), f"{key}.bending_axes", segment.bending_axes, "must be x or xy")
+def _check_name(name: str, what: str) -> None:
+    if not name or not name.replace("_", "").isalnum():
+        raise InputError(f"{what} {name!r}: a name needs letters, digits and _ only")
+
+
+def _check_segment(segment: Segment, prefix: str) -> None:
+    for name in ("length_m", "outer_radius_m", "bending_stiffness_N_m2", "mass_kg"):
+        _positive(segment, name, prefix)
+    _positive(segment, "torsion_stiffness_N_m2", prefix, finite=False)
+    _need(segment, "disks", prefix, lambda count: count >= 1, "must be 1 or more")
+    _need(segment, "bending_axes", prefix, lambda axes: axes in ("x", "xy"), "must be x or xy")
+    for name in ("stiffness_cubic_m2", "stiffness_quintic_m4"):
+        _need(segment, name, prefix, math.isfinite, "must be finite")
+    limit = 4.0 * math.pi / segment.length_m
     for name in ("rest_curvature_x_per_m", "rest_curvature_y_per_m", "rest_twist_rad_per_m"):
-        value = getattr(segment, name)
-        need(math.isfinite(value), f"{key}.{name}", value, "must be finite")
-        limit = 4.0 * math.pi / segment.length_m
-        need(abs(value) <= limit, f"{key}.{name}", value, "more than two turns along the segment")
+        _need(
+            segment, name, prefix, lambda value: abs(value) <= limit, "more than two turns along the segment"
+        )
+    if segment.bending_axes == "x":
+        _need(
+            segment,
+            "rest_curvature_y_per_m",
+            prefix,
+            lambda value: value == 0,
+            "must be 0 where bending_axes is x",
+        )
 
 
-def _check_tendon(
-    tendon: Tendon, robot: ContinuumRobot, need: Callable[..., None], positive: Callable[..., None]
-) -> None:
-    key = f"tendons.{tendon.name}"
-    positive(tendon.radius_m, f"{key}.radius_mm")
-    need(math.isfinite(tendon.angle_rad), f"{key}.angle_deg", tendon.angle_rad, "must be finite")
-    positive(tendon.stiffness_N_per_m, f"{key}.stiffness_N_per_mm", finite=False)
-    need(
-        0 <= tendon.pretension_N < math.inf,
-        f"{key}.pretension_N",
-        tendon.pretension_N,
-        "must not be negative",
+def _check_tendon(tendon: Tendon, robot: ContinuumRobot, prefix: str) -> None:
+    _positive(tendon, "radius_m", prefix)
+    _need(tendon, "angle_rad", prefix, math.isfinite, "must be finite")
+    _positive(tendon, "stiffness_N_per_m", prefix, finite=False)
+    _need(tendon, "pretension_N", prefix, lambda force: 0 <= force < math.inf, "must not be negative")
+    channel_m = robot.channel_radius_m
+    _need(
+        tendon,
+        "radius_m",
+        prefix,
+        lambda radius: radius > channel_m,
+        f"the tendon lies in the free channel (radius {channel_m * 1e3:g} mm)",
     )
     for segment in robot.segments:
-        if tendon.radius_m >= segment.outer_radius_m:
+        outer_m = segment.outer_radius_m
+        if tendon.radius_m >= outer_m:
             raise InputError(
-                f"{key}.radius_mm = {tendon.radius_m * 1e3:g}: the tendon lies outside the disks of "
-                f"segment {segment.name} (outer radius {segment.outer_radius_m * 1e3:g} mm)"
+                f"{prefix}radius_mm = {tendon.radius_m * 1e3:g}: the tendon lies outside the disks of "
+                f"segment {segment.name} (outer radius {outer_m * 1e3:g} mm)"
             )
         if segment.name == tendon.ends_at:
             break

@@ -84,7 +84,8 @@ def _typed(hint: Any, value: Any, factor: float, where: str) -> Any:
     if origin in (dict, types.MappingProxyType) or (isinstance(origin, type) and issubclass(origin, Mapping)):
         if not isinstance(value, Mapping):
             raise InputError(f"{where}: a table is needed, not {value!r}")
-        return {str(key): item for key, item in value.items()}
+        kind = typing.get_args(hint)[1]
+        return {str(key): _typed(kind, item, 1.0, f"{where}.{key}") for key, item in value.items()}
     if hint is float:
         if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
             raise InputError(f"{where}: a number is needed, not {value!r}")
@@ -93,8 +94,8 @@ def _typed(hint: Any, value: Any, factor: float, where: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, int):
             raise InputError(f"{where}: a whole number is needed, not {value!r}")
         return value
-    if not isinstance(value, hint):
-        raise InputError(f"{where}: a {hint.__name__} is needed, not {value!r}")
+    if not isinstance(value, str):
+        raise InputError(f"{where}: a text is needed, not {value!r}")
     return value
 
 
@@ -123,23 +124,31 @@ def parse_override(text: str) -> tuple[str, Any]:
 def override(document: Document, key: str, value: Any) -> None:
     """Set the dotted `key` of `document` to `value`, in place.
 
-    Below `effects` new tables and keys may appear (the effects check them); elsewhere the key must
-    exist.
+    Below `effects` new keys `effects.NAME.PARAMETER` may appear (the effects check them); elsewhere
+    the key must exist.
 
     Raises:
         InputError: no such key; the message names the choices at the level where it fails.
     """
     *path, last = key.split(".")
+    where = f"--set {key}"
+    below_effects = path[:1] == ["effects"]
+    if below_effects and (len(path) != 2 or not all([*path, last])):
+        raise InputError(f"{where}: an effect is set as effects.NAME.PARAMETER=VALUE")
     table: Any = document
     for depth, part in enumerate(path):
-        table = _descend(table, part, f"--set {key}", create=depth > 0 and path[0] == "effects")
+        table = _descend(table, part, where, create=depth > 0 and below_effects)
     if isinstance(table, list):
-        raise InputError(f"--set {key}: names a whole table; add one of its keys")
-    if last not in table and path[:1] != ["effects"]:
-        raise unknown("key", last, sorted(table), f"--set {key}")
+        raise InputError(f"{where}: names a whole table; choices: {', '.join(_names(table))}")
+    if not isinstance(table, dict):
+        raise InputError(f"{where}: {'.'.join(path)} is a value, it has no keys")
+    if last not in table and not below_effects:
+        raise unknown("key", last, sorted(table), where)
     current = table.get(last)
     if isinstance(current, Mapping | list):
-        raise InputError(f"--set {key}: names a whole table; choices: {', '.join(_names(current))}")
+        raise InputError(f"{where}: names a whole table; choices: {', '.join(_names(current))}")
+    if isinstance(current, str):  # a name may look like a number
+        value = str(value)
     table[last] = float(value) if isinstance(current, float) and isinstance(value, int) else value
 
 
@@ -152,9 +161,10 @@ def _names(table: Mapping[str, Any] | list[Any]) -> Iterator[str]:
 
 def _descend(table: Any, part: str, where: str, create: bool) -> Any:
     if isinstance(table, list):
-        for index, item in enumerate(table):
-            if part in (_label(item, index), str(index)):
-                return item
+        by_position = {str(index): item for index, item in enumerate(table)}
+        by_name = {_label(item, index): item for index, item in enumerate(table)}
+        if part in by_position | by_name:  # a name that is a number is a name, not a position
+            return (by_position | by_name)[part]
     elif isinstance(table, dict):
         if part in table:
             return table[part]

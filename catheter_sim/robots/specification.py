@@ -74,7 +74,7 @@ class Dynamics:
     """
 
     timestep_s: float = 0.005
-    relaxation_time_s: float = 0.1
+    relaxation_time_s: float = 0.05
     inertia_time_s: float = 0.01
 
 

@@ -1,0 +1,166 @@
+"""How fast the simulation is, against a plain loop of `mujoco.mj_step` measured in the same run."""
+
+from __future__ import annotations
+
+import dataclasses
+import gc
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.specification import ContinuumRobot, Friction
+from catheter_sim.simulation.simulator import Simulator
+
+ROBOTS = ("neuroendoscope_section", "neuroendoscope", "spacer_disk")
+FRICTION_MU = 0.3  # used where a robot is specified without friction
+_BEND_RAD = 1.0  # bending that the tensions ask of each segment: well away from straight
+_LEVELS = 40  # tensions in one cycle to and fro
+_STEPS_PER_LEVEL = 10
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Speed of one robot's simulation.
+
+    Attributes:
+        robot: its id.
+        timestep_s: simulated time in a step [s].
+        links: bending links in the chain.
+        steps_per_s_friction: of `Simulator.step` with friction, median.
+        steps_per_s_frictionless: of `Simulator.step` without friction, median.
+        steps_per_s_plain: of a loop of `mj_step` on the frictionless model, median.
+        friction_cost: time with friction over time without, median of the turns' ratios.
+        python_cost: time of the simulator without friction over the plain loop, likewise.
+        of_plain: time of the simulator with friction over the plain loop, likewise.
+    """
+
+    robot: str
+    timestep_s: float
+    links: int
+    steps_per_s_friction: float
+    steps_per_s_frictionless: float
+    steps_per_s_plain: float
+    friction_cost: float
+    python_cost: float
+    of_plain: float
+
+    @property
+    def real_time_friction(self) -> float:
+        """Simulated seconds in a wall-clock second, with friction."""
+        return self.steps_per_s_friction * self.timestep_s
+
+    @property
+    def real_time_frictionless(self) -> float:
+        """Simulated seconds in a wall-clock second, without friction."""
+        return self.steps_per_s_frictionless * self.timestep_s
+
+
+def measure(reference: str, turns: int = 9) -> Speed:
+    """Return the speed of the robot `reference`, in `turns` interleaved turns of each loop.
+
+    Raises:
+        InputError: unknown robot.
+    """
+    robot = load_robot(reference)
+    mu = robot.friction.mu or FRICTION_MU
+    rubbing = Simulator(dataclasses.replace(robot, friction=Friction(mu)))
+    smooth = Simulator(dataclasses.replace(robot, friction=Friction(0.0)))
+    tensions = tension_cycle(robot)
+    loops = (
+        lambda: _run_simulator(rubbing, tensions),
+        lambda: _run_simulator(smooth, tensions),
+        lambda: _run_plain(smooth, tensions),
+    )
+    for loop in loops:  # caches warm, robots past their start
+        loop()
+    seconds = np.array([[_seconds(loop) for loop in loops] for _ in range(turns)])
+    steps = len(tensions) * _STEPS_PER_LEVEL
+    friction, frictionless, plain = (steps / median(column) for column in seconds.T)
+    return Speed(
+        robot=reference,
+        timestep_s=float(smooth.model.opt.timestep),
+        links=len(smooth.posture().p_w) * robot.links_per_subsegment,
+        steps_per_s_friction=friction,
+        steps_per_s_frictionless=frictionless,
+        steps_per_s_plain=plain,
+        friction_cost=median(seconds[:, 0] / seconds[:, 1]),
+        python_cost=median(seconds[:, 1] / seconds[:, 2]),
+        of_plain=median(seconds[:, 0] / seconds[:, 2]),
+    )
+
+
+def tension_cycle(robot: ContinuumRobot) -> NDArray[np.float64]:
+    """Return tensions that bend every segment to and fro, shape (levels, tendons) [N].
+
+    Each tendon's peak bends its last segment by about a radian: T r = EI (1 rad) / length.
+    """
+    segments = {segment.name: segment for segment in robot.segments}
+    phase = np.linspace(0.0, 2.0 * np.pi, _LEVELS, endpoint=False)
+    cycle = np.zeros((_LEVELS, len(robot.tendons)))
+    for index, tendon in enumerate(robot.tendons):
+        segment = segments[tendon.ends_at]
+        stiffness = segment.bending_stiffness_N_m2 * robot.stiffness_scale
+        peak = stiffness * _BEND_RAD / segment.length_m / tendon.radius_m
+        side = 1.0 if np.cos(tendon.angle_rad) + np.sin(tendon.angle_rad) > 0 else -1.0
+        cycle[:, index] = peak * np.maximum(0.0, side * np.sin(phase))
+    return cycle
+
+
+def _run_simulator(simulator: Simulator, tensions: NDArray[np.float64]) -> None:
+    for tension in tensions:
+        simulator.set_inputs(tension)
+        simulator.step(_STEPS_PER_LEVEL)
+
+
+def _run_plain(simulator: Simulator, tensions: NDArray[np.float64]) -> None:
+    """Step the model of `simulator` by MuJoCo alone; its controls are set the way it sets them."""
+    model, data = simulator.model, simulator.data
+    for tension in tensions:
+        simulator.set_inputs(tension)
+        for _ in range(_STEPS_PER_LEVEL):
+            mujoco.mj_step(model, data)
+
+
+def _seconds(loop: Callable[[], None]) -> float:
+    gc.collect()
+    start = time.perf_counter()
+    loop()
+    return time.perf_counter() - start
+
+
+def as_dict(speed: Speed) -> dict[str, Any]:
+    """Return `speed` as a dictionary for JSON."""
+    return dataclasses.asdict(speed) | {
+        "real_time_friction": speed.real_time_friction,
+        "real_time_frictionless": speed.real_time_frictionless,
+    }
+
+
+def table_text(speeds: Sequence[Speed]) -> str:
+    """Return the speeds as a table for people."""
+    header = (
+        f"{'robot':<24} {'friction':<8} {'steps/s':>9} {'real time':>9} {'of plain':>9} "
+        f"{'friction cost':>14} {'Python cost':>12}"
+    )
+    lines = [header, "-" * len(header)]
+    for speed in speeds:
+        lines += [
+            f"{speed.robot:<24} {'on':<8} {speed.steps_per_s_friction:>9.0f} "
+            f"{speed.real_time_friction:>8.1f}x {speed.of_plain:>8.2f}x {speed.friction_cost:>13.2f}x",
+            f"{'':<24} {'off':<8} {speed.steps_per_s_frictionless:>9.0f} "
+            f"{speed.real_time_frictionless:>8.1f}x {speed.python_cost:>8.2f}x {'':>14} "
+            f"{speed.python_cost:>11.2f}x",
+            f"{'':<24} {'mj_step':<8} {speed.steps_per_s_plain:>9.0f} "
+            f"{speed.steps_per_s_plain * speed.timestep_s:>8.1f}x {1.0:>8.2f}x",
+        ]
+    lines.append(
+        "targets: friction cost at most 2x; neuroendoscope_section with friction at least 20x real time"
+    )
+    return "\n".join(lines)

@@ -1,0 +1,150 @@
+"""Arguments that several verbs share, and how their texts are read."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import re
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from catheter_sim.errors import InputError
+
+_SETTING = re.compile(r"[A-Za-z_][\w.]*=")
+
+
+def split_settings(argv: Sequence[str]) -> list[str]:
+    """Return `argv` with `--set A=1 B=2` as `--set=A=1 --set=B=2`, and `--gravity -9,0,0` as one word.
+
+    argparse would take a robot that follows `--set A=1` for another setting, and a vector that starts
+    with a minus sign for an option.
+    """
+    words: list[str] = []
+    waiting = list(argv)
+    while waiting:
+        word = waiting.pop(0)
+        if word == "--set" and waiting and not waiting[0].startswith("-"):
+            words.append(f"--set={waiting.pop(0)}")
+            while waiting and _SETTING.match(waiting[0]):
+                words.append(f"--set={waiting.pop(0)}")
+        elif word == "--gravity" and waiting and not waiting[0].startswith("--"):
+            words.append(f"--gravity={waiting.pop(0)}")
+        else:
+            words.append(word)
+    return words
+
+
+def add_robot(parser: argparse.ArgumentParser) -> None:
+    """Add ROBOT and --set."""
+    parser.add_argument("robot", metavar="ROBOT", help="robot id (see `list`) or path of a robot .toml")
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        dest="settings",
+        action="append",
+        default=[],
+        help="change a parameter of the robot or of an effect; may be repeated",
+    )
+
+
+def add_inputs(parser: argparse.ArgumentParser) -> None:
+    """Add --inputs and --gravity."""
+    parser.add_argument("--inputs", metavar="IN.csv", required=True, help="inputs over time")
+    parser.add_argument(
+        "--gravity",
+        metavar="GX,GY,GZ",
+        default="0,0,0",
+        help="in the base frame [m/s^2]; default 0,0,0: weight does not act",
+    )
+
+
+def add_columns(parser: argparse.ArgumentParser) -> None:
+    """Add --columns."""
+    parser.add_argument(
+        "--columns",
+        metavar="A,B,...",
+        help="output columns to write, as tip_x_mm,tip_z_mm,body_15_x_mm; default: all",
+    )
+
+
+def add_output(parser: argparse.ArgumentParser, metavar: str, text: str) -> None:
+    """Add -o."""
+    parser.add_argument("-o", "--output", metavar=metavar, required=True, help=text)
+
+
+def gravity(text: str) -> tuple[float, float, float]:
+    """Return the vector [m/s^2] that `--gravity` states.
+
+    Raises:
+        InputError: not three finite numbers.
+    """
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--gravity {text}: three numbers gx,gy,gz in m/s^2 are needed") from None
+    if not all(math.isfinite(part) for part in (x, y, z)):
+        raise InputError(f"--gravity {text}: three finite numbers in m/s^2 are needed")
+    return x, y, z
+
+
+def columns(text: str | None) -> list[str] | None:
+    """Return the names in `--columns`, each once, without `time_s`, which is always written."""
+    if text is None:
+        return None
+    names = [name.strip() for name in text.split(",")]
+    if not all(names):
+        raise InputError(f"--columns {text}: a name is empty")
+    return [name for name in dict.fromkeys(names) if name != "time_s"]
+
+
+def whole_number(lower: int, upper: int) -> Callable[[str], int]:
+    """Return an argparse type: a whole number from `lower` to `upper`."""
+
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = lower - 1
+        if not lower <= value <= upper:
+            raise argparse.ArgumentTypeError(f"{text!r}: a whole number from {lower} to {upper} is needed")
+        return value
+
+    return read
+
+
+def check_output_file(path: str) -> None:
+    """Raise `InputError` if a file cannot be written at `path`, before the long work starts."""
+    target = Path(path)
+    if target.is_dir():
+        raise InputError(f"{path}: is a folder, a file name is needed")
+    folder = target.parent
+    if not folder.is_dir():
+        raise InputError(f"{path}: cannot be written: no folder {folder}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: cannot be written: no permission to write in {folder}")
+
+
+def check_output_folder(path: str) -> Path:
+    """Return the folder `path`, which need not exist yet.
+
+    Nothing is made here: bad input found later must not leave an empty folder behind.
+
+    Raises:
+        InputError: it is a file, or could not be made or written.
+    """
+    folder = Path(path)
+    existing = folder.absolute()
+    while not existing.exists():
+        existing = existing.parent
+    if not existing.is_dir():
+        raise InputError(f"{path}: cannot be made a folder: {existing} is a file")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: cannot be written: no permission to write in {existing}")
+    return folder
+
+
+def show_progress() -> bool:
+    """Return whether progress bars are wanted: on a terminal, not in a pipe."""
+    return sys.stderr.isatty()

@@ -1,0 +1,49 @@
+"""Write a robot as a self-contained MJCF file that plain MuJoCo loads.
+
+example:
+  catheter-sim build neuroendoscope_section -o model.xml --set friction.mu=0.2
+
+The file is in SI units, as MJCF is; the robot stands along +z. Effects that act on the robot are in
+the file; effects on the way to or from it (a gain, a tracker's frame) cannot be, and are named.
+settings: --set KEY=VALUE with the dotted keys of the robot's .toml form, units in the names:
+segments.section.length_mm=55, stiffness_scale=1.1, effects.precurvature.x_per_m=2.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from catheter_sim.cli import arguments
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    arguments.add_robot(parser)
+    arguments.add_output(parser, "MODEL.xml", "file to write")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Build, try the text in MuJoCo, then write it."""
+    arguments.check_output_file(options.output)
+    import mujoco
+
+    from catheter_sim.cli.driven import load
+    from catheter_sim.effects.registry import EFFECTS
+    from catheter_sim.errors import InputError
+    from catheter_sim.mjcf.chain import build_mjcf
+    from catheter_sim.tables import replaced_when_whole
+
+    specified, robot = load(options.robot, options.settings)
+    text = build_mjcf(robot)
+    try:
+        model = mujoco.MjModel.from_xml_string(text)
+    except ValueError as error:
+        raise InputError(f"{options.robot}: MuJoCo refuses the model: {error}") from None
+    with replaced_when_whole(options.output) as file:
+        file.write(text)
+    size = f"{model.nbody} bodies, {model.nv} degrees of freedom, {model.ntendon} tendons"
+    print(f"wrote {options.output}: {size}")
+    outside = [name for name in specified.effects if not EFFECTS[name].in_model]
+    if outside:
+        print(f"not in the file, as they act on inputs or outputs: {', '.join(outside)}")
+    return 0

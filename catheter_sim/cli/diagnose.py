@@ -1,0 +1,74 @@
+"""Say what a simulation gets wrong, given measured data, and extend the model by it.
+
+example:
+  catheter-sim diagnose assets/examples/opencr_v4 -o results/diagnosis --jobs 2
+
+DATASET is a folder with dataset.toml (robot, conditions, channels, trials) and one CSV per trial:
+time_s [s] and channels whose names end in their unit; an empty cell is a missing value.
+The output folder gets diagnosis.json, report.html (opens without a network), model.xml and
+robot.toml (the extended robot, accepted wherever a robot id is), and the fitted series as CSV.
+Errors are in mm or deg on trials held out from the fit.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from catheter_sim.cli import arguments
+
+if TYPE_CHECKING:
+    from catheter_sim.diagnosis.result import Diagnosis
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.add_argument("dataset", metavar="DATASET", help="folder of a measured data set")
+    arguments.add_output(parser, "DIR", "folder to write, made where it does not exist")
+    parser.add_argument(
+        "--jobs",
+        metavar="N",
+        type=arguments.whole_number(1, 256),
+        default=1,
+        help="processes to fit with; default 1",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Diagnose, then print the verdict and its figures."""
+    folder = arguments.check_output_folder(options.output)
+    from catheter_sim.diagnosis.pipeline import diagnose
+
+    diagnosis = diagnose(options.dataset, folder, jobs=options.jobs, progress=arguments.show_progress())
+    print("\n".join(_lines(diagnosis)))
+    print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml and the fitted series")
+    return 0
+
+
+def _lines(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield the verdict in a sentence, then the figures behind it."""
+    from catheter_sim.diagnosis.report import sentence
+    from catheter_sim.diagnosis.wording import interval, name_and_unit, rounded
+
+    yield sentence(diagnosis)
+    yield f"verdict: {diagnosis.verdict}"
+    for unit, result in diagnosis.by_unit.items():
+        low, high = (rounded(end, 5.0) for end in result.gain_percent_ci95)
+        before, after = rounded(result.rmse_before), rounded(result.rmse_after)
+        yield (
+            f"held out, RMSE [{unit}]: {before} before, {after} after; noise {rounded(result.noise_floor)}; "
+            f"gain {rounded(result.gain_percent, 5.0)} % (95 %: {low} to {high})"
+        )
+    for cause in diagnosis.causes:
+        yield f"cause: {cause.name}, {rounded(cause.gain_percent, 5.0)} % of the error before"
+        for name, parameter in cause.parameters.items():
+            _, unit = name_and_unit(name)
+            half = abs(parameter.ci95[1] - parameter.ci95[0]) / 2.0
+            bounds = interval(parameter.value, parameter.ci95)
+            yield f"  {name} = {rounded(parameter.value, half)} {unit} (95 %: {bounds})"
+    for group in diagnosis.indistinguishable:
+        yield f"not to be told apart on these data: {', '.join(group)}"
+    for name, value in diagnosis.extra.items():
+        yield f"{name} = {rounded(value)}"
+    yield f"next experiment: {diagnosis.next_experiment.words}"

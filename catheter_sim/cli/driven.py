@@ -1,0 +1,89 @@
+"""From command line arguments to a robot with its effects and the inputs that arrive at it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.cli import arguments
+from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.channels import Inputs, check_output_channels, output_table, read_inputs
+from catheter_sim.robots.checks import check_robot
+from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.tables import Table, read_table, write_table
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What a verb drives.
+
+    Attributes:
+        specified: the robot as the user wrote it, effects named.
+        robot: the same with the effects built in, what a simulation or a static model takes.
+        table: the file of inputs.
+        commanded: the inputs in it.
+        arriving: what reaches the robot of them, through the effects.
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        columns: the output columns that are wanted; None: all.
+    """
+
+    specified: ContinuumRobot
+    robot: ContinuumRobot
+    table: Table
+    commanded: Inputs
+    arriving: Inputs
+    gravity_mps2: Array
+    columns: Sequence[str] | None
+
+
+def load(reference: str, settings: Sequence[str]) -> tuple[ContinuumRobot, ContinuumRobot]:
+    """Return the robot as specified, and with its effects built in; both checked.
+
+    Raises:
+        InputError: unknown robot, key or effect, or an impossible robot.
+    """
+    specified = load_robot(reference, settings)
+    check_effects(specified)
+    robot = embodied(specified)
+    check_robot(robot, reference)
+    return specified, robot
+
+
+def drive(options: argparse.Namespace) -> Drive:
+    """Return what the arguments ROBOT, --set, --inputs, --gravity and --columns name.
+
+    Raises:
+        InputError: any of them is wrong.
+    """
+    specified, robot = load(options.robot, options.settings)
+    gravity_mps2 = np.array(arguments.gravity(options.gravity))
+    names = arguments.columns(getattr(options, "columns", None))
+    if names is not None:
+        check_output_channels(specified, names, "--columns")
+    table = read_table(options.inputs)
+    commanded = read_inputs(specified, table)
+    return Drive(
+        specified=specified,
+        robot=robot,
+        table=table,
+        commanded=commanded,
+        arriving=arriving_inputs(specified, commanded),
+        gravity_mps2=gravity_mps2,
+        columns=names,
+    )
+
+
+def outputs(driven: Drive, postures: Sequence[Posture]) -> Table:
+    """Return the output columns of `postures`, the first rows of the drive, as they are observed."""
+    seen = observed(driven.specified, tuple(postures))
+    return output_table(driven.specified, driven.commanded.time_s, seen, driven.columns)
+
+
+def write_outputs(driven: Drive, postures: Sequence[Posture], path: str) -> None:
+    """Write the output columns of `postures` to the CSV file `path`."""
+    write_table(outputs(driven, postures), path)

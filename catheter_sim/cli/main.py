@@ -1,0 +1,140 @@
+"""Entry point of `catheter-sim`: parses, calls the verb, and turns every error into one line.
+
+Exit status: 0 done, 1 a check failed, 2 bad usage or bad input. A broken pipe ends silently with
+141 and Ctrl-C with 130, as shells expect of a program that those signals stop.
+
+The verbs' files import nothing heavy at their top, so that `--help` answers at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import logging
+import os
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import ModuleType
+from typing import NoReturn
+
+from catheter_sim import __version__
+from catheter_sim.cli import bench, build, diagnose, list_verb, render, simulate, statics, validate
+from catheter_sim.cli.arguments import split_settings
+from catheter_sim.errors import InputError
+
+VERBS: dict[str, ModuleType] = {
+    "list": list_verb,
+    "build": build,
+    "simulate": simulate,
+    "statics": statics,
+    "render": render,
+    "validate": validate,
+    "diagnose": diagnose,
+    "bench": bench,
+}
+TRACEBACK_VARIABLE = "CATHETER_SIM_TRACEBACK"  # set to anything: defects and warnings show in full
+
+_EPILOG = """\
+exit status: 0 done, 1 a check failed, 2 bad usage or bad input (one line on stderr says what)
+
+example:
+  catheter-sim simulate neuroendoscope_section --inputs in.csv -o out.csv
+  catheter-sim VERB --help    describes a verb, with its units and an example
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """Raises `InputError` where argparse would print its usage and leave."""
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError(message)
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
+    top = _Parser(
+        prog="catheter-sim",
+        description="Simulates tendon-driven medical robots in MuJoCo, checks the simulation against\n"
+        "theory, and says where it is wrong, and why.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    top.add_argument("--version", action="version", version=f"catheter-sim {__version__}")
+    verbs = top.add_subparsers(dest="verb", metavar="VERB", title="verbs")
+    for name, module in VERBS.items():
+        summary, _, rest = (module.__doc__ or "").strip().partition("\n")
+        verb = verbs.add_parser(
+            name,
+            help=summary.rstrip("."),
+            description=summary,
+            epilog=rest.strip(),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
+        module.add_arguments(verb)
+    return top
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `catheter-sim` with `argv` (default: the process's arguments); return its exit status."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a sign that the terminal has not is no error
+    try:
+        status = _run(sys.argv[1:] if argv is None else argv)
+        sys.stdout.flush()
+        return status
+    except InputError as error:
+        return _fail(str(error))
+    except BrokenPipeError:
+        # The reader of our output has left; without this Python complains once more at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except KeyboardInterrupt:
+        _fail("interrupted")
+        return 130
+    except Exception as error:
+        if os.environ.get(TRACEBACK_VARIABLE):
+            raise
+        text = f"{type(error).__name__}: {error}"
+        if isinstance(error, OSError):  # a full disk, a vanished folder
+            return _fail(text)
+        return _fail(f"internal error: {text} (a defect: set {TRACEBACK_VARIABLE}=1 to see where)")
+
+
+def _run(argv: Sequence[str]) -> int:
+    try:
+        arguments = parser().parse_args(split_settings(argv))
+    except SystemExit as ended:  # --help and --version
+        return int(ended.code or 0)
+    if arguments.verb is None:
+        raise InputError(f"a verb is needed; choices: {', '.join(VERBS)}")
+    with _errors_alone_on_stderr():
+        return int(VERBS[arguments.verb].run(arguments))
+
+
+@contextmanager
+def _errors_alone_on_stderr() -> Iterator[None]:
+    """Silence what libraries log while a simulation diverges: the one line of the error says it."""
+    if os.environ.get(TRACEBACK_VARIABLE):
+        yield
+        return
+    before = logging.root.manager.disable
+    logging.disable(logging.WARNING)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.disable(before)
+
+
+def _fail(message: str) -> int:
+    print(f"catheter-sim: error: {' '.join(message.split())}", file=sys.stderr)
+    return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,52 @@
+"""Render the simulated robot, without a screen, to a video or a picture.
+
+example:
+  catheter-sim render neuroendoscope_section --inputs in.csv -o video.mp4
+  catheter-sim render neuroendoscope --inputs in.csv -o last.png --width 1280 --height 960
+
+The video plays the whole file of inputs; the picture shows its last row. Inputs, units and settings
+are those of `catheter-sim simulate`. Width and height are in pixels.
+cameras: overview (default), side (along +y, onto the bending plane).
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from catheter_sim.cli import arguments
+
+CAMERAS = ("overview", "side")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    size = arguments.whole_number(16, 4096)
+    arguments.add_robot(parser)
+    arguments.add_inputs(parser)
+    arguments.add_output(parser, "OUT.mp4|OUT.png", "file to write")
+    parser.add_argument("--width", metavar="PX", type=size, default=1280, help="[pixels], default 1280")
+    parser.add_argument("--height", metavar="PX", type=size, default=720, help="[pixels], default 720")
+    parser.add_argument("--camera", choices=CAMERAS, default=CAMERAS[0], help="where to look from")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Simulate and render."""
+    arguments.check_output_file(options.output)
+    from catheter_sim.cli.driven import drive
+    from catheter_sim.render.images import suffix_of
+    from catheter_sim.render.offscreen import render
+
+    suffix_of(options.output)
+    driven = drive(options)
+    render(
+        driven.robot,
+        driven.arriving,
+        tuple(driven.gravity_mps2),
+        options.output,
+        options.width,
+        options.height,
+        options.camera,
+        progress=arguments.show_progress(),
+    )
+    print(f"wrote {options.output}: {options.width} x {options.height} pixels")
+    return 0

@@ -1,0 +1,56 @@
+"""Drive the MuJoCo robot with the inputs of a CSV file and write its outputs row by row.
+
+example:
+  catheter-sim simulate neuroendoscope_section --inputs in.csv -o out.csv --columns tip_x_mm,tip_z_mm
+  catheter-sim simulate neuroendoscope --inputs in.csv -o out.csv --gravity 0,0,-9.81 --set friction.mu=0
+
+inputs: a CSV with a header: time_s [s] and the robot's channels, each with its unit in its name
+(tension_right_N, displacement_3_mm), force_tip_x_N ..., moment_tip_x_Nm ...; a channel that is left
+out is zero. The robot starts at rest, without history; inputs move linearly from row to row.
+A row is held until the robot has come to rest; with --dynamic the time between rows counts instead.
+outputs: time_s and tip [mm], tip_qw.. (quaternion), body_<k> [mm], joint_<name> [deg],
+tension_<tendon> [N]; see `catheter-sim list` for the inputs of each robot.
+settings: --set KEY=VALUE with the dotted keys of the robot's .toml form, or of an effect:
+effects.tendon_friction.mu=0.1. A simulation that diverges leaves the rows before it.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from catheter_sim.cli import arguments
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    arguments.add_robot(parser)
+    arguments.add_inputs(parser)
+    arguments.add_output(parser, "OUT.csv", "file to write")
+    arguments.add_columns(parser)
+    parser.add_argument(
+        "--dynamic", action="store_true", help="do not wait for rest at each row: time_s is the motion's time"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Simulate; write every row that was reached."""
+    arguments.check_output_file(options.output)
+    from catheter_sim.cli.driven import drive, write_outputs
+    from catheter_sim.errors import SimulationDiverged
+    from catheter_sim.simulation.replay import simulate
+
+    driven = drive(options)
+    result = simulate(
+        driven.robot,
+        driven.arriving,
+        driven.gravity_mps2,
+        dynamic=options.dynamic,
+        progress=arguments.show_progress(),
+    )
+    write_outputs(driven, result.postures, options.output)
+    if result.failure is not None:
+        # the message starts with the line of the file, and ends in what is kept
+        line = driven.table.row(len(result.postures))
+        raise SimulationDiverged(f"{line}: {result.failure} in {options.output}")
+    print(f"wrote {options.output}: {len(result.postures)} rows")
+    return 0

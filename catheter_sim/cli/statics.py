@@ -1,0 +1,43 @@
+"""Put the inputs of a CSV file through an analytic model and write its outputs row by row.
+
+example:
+  catheter-sim statics neuroendoscope_section --model fkm_exact_arm --inputs in.csv -o out.csv
+  catheter-sim statics spacer_disk --model PRB --inputs in.csv -o out.csv --gravity 0,0,-9.81
+
+Inputs, outputs, units and settings are those of `catheter-sim simulate`, so that one file serves
+both. History counts where the model has one (friction). `catheter-sim list` shows the models of
+each robot.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from catheter_sim.cli import arguments
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    arguments.add_robot(parser)
+    parser.add_argument("--model", metavar="NAME", required=True, help="static model, see `list`")
+    arguments.add_inputs(parser)
+    arguments.add_output(parser, "OUT.csv", "file to write")
+    arguments.add_columns(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Solve every row and write them."""
+    arguments.check_output_file(options.output)
+    from catheter_sim.cli.driven import drive, load, write_outputs
+    from catheter_sim.errors import unknown
+    from catheter_sim.statics.models import STATIC_MODELS
+
+    _, robot = load(options.robot, options.settings)
+    fitting = [name for name, model in STATIC_MODELS.items() if model.applies_to(robot)]
+    if options.model not in fitting:
+        raise unknown("static model", options.model, fitting, options.robot)
+    driven = drive(options)
+    result = STATIC_MODELS[options.model].solve(driven.robot, driven.arriving, driven.gravity_mps2)
+    write_outputs(driven, result.postures, options.output)
+    print(f"wrote {options.output}: {len(result.postures)} rows")
+    return 0

@@ -1,0 +1,32 @@
+"""Check the simulation against analytic models and published values.
+
+example:
+  catheter-sim validate -o results/validation
+  catheter-sim validate neuroendoscope_section -o results/validation
+
+Prints one line per check (ours, analytic, published, error, tolerance, source; units in the line)
+and leaves the table as text and JSON, and plots, in the output folder. Without ROBOT: every robot
+that has checks. Exit status 1 where a line is out of its tolerance.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from catheter_sim.cli import arguments
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.add_argument("robots", metavar="ROBOT", nargs="*", help="robot id (see `list`); default: all")
+    arguments.add_output(parser, "DIR", "folder to write, made where it does not exist")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Validate, print the table; 1 where a line is out of tolerance."""
+    folder = arguments.check_output_folder(options.output)
+    from catheter_sim.validation.run import validate
+
+    validation = validate(list(options.robots), folder)
+    print(validation.table_text())
+    return 0 if validation.passed else 1

@@ -1,0 +1,290 @@
+"""What a diagnosis returns, and how it is written to a folder.
+
+`diagnosis.json` follows the project's contract; a number that is not finite becomes null there, and
+`undefined` says why. Undefined never passes a check.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from catheter_sim.diagnosis.trials import Dataset
+from catheter_sim.errors import InputError
+from catheter_sim.robots.catalogue import robot_toml
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.tables import Array, Table, replaced_when_whole, write_table
+
+VERDICTS = ("cause_found", "no_discrepancy", "unexplained")
+NEXT_EXPERIMENT_FILE = "next_experiment.csv"
+_DIGITS = 6  # significant, in diagnosis.json
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """A fitted number in the unit of its name, its 95 % interval, and the value that does nothing."""
+
+    value: float
+    ci95: tuple[float, float]
+    null: float | None = None
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A named cause: an effect with its fitted parameters.
+
+    Attributes:
+        name: from the closed list of effects.
+        parameters: by name, unit included ("width_mm").
+        gain_percent: this cause's share of the held-out gain [% of the error before].
+    """
+
+    name: str
+    parameters: Mapping[str, FittedParameter]
+    gain_percent: float
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A set of causes that was tried; () is the model with none.
+
+    Attributes:
+        causes: names of effects.
+        heldout_rmse: on the held-out part, in the diagnosis's unit.
+        cross_validated_rmse: inside the training part, by which the set was chosen.
+    """
+
+    causes: tuple[str, ...]
+    heldout_rmse: float
+    cross_validated_rmse: float
+
+
+@dataclass(frozen=True)
+class UnitResult:
+    """Held-out figures over all outputs of one unit.
+
+    Attributes:
+        unit: "mm", "deg", "N" or "1".
+        noise_floor: what no model can fall below, in that unit.
+        rmse_before: of the calibrated model without causes.
+        rmse_after: of the extended model.
+        gain_percent: 100 (1 - after / before).
+        gain_percent_ci95: its 95 % interval.
+    """
+
+    unit: str
+    noise_floor: float
+    rmse_before: float
+    rmse_after: float
+    gain_percent: float
+    gain_percent_ci95: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class TrialFit:
+    """One trial, measured and computed, row by row.
+
+    Attributes:
+        file: the trial's file in the data set.
+        role: "train" or "heldout".
+        time_s: shape (r,) [s].
+        measured: outputs as measured, in file units; NaN is missing.
+        before: outputs of the calibrated model without causes.
+        after: outputs of the extended model.
+    """
+
+    file: str
+    role: str
+    time_s: Array
+    measured: Table
+    before: Table
+    after: Table
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """What to measure next: in words, and as inputs to play, if that helps."""
+
+    words: str
+    inputs: Table | None = None
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The answer for one data set, with its evidence.
+
+    Attributes:
+        dataset: what was diagnosed.
+        verdict: one of `VERDICTS`.
+        unit: the unit reported first; where there are several, the worse-explained one.
+        by_unit: figures of every unit; holds `unit`.
+        causes: by their share of the gain; empty unless the verdict is "cause_found".
+        ranking: every set of causes that was tried, best first; holds the one with none.
+        indistinguishable: groups of names that explain these data equally well.
+        next_experiment: what would tell them apart.
+        extended_robot: the specification with calibration and causes in it.
+        fits: every trial.
+        notes: doubts and facts that a reader must know, a sentence each.
+        extra: further figures by name, unit included ("tip_rmse_aligned_after_mm").
+    """
+
+    dataset: Dataset
+    verdict: str
+    unit: str
+    by_unit: Mapping[str, UnitResult]
+    causes: tuple[Cause, ...]
+    ranking: tuple[Candidate, ...]
+    indistinguishable: tuple[tuple[str, ...], ...]
+    next_experiment: NextExperiment
+    extended_robot: ContinuumRobot
+    fits: tuple[TrialFit, ...]
+    notes: tuple[str, ...] = ()
+    extra: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def headline(self) -> UnitResult:
+        """The figures of the unit that is reported first."""
+        return self.by_unit[self.unit]
+
+
+def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return `diagnosis` as the document of `diagnosis.json`.
+
+    Every number has six significant digits. One that is not finite is None, and its dotted key
+    stands under `undefined` with the reason.
+    """
+    head = diagnosis.headline
+    document: dict[str, Any] = {
+        "dataset": diagnosis.dataset.name,
+        "robot": diagnosis.dataset.robot_reference,
+        "unit": diagnosis.unit,
+        "verdict": diagnosis.verdict,
+        "noise_floor": head.noise_floor,
+        "heldout": _heldout(head),
+        "causes": [
+            {
+                "name": cause.name,
+                "parameters": {
+                    name: {"value": parameter.value, "ci95": list(parameter.ci95)}
+                    for name, parameter in cause.parameters.items()
+                },
+                "gain_percent": cause.gain_percent,
+            }
+            for cause in diagnosis.causes
+        ],
+        "ranking": [
+            {
+                "causes": list(candidate.causes),
+                "heldout_rmse": candidate.heldout_rmse,
+                "cross_validated_rmse": candidate.cross_validated_rmse,
+            }
+            for candidate in diagnosis.ranking
+        ],
+        "indistinguishable": [list(group) for group in diagnosis.indistinguishable],
+        "next_experiment": diagnosis.next_experiment.words,
+        "next_experiment_inputs": NEXT_EXPERIMENT_FILE if diagnosis.next_experiment.inputs else None,
+        "by_unit": {
+            unit: {"noise_floor": result.noise_floor, **_heldout(result)}
+            for unit, result in diagnosis.by_unit.items()
+        },
+        "notes": list(diagnosis.notes),
+        "extra": dict(diagnosis.extra),
+    }
+    undefined: dict[str, str] = {}
+    finite: dict[str, Any] = _finite(document, "", undefined)
+    if undefined:
+        finite["undefined"] = undefined
+    return finite
+
+
+def write_results(diagnosis: Diagnosis, folder: str | os.PathLike[str], model_xml: str) -> tuple[Path, ...]:
+    """Write everything that a diagnosis leaves into `folder`, made if need be; return the files.
+
+    Each file is written whole or not at all, and `diagnosis.json` last, so that a folder with one
+    is complete.
+
+    Args:
+        diagnosis: what was found.
+        folder: where to; files of an earlier diagnosis are replaced.
+        model_xml: the extended robot as MJCF.
+
+    Raises:
+        InputError: the folder cannot be made or written.
+    """
+    # Here, since these two import this module.
+    from catheter_sim.diagnosis.pictures import figures
+    from catheter_sim.diagnosis.report import report_html
+
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{target}: cannot be made: {error.strerror or error}") from None
+    written: list[Path] = []
+
+    def put(name: str, content: str | bytes) -> None:
+        with replaced_when_whole(target / name, binary=isinstance(content, bytes)) as file:
+            file.write(content)
+        written.append(target / name)
+
+    pictures = figures(diagnosis)
+    put("robot.toml", robot_toml(diagnosis.extended_robot))
+    put("model.xml", model_xml)
+    for fit in diagnosis.fits:
+        name = fit_file(fit)
+        write_table(fit_table(fit), target / name)
+        written.append(target / name)
+    if diagnosis.next_experiment.inputs is not None:
+        write_table(diagnosis.next_experiment.inputs, target / NEXT_EXPERIMENT_FILE)
+        written.append(target / NEXT_EXPERIMENT_FILE)
+    for picture in pictures:
+        put(f"{picture.name}.png", picture.png)
+    put("report.html", report_html(diagnosis, pictures))
+    put("diagnosis.json", json.dumps(to_json(diagnosis), indent=1, allow_nan=False) + "\n")
+    return tuple(written)
+
+
+def fit_file(fit: TrialFit) -> str:
+    """Return the name of the CSV file that holds the fitted series of one trial."""
+    return f"fitted_{fit.role}_{Path(fit.file).stem}.csv" if fit.role else f"fitted_{Path(fit.file).stem}.csv"
+
+
+def fit_table(fit: TrialFit) -> Table:
+    """Return measured, before and after side by side; columns `<output>`, `before_...`, `after_...`."""
+    columns = dict(fit.measured.columns)
+    for prefix, table in (("before", fit.before), ("after", fit.after)):
+        columns |= {f"{prefix}_{name}": table.columns[name] for name in fit.measured.columns}
+    return Table(fit.time_s, columns, fit_file(fit))
+
+
+def _heldout(result: UnitResult) -> dict[str, Any]:
+    return {
+        "rmse_before": result.rmse_before,
+        "rmse_after": result.rmse_after,
+        "gain_percent": result.gain_percent,
+        "gain_percent_ci95": list(result.gain_percent_ci95),
+    }
+
+
+def _finite(value: Any, key: str, undefined: dict[str, str]) -> Any:
+    """Return `value` with its numbers rounded; note in `undefined` those that are not finite."""
+    if isinstance(value, Mapping):
+        return {
+            name: _finite(item, f"{key}.{name}" if key else name, undefined) for name, item in value.items()
+        }
+    if isinstance(value, list):
+        return [_finite(item, f"{key}.{index}", undefined) for index, item in enumerate(value)]
+    if isinstance(value, bool) or value is None or isinstance(value, str | int):
+        return value
+    number = float(value)
+    if not math.isfinite(number):
+        undefined[key] = (
+            "no value could be computed from these data" if math.isnan(number) else "infinite: not bounded"
+        )
+        return None
+    return float(f"{number:.{_DIGITS}g}")

@@ -1,0 +1,48 @@
+"""Per-channel parameters: a common value first, then one for each input channel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from catheter_sim.effects.face import Parameter, Values
+from catheter_sim.robots.channels import channel_of
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.specification import ContinuumRobot
+
+UNIT = {"tension": "N", "displacement": "mm"}
+TO_SI = {"N": 1.0, "mm": 1e-3}
+
+
+def channels(robot: ContinuumRobot) -> list[str]:
+    """Return the robot's actuator channels, each once."""
+    return list(dict.fromkeys(channel_of(robot)))
+
+
+def common_and_each(
+    robot: ContinuumRobot, common: str, each: str, make: Callable[[str], Parameter]
+) -> tuple[Parameter, ...]:
+    """Return a parameter named `common`, and for several channels one named by `each` (with `{}`)."""
+    names = channels(robot)
+    if len(names) == 1:
+        return (make(common),)
+    return (make(common), *(make(each.format(name)) for name in names))
+
+
+def common_then_each(robot: ContinuumRobot, common: str, each: str) -> tuple[tuple[str, ...], ...]:
+    """Return the variants: the common parameter alone, or one for each channel."""
+    names = channels(robot)
+    if len(names) == 1:
+        return ((common,),)
+    return ((common,), tuple(each.format(name) for name in names))
+
+
+def per_tendon(robot: ContinuumRobot, each: str, values: Values, null: float) -> Array:
+    """Return each tendon's own channel value, `null` where none is given, shape (t,)."""
+    return np.array([values.get(each.format(name), null) for name in channel_of(robot)])
+
+
+def scale_of(robot: ContinuumRobot) -> str:
+    """Return the unit in files of the robot's actuator inputs."""
+    return UNIT[robot.actuation]

@@ -1,0 +1,42 @@
+"""The list of effects, in the order in which they act from the command to the measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from catheter_sim.effects import (
+    actuation_gain,
+    actuation_offset,
+    axial_compression,
+    backlash,
+    measurement_frame,
+    nonlinear_stiffness,
+    payload,
+    precurvature,
+    stiffness,
+    tendon_elongation,
+    tendon_friction,
+    twist,
+)
+from catheter_sim.effects.face import Effect
+
+EFFECTS: Mapping[str, Effect] = {
+    effect.name: effect
+    for effect in (
+        # on the way in: sensor or drive first, then its zero, then the play behind it
+        actuation_gain.EFFECT,
+        actuation_offset.EFFECT,
+        backlash.EFFECT,
+        payload.EFFECT,
+        # in the robot
+        tendon_friction.EFFECT,
+        tendon_elongation.EFFECT,
+        axial_compression.EFFECT,
+        stiffness.EFFECT,
+        nonlinear_stiffness.EFFECT,
+        precurvature.EFFECT,
+        twist.EFFECT,
+        # on the way out
+        measurement_frame.EFFECT,
+    )
+}

@@ -1,0 +1,26 @@
+"""Capstan friction of the tendons differs from the specification."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from catheter_sim.effects.face import Effect, Parameter, Values
+from catheter_sim.robots.specification import ContinuumRobot, Friction
+
+
+def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
+    null = robot.friction.mu
+    return (Parameter("mu", null=null, lower=0.0, upper=1.5, scale=0.05, start=null + 0.1),)
+
+
+def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
+    return replace(robot, friction=Friction(mu=values["mu"]))
+
+
+EFFECT = Effect(
+    name="tendon_friction",
+    summary="capstan friction of the tendons differs from the specification",
+    trace="a loop between loading and unloading whose width grows with tension and bending",
+    parameters=_parameters,
+    change_robot=_change_robot,
+)

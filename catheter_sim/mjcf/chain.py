@@ -1,0 +1,232 @@
+"""A continuum robot as a chain of hinged links with spatial tendons, in MJCF.
+
+Names in the model (i, k count from 1 at the base):
+
+- bodies `link_<i>`, origin at the link's hinge; `mount` where the mount gives way;
+- joints `x<i>`, `y<i>`, `t<i>` (bending toward +x, toward +y, twist) and `mount`;
+- sites `face_<k>` (centre of disk k's distal face), `tip`, `hole_<tendon>_<k>` (k = 0: base);
+- tendons and actuators `tendon_<tendon>`.
+
+An actuator's control is the tendon's tension [N], or its displacement [m] from just taut at rest
+(pull positive); neither can push.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+from dm_control import mjcf
+
+from catheter_sim.errors import InputError
+from catheter_sim.mjcf.friction_tails import add_friction_tails
+from catheter_sim.mjcf.scene import add_scene
+from catheter_sim.mjcf.visuals import add_visuals
+from catheter_sim.robots.channels import joint_names
+from catheter_sim.robots.layout import (
+    Link,
+    disk_heights,
+    has_mount_slide,
+    hole_angle_rad,
+    last_disk,
+    links,
+)
+from catheter_sim.robots.specification import ContinuumRobot, Tendon
+
+# An inextensible tendon driven by displacement is a spring this many times stiffer than the
+# robot's bending seen from that tendon: its stretch stays below 0.1 % of the bending's share.
+INEXTENSIBLE_RATIO = 1000.0
+FEED_LENGTH_M = 0.02  # straight run of a tendon before the base, where the mount gives way
+MAX_TENSION_N = 100.0  # control range of a tension actuator
+
+
+def build_mjcf(robot: ContinuumRobot, actuation: str | None = None, friction_tails: bool = False) -> str:
+    """Return a self-contained MJCF model of `robot` as text.
+
+    Args:
+        robot: the robot; its `effects` are not read.
+        actuation: "tension" or "displacement"; default: the robot's own.
+        friction_tails: carry the elements of the reference friction law. The shipped law needs none:
+            it runs beside the model (`catheter_sim.simulation.friction`).
+
+    Raises:
+        InputError: MuJoCo refuses the model.
+    """
+    actuation = actuation or robot.actuation
+    root = mjcf.RootElement(model=_model_name(robot.name))
+    root.compiler.angle = "radian"
+    root.compiler.autolimits = True
+    root.option.timestep = robot.dynamics.timestep_s
+    root.option.integrator = "discrete"
+    root.option.gravity = (0.0, 0.0, 0.0)
+    root.option.flag.contact = "disable"
+    root.custom.add("numeric", name="friction_mu", data=[robot.friction.mu])
+    add_scene(root, robot)
+    bodies = _add_chain(root, robot)
+    _add_holes(root, robot, bodies)
+    add_visuals(root, robot, bodies)
+    for tendon in robot.tendons:
+        element = root.tendon.add("spatial", name=f"tendon_{tendon.name}", width=_tendon_width(robot))
+        element.rgba = (0.25, 0.28, 0.33, 1.0)
+        if has_mount_slide(robot):
+            element.add("site", site=f"feed_{tendon.name}")
+        for k in range(last_disk(robot, tendon) + 1):
+            element.add("site", site=f"hole_{tendon.name}_{k}")
+    if friction_tails:
+        add_friction_tails(root, robot)
+    _add_actuators(root, robot, actuation)
+    text = root.to_xml_string()
+    try:
+        mujoco.MjModel.from_xml_string(text)
+    except ValueError as error:
+        raise InputError(f"{robot.name}: MuJoCo refuses the model: {' '.join(str(error).split())}") from None
+    return text
+
+
+def rest_angles(robot: ContinuumRobot) -> np.ndarray:
+    """Return the hinges' angles in the unloaded robot, in the order of `joint_names` [rad]."""
+    angles = []
+    for link in links(robot):
+        segment = link.segment
+        angles.append(segment.rest_curvature_x_per_m * link.length_m)
+        if segment.bending_axes == "xy":
+            angles.append(segment.rest_curvature_y_per_m * link.length_m)
+        if math.isfinite(segment.torsion_stiffness_N_m2):
+            angles.append(0.0)
+    return np.array(angles)
+
+
+def _model_name(name: str) -> str:
+    return name.replace("/", "_")
+
+
+def _add_chain(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Element]:
+    """Add the bodies and joints; return the base and the links' bodies."""
+    base = root.worldbody
+    if has_mount_slide(robot):
+        base = root.worldbody.add("body", name="mount")
+        stiffness = robot.mount.axial_stiffness_N_per_m
+        base.add(
+            "joint",
+            name="mount",
+            type="slide",
+            axis=(0, 0, 1),
+            stiffness=stiffness,
+            damping=stiffness * robot.dynamics.relaxation_time_s,
+            armature=stiffness * robot.dynamics.inertia_time_s**2,
+        )
+        base.add("inertial", pos=(0, 0, 0), mass=1e-3, diaginertia=(1e-9, 1e-9, 1e-9))
+    chain = links(robot)
+    bodies = [base]
+    hinge_z = 0.0
+    for link in chain:
+        body = bodies[-1].add("body", name=f"link_{link.index}", pos=(0, 0, link.hinge_z_m - hinge_z))
+        hinge_z = link.hinge_z_m
+        _add_joints(body, robot, link)
+        mass = link.segment.mass_kg * link.length_m / link.segment.length_m
+        radius = link.segment.outer_radius_m
+        transverse = mass * (radius**2 / 4.0 + link.length_m**2 / 12.0)
+        face = link.face_z_m - link.hinge_z_m
+        body.add(
+            "inertial", pos=(0, 0, face), mass=mass, diaginertia=(transverse, transverse, mass * radius**2 / 2)
+        )
+        if link.disk:
+            body.add("site", name=f"face_{link.disk}", pos=(0, 0, face), size=(1e-4,), group=5)
+        bodies.append(body)
+    last = chain[-1]
+    bodies[-1].add("site", name="tip", pos=(0, 0, last.face_z_m - last.hinge_z_m), size=(1e-4,), group=5)
+    return bodies
+
+
+def _add_joints(body: mjcf.Element, robot: ContinuumRobot, link: Link) -> None:
+    segment, dynamics = link.segment, robot.dynamics
+
+    def hinge(name: str, axis: tuple[int, int, int], rigidity: float, rest: float, cubic: float) -> None:
+        stiffness = robot.stiffness_scale * rigidity / link.length_m
+        body.add(
+            "joint",
+            name=name,
+            type="hinge",
+            axis=axis,
+            # torque = -(k1 q + k2 q^2 + k3 q^3), q from springref
+            stiffness=(stiffness, 0.0, stiffness * cubic / link.length_m**2) if cubic else stiffness,
+            springref=rest,
+            damping=stiffness * dynamics.relaxation_time_s,
+            armature=stiffness * dynamics.inertia_time_s**2,
+        )
+
+    bending, cubic = segment.bending_stiffness_N_m2, segment.stiffness_cubic_m2
+    hinge(f"x{link.index}", (0, 1, 0), bending, segment.rest_curvature_x_per_m * link.length_m, cubic)
+    if segment.bending_axes == "xy":
+        hinge(f"y{link.index}", (-1, 0, 0), bending, segment.rest_curvature_y_per_m * link.length_m, cubic)
+    if math.isfinite(segment.torsion_stiffness_N_m2):
+        hinge(f"t{link.index}", (0, 0, 1), segment.torsion_stiffness_N_m2, 0.0, 0.0)
+
+
+def _add_holes(root: mjcf.RootElement, robot: ContinuumRobot, bodies: list[mjcf.Element]) -> None:
+    heights = disk_heights(robot)
+    disk_links = [link for link in links(robot) if link.disk]
+
+    def xy(tendon: Tendon, height: float) -> tuple[float, float]:
+        angle = hole_angle_rad(robot, tendon, height)
+        return tendon.radius_m * math.cos(angle), tendon.radius_m * math.sin(angle)
+
+    def hole(body: mjcf.Element, name: str, pos: tuple[float, float, float]) -> None:
+        body.add("site", name=name, pos=pos, size=(1e-4,), group=5)
+
+    for tendon in robot.tendons:
+        if has_mount_slide(robot):
+            hole(root.worldbody, f"feed_{tendon.name}", (*xy(tendon, 0.0), -FEED_LENGTH_M))
+        hole(bodies[0], f"hole_{tendon.name}_0", (*xy(tendon, 0.0), 0.0))
+        for link in disk_links[: last_disk(robot, tendon)]:
+            position = (*xy(tendon, float(heights[link.disk])), link.face_z_m - link.hinge_z_m)
+            hole(bodies[link.index], f"hole_{tendon.name}_{link.disk}", position)
+
+
+def _tendon_width(robot: ContinuumRobot) -> float:
+    return max(0.05 * min(tendon.radius_m for tendon in robot.tendons), 5e-5)
+
+
+def drive_stiffness(robot: ContinuumRobot, tendon: Tendon) -> float:
+    """Return the stiffness of a displacement-driven tendon, a finite one for an inextensible [N/m]."""
+    if math.isfinite(tendon.stiffness_N_per_m):
+        return tendon.stiffness_N_per_m
+    end = last_disk(robot, tendon)
+    compliance = 0.0
+    for link in links(robot):
+        hinge_stiffness = robot.stiffness_scale * link.segment.bending_stiffness_N_m2 / link.length_m
+        compliance += tendon.radius_m**2 / hinge_stiffness
+        if link.disk == end:
+            break
+    return INEXTENSIBLE_RATIO / compliance
+
+
+def _add_actuators(root: mjcf.RootElement, robot: ContinuumRobot, actuation: str) -> None:
+    lengths = _rest_lengths(root, robot) if actuation == "displacement" else None
+    for index, tendon in enumerate(robot.tendons):
+        name = f"tendon_{tendon.name}"
+        if lengths is None:
+            root.actuator.add("motor", name=name, tendon=name, gear=(-1,), ctrlrange=(0, MAX_TENSION_N))
+            continue
+        stiffness = drive_stiffness(robot, tendon)
+        # force = -pretension - k (displacement + length - rest length), pulls only
+        root.actuator.add(
+            "general",
+            name=name,
+            tendon=name,
+            biastype="affine",
+            gainprm=(-stiffness,),
+            biasprm=(stiffness * lengths[index] - tendon.pretension_N, -stiffness, 0.0),
+            forcerange=(-1e9, 0.0),
+        )
+
+
+def _rest_lengths(root: mjcf.RootElement, robot: ContinuumRobot) -> np.ndarray:
+    """Return the tendons' lengths in the unloaded robot, in the robot's order [m]."""
+    model = mujoco.MjModel.from_xml_string(root.to_xml_string())
+    data = mujoco.MjData(model)
+    for name, angle in zip(joint_names(robot), rest_angles(robot), strict=True):
+        data.qpos[model.joint(name).qposadr[0]] = angle
+    mujoco.mj_fwdPosition(model, data)
+    return np.array([data.ten_length[model.tendon(f"tendon_{tendon.name}").id] for tendon in robot.tendons])

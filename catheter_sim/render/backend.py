@@ -1,0 +1,89 @@
+"""An OpenGL context without a screen: which backend, and one line where there is none.
+
+MuJoCo picks its backend from the environment variable `MUJOCO_GL` once, as `mujoco` is imported, and
+takes a window where it is unset. Here an unset variable means EGL, also where `mujoco` was imported
+long before. The variable itself is left alone: `MUJOCO_GL=egl` breaks `import mujoco` on a machine
+without an EGL library, which needs none to simulate.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import platform
+import sys
+import warnings
+from typing import TYPE_CHECKING
+
+from catheter_sim.errors import InputError
+
+if TYPE_CHECKING:
+    import mujoco
+
+LARGEST_SIDE = 4096  # pixels
+_VARIABLE = "MUJOCO_GL"
+_PACKAGES = "EGL is needed; on Debian: apt install libegl1 libgl1-mesa-dri"
+
+
+def require_mujoco() -> None:
+    """Import `mujoco`, which a backend that is named but not installed prevents.
+
+    Raises:
+        InputError: `MUJOCO_GL` names no backend, or one that is not installed.
+    """
+    try:
+        importlib.import_module("mujoco")
+    except (AttributeError, RuntimeError) as error:  # PyOpenGL's and MuJoCo's ways to say so
+        raise _no_context(error) from None
+
+
+def open_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
+    """Return an offscreen renderer for pictures of `width` x `height` pixels; close it after use.
+
+    The model's offscreen buffer is enlarged where the picture needs it.
+
+    Raises:
+        InputError: the size is no picture's, or no OpenGL context can be had.
+    """
+    require_mujoco()
+    import mujoco
+
+    for name, value in (("width", width), ("height", height)):
+        if not 16 <= value <= LARGEST_SIDE:
+            raise InputError(f"{name} = {value}: a picture has 16 to {LARGEST_SIDE} pixels a side")
+    model.vis.global_.offwidth = max(model.vis.global_.offwidth, width)
+    model.vis.global_.offheight = max(model.vis.global_.offheight, height)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # GLFW warns; what follows says it in one line
+            _choose_backend()
+            return mujoco.Renderer(model, height, width)
+    except Exception as error:  # ctypes, PyOpenGL and MuJoCo each raise classes of their own
+        raise _no_context(error) from None
+
+
+def _choose_backend() -> None:
+    """Let `mujoco.Renderer` use the backend that `MUJOCO_GL` names now; on Linux EGL where it is unset."""
+    import mujoco
+
+    setting = os.environ.get(_VARIABLE)
+    wanted = (setting or "").strip().lower() or ("egl" if platform.system() == "Linux" else "")
+    module = sys.modules[mujoco.Renderer.__module__].gl_context  # where it takes `GLContext` from
+    present = getattr(getattr(module, "GLContext", None), "__module__", "")
+    if not wanted or present == f"mujoco.{wanted}":
+        return
+    os.environ[_VARIABLE] = wanted
+    try:
+        importlib.reload(module)
+    finally:
+        if setting is None:
+            del os.environ[_VARIABLE]
+        else:
+            os.environ[_VARIABLE] = setting
+
+
+def _no_context(error: Exception) -> InputError:
+    reason = " ".join(str(error).split()).partition(". ")[0] or type(error).__name__
+    setting = os.environ.get(_VARIABLE, "").strip()
+    hint = f" with {_VARIABLE}={setting} (unset, it means EGL)" if setting.lower() not in ("", "egl") else ""
+    return InputError(f"cannot draw{hint}: {_PACKAGES} ({reason})")

@@ -1,0 +1,91 @@
+"""Where to put the camera so that a robot's whole motion fills the picture."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from catheter_sim.mjcf.scene import FOVY_DEG, View
+
+Array = NDArray[np.float64]
+
+_MARGIN = 1.12  # picture over what is to be seen
+_VISIBLE_GROUPS = 3  # MuJoCo shows the geom groups 0 to 2
+
+
+def swept_points(model: mujoco.MjModel, states: Array) -> Array:
+    """Return points that enclose what is drawn in all `states`, shape (n, 3) [m].
+
+    Args:
+        model: the robot.
+        states: joint positions, shape (r, nq).
+    """
+    data = mujoco.MjData(model)
+    shown = model.geom_group < _VISIBLE_GROUPS
+    radius = model.geom_rbound[shown, np.newaxis]
+    clouds = []
+    for state in states:
+        data.qpos[:] = state
+        mujoco.mj_kinematics(model, data)
+        for side in np.concatenate([np.eye(3), -np.eye(3)]):
+            clouds.append(data.geom_xpos[shown] + radius * side)
+    return np.concatenate(clouds)
+
+
+def fitted_view(view: View, points: Array, width: int, height: int) -> View:
+    """Return a view along the same direction as `view` that just holds `points`.
+
+    Args:
+        view: whose direction is kept.
+        points: to be seen, shape (n, 3) [m].
+        width, height: of the picture [pixels].
+    """
+    right, up = view.axes
+    half = math.tan(math.radians(FOVY_DEG / 2.0))
+    across, along, toward = points @ right, points @ up, points @ view.backward
+    middle = [(values.min() + values.max()) / 2.0 for values in (across, along, toward)]
+    needed = np.maximum(np.abs(along - middle[1]), np.abs(across - middle[0]) * height / width)
+    # A point nearer to the camera than the target needs more room.
+    distance = float((_MARGIN * needed / half + toward - middle[2]).max())
+    target = middle[0] * right + middle[1] * up + middle[2] * view.backward
+    return View(view.name, target, view.backward, 2.0 * distance * half)
+
+
+def free_camera(view: View) -> mujoco.MjvCamera:
+    """Return MuJoCo's free camera, whose field of view is `FOVY_DEG`, standing at `view`."""
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = view.target
+    camera.distance = float(np.linalg.norm(view.position - view.target))
+    forward = -view.backward
+    camera.azimuth = math.degrees(math.atan2(forward[1], forward[0]))
+    camera.elevation = math.degrees(math.asin(forward[2]))
+    return camera
+
+
+def emptiest_corner(view: View, points: Array, width: int, height: int, side: int) -> tuple[int, int]:
+    """Return the corner (row, column: 0 first, 1 last) where a small square hides the fewest points.
+
+    Args:
+        view: what the picture shows.
+        points: shape (n, 3) [m].
+        width, height: of the picture [pixels].
+        side: of the square [pixels].
+    """
+    right, up = view.axes
+    scale = height / view.height
+    u = (points - view.target) @ right * scale + width / 2.0
+    v = -((points - view.target) @ up) * scale + height / 2.0
+    hidden = {
+        (row, column): int(
+            (
+                ((v > height - side) if row else (v < side)) & ((u > width - side) if column else (u < side))
+            ).sum()
+        )
+        for row in (0, 1)
+        for column in (0, 1)
+    }
+    return min(hidden, key=lambda corner: hidden[corner])

@@ -1,0 +1,204 @@
+"""Pictures and videos of a simulated robot under a history of inputs, drawn without a screen."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+
+import mujoco
+import numpy as np
+
+from catheter_sim.errors import InputError, SimulationDiverged, unknown
+from catheter_sim.mjcf.scene import views
+from catheter_sim.render.backend import open_renderer
+from catheter_sim.render.framing import emptiest_corner, fitted_view, free_camera, swept_points
+from catheter_sim.render.images import (
+    PICTURE,
+    VIDEO,
+    Picture,
+    require_even,
+    suffix_of,
+    with_caption,
+    with_inset,
+)
+from catheter_sim.render.images import write_picture as write_picture_file
+from catheter_sim.render.images import write_video as write_video_file
+from catheter_sim.robots.channels import Inputs, channel_of, input_channels
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.simulation.replay import simulate
+from catheter_sim.simulation.simulator import Simulator
+
+CAMERAS = ("overview", "side")
+FPS = 25
+LONGEST_VIDEO_S = 8.0  # longer inputs are played faster
+_INSET = 0.42  # side of the close-up over the picture's height
+_CAPTION_LINES = 8
+_SHOWN = {"tension": ("N", 1.0), "displacement": ("mm", 1e3)}
+
+
+def render(
+    robot: ContinuumRobot,
+    inputs: Inputs,
+    gravity_mps2: Sequence[float],
+    path: str | os.PathLike[str],
+    width: int = 1280,
+    height: int = 720,
+    camera: str = "overview",
+    progress: bool = False,
+) -> None:
+    """Write a picture (.png) or a video (.mp4), as the file's name says; see the two functions below."""
+    write = render_picture if suffix_of(path) == PICTURE else render_video
+    write(robot, inputs, gravity_mps2, path, width, height, camera, progress)
+
+
+def render_picture(
+    robot: ContinuumRobot,
+    inputs: Inputs,
+    gravity_mps2: Sequence[float],
+    path: str | os.PathLike[str],
+    width: int = 1280,
+    height: int = 720,
+    camera: str = "overview",
+    progress: bool = False,
+) -> None:
+    """Write a PNG of the robot at the last row of `inputs`, after all rows before it.
+
+    Args:
+        robot: the robot; its `effects` are not read.
+        inputs: rows of inputs, held quasi-statically.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+        path: file to write, `.png`.
+        width, height: [pixels].
+        camera: where to look from, one of `CAMERAS`; the robot fills the picture.
+        progress: show a progress bar where standard error is a terminal.
+
+    Raises:
+        InputError: bad path, size or camera, nothing to draw with, or the simulation diverged.
+    """
+    _check(path, PICTURE, camera, width, height)
+    model, states = _simulated(robot, inputs, gravity_mps2, progress)
+    caption = _caption(robot, inputs, len(inputs) - 1)
+    (image,) = draw(robot, model, states[-1:], [caption], width, height, camera)
+    write_picture_file(path, image)
+
+
+def render_video(
+    robot: ContinuumRobot,
+    inputs: Inputs,
+    gravity_mps2: Sequence[float],
+    path: str | os.PathLike[str],
+    width: int = 1280,
+    height: int = 720,
+    camera: str = "overview",
+    progress: bool = False,
+) -> None:
+    """Write an MP4 of the robot under `inputs`, in real time or in `LONGEST_VIDEO_S`, whichever is shorter.
+
+    Every frame is simulated: the inputs move linearly from row to row. Arguments and errors are those
+    of `render_picture`; width and height are even.
+    """
+    _check(path, VIDEO, camera, width, height)
+    require_even(path, width, height)
+    times = frame_times(inputs)
+    every = resampled(inputs, np.union1d(inputs.time_s, times))
+    model, states = _simulated(robot, every, gravity_mps2, progress)
+    rows = np.searchsorted(every.time_s, times)
+    captions = [_caption(robot, every, int(row)) for row in rows]
+    frames = draw(robot, model, states[rows], captions, width, height, camera)
+    write_video_file(path, frames, FPS, len(rows), progress)
+
+
+def draw(
+    robot: ContinuumRobot,
+    model: mujoco.MjModel,
+    states: Array,
+    captions: Sequence[Sequence[str]],
+    width: int,
+    height: int,
+    camera: str = "overview",
+) -> Iterator[Picture]:
+    """Yield one picture for each of `states`, all from one place that holds them all.
+
+    A close-up of the cells at the base stands in the corner that the robot leaves free.
+
+    Args:
+        robot: the robot.
+        model: its model.
+        states: joint positions, shape (r, nq).
+        captions: lines of text for each state.
+        width, height: [pixels].
+        camera: one of `CAMERAS`.
+    """
+    points = swept_points(model, states)
+    named = {view.name: view for view in views(robot)}
+    view = fitted_view(named[camera], points, width, height)
+    side = max(16, round(_INSET * min(width, height)))
+    corner = emptiest_corner(view, points, width, height, side)
+    data = mujoco.MjData(model)
+    options = mujoco.MjvOption()
+    options.sitegroup[:] = 0
+    with open_renderer(model, width, height) as large, open_renderer(model, side, side) as inset:
+        for state, caption in zip(states, captions, strict=True):
+            data.qpos[:] = state
+            mujoco.mj_fwdPosition(model, data)
+            large.update_scene(data, free_camera(view), options)
+            inset.update_scene(data, free_camera(named["detail"]), options)
+            image = with_inset(large.render(), inset.render(), corner)
+            yield with_caption(image, caption, (corner[0], 1 - corner[1]))
+
+
+def frame_times(inputs: Inputs) -> Array:
+    """Return the times of a video's frames within the time of `inputs`, both ends included [s]."""
+    first, last = inputs.time_s[0], inputs.time_s[-1]
+    count = 1 + round(FPS * min(last - first, LONGEST_VIDEO_S))
+    return np.linspace(first, last, max(count, 2)) if last > first else np.array([first])
+
+
+def resampled(inputs: Inputs, time_s: Array) -> Inputs:
+    """Return `inputs` at other times, linear between its rows."""
+
+    def at(values: Array) -> Array:
+        columns = [np.interp(time_s, inputs.time_s, column) for column in values.T]
+        return np.stack(columns, axis=1)
+
+    return Inputs(time_s, inputs.actuation, at(inputs.tendon), at(inputs.force_tip), at(inputs.moment_tip))
+
+
+def _check(path: str | os.PathLike[str], suffix: str, camera: str, width: int, height: int) -> None:
+    """Raise what would otherwise be raised only after the simulation."""
+    if suffix_of(path) != suffix:
+        raise InputError(f"{os.fspath(path)}: the file's name must end in {suffix}")
+    if camera not in CAMERAS:
+        raise unknown("camera", camera, CAMERAS)
+    empty = mujoco.MjModel.from_xml_string("<mujoco/>")
+    open_renderer(empty, width, height).close()
+
+
+def _simulated(
+    robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Sequence[float], progress: bool
+) -> tuple[mujoco.MjModel, Array]:
+    """Return the model, and its joint positions at each row of `inputs`, shape (r, nq)."""
+    states: list[Array] = []
+    models: list[mujoco.MjModel] = []
+
+    def keep(simulator: Simulator, row: int) -> None:
+        models[:] = [simulator.model]
+        states.append(simulator.data.qpos.copy())
+
+    run = simulate(robot, inputs, np.asarray(gravity_mps2, dtype=float), progress=progress, on_row=keep)
+    if run.failure is not None:
+        raise SimulationDiverged(run.failure)
+    return models[0], np.array(states)
+
+
+def _caption(robot: ContinuumRobot, inputs: Inputs, row: int) -> list[str]:
+    """Return the row's time and inputs as lines of text."""
+    unit, factor = _SHOWN[inputs.actuation]
+    channels = channel_of(robot)
+    lines = [f"t = {inputs.time_s[row]:.2f} s"]
+    for name, column in zip(dict.fromkeys(channels), input_channels(robot, inputs.actuation), strict=True):
+        members = [value for value, other in zip(inputs.tendon[row], channels, strict=True) if other == name]
+        value = sum(members) if inputs.actuation == "tension" else members[0]
+        lines.append(f"{column.removesuffix('_' + unit)} {value * factor:.2f} {unit}")
+    return lines[:_CAPTION_LINES]

@@ -1,0 +1,193 @@
+"""The capstan law's inner loops, compiled: turns at the holes, and the tensions that friction allows.
+
+Index j counts tendons, k spans from 0 at the base; hole k lies just before span k. A tendon ends
+behind span `ends[j] - 1`. `catheter_sim.simulation.friction` says what is solved and why.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@njit(cache=True)
+def planar_turns(qpos: Array, joint_index: Index, turn: Array) -> None:
+    """Write the turns of all tendons of a planar robot into `turn`, shape (t, n) [rad].
+
+    The chord of a cell bent by theta lies at theta / 2, so a turn is half the sum of the two
+    adjoining cells' angles; at the base's hole half of the first cell's.
+    """
+    before = 0.0
+    for k in range(turn.shape[1]):
+        angle = qpos[joint_index[k]]
+        value = abs(0.5 * (before + angle))
+        before = angle
+        for j in range(turn.shape[0]):
+            turn[j, k] = value
+
+
+@njit(cache=True)
+def spatial_turns(points: Array, site_index: Index, ends: Index, turn: Array) -> None:
+    """Write the turns of tendons given by their holes' positions into `turn`, shape (t, n) [rad].
+
+    Before the base's hole a tendon comes along the base's axis.
+    """
+    for j in range(turn.shape[0]):
+        ax, ay, az = 0.0, 0.0, 1.0
+        for k in range(ends[j]):
+            here, there = site_index[j, k], site_index[j, k + 1]
+            bx = points[there, 0] - points[here, 0]
+            by = points[there, 1] - points[here, 1]
+            bz = points[there, 2] - points[here, 2]
+            cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            turn[j, k] = math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), ax * bx + ay * by + az * bz)
+            ax, ay, az = bx, by, bz
+
+
+@njit(cache=True)
+def span_tensions(
+    entering: float,
+    factor: Array,
+    rate: Array,
+    response: Array,
+    count: int,
+    tension: Array,
+    scratch: Array,
+) -> None:
+    """Update one tendon's tensions to those with which it sticks where it can and slips where it must.
+
+    The tensions minimise sum_k response_k (T_k - old_k)^2 / 2 - rate_k (T_k - old_k), which is zero
+    slope where no span changes its length, within T_k - T_(k-1) in [low_k, high_k], what friction
+    allows at hole k. The multiplier of that bound is the sliding speed at hole k. Solved exactly by
+    dynamic programming from the tip: the slope of the cost-to-go is a rising, piecewise linear
+    function of the tension before the hole, kept as its knots.
+
+    Args:
+        entering: tension before the base's hole [N].
+        factor: exp(mu turn) at each hole, shape (n,).
+        rate: length rates of the spans under the old tensions [m/s], shape (n,).
+        response: fall of a span's length rate per unit of its own tension [m/s/N], shape (n,).
+        count: number of spans of this tendon.
+        tension: in: old tensions; out: new ones, shape (n,) [N].
+        scratch: workspace, shape (3, 2 n + 2).
+    """
+    knots, steps, goal = scratch[0], scratch[1], scratch[2]
+    used = 0
+    slope, offset = 0.0, 0.0  # the leftmost piece of the cost's slope: slope * T + offset
+    for k in range(count - 1, -1, -1):
+        slope += response[k]
+        offset -= response[k] * tension[k] + rate[k]
+        # where the slope of the cost-to-go crosses zero: the tension that span k would like
+        a, b, place = slope, offset, 0
+        while place < used and a * knots[place] + b < 0.0:
+            a += steps[place]
+            b -= steps[place] * knots[place]
+            place += 1
+        wish = -b / a
+        goal[k] = wish
+        # as a function of the tension before hole k: left of the wish shifted by the upper bound,
+        # flat between, right of it shifted by the lower bound
+        before = tension[k - 1] if k > 0 else entering
+        low, high = before / factor[k] - before, before * factor[k] - before
+        for p in range(used - 1, place - 1, -1):
+            knots[p + 2] = knots[p] - low
+            steps[p + 2] = steps[p]
+        for p in range(place):
+            knots[p] -= high
+        knots[place], steps[place] = wish - high, -a
+        knots[place + 1], steps[place + 1] = wish - low, a
+        used += 2
+        offset += slope * high
+    before = entering
+    for k in range(count):
+        before = min(max(goal[k], before / factor[k]), before * factor[k])
+        tension[k] = before
+
+
+@njit(cache=True)
+def confine(
+    mu: float,
+    entering: Array,
+    turn: Array,
+    ends: Index,
+    ten_J: Array,
+    row_start: Index,
+    entry: Index,
+    dof: Index,
+    span: Index,
+    velocity: Array,
+    force: Array,
+    mass: Array,
+    timestep: float,
+    sweeps: int,
+    tension: Array,
+    torque: Array,
+    scratch: Array,
+) -> None:
+    """Update all tendons' tensions, and write what they pull beyond the actuators' tensions.
+
+    Args:
+        mu: friction coefficient.
+        entering: tensions at the actuators, shape (t,) [N].
+        turn: shape (t, n) [rad].
+        ends: number of spans of each tendon, shape (t,).
+        ten_J: MuJoCo's sparse tendon Jacobian; `entry` picks from it.
+        row_start: first entry of each tendon in `entry`, `dof`, `span`, shape (t + 1,).
+        entry, dof, span: for each nonzero of the tendons' Jacobian its place in `ten_J`, its degree
+            of freedom, and the span whose length it changes.
+        velocity: velocities now, shape (nv,).
+        force: all generalised forces but the tendons', shape (nv,); damping included.
+        mass: effective implicit inertia of each degree of freedom, shape (nv,).
+        timestep: [s].
+        sweeps: passes over the tendons, which share degrees of freedom.
+        tension: in: last step's; out: new, shape (t, n) [N].
+        torque: out: generalised force of (tension - entering), shape (nv,).
+        scratch: workspace, shape (6, 2 max(n, nv) + 2).
+    """
+    tendons = tension.shape[0]
+    factor, rate, response, ahead = scratch[3], scratch[4], scratch[5], scratch[6]
+    for i in range(velocity.shape[0]):
+        ahead[i] = velocity[i] + timestep * force[i] / mass[i]
+        torque[i] = 0.0
+    for j in range(tendons):
+        for place in range(row_start[j], row_start[j + 1]):
+            i = dof[place]
+            ahead[i] -= timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
+    for sweep in range(sweeps):
+        for index in range(tendons):
+            j = index if sweep % 2 == 0 else tendons - 1 - index
+            count = ends[j]
+            for k in range(count):
+                factor[k] = math.exp(mu * turn[j, k])
+                rate[k] = 0.0
+                response[k] = 0.0
+            for place in range(row_start[j], row_start[j + 1]):
+                i, arm = dof[place], ten_J[entry[place]]
+                rate[span[place]] += arm * ahead[i]
+                response[span[place]] += timestep * arm * arm / mass[i]
+            for place in range(row_start[j], row_start[j + 1]):
+                i = dof[place]
+                ahead[i] += timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
+            span_tensions(entering[j], factor, rate, response, count, tension[j], scratch)
+            for place in range(row_start[j], row_start[j + 1]):
+                i = dof[place]
+                ahead[i] -= timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
+    for j in range(tendons):
+        for place in range(row_start[j], row_start[j + 1]):
+            torque[dof[place]] -= ten_J[entry[place]] * (tension[j, span[place]] - entering[j])
+
+
+@njit(cache=True)
+def add_pull(
+    ten_J: Array, row_start: Index, entry: Index, dof: Index, pull: Array, torque: Array
+) -> None:
+    """Add the generalised force of tendons pulled by `pull` (one each) to `torque`, shape (nv,)."""
+    for row in range(pull.shape[0]):
+        for place in range(row_start[row], row_start[row + 1]):
+            torque[dof[place]] -= ten_J[entry[place]] * pull[row]

@@ -1,0 +1,227 @@
+"""Dry friction of tendons at every hole, with stick and slip.
+
+Over a hole at which a tendon turns by phi, its tension T changes to anything in
+[T exp(-mu phi), T exp(+mu phi)] while it sticks there, and to one of the two ends while it slips
+(capstan). Whether it slips at hole k is decided by the length of everything beyond hole k, not by
+the bending next to it.
+
+MuJoCo has friction loss (a force up to a limit against a velocity), but no capstan.
+
+`CapstanFriction` (shipped, "capstan") computes the tension of every span itself, before each step,
+and hands MuJoCo the difference to the actuators' tension as an applied force. With the velocities
+that the coming step would give, it asks for the tensions that stop every span that friction can
+stop. Per tendon that is a convex problem on a chain, which `capstan.span_tensions` solves exactly
+in a few microseconds; tendons that share joints are passed over in turn. At rest the law leaves all
+tensions as they are, so a held posture does not creep. Inertia enters through each degree of
+freedom's own implicit inertia (armature, damping, stiffness) alone: a lower bound of what the
+integrator uses, so that the law never overcorrects.
+
+`NestedFriction` (reference, "nested") leaves the decision to MuJoCo's solver: one tendon per hole,
+from the hole to the tendon's end, whose velocity is exactly the sliding speed there, with a friction
+loss T sinh(mu phi) and a pull T (cosh(mu phi) - 1). Its cost grows with the square of the number of
+holes. It takes the tensions from the previous step.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from catheter_sim.mjcf.friction_tails import SMALLEST_LIMIT
+from catheter_sim.robots.channels import body_count
+from catheter_sim.robots.layout import is_planar, last_disk, links
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.simulation import capstan
+
+SWEEPS = 2  # passes over the tendons; more change no tip by 0.01 mm on the tested loops
+
+
+class Friction(Protocol):
+    """Pulls a model's tendons as friction lets them."""
+
+    def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
+        """Add to `data.qfrc_applied` what friction changes, for tensions of shape (t,) [N].
+
+        To be called between `mj_step1` and `mj_step2`.
+        """
+
+    def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:
+        """Return the tension of every tendon in every span after a step, shape (t, n) [N]."""
+
+    def reset(self) -> None:
+        """Forget the history."""
+
+
+class Turns:
+    """The angles by which tendons turn at their holes."""
+
+    def __init__(self, robot: ContinuumRobot, model: mujoco.MjModel) -> None:
+        spans = body_count(robot)
+        self._planar = is_planar(robot) and robot.links_per_subsegment == 1
+        self._turn = np.zeros((len(robot.tendons), spans))
+        if self._planar:
+            self._joints = np.array([model.joint(f"x{k}").qposadr[0] for k in range(1, spans + 1)])
+            return
+        self._ends = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
+        self._sites = np.zeros((len(robot.tendons), spans + 1), dtype=int)
+        for index, tendon in enumerate(robot.tendons):
+            for k in range(self._ends[index] + 1):
+                self._sites[index, k] = model.site(f"hole_{tendon.name}_{k}").id
+
+    def __call__(self, data: mujoco.MjData) -> Array:
+        """Return the turn at the hole before each span, shape (t, n) [rad], in a reused array."""
+        if self._planar:
+            capstan.planar_turns(data.qpos, self._joints, self._turn)
+        else:
+            capstan.spatial_turns(data.site_xpos, self._sites, self._ends, self._turn)
+        return self._turn
+
+
+class TendonRows:
+    """Where the nonzero entries of chosen tendons' d(length)/d(q) lie in MuJoCo's sparse rows."""
+
+    def __init__(self, model: mujoco.MjModel, names: list[str], dofs: set[int]) -> None:
+        entries: list[int] = []
+        columns: list[int] = []
+        starts = [0]
+        for name in names:
+            tendon = model.tendon(name).id
+            start, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
+            for entry in range(start, start + count):
+                if int(model.ten_J_colind[entry]) in dofs:
+                    entries.append(entry)
+                    columns.append(int(model.ten_J_colind[entry]))
+            starts.append(len(entries))
+        self.entries = np.array(entries, dtype=int)
+        self.columns = np.array(columns, dtype=int)
+        self.starts = np.array(starts, dtype=int)
+
+
+def hinge_spans(robot: ContinuumRobot, model: mujoco.MjModel) -> dict[int, int]:
+    """Return, for each hinge's degree of freedom, the span (from 0) whose length it changes."""
+    spans: dict[int, int] = {}
+    span = 0
+    for link in links(robot):
+        for letter in "xyt":
+            joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, f"{letter}{link.index}")
+            if joint >= 0:
+                spans[int(model.jnt_dofadr[joint])] = span
+        span += bool(link.disk)
+    return spans
+
+
+class CapstanFriction:
+    """The shipped law; see the module's text."""
+
+    def __init__(self, robot: ContinuumRobot, model: mujoco.MjModel) -> None:
+        self._mu = robot.friction.mu
+        self._turns = Turns(robot, model)
+        spans, tendons = body_count(robot), len(robot.tendons)
+        self._ends = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
+        self._inside = np.arange(1, spans + 1) <= self._ends[:, np.newaxis]  # (t, n)
+        span_of_dof = hinge_spans(robot, model)
+        self._rows = TendonRows(model, [f"tendon_{tendon.name}" for tendon in robot.tendons], set(span_of_dof))
+        self._span = np.array([span_of_dof[int(dof)] for dof in self._rows.columns])
+        self._timestep = float(model.opt.timestep)
+        stiffness = np.zeros(model.nv)
+        stiffness[model.jnt_dofadr] = model.jnt_stiffness
+        self._mass = model.dof_armature + self._timestep * (model.dof_damping + self._timestep * stiffness)
+        self._tension = np.zeros((tendons, spans))
+        self._torque = np.zeros(model.nv)
+        self._scratch = np.zeros((7, 2 * max(spans, model.nv) + 2))
+
+    def reset(self) -> None:
+        """Forget the history."""
+        self._tension[:] = 0.0
+
+    def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
+        """Find the tensions of the coming step and apply what they pull beyond the actuators."""
+        rows = self._rows
+        force = data.qfrc_passive - data.qfrc_bias + data.qfrc_applied + data.qfrc_constraint
+        capstan.confine(
+            self._mu,
+            actuator_tension,
+            self._turns(data),
+            self._ends,
+            data.ten_J,
+            rows.starts,
+            rows.entries,
+            rows.columns,
+            self._span,
+            data.qvel,
+            force,
+            self._mass,
+            self._timestep,
+            SWEEPS,
+            self._tension,
+            self._torque,
+            self._scratch,
+        )
+        data.qfrc_applied += self._torque
+
+    def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:
+        """Return the tension of every tendon in every span after a step, shape (t, n) [N].
+
+        Where several tendons act on one hinge that sticks, statics fixes only one sum of them.
+        """
+        return np.where(self._inside, self._tension, np.nan)
+
+
+def friction_rows(model: mujoco.MjModel, names: list[str]) -> np.ndarray:
+    """Return the rows of the constraint forces that belong to the friction of the named tendons.
+
+    The rows stay where they are, because no friction limit is ever set to zero.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    kind = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON)
+    row_of = {int(data.efc_id[row]): row for row in range(data.nefc) if int(data.efc_type[row]) == kind}
+    return np.array([row_of[model.tendon(name).id] for name in names], dtype=int)
+
+
+class NestedFriction:
+    """The reference law, hole by hole; see the module's text."""
+
+    def __init__(self, robot: ContinuumRobot, model: mujoco.MjModel) -> None:
+        self._model = model
+        self._mu = robot.friction.mu
+        self._turns = Turns(robot, model)
+        ends = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
+        self._inside = np.arange(1, body_count(robot) + 1) <= ends[:, np.newaxis]
+        names = [f"tail_{tendon.name}_{k}" for tendon in robot.tendons for k in range(last_disk(robot, tendon))]
+        self._ids = np.array([model.tendon(name).id for name in names])
+        self._rows = friction_rows(model, names)
+        self._tails = TendonRows(model, names, set(hinge_spans(robot, model)))
+
+    def reset(self) -> None:
+        """Forget the history: all of it is in the model's state."""
+
+    def _march(self, data: mujoco.MjData, tension: Array) -> tuple[Array, Array, Array]:
+        """Return limits, pulls, and tensions behind each hole, each of shape (t, n)."""
+        angle = self._mu * self._turns(data)
+        force = np.zeros(self._inside.shape)
+        force[self._inside] = data.efc_force[self._rows] if data.nefc else 0.0
+        limit, pull, behind = (np.zeros(self._inside.shape) for _ in range(3))
+        current = tension.copy()
+        for k in range(self._inside.shape[1]):
+            limit[:, k] = current * np.sinh(angle[:, k])
+            pull[:, k] = current * (np.cosh(angle[:, k]) - 1.0)
+            current = current + pull[:, k] - np.clip(force[:, k], -limit[:, k], limit[:, k])
+            behind[:, k] = current
+        return limit, pull, behind
+
+    def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
+        """Set the friction limits of the tails and their pulls."""
+        limit, pull, _ = self._march(data, actuator_tension)
+        tails = self._tails
+        capstan.add_pull(
+            data.ten_J, tails.starts, tails.entries, tails.columns, pull[self._inside], data.qfrc_applied
+        )
+        self._model.tendon_frictionloss[self._ids] = np.maximum(limit[self._inside], SMALLEST_LIMIT)
+
+    def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:
+        """Return the tension of every tendon in every span, shape (t, n) [N]."""
+        return np.where(self._inside, self._march(data, actuator_tension)[2], np.nan)

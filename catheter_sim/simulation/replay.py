@@ -1,0 +1,106 @@
+"""Drives a simulated robot along a history of inputs and records its posture row by row."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from tqdm import tqdm
+
+from catheter_sim.errors import SimulationDiverged
+from catheter_sim.robots.channels import Inputs, slice_inputs
+from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.simulation.simulator import Simulator
+
+RAMP_S = 1.0  # simulated time from one held row to the next
+
+
+@dataclass(frozen=True)
+class SimulationRun:
+    """Postures of a simulated robot along a history of inputs.
+
+    Attributes:
+        inputs: the rows that were reached.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+        postures: one per reached row.
+        at_rest: whether the robot had come to rest at each reached row, shape (r,); all true in a
+            dynamic run.
+        failure: None, or the line that says at which row and time the simulation diverged.
+    """
+
+    inputs: Inputs
+    gravity_mps2: Array
+    postures: tuple[Posture, ...]
+    at_rest: np.ndarray
+    failure: str | None
+
+
+def simulate(
+    robot: ContinuumRobot,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    dynamic: bool = False,
+    friction: str = "capstan",
+    ramp_s: float = RAMP_S,
+    progress: bool = False,
+    on_row: Callable[[Simulator, int], None] | None = None,
+) -> SimulationRun:
+    """Return the robot's postures under `inputs`, starting from rest with zero inputs.
+
+    Args:
+        robot: the robot; its `effects` are not read.
+        inputs: rows of inputs; they change linearly from row to row.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+        dynamic: follow `time_s`; otherwise each row is approached in `ramp_s` and held until rest.
+        friction: "capstan", "nested" or "none".
+        ramp_s: simulated time from one held row to the next [s].
+        progress: show a progress bar where standard error is a terminal.
+        on_row: called with the simulator and the row's index when a row is reached.
+
+    A simulation that diverges ends there; `failure` says at which row and time, and the rows before
+    it are returned.
+    """
+    simulator = Simulator(robot, inputs.actuation, gravity_mps2, friction)
+    gravity = np.asarray(gravity_mps2, dtype=float)
+    if gravity.any():
+        simulator.settle()
+    postures: list[Posture] = []
+    at_rest: list[bool] = []
+    failure = None
+    wrench = np.concatenate([inputs.tendon, inputs.force_tip, inputs.moment_tip], axis=1)
+    before = np.zeros(wrench.shape[1])
+    rows = tqdm(range(len(inputs)), unit="row", disable=not (progress and sys.stderr.isatty()), leave=False)
+    for row in rows:
+        duration = ramp_s
+        if dynamic:
+            duration = float(inputs.time_s[row] - (inputs.time_s[row - 1] if row else inputs.time_s[0]))
+        try:
+            _ramp(simulator, before, wrench[row], duration)
+            at_rest.append(True if dynamic else simulator.settle())
+            simulator.require_finite()
+        except SimulationDiverged as error:
+            failure = f"{error}, at row {row + 1} (time_s = {inputs.time_s[row]:g}); {row} rows before it are kept"
+            break
+        postures.append(simulator.posture())
+        before = wrench[row]
+        if on_row is not None:
+            on_row(simulator, row)
+    done = len(postures)
+    return SimulationRun(
+        slice_inputs(inputs, slice(0, done)), gravity, tuple(postures), np.array(at_rest[:done], bool), failure
+    )
+
+
+def _ramp(simulator: Simulator, start: Array, end: Array, duration_s: float) -> None:
+    """Move the inputs linearly from `start` to `end`."""
+    tendons = len(simulator.robot.tendons)
+    steps = round(duration_s / simulator.model.opt.timestep)
+    for i in range(1, steps + 1):
+        now = start + (end - start) * (1.0 - (1.0 - i / steps) ** 3)
+        simulator.set_inputs(now[:tendons], now[tendons : tendons + 3], now[tendons + 3 :])
+        simulator.step()
+    simulator.set_inputs(end[:tendons], end[tendons : tendons + 3], end[tendons + 3 :])
+    simulator.require_finite()

@@ -1,0 +1,181 @@
+"""A robot in MuJoCo: inputs in, steps, posture out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from catheter_sim.errors import SimulationDiverged, unknown
+from catheter_sim.mjcf.chain import build_mjcf
+from catheter_sim.robots.channels import body_count, joint_names
+from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.simulation.friction import CapstanFriction, Friction, NestedFriction
+
+FRICTION_ROUTES = ("capstan", "nested", "none")
+# Reference friction law only. MuJoCo softens a friction constraint by R = (1 - d)/d A, where d is at
+# most 0.9999 and A the inverse inertia at the constraint: a stuck tendon of tiny inertia creeps. R is
+# made smaller by this factor, through A. A hundredth stops the creep; at a ten-thousandth the solver
+# no longer converges.
+FRICTION_SOFTNESS = 0.01
+SETTLED_ANGLE_RAD = 2e-6  # at rest: what a hinge would still move in one relaxation time
+ZERO_WRENCH = (0.0, 0.0, 0.0)
+
+
+class Simulator:
+    """One robot's model and state.
+
+    Attributes:
+        robot: what is simulated.
+        actuation: "tension" or "displacement".
+        model, data: MuJoCo's, free to be read.
+    """
+
+    def __init__(
+        self,
+        robot: ContinuumRobot,
+        actuation: str | None = None,
+        gravity_mps2: Sequence[float] = ZERO_WRENCH,
+        friction: str = "capstan",
+    ) -> None:
+        """Build the model.
+
+        Args:
+            robot: the robot; its `effects` are not read.
+            actuation: "tension" or "displacement"; default: the robot's own.
+            gravity_mps2: gravity in the base frame [m/s^2].
+            friction: "capstan" (shipped), "nested" (reference) or "none".
+
+        Raises:
+            InputError: the robot cannot be built, or `friction` is unknown.
+        """
+        if friction not in FRICTION_ROUTES:
+            raise unknown("friction route", friction, FRICTION_ROUTES)
+        nested = friction == "nested" and robot.friction.mu > 0
+        self.robot = robot
+        self.actuation = actuation or robot.actuation
+        self.model = mujoco.MjModel.from_xml_string(build_mjcf(robot, self.actuation, nested))
+        self.model.opt.gravity[:] = gravity_mps2
+        # A state that is not finite must be seen, not reset to zero.
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+        self.model.tendon_invweight0[:] *= FRICTION_SOFTNESS
+        self.data = mujoco.MjData(self.model)
+        self._tension_driven = self.actuation == "tension"
+        self._angles = np.array([self.model.joint(name).qposadr[0] for name in joint_names(robot)])
+        self._dofs = np.array([self.model.joint(name).dofadr[0] for name in joint_names(robot)])
+        self._faces = np.array([self.model.site(f"face_{k}").id for k in range(1, body_count(robot) + 1)])
+        self._tip_body = int(self.model.site("tip").bodyid.item())
+        self._tip = int(self.model.site("tip").id)
+        self._force, self._moment = np.zeros(3), np.zeros(3)
+        self._pushed = False
+        self._tendons = np.array([self.model.tendon(f"tendon_{tendon.name}").id for tendon in robot.tendons])
+        self._gain = self.model.actuator_gainprm[:, 0].copy()
+        self._bias, self._length_gain = self.model.actuator_biasprm[:, :2].T.copy()
+        self._friction: Friction | None = None
+        if robot.friction.mu > 0 and friction != "none":
+            kind = CapstanFriction if friction == "capstan" else NestedFriction
+            self._friction = kind(robot, self.model)
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to rest: the unloaded shape, zero inputs, no friction history."""
+        mujoco.mj_resetData(self.model, self.data)
+        if self._friction is not None:
+            self._friction.reset()
+        self.data.qpos[:] = self.model.qpos_spring
+        mujoco.mj_forward(self.model, self.data)
+
+    def set_inputs(
+        self, tendon: Array, force_tip: Sequence[float] = ZERO_WRENCH, moment_tip: Sequence[float] = ZERO_WRENCH
+    ) -> None:
+        """Set the inputs of the following steps.
+
+        Args:
+            tendon: tension [N] or displacement [m] of each tendon, shape (t,).
+            force_tip: on the tip, base frame, shape (3,) [N].
+            moment_tip: on the tip, base frame, shape (3,) [N m].
+        """
+        self.data.ctrl[:] = tendon
+        self._force[:], self._moment[:] = force_tip, moment_tip
+        self._pushed = bool(self._force.any() or self._moment.any())
+
+    def actuator_tension(self) -> Array:
+        """Return the tendons' tensions at the actuator, shape (t,) [N]."""
+        return self._tension_now().copy()
+
+    def step(self, count: int = 1) -> None:
+        """Take `count` steps under the present inputs."""
+        model, data, friction = self.model, self.data, self._friction
+        if friction is None and not self._pushed:
+            data.qfrc_applied[:] = 0.0
+            for _ in range(count):
+                mujoco.mj_step(model, data)
+            return
+        for _ in range(count):
+            mujoco.mj_step1(model, data)
+            data.qfrc_applied[:] = 0.0
+            if self._pushed:
+                mujoco.mj_applyFT(
+                    model,
+                    data,
+                    self._force,
+                    self._moment,
+                    data.site_xpos[self._tip],
+                    self._tip_body,
+                    data.qfrc_applied,
+                )
+            if friction is not None:
+                friction.apply(data, self._tension_now())
+            mujoco.mj_step2(model, data)
+
+    def _tension_now(self) -> Array:
+        """Return the tensions that the actuators will have in the coming step, shape (t,) [N]."""
+        data = self.data
+        if self._tension_driven:
+            return data.ctrl
+        force = self._gain * data.ctrl + self._bias + self._length_gain * data.ten_length[self._tendons]
+        return np.maximum(-force, 0.0)
+
+    def require_finite(self) -> None:
+        """Raise `SimulationDiverged` if the state is not finite, or a hinge has wound up."""
+        state = self.data.qpos[self._angles]
+        if not np.isfinite(state).all() or np.abs(state).max() > 20.0:
+            raise SimulationDiverged(
+                f"{self.robot.name}: the simulation diverged at {self.data.time:.3f} simulated seconds"
+            )
+
+    def settle(self, longest_s: float = 5.0) -> bool:
+        """Step under the present inputs until the robot is at rest; return whether it came to rest.
+
+        At rest is a robot whose fastest hinge would move by less than `SETTLED_ANGLE_RAD` in one
+        relaxation time.
+        """
+        steps = max(1, round(0.05 / self.model.opt.timestep))
+        slowest = SETTLED_ANGLE_RAD / self.robot.dynamics.relaxation_time_s
+        for _ in range(max(1, round(longest_s / (steps * self.model.opt.timestep)))):
+            self.step(steps)
+            self.require_finite()
+            if np.abs(self.data.qvel[self._dofs]).max() < slowest:
+                return True
+        return False
+
+    def span_tension(self) -> Array:
+        """Return the tension of every tendon between its holes, NaN beyond its end, shape (t, n) [N]."""
+        tension = self.actuator_tension()
+        if self._friction is not None:
+            return self._friction.span_tension(self.data, tension)
+        return np.repeat(tension[:, np.newaxis], len(self._faces), axis=1)
+
+    def posture(self) -> Posture:
+        """Return where the robot is now."""
+        spans = self.span_tension()
+        mujoco.mj_kinematics(self.model, self.data)
+        return Posture(
+            p_w=self.data.site_xpos[self._faces].copy(),
+            R_w=self.data.site_xmat[self._faces].reshape(-1, 3, 3).copy(),
+            joint_angles=self.data.qpos[self._angles].copy(),
+            actuator_tension=self.actuator_tension(),
+            tendon_tension=spans,
+        )

@@ -1,0 +1,74 @@
+"""The static models by name: the one list that the command line, the validation and the tests read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from catheter_sim.robots.channels import Inputs
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.statics import constant_curvature
+from catheter_sim.statics.exact_arm import fkm_exact_arm
+from catheter_sim.statics.kato import fkm, fkm_stick, pcca
+from catheter_sim.statics.planar_chain import bends_in_plane
+from catheter_sim.statics.result import StaticRun
+from catheter_sim.statics.sliding import fkm_sliding
+
+
+@dataclass(frozen=True)
+class StaticModel:
+    """One analytic model.
+
+    Attributes:
+        name: as on the command line.
+        summary: what it is and where it comes from, one line.
+        solve: robot, inputs and gravity (shape (3,) [m/s^2]) to the postures, row after row.
+        applies_to: whether it knows a robot.
+    """
+
+    name: str
+    summary: str
+    solve: Callable[[ContinuumRobot, Inputs, Array], StaticRun]
+    applies_to: Callable[[ContinuumRobot], bool]
+
+
+_MODELS = (
+    # Planar robots, driven by tension.
+    StaticModel(
+        "fkm",
+        "extended forward kinematic mapping as printed (Kato 2016, Eqs 2-9); depends on the rows' spacing",
+        fkm,
+        bends_in_plane,
+    ),
+    StaticModel(
+        "fkm_stick",
+        "the printed mapping with cells that may stick; does not depend on the rows' spacing",
+        fkm_stick,
+        bends_in_plane,
+    ),
+    StaticModel(
+        "fkm_exact_arm",
+        "exact moment arms of straight tendons, capstan friction with history, weight and tip load",
+        fkm_exact_arm,
+        bends_in_plane,
+    ),
+    StaticModel(
+        "fkm_sliding",
+        "as fkm_exact_arm, friction by each tendon's motion over each eyelet: the reference under load",
+        fkm_sliding,
+        bends_in_plane,
+    ),
+    StaticModel(
+        "pcca", "piecewise constant curvature, no friction (as compared in Kato 2016)", pcca, bends_in_plane
+    ),
+    # Spatial robots.
+    StaticModel(
+        "CC",
+        "one arc per segment (Rao 2021, Sections 3.2.1, 5.2.2), tension or displacement, friction, weight",
+        constant_curvature.constant_curvature,
+        constant_curvature.applies_to,
+    ),
+)
+
+STATIC_MODELS: dict[str, StaticModel] = {model.name: model for model in _MODELS}

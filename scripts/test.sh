@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Every check: style, types, then the tests, the fast ones first. FAST=1 leaves the slow ones out.
+source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
+
+bin="$venv/bin"
+"$bin/ruff" check .
+"$bin/ruff" format --check .
+"$bin/mypy"
+"$bin/python" scripts/build_models.py --check
+"$bin/pytest" -q -m "not slow"
+if [ -z "${FAST:-}" ]; then
+    "$bin/pytest" -q -m slow
+fi

@@ -1,0 +1,202 @@
+"""What the verbs leave behind: files that mean what the contract says, the same as the library's."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+from cli_command import Run
+
+from catheter_sim.robots.catalogue import ROBOTS, load_robot, robot_toml
+from catheter_sim.robots.channels import output_channels, read_inputs
+from catheter_sim.simulation.replay import simulate
+from catheter_sim.statics.models import STATIC_MODELS
+from catheter_sim.tables import read_table
+
+ROBOT = "neuroendoscope_section"
+LOOP = "time_s,tension_right_N\n0,0\n1,0.15\n2,0.3\n3,0.15\n4,0\n"
+
+
+def test_list_shows_every_registry(run: Run) -> None:
+    """The JSON names every robot, model, environment and effect, and the text every one of these names."""
+    ran = run("list", "--json")
+    assert ran.status == 0
+    content = json.loads(ran.out)
+    assert [robot["id"] for robot in content["robots"]] == [name for name in ROBOTS if "@" not in name]
+    assert {model["name"] for model in content["static_models"]} == set(STATIC_MODELS)
+    environments = {item["id"] for item in content["environments"]}
+    assert environments == {name for name in gymnasium.registry if name.startswith("catheter_sim/")}
+    assert "catheter_sim/NeuroendoscopeReach-v0" in environments
+    assert {"tendon_friction", "backlash", "stiffness"} <= {item["name"] for item in content["effects"]}
+    text = run("list").out
+    for robot in content["robots"]:
+        assert robot["id"] in text
+        for name in robot["static_models"]:
+            assert STATIC_MODELS[name].applies_to(load_robot(robot["id"]))
+    for kind in ("static_models", "effects"):
+        assert all(item["name"] in text for item in content[kind])
+    assert all(name in text for name in environments)
+
+
+def test_listed_effect_parameters_can_be_set(run: Run, folder: Path) -> None:
+    """Every listed parameter of every effect is taken by --set within its listed bounds, for every robot."""
+    from catheter_sim.cli.driven import load
+
+    content = json.loads(run("list", "--json").out)
+    for effect in content["effects"]:
+        for robot, parameters in effect["parameters"].items():
+            for item in parameters:
+                assert item["lower"] <= item["null"] <= item["upper"], (effect["name"], item)
+                key = f"effects.{effect['name']}.{item['name']}"
+                specified, _ = load(robot, [f"{key}={item['null']!r}"])
+                assert specified.effects[effect["name"]][item["name"]] == item["null"]
+
+
+@pytest.mark.parametrize("reference", ROBOTS)
+def test_built_file_loads_in_plain_mujoco(reference: str, run: Run, folder: Path) -> None:
+    """The file stands alone: MuJoCo loads it by its path, with the robot's tendons and straight length."""
+    ran = run("build", reference, "-o", "model.xml")
+    assert ran.status == 0
+    assert "wrote model.xml" in ran.out
+    model = mujoco.MjModel.from_xml_path("model.xml")
+    robot = load_robot(reference)
+    for tendon in robot.tendons:
+        assert model.actuator(f"tendon_{tendon.name}").id >= 0
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    length_m = sum(segment.length_m for segment in robot.segments)
+    np.testing.assert_allclose(data.site("tip").xpos, [0, 0, length_m], atol=1e-9)
+
+
+def test_settings_reach_the_built_file(run: Run, folder: Path) -> None:
+    """A changed length and a doubled stiffness are in the file; several settings may follow one --set."""
+    run("build", ROBOT, "-o", "plain.xml")
+    words = ["--set", "segments.section.length_mm=90", "stiffness_scale=2"]
+    assert run("build", *words, ROBOT, "-o", "long.xml").status == 0
+    plain, long = (mujoco.MjModel.from_xml_path(name) for name in ("plain.xml", "long.xml"))
+    data = mujoco.MjData(long)
+    mujoco.mj_forward(long, data)
+    assert data.site("tip").xpos[2] == pytest.approx(0.09)
+    ratio = long.jnt_stiffness.max() / plain.jnt_stiffness.max()
+    assert ratio == pytest.approx(2 * 60 / 90)  # twice EI over links 1.5 times as long
+
+
+def test_simulate_writes_what_the_library_gives(run: Run, folder: Path, inputs: str) -> None:
+    """Every promised column, row by row, at the times of the inputs: the library's own values."""
+    ran = run("simulate", ROBOT, "--inputs", inputs, "-o", "out.csv")
+    assert ran.status == 0
+    assert ran.out == "wrote out.csv: 4 rows\n"
+    table = read_table("out.csv")
+    robot = load_robot(ROBOT)
+    assert list(table.columns) == output_channels(robot)
+    np.testing.assert_array_equal(table.time_s, [0, 1, 2, 3])
+    expected = simulate(robot, read_inputs(robot, read_table(inputs)), np.zeros(3))
+    tips = [posture.p_w[-1, 0] * 1e3 for posture in expected.postures]
+    np.testing.assert_allclose(table.columns["tip_x_mm"], tips, rtol=1e-8, atol=1e-9)
+    assert table.columns["tip_x_mm"][2] > 1.0  # the right tendon pulls toward +x
+    np.testing.assert_array_equal(table.columns["tension_right_N"], [0, 0.1, 0.2, 0.1])
+
+
+def test_columns_choose_and_order(run: Run, folder: Path, inputs: str) -> None:
+    """--columns writes time_s and the named columns, in that order, with unchanged values."""
+    run("simulate", ROBOT, "--inputs", inputs, "-o", "all.csv")
+    run("simulate", ROBOT, "--inputs", inputs, "-o", "some.csv", "--columns", "tip_z_mm,time_s,body_7_x_mm")
+    everything, some = read_table("all.csv"), read_table("some.csv")
+    assert (folder / "some.csv").read_text().splitlines()[0] == "time_s,tip_z_mm,body_7_x_mm"
+    for name, values in some.columns.items():
+        np.testing.assert_array_equal(values, everything.columns[name])
+
+
+@pytest.mark.parametrize("verb", [["simulate"], ["statics", "--model", "fkm_exact_arm"]], ids=lambda v: v[0])
+def test_friction_and_gravity_are_the_users_to_choose(verb: list[str], run: Run, folder: Path) -> None:
+    """A loop opens with friction and closes without; weight along +x moves the straight robot there."""
+    (folder / "in.csv").write_text(LOOP)
+    words = [*verb, ROBOT, "--inputs", "in.csv", "--columns", "tip_x_mm", "-o"]
+    run(*words, "rubbing.csv")
+    run(*words, "smooth.csv", "--set", "friction.mu=0")
+    run(*words, "heavy.csv", "--gravity", "9.81,0,0")
+    run(*words, "mirrored.csv", "--gravity", "-9.81,0,0")
+    rubbing, smooth, heavy, mirrored = (
+        read_table(f"{name}.csv").columns["tip_x_mm"] for name in ("rubbing", "smooth", "heavy", "mirrored")
+    )
+    assert rubbing[3] - rubbing[1] > 0.5  # coming back it stays bent
+    assert abs(smooth[3] - smooth[1]) < 1e-2
+    assert heavy[0] > 5.0
+    assert heavy[0] == pytest.approx(-mirrored[0], abs=1e-3)
+
+
+def test_a_toml_is_as_good_as_an_id(run: Run, folder: Path, inputs: str) -> None:
+    """A robot's .toml gives the file that its id gives."""
+    (folder / "robot.toml").write_text(robot_toml(load_robot(ROBOT)))
+    run("statics", ROBOT, "--model", "fkm", "--inputs", inputs, "-o", "id.csv")
+    run("statics", "robot.toml", "--model", "fkm", "--inputs", inputs, "-o", "toml.csv")
+    assert (folder / "id.csv").read_text() == (folder / "toml.csv").read_text() != ""
+
+
+def test_statics_writes_what_the_model_gives(run: Run, folder: Path, inputs: str) -> None:
+    """Each of the robot's models writes its own tips under its own name."""
+    robot = load_robot(ROBOT)
+    given = read_inputs(robot, read_table(inputs))
+    for name, model in STATIC_MODELS.items():
+        if not model.applies_to(robot):
+            continue
+        ran = run("statics", ROBOT, "--model", name, "--inputs", inputs, "-o", "out.csv")
+        assert ran.out == "wrote out.csv: 4 rows\n"
+        postures = model.solve(robot, given, np.zeros(3)).postures
+        tips = [posture.p_w[-1, 2] * 1e3 for posture in postures]
+        np.testing.assert_allclose(read_table("out.csv").columns["tip_z_mm"], tips, rtol=1e-8)
+
+
+def test_dynamic_follows_the_clock(run: Run, folder: Path) -> None:
+    """Held rows do not care how fast they follow one another; with --dynamic a fast pull lags behind."""
+    for name, last in (("slow", 8.0), ("fast", 0.02)):
+        (folder / f"{name}.csv").write_text(f"time_s,tension_right_N\n0,0\n{last},0.3\n")
+    tips = {}
+    for name in ("slow", "fast"):
+        for option in ((), ("--dynamic",)):
+            words = ["simulate", ROBOT, "--inputs", f"{name}.csv", "--columns", "tip_x_mm", *option]
+            assert run(*words, "--set", "friction.mu=0", "-o", "out.csv").status == 0
+            tips[name, bool(option)] = read_table("out.csv").columns["tip_x_mm"][-1]
+    assert tips["slow", False] == tips["fast", False]
+    assert tips["slow", True] == pytest.approx(tips["slow", False], rel=0.02)
+    assert tips["fast", True] < 0.5 * tips["fast", False]
+
+
+def test_an_effect_changes_simulation_and_statics_alike(run: Run, folder: Path) -> None:
+    """A gain of 1.2 on a channel is the same as 1.2 times the input, in the simulation and in the theory."""
+    (folder / "once.csv").write_text(LOOP)
+    content = json.loads(run("list", "--json").out)
+    gain = next(item for item in content["effects"] if item["name"] == "actuation_gain")
+    key = next(item["name"] for item in gain["parameters"][ROBOT] if "right" in item["name"])
+    setting = f"effects.actuation_gain.{key}=1.2"
+    (folder / "more.csv").write_text("time_s,tension_right_N\n0,0\n1,0.18\n2,0.36\n3,0.18\n4,0\n")
+    for verb in (["simulate"], ["statics", "--model", "fkm_exact_arm"]):
+        words = [*verb, ROBOT, "--columns", "tip_x_mm,tip_z_mm", "-o"]
+        run(*words, "effect.csv", "--inputs", "once.csv", "--set", setting)
+        run(*words, "input.csv", "--inputs", "more.csv")
+        effect, given = read_table("effect.csv"), read_table("input.csv")
+        for name in ("tip_x_mm", "tip_z_mm"):
+            np.testing.assert_allclose(effect.columns[name], given.columns[name], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["out.png", "out.mp4"])
+def test_render_leaves_a_picture_of_its_size(name: str, run: Run, folder: Path, inputs: str) -> None:
+    """The file has the asked-for size, and shows something: its pixels are not all alike."""
+    import imageio.v3 as iio
+
+    size = ["--width", "160", "--height", "120"]
+    ran = run("render", ROBOT, "--inputs", inputs, "-o", name, *size, "--camera", "side")
+    assert ran.status == 0, ran.err
+    frame = iio.imread(folder / name, index=0) if name.endswith("mp4") else iio.imread(folder / name)
+    assert frame.shape[:2] == (120, 160)
+    assert frame.std() > 1.0
+
+
+def test_output_may_go_to_a_device(run: Run, folder: Path, inputs: str) -> None:
+    """Output to /dev/null is written there; the device stays a device."""
+    assert run("simulate", ROBOT, "--inputs", inputs, "-o", "/dev/null").status == 0
+    assert Path("/dev/null").is_char_device()

@@ -1,0 +1,342 @@
+"""Data sets: what is read is what was measured, and what is wrong is named in one line."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from catheter_sim.diagnosis.dataset import Trial, cycles, is_repeat, load_dataset, split, unit_of
+from catheter_sim.errors import InputError
+from catheter_sim.resources import assets_folder
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.channels import Inputs, read_inputs
+from catheter_sim.robots.document import leaves, to_document
+from catheter_sim.tables import Table, read_table
+
+OPENCR = assets_folder() / "examples" / "opencr_v4"
+
+# Rows at which the published pattern labels change ("_hold" rows counted to their pattern), from
+# ContinuumRoboticsLab/opencr-mujoco, commit 17fff8b; the labels themselves are not shipped.
+TRAIN_PATTERNS = """21 34 48 62 76 89 104 119 134 163 192 221 249 276 302 338 367 395 423 451 479 508 544
+566 591 614 639 659 680 717 736 773 807 826 846 866 891 909 931 949 971 989 1018 1052 1082 1102 1120 1141
+1167 1194 1220 1247 1273 1300 1327 1361 1389 1423 1450 1481 1506 1530 1553 1575 1597"""
+VAL_PATTERNS = "19 57 72 88 105 135 162 189 215 242 268 295 322 348 374 400 427"
+
+TOML = """\
+[dataset]
+name = "loops"
+robot = "neuroendoscope_section"
+source = "made up for a test"
+licence = "MIT"
+[conditions]
+gravity_mps2 = [0.0, 0.0, 0.0]
+[channels]
+inputs = ["tension_right_N", "tension_left_N"]
+outputs = ["tip_x_mm", "tip_z_mm"]
+[[trials]]
+file = "a.csv"
+role = "train"
+[[trials]]
+file = "b.csv"
+role = "heldout"
+"""
+CSV = """\
+time_s,tension_right_N,tension_left_N,tip_x_mm,tip_z_mm
+0,0,0,0.1,60
+1,0.2,0,18,56
+2,0.4,0,,47
+3,0.2,0,20,55
+4,0,0,2,59.9
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A small data set without fault."""
+    (tmp_path / "dataset.toml").write_text(TOML)
+    (tmp_path / "a.csv").write_text(CSV)
+    (tmp_path / "b.csv").write_text(CSV.replace("0.4", "0.35"))
+    return tmp_path
+
+
+def trial_of(pull: np.ndarray, file: str = "a.csv", role: str = "") -> Trial:
+    """Return a trial of the section whose right tendon is pulled by `pull` [N], a row a second."""
+    time_s = np.arange(float(len(pull)))
+    zeros = np.zeros((len(pull), 3))
+    inputs = Inputs(time_s, "tension", np.stack([pull, 0 * pull], axis=1), zeros, zeros)
+    return Trial(file, role, inputs, Table(time_s, {"tip_x_mm": 50 * pull}, file))
+
+
+def test_values_and_units(folder: Path) -> None:
+    """Inputs come out in SI, outputs in their column's unit, an empty cell as NaN."""
+    dataset = load_dataset(folder)
+    first = dataset.trials[0]
+    assert [trial.role for trial in dataset.trials] == ["train", "heldout"]
+    assert first.inputs.tendon[2].tolist() == [0.4, 0.0]
+    assert first.outputs.columns["tip_z_mm"].tolist() == [60, 56, 47, 55, 59.9]
+    assert np.flatnonzero(np.isnan(first.outputs.columns["tip_x_mm"])).tolist() == [2]
+    assert [unit_of(name) for name in ("tip_x_mm", "joint_x1_deg", "tension_right_N", "tip_qw")] == [
+        "mm",
+        "deg",
+        "N",
+        "1",
+    ]
+
+
+def test_columns_not_listed_are_ignored_if_they_are_channels(folder: Path) -> None:
+    """A file may hold more channels than the data set uses; they change nothing."""
+    before = load_dataset(folder).trials[0]
+    text = CSV.splitlines()
+    wide = "\n".join([text[0] + ",tip_y_mm", *(line + ",0" for line in text[1:])])
+    (folder / "a.csv").write_text(wide)
+    after = load_dataset(folder).trials[0]
+    assert after.outputs.columns.keys() == before.outputs.columns.keys()
+    assert (after.inputs.tendon == before.inputs.tendon).all()
+
+
+def toml(old: str, new: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        assert old in TOML
+        (folder / "dataset.toml").write_text(TOML.replace(old, new, 1))
+
+    return change
+
+
+def csv(old: str, new: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        assert old in CSV
+        (folder / "a.csv").write_text(CSV.replace(old, new))
+
+    return change
+
+
+def scaled(factor: float) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        for name in ("a.csv", "b.csv"):
+            table = read_table(folder / name)
+            rows = zip(
+                table.time_s,
+                table.columns["tension_right_N"],
+                factor * np.nan_to_num(table.columns["tip_x_mm"]),
+                factor * table.columns["tip_z_mm"],
+                strict=True,
+            )
+            lines = [f"{t},{pull},0,{x},{z}" for t, pull, x, z in rows]
+            (folder / name).write_text("\n".join([CSV.splitlines()[0], *lines]))
+
+    return change
+
+
+FAULTS = {
+    "no dataset.toml": (lambda folder: (folder / "dataset.toml").unlink(), "dataset.toml: no such file"),
+    "not TOML": (toml("[dataset]", "[dataset"), "not valid TOML"),
+    "missing table": (toml("[conditions]\ngravity_mps2 = [0.0, 0.0, 0.0]\n", ""), r"conditions\] is missing"),
+    "unknown table": (toml("[conditions]", "[weather]\nrain = 1\n[conditions]"), "unknown table 'weather'"),
+    "missing key": (toml('licence = "MIT"\n', ""), "dataset.licence is missing"),
+    "unknown key": (toml("licence", "license"), "unknown key 'license'; choices: name, robot, source, lic"),
+    "wrong type": (toml('"loops"', "3"), "dataset.name: a text is needed, not 3"),
+    "NaN gravity": (toml("[0.0, 0.0, 0.0]", "[0.0, nan, 0.0]"), "gravity_mps2: a list of three finite"),
+    "two of gravity": (toml("[0.0, 0.0, 0.0]", "[0.0, 9.81]"), "gravity_mps2: a list of three"),
+    "unknown robot": (toml('"neuroendoscope_section"', '"snake"'), "unknown robot 'snake'; choices: neuro"),
+    "missing robot file": (toml('"neuroendoscope_section"', '"snake.toml"'), r"snake\.toml: no such file"),
+    "unknown input": (toml("tension_left_N", "tension_up_N"), "unknown input channel 'tension_up_N'; choi"),
+    "unknown output": (toml("tip_z_mm", "tip_w_mm"), "unknown output column 'tip_w_mm'; choices: tip_x"),
+    "both in and out": (toml('"tip_z_mm"', '"tension_left_N"'), "'tension_left_N' is both an input and"),
+    "channel twice": (toml('"tension_left_N"', '"tension_right_N"'), "'tension_right_N' stands twice"),
+    "no inputs": (toml('["tension_right_N", "tension_left_N"]', "[]"), "channels.inputs: a list of channel"),
+    "unknown role": (toml('"heldout"', '"test"'), "unknown role 'test'; choices: train, heldout"),
+    "empty role": (toml('"heldout"', '""'), "unknown role ''"),
+    "only heldout": (toml('"train"', '"heldout"'), "every trial is held out"),
+    "file twice": (toml('"b.csv"', '"a.csv"'), "'a.csv' stands twice"),
+    "file missing": (toml('"b.csv"', '"c.csv"'), r"trials\[1\].file: .*c.csv: no such file"),
+    "unknown trial key": (toml("role", "part"), r"trials\[0\]: unknown key 'part'; choices: file, role"),
+    "no trials": (lambda folder: (folder / "dataset.toml").write_text(TOML.split("[[")[0]), "trials"),
+    "empty CSV": (lambda folder: (folder / "a.csv").write_text(""), "a.csv: the file is empty"),
+    "header only": (lambda folder: (folder / "a.csv").write_text(CSV[:55] + "\n"), "a header without rows"),
+    "ragged": (csv("2,0.4,0,,47", "2,0.4,0"), "a.csv: line 4: 3 cells where the header has 5"),
+    "text in a cell": (csv("56", "abc"), "a.csv: line 3: tip_z_mm = 'abc': not a number"),
+    "missing column": (csv("tip_z_mm", "tip_y_mm"), "a.csv: no column tip_z_mm, which dataset.toml lists"),
+    "NaN in an input": (csv("3,0.2,0", "3,,0"), "a.csv: line 5: tension_right_N: a number is needed"),
+    "time runs back": (csv("\n3,", "\n1.5,"), "a.csv: line 5: time_s = 1.5 does not come after 2"),
+    "a pushing tendon": (csv("4,0,0", "4,-0.1,0"), "a.csv: line 6: tension_right_N = -0.1: a tendon cannot"),
+    "metres for mm": (scaled(1e-3), "tip_z_mm reaches only 0.06.*are the columns in mm, or in m"),
+    "micrometres for mm": (scaled(1e3), "tip_x_mm reaches 20000, but the robot is 60 mm long; is the column"),
+    "output never measured": (
+        lambda folder: [
+            (folder / name).write_text(CSV.replace("60\n", "\n").replace("56", "").replace(",47", ",")
+                                       .replace("55", "").replace("59.9", ""))
+            for name in ("a.csv", "b.csv")
+        ],
+        "tip_z_mm has no value in any trial",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_are_named_in_one_line(folder: Path, fault: str) -> None:
+    """Each fault ends in one line that names the place, and the choices where there are any."""
+    change, message = FAULTS[fault]
+    load_dataset(folder)  # sound before the fault is planted
+    change(folder)
+    with pytest.raises(InputError, match=message) as caught:
+        load_dataset(folder)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_folder(tmp_path: Path) -> None:
+    """A folder that does not exist is called that."""
+    with pytest.raises(InputError, match="no such folder"):
+        load_dataset(tmp_path / "nothing")
+
+
+def test_unknown_column_names_the_choices(folder: Path) -> None:
+    """A column that is no channel of the robot is an error, not a thing to overlook."""
+    lines = CSV.splitlines()
+    (folder / "a.csv").write_text(
+        "\n".join([lines[0] + ",pressure_bar", *(line + ",1" for line in lines[1:])])
+    )
+    with pytest.raises(InputError, match=r"unknown column 'pressure_bar'; choices: tension_right_N"):
+        load_dataset(folder)
+
+
+def test_roles_rule_the_split(folder: Path) -> None:
+    """Roles that are given are kept."""
+    train, heldout = split(load_dataset(folder))
+    assert [trial.file for trial in train] == ["a.csv"]
+    assert [trial.file for trial in heldout] == ["b.csv"]
+
+
+def test_all_train_leaves_nothing_to_test(folder: Path) -> None:
+    """A data set whose trials all train says so instead of testing on them."""
+    toml('"heldout"', '"train"')(folder)
+    with pytest.raises(InputError, match="every trial has the role train"):
+        split(load_dataset(folder))
+
+
+def test_split_by_trials_keeps_repeats_in_training(folder: Path) -> None:
+    """About 30 % of the rows are held out, from the end, and never a repeat of a training trial."""
+    ramp = np.concatenate([np.linspace(0, 1, 10), np.linspace(1, 0, 10)])
+    trials = [trial_of(scale * ramp, f"{k}.csv") for k, scale in enumerate([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])]
+    trials.append(trial_of(0.2 * ramp, "repeat.csv"))
+    assert is_repeat(trials[1], trials[-1])
+    assert not is_repeat(trials[1], trials[2])
+    dataset = replace(load_dataset(folder), trials=tuple(trials))
+    train, heldout = split(dataset)
+    assert [trial.file for trial in heldout] == ["4.csv", "5.csv"]
+    assert {trial.role for trial in heldout} == {"heldout"}
+    assert {trial.role for trial in train} == {"train"}
+    assert len(train) + len(heldout) == len(trials)
+
+
+def test_split_of_one_trial_falls_between_cycles(folder: Path) -> None:
+    """One trial is cut where it rests; the held-out part keeps its history but not its training rows."""
+    ramp = np.concatenate([np.linspace(0, 0.5, 10), np.linspace(0.5, 0, 10)[1:]])
+    pull = np.concatenate([ramp, ramp[1:], ramp[1:], ramp[1:]])
+    dataset = replace(load_dataset(folder), trials=(trial_of(pull),))
+    (train,), (heldout,) = split(dataset)
+    row = len(train.inputs)
+    assert pull[row] == 0.0
+    assert row == 54
+    assert len(heldout.inputs) == len(pull)
+    measured = np.isfinite(heldout.outputs.columns["tip_x_mm"])
+    assert not measured[:row].any()
+    assert measured[row:].all()
+
+
+def test_cycles_are_the_published_patterns() -> None:
+    """On the real robot the cuts are where its authors' pattern labels change, to three rows.
+
+    Where one pattern runs into the next without rest there is nothing to cut at.
+    """
+    dataset = load_dataset(OPENCR)
+    for trial, text, found in zip(dataset.trials, (TRAIN_PATTERNS, VAL_PATTERNS), (0.95, 0.8), strict=True):
+        changes = np.array([int(word) for word in text.split()])
+        cuts = np.array([part.start for part in cycles(trial)[1:]])
+        assert np.abs(cuts[:, None] - changes).min(axis=1).max() <= 3
+        assert (np.abs(changes[:, None] - cuts).min(axis=1) <= 3).mean() >= found
+
+
+def test_partial_loops_are_no_cycles() -> None:
+    """A loop that goes back to two thirds of its peak is one cycle; a return to rest makes two."""
+    corners = [0.0, 0.6, 0.4, 0.6, 0.0, 0.3, 0.0]
+    pull = np.interp(np.arange(0, 6.01, 0.1), np.arange(7.0), corners)
+    parts = cycles(trial_of(pull))
+    assert [part.start for part in parts] == [0, 40]
+
+
+@given(st.lists(st.floats(0, 1, allow_subnormal=False), min_size=1, max_size=60))
+@settings(max_examples=100, deadline=None)
+def test_cycles_cover_every_row_once(pull: list[float]) -> None:
+    """Whatever the inputs, the cycles are a partition of the rows in order, none empty."""
+    rows = np.arange(len(pull))
+    parts = cycles(trial_of(np.array(pull)))
+    assert all(part.stop > part.start for part in parts)
+    assert np.concatenate([rows[part] for part in parts]).tolist() == rows.tolist()
+
+
+def test_opencr_pulls_bend_toward_the_pulled_tendon() -> None:
+    """In the real data each tendon moves the tip toward its own angle, so the frame is not mirrored."""
+    dataset = load_dataset(OPENCR)
+    trial = dataset.trials[0]
+    tip = np.stack([trial.outputs.columns[f"tip_{axis}_mm"] for axis in "xy"], axis=1)
+    pull = trial.inputs.tendon * 1e3
+    for index, tendon in enumerate(dataset.robot.tendons):
+        others = np.delete(pull, index, axis=1).max(axis=1)
+        alone = (others < -5.0) & (pull[:, index] > 1.5)  # the others let out
+        slack = (others < -5.0) & (np.abs(pull[:, index]) < 0.3)
+        assert alone.sum() >= 3
+        assert slack.sum() >= 1
+        motion = tip[alone].mean(axis=0) - tip[slack].mean(axis=0)
+        off = np.arctan2(motion[1], motion[0]) - tendon.angle_rad
+        assert abs(np.degrees(np.angle(np.exp(1j * off)))) < 12.0, tendon.name
+
+
+def test_opencr_robot_states_the_source_of_every_number() -> None:
+    """Every number of the shipped robot stands under a source, or a prefix of its name does."""
+    robot = load_robot(OPENCR / "opencr_v4.toml")
+    for key, _ in leaves(to_document(robot)):
+        parts = key.split(".")
+        assert any(".".join(parts[:n]) in robot.sources for n in range(1, len(parts) + 1)), key
+    assert robot.segments[0].bending_stiffness_N_m2 == pytest.approx(50e9 * np.pi / 4 * 0.5e-3**4, rel=1e-5)
+
+
+def test_conversion_keeps_numbers_and_maps_servos(tmp_path: Path) -> None:
+    """The conversion starts the clock at zero, renames servos to tendons and changes no digit."""
+    path = Path(__file__).resolve().parents[2] / "scripts" / "convert_opencr_v4.py"
+    spec = importlib.util.spec_from_file_location("convert_opencr_v4", path)
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    servos = [4, 3, 9, 5, 2, 8, 6, 1, 7]
+    header = ["timestamp", "pattern_label", *(f"servo_{k}_mm" for k in servos), "tip_x", "tip_y", "tip_z"]
+    rows = [
+        ["1778538602.52163", "one", *(f"{k}.5" for k in servos), "-2.085078", "8.168024", "187.961009"],
+        ["1778538603.166227", "one", *(f"{k}.25" for k in servos), "-2.2", "9.7", "188.1"],
+    ]
+    for kind in ("train", "val"):
+        text = "\n".join(",".join(row) for row in [header, *rows])
+        (tmp_path / f"{script.RECORDING}_{kind}.csv").write_text(text)
+    target = tmp_path / "out.csv"
+    assert script.convert_series(tmp_path / f"{script.RECORDING}_train.csv", target) == 2
+    robot = load_robot(OPENCR / "opencr_v4.toml")
+    table = read_table(target)
+    assert table.time_s.tolist() == [0.0, 0.644597]
+    assert table.columns["displacement_base_1_mm"].tolist() == [4.5, 4.25]
+    assert table.columns["displacement_middle_2_mm"].tolist() == [2.5, 2.25]
+    assert table.columns["displacement_tip_3_mm"].tolist() == [7.5, 7.25]
+    assert table.columns["tip_x_mm"].tolist() == [-2.085078, -2.2]
+    driven = {name: values for name, values in table.columns.items() if name.startswith("displacement")}
+    assert read_inputs(robot, replace(table, columns=driven)).tendon[0, 2] == pytest.approx(9.5e-3)
+    (tmp_path / f"{script.RECORDING}_train.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(InputError, match="line 1: the columns must be timestamp"):
+        script.convert_series(tmp_path / f"{script.RECORDING}_train.csv", target)
+    with pytest.raises(InputError, match="No such file"):
+        script.convert(tmp_path / "nowhere", tmp_path)
