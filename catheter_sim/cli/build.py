@@ -28,6 +28,7 @@ def run(options: argparse.Namespace) -> int:
     import mujoco
 
     from catheter_sim.cli.driven import load
+    from catheter_sim.effects.face import same_robot
     from catheter_sim.effects.registry import EFFECTS
     from catheter_sim.errors import InputError
     from catheter_sim.mjcf.chain import build_mjcf
@@ -43,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
         file.write(text)
     size = f"{model.nbody} bodies, {model.nv} degrees of freedom, {model.ntendon} tendons"
     print(f"wrote {options.output}: {size}")
-    outside = [name for name in specified.effects if not EFFECTS[name].in_model]
+    outside = [name for name in specified.effects if EFFECTS[name].change_robot is same_robot]
     if outside:
         print(f"not in the file, as they act on inputs or outputs: {', '.join(outside)}")
     return 0

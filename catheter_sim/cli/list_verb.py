@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -29,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     """Print the listing."""
     content = listing()
     if options.json:
-        print(json.dumps(content, indent=2, ensure_ascii=False))
+        print(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False))
     else:
         print("\n".join(_lines(content)))
     return 0
@@ -37,15 +38,13 @@ def run(options: argparse.Namespace) -> int:
 
 def listing() -> dict[str, list[dict[str, Any]]]:
     """Return what the package offers, from its own registries, ready for JSON."""
-    import gymnasium
+    import gymnasium  # imports the package's environments through their entry point
 
-    import catheter_sim.envs
     from catheter_sim.effects.registry import EFFECTS
     from catheter_sim.robots.catalogue import ROBOTS, load_robot
     from catheter_sim.robots.channels import input_channels
     from catheter_sim.statics.models import STATIC_MODELS
 
-    catheter_sim.envs.register_environments()
     ids = [reference for reference in ROBOTS if "@" not in reference]
     robots = {reference: load_robot(reference) for reference in ids}
     return {
@@ -69,7 +68,12 @@ def listing() -> dict[str, list[dict[str, Any]]]:
                 "summary": effect.summary,
                 "parameters": {
                     reference: [
-                        {"name": item.name, "null": item.null, "lower": item.lower, "upper": item.upper}
+                        {
+                            "name": item.name,
+                            "no_effect": _plain(item.null),
+                            "lower": _plain(item.lower),
+                            "upper": _plain(item.upper),
+                        }
                         for item in effect.parameters(robot)
                     ]
                     for reference, robot in robots.items()
@@ -78,6 +82,11 @@ def listing() -> dict[str, list[dict[str, Any]]]:
             for name, effect in EFFECTS.items()
         ],
     }
+
+
+def _plain(value: float) -> float | str:
+    """Return `value` as JSON can hold it: an infinite one as TOML and --set write it."""
+    return value if math.isfinite(value) else str(value)
 
 
 def _lines(content: dict[str, list[dict[str, Any]]]) -> Iterator[str]:
@@ -98,4 +107,5 @@ def _lines(content: dict[str, list[dict[str, Any]]]) -> Iterator[str]:
     for effect in content["effects"]:
         yield f"  {effect['name']:<24} {effect['summary']}"
         for item in effect["parameters"].get(_EXAMPLE_ROBOT, []):
-            yield f"  {'':<24} {item['name']} = {item['null']:g} ({item['lower']:g} to {item['upper']:g})"
+            value, low, high = (float(item[key]) for key in ("no_effect", "lower", "upper"))
+            yield f"  {'':<24} {item['name']} = {value:.4g} ({low:.4g} to {high:.4g})"

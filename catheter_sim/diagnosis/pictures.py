@@ -29,10 +29,11 @@ from catheter_sim.tables import Array
 
 _DPI = 150
 _MOST_COLUMNS = 3  # panels in one picture
-_LEAST_MOTION = 0.02
+_LEAST_MOTION = 0.02  # of the output that moves most
 _GAP = 5.0  # a pause this many times the median step breaks a line in the pictures
 _TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 _COLOURS = {"measured": "#222222", "before": "#b5532a", "after": "#1f5f8b"}
+_LEGEND: dict[str, Any] = {"fontsize": 9, "frameon": False}
 _LABELS = {"before": "before: calibrated model", "after": "after: extended model"}
 
 
@@ -98,6 +99,7 @@ def _is_point(columns: Sequence[str]) -> bool:
 
 
 def judged(diagnosis: Diagnosis) -> tuple[tuple[TrialFit, ...], str]:
+    """Return the trials by which the residual views are judged, and what to call them."""
     fits = fits_to_judge(diagnosis.dataset, diagnosis.fits)
     only_heldout = all(fit.role == "heldout" for fit in fits)
     return fits, "held-out data" if only_heldout else "all data"
@@ -224,6 +226,7 @@ def _series(fit: TrialFit, columns: Sequence[str], in_space: bool) -> Figure:
 
 
 def _loops(fit: TrialFit, columns: Sequence[str], name: str, values: Array) -> Figure:
+    """Return the outputs against the one input `name`, side by side."""
     count = len(columns)
     figure = Figure(figsize=(10.0, 4.4 if count < 3 else 3.8), layout="constrained")
     panels = figure.subplots(1, count, squeeze=False)[0]
@@ -281,9 +284,6 @@ def _error_picture(diagnosis: Diagnosis) -> Picture:
     axes.legend(**_LEGEND)
     _plain(axes)
     return Picture("errors", f"How large the errors are: the share of {which} by error.", _png(figure))
-
-
-_LEGEND: dict[str, Any] = {"fontsize": 9, "frameon": False}
 
 
 def _plain(axes: Any) -> None:

@@ -20,6 +20,8 @@ HELDOUT_SHARE = 0.3  # of the rows, where the data set gives no roles
 _VALLEY = 0.25
 # A peak counts if it reaches this share of the trial's largest pull; below it is noise about rest.
 _PEAK = 0.1
+# What a tenth of the rows do not exceed is a standing pretension up to this share of the largest pull.
+_MOST_PRETENSION = 0.4
 
 
 @dataclass(frozen=True)
@@ -98,8 +100,8 @@ def cycles(trial: Trial) -> list[slice]:
 
     What counts is the pull: the largest tension, or positive displacement, of any tendon, or a load
     on the tip, as a share of the trial's largest. A tendon cannot push, so a displacement below zero
-    is rest, unless the trial has hardly any other. Rows are cut at the last row of a valley
-    that lies below a quarter of the peaks before and after it.
+    is rest, unless the trial has hardly any other; a standing pretension is rest too. Rows are cut
+    at the last row of a valley that lies below a quarter of the peaks before and after it.
     """
     pull = _pull(trial.inputs)
     starts = [0]
@@ -201,4 +203,7 @@ def _pull(inputs: Inputs) -> Array:
         largest = values.max(initial=0.0)
         if largest > 0.0:
             total = np.maximum(total, values.max(axis=1) / largest)
-    return total
+    rest = float(np.quantile(total, 0.1)) if len(total) else 0.0
+    if rest > _MOST_PRETENSION:
+        return total  # the robot never rests; what is low here is no rest
+    return (total - rest) / (1.0 - rest)  # below zero where even the pretension is gone

@@ -47,22 +47,18 @@ class ArcTwin:
         """Return the outputs of `robots` (numbers differ, nothing else), shape (B, r, o)."""
         arrived = [arriving_inputs(robot, inputs) for robot in robots]
         changed = [embodied(robot) for robot in robots]
-        loaded = [loads(robot, item, self.gravity_mps2) for robot, item in zip(changed, arrived, strict=True)]
         by_tension = inputs.actuation == "tension"
         result = np.empty((len(robots), len(inputs), len(self.columns)))
-        # Loads differ from robot to robot, so that loaded robots are solved one by one.
-        alone = [index for index, load in enumerate(loaded) if load is not None]
-        batches = [[index] for index in alone]
-        together = [index for index, load in enumerate(loaded) if load is None]
         # A batch with friction is marched row by row: robots without stay apart.
         for rough in (False, True):
-            group = [index for index in together if (changed[index].friction.mu > 0.0) is rough]
-            if group:
-                batches.append(group)
-        for group in batches:
-            arcs = arc_robots([changed[index] for index in group], straight_between_disks=True)
+            group = [index for index, robot in enumerate(changed) if (robot.friction.mu > 0.0) is rough]
+            if not group:
+                continue
+            members = [changed[index] for index in group]
+            arcs = arc_robots(members, straight_between_disks=True)
+            load = loads(members, [arrived[index] for index in group], self.gravity_mps2)
             commands = np.array([arrived[index].tendon for index in group])
-            states = solve_rows(arcs, commands, by_tension, loaded[group[0]])
+            states = solve_rows(arcs, commands, by_tension, load)
             for position, index in enumerate(group):
                 result[index] = self._columns(
                     robots[index],

@@ -20,7 +20,7 @@ from catheter_sim.errors import InputError
 if TYPE_CHECKING:
     import mujoco
 
-LARGEST_SIDE = 4096  # pixels
+SMALLEST_SIDE, LARGEST_SIDE = 16, 4096  # of a picture [pixels]
 _VARIABLE = "MUJOCO_GL"
 _PACKAGES = "EGL is needed; on Debian: apt install libegl1 libgl1-mesa-dri"
 
@@ -49,8 +49,9 @@ def open_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Rend
     import mujoco
 
     for name, value in (("width", width), ("height", height)):
-        if not 16 <= value <= LARGEST_SIDE:
-            raise InputError(f"{name} = {value}: a picture has 16 to {LARGEST_SIDE} pixels a side")
+        if not SMALLEST_SIDE <= value <= LARGEST_SIDE:
+            limits = f"{SMALLEST_SIDE} to {LARGEST_SIDE}"
+            raise InputError(f"{name} = {value}: a picture has {limits} pixels a side")
     model.vis.global_.offwidth = max(model.vis.global_.offwidth, width)
     model.vis.global_.offheight = max(model.vis.global_.offheight, height)
     try:

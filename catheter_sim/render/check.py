@@ -24,7 +24,7 @@ WIDTH, HEIGHT = 640, 480  # pixels
 TOLERANCE_PX = 1.0  # largest mean distance of a right model
 _BIN_PX = 8.0  # length of centreline over which pixels are averaged
 _END_PX = 2.0  # an end face's pixels lie within this length
-_POINTS = 8  # interpolated points between two faces
+_POINTS = 4  # interpolated points between two faces
 
 
 @dataclass(frozen=True)

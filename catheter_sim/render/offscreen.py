@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 
 import mujoco
 import numpy as np
 
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.mjcf.scene import views
-from catheter_sim.render.backend import open_renderer
+from catheter_sim.render.backend import SMALLEST_SIDE, open_renderer
 from catheter_sim.render.framing import emptiest_corner, fitted_view, free_camera, swept_points
 from catheter_sim.render.images import (
     PICTURE,
@@ -78,8 +79,8 @@ def render_picture(
     """
     _check(path, PICTURE, camera, width, height)
     model, states = _simulated(robot, inputs, gravity_mps2, progress)
-    caption = _caption(robot, inputs, len(inputs) - 1)
-    (image,) = draw(robot, model, states[-1:], [caption], width, height, camera)
+    captions = [caption(robot, inputs, len(inputs) - 1)]
+    (image,) = draw(robot, model, states[-1:], captions, width, height, camera)
     write_picture_file(path, image)
 
 
@@ -104,7 +105,7 @@ def render_video(
     every = resampled(inputs, np.union1d(inputs.time_s, times))
     model, states = _simulated(robot, every, gravity_mps2, progress)
     rows = np.searchsorted(every.time_s, times)
-    captions = [_caption(robot, every, int(row)) for row in rows]
+    captions = [caption(robot, every, int(row)) for row in rows]
     frames = draw(robot, model, states[rows], captions, width, height, camera)
     write_video_file(path, frames, FPS, len(rows), progress)
 
@@ -117,10 +118,9 @@ def draw(
     width: int,
     height: int,
     camera: str = "overview",
+    close_up: bool = True,
 ) -> Iterator[Picture]:
     """Yield one picture for each of `states`, all from one place that holds them all.
-
-    A close-up of the cells at the base stands in the corner that the robot leaves free.
 
     Args:
         robot: the robot.
@@ -129,23 +129,28 @@ def draw(
         captions: lines of text for each state.
         width, height: [pixels].
         camera: one of `CAMERAS`.
+        close_up: show the cells at the base, in the corner that the robot leaves free.
     """
     points = swept_points(model, states)
     named = {view.name: view for view in views(robot)}
     view = fitted_view(named[camera], points, width, height)
-    side = max(16, round(_INSET * min(width, height)))
+    side = max(SMALLEST_SIDE, round(_INSET * min(width, height)))
     corner = emptiest_corner(view, points, width, height, side)
     data = mujoco.MjData(model)
     options = mujoco.MjvOption()
     options.sitegroup[:] = 0
-    with open_renderer(model, width, height) as large, open_renderer(model, side, side) as inset:
-        for state, caption in zip(states, captions, strict=True):
+    with ExitStack() as opened:
+        large = opened.enter_context(open_renderer(model, width, height))
+        inset = opened.enter_context(open_renderer(model, side, side)) if close_up else None
+        for state, lines in zip(states, captions, strict=True):
             data.qpos[:] = state
             mujoco.mj_fwdPosition(model, data)
             large.update_scene(data, free_camera(view), options)
-            inset.update_scene(data, free_camera(named["detail"]), options)
-            image = with_inset(large.render(), inset.render(), corner)
-            yield with_caption(image, caption, (corner[0], 1 - corner[1]))
+            image = large.render()
+            if inset is not None:
+                inset.update_scene(data, free_camera(named["detail"]), options)
+                image = with_inset(image, inset.render(), corner)
+            yield with_caption(image, lines, (corner[0], 1 - corner[1]))
 
 
 def frame_times(inputs: Inputs) -> Array:
@@ -192,7 +197,7 @@ def _simulated(
     return models[0], np.array(states)
 
 
-def _caption(robot: ContinuumRobot, inputs: Inputs, row: int) -> list[str]:
+def caption(robot: ContinuumRobot, inputs: Inputs, row: int) -> list[str]:
     """Return the row's time and inputs as lines of text."""
     unit, factor = _SHOWN[inputs.actuation]
     channels = channel_of(robot)

@@ -53,13 +53,14 @@ def spatial_turns(points: Array, site_index: Index, ends: Index, turn: Array) ->
 @njit(cache=True)
 def span_tensions(
     entering: float,
+    drive: float,
     factor: Array,
     rate: Array,
     response: Array,
     count: int,
     tension: Array,
     scratch: Array,
-) -> None:
+) -> float:
     """Update one tendon's tensions to those with which it sticks where it can and slips where it must.
 
     The tensions minimise sum_k response_k (T_k - old_k)^2 / 2 - rate_k (T_k - old_k), which is zero
@@ -69,13 +70,18 @@ def span_tensions(
     function of the tension before the hole, kept as its knots.
 
     Args:
-        entering: tension before the base's hole [N].
+        entering: tension at the actuator now; below zero where a driven tendon is slack [N].
+        drive: what the actuator's tension grows by per unit of the tendon's rate of lengthening in
+            one step [N s/m]; 0 where the tension is given.
         factor: exp(mu turn) at each hole, shape (n,).
         rate: length rates of the spans under the old tensions [m/s], shape (n,).
         response: fall of a span's length rate per unit of its own tension [m/s/N], shape (n,).
         count: number of spans of this tendon.
         tension: in: old tensions; out: new ones, shape (n,) [N].
         scratch: workspace, shape (3, 2 n + 2).
+
+    Returns:
+        The actuator's tension at the end of the step [N].
     """
     knots, steps, goal = scratch[0], scratch[1], scratch[2]
     used = 0
@@ -93,7 +99,7 @@ def span_tensions(
         goal[k] = wish
         # as a function of the tension before hole k: left of the wish shifted by the upper bound,
         # flat between, right of it shifted by the lower bound
-        before = tension[k - 1] if k > 0 else entering
+        before = tension[k - 1] if k > 0 else max(entering, 0.0)
         low, high = before / factor[k] - before, before * factor[k] - before
         for p in range(used - 1, place - 1, -1):
             knots[p + 2] = knots[p] - low
@@ -104,16 +110,26 @@ def span_tensions(
         knots[place + 1], steps[place + 1] = wish - low, a
         used += 2
         offset += slope * high
+    if drive > 0.0:
+        a, b, place = slope + 1.0 / drive, offset - entering / drive, 0
+        while place < used and a * knots[place] + b < 0.0:
+            a += steps[place]
+            b -= steps[place] * knots[place]
+            place += 1
+        entering = -b / a
+    entering = max(entering, 0.0)
     before = entering
     for k in range(count):
         before = min(max(goal[k], before / factor[k]), before * factor[k])
         tension[k] = before
+    return entering
 
 
 @njit(cache=True)
 def confine(
     mu: float,
     entering: Array,
+    drive: Array,
     turn: Array,
     ends: Index,
     ten_J: Array,
@@ -126,6 +142,7 @@ def confine(
     mass: Array,
     timestep: float,
     sweeps: int,
+    tolerance: float,
     tension: Array,
     torque: Array,
     scratch: Array,
@@ -134,7 +151,9 @@ def confine(
 
     Args:
         mu: friction coefficient.
-        entering: tensions at the actuators, shape (t,) [N].
+        entering: tensions at the actuators now; below zero where a driven tendon is slack, shape (t,) [N].
+        drive: growth of the actuators' tensions per unit of the tendons' rate of lengthening in one
+            step; 0 where the tension is given, shape (t,) [N s/m].
         turn: shape (t, n) [rad].
         ends: number of spans of each tendon, shape (t,).
         ten_J: MuJoCo's sparse tendon Jacobian; `entry` picks from it.
@@ -145,13 +164,16 @@ def confine(
         force: all generalised forces but the tendons', shape (nv,); damping included.
         mass: effective implicit inertia of each degree of freedom, shape (nv,).
         timestep: [s].
-        sweeps: passes over the tendons, which share degrees of freedom.
+        sweeps: most passes over the tendons, which share degrees of freedom.
+        tolerance: they end when no tension changed by more than this share of the largest.
         tension: in: last step's; out: new, shape (t, n) [N].
-        torque: out: generalised force of (tension - entering), shape (nv,).
-        scratch: workspace, shape (6, 2 max(n, nv) + 2).
+        torque: out: generalised force of the tensions less those that the actuators will have at the
+            end of the step (the integrator adds these), shape (nv,).
+        scratch: workspace, shape (9, 2 max(n, nv, t) + 2).
     """
     tendons = tension.shape[0]
-    factor, rate, response, ahead = scratch[3], scratch[4], scratch[5], scratch[6]
+    factor, rate, response = scratch[3], scratch[4], scratch[5]
+    ahead, reached, old = scratch[6], scratch[7], scratch[8]
     for i in range(velocity.shape[0]):
         ahead[i] = velocity[i] + timestep * force[i] / mass[i]
         torque[i] = 0.0
@@ -159,7 +181,11 @@ def confine(
         for place in range(row_start[j], row_start[j + 1]):
             i = dof[place]
             ahead[i] -= timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
+    largest = 0.0
+    for j in range(tendons):
+        largest = max(largest, entering[j])
     for sweep in range(sweeps):
+        change = 0.0
         for index in range(tendons):
             j = index if sweep % 2 == 0 else tendons - 1 - index
             count = ends[j]
@@ -174,13 +200,19 @@ def confine(
             for place in range(row_start[j], row_start[j + 1]):
                 i = dof[place]
                 ahead[i] += timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
-            span_tensions(entering[j], factor, rate, response, count, tension[j], scratch)
+            for k in range(count):
+                old[k] = tension[j, k]
+            reached[j] = span_tensions(entering[j], drive[j], factor, rate, response, count, tension[j], scratch)
             for place in range(row_start[j], row_start[j + 1]):
                 i = dof[place]
                 ahead[i] -= timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
+            for k in range(count):
+                change = max(change, abs(tension[j, k] - old[k]))
+        if change <= tolerance * largest:
+            break
     for j in range(tendons):
         for place in range(row_start[j], row_start[j + 1]):
-            torque[dof[place]] -= ten_J[entry[place]] * (tension[j, span[place]] - entering[j])
+            torque[dof[place]] -= ten_J[entry[place]] * (tension[j, span[place]] - reached[j])
 
 
 @njit(cache=True)

@@ -63,7 +63,7 @@ def simulate(
     A simulation that diverges ends there; `failure` says at which row and time, and the rows before
     it are returned.
     """
-    simulator = Simulator(robot, inputs.actuation, gravity_mps2, friction)
+    simulator = Simulator(robot, inputs.actuation, gravity_mps2, friction, inertia=dynamic)
     gravity = np.asarray(gravity_mps2, dtype=float)
     if gravity.any():
         simulator.settle()

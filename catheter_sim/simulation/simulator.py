@@ -20,8 +20,17 @@ FRICTION_ROUTES = ("capstan", "nested", "none")
 # made smaller by this factor, through A. A hundredth stops the creep; at a ten-thousandth the solver
 # no longer converges.
 FRICTION_SOFTNESS = 0.01
+LIGHTER = 1e3  # by which a quasi-static run makes the masses smaller and gravity larger
 SETTLED_ANGLE_RAD = 2e-6  # at rest: what a hinge would still move in one relaxation time
 ZERO_WRENCH = (0.0, 0.0, 0.0)
+
+
+def _take_inertia_away(model: mujoco.MjModel) -> None:
+    """Make all masses smaller and gravity larger by one factor: the same weights, next to no inertia."""
+    model.body_mass[:] /= LIGHTER
+    model.body_inertia[:] /= LIGHTER
+    model.opt.gravity[:] *= LIGHTER
+    mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
 class Simulator:
@@ -39,6 +48,7 @@ class Simulator:
         actuation: str | None = None,
         gravity_mps2: Sequence[float] = ZERO_WRENCH,
         friction: str = "capstan",
+        inertia: bool = True,
     ) -> None:
         """Build the model.
 
@@ -47,6 +57,8 @@ class Simulator:
             actuation: "tension" or "displacement"; default: the robot's own.
             gravity_mps2: gravity in the base frame [m/s^2].
             friction: "capstan" (shipped), "nested" (reference) or "none".
+            inertia: False takes the masses' inertia away and keeps their weight, for motion that is
+                meant to be quasi-static.
 
         Raises:
             InputError: the robot cannot be built, or `friction` is unknown.
@@ -58,6 +70,8 @@ class Simulator:
         self.actuation = actuation or robot.actuation
         self.model = mujoco.MjModel.from_xml_string(build_mjcf(robot, self.actuation, nested))
         self.model.opt.gravity[:] = gravity_mps2
+        if not inertia:
+            _take_inertia_away(self.model)
         # A state that is not finite must be seen, not reset to zero.
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.model.tendon_invweight0[:] *= FRICTION_SOFTNESS
@@ -75,8 +89,12 @@ class Simulator:
         self._bias, self._length_gain = self.model.actuator_biasprm[:, :2].T.copy()
         self._friction: Friction | None = None
         if robot.friction.mu > 0 and friction != "none":
-            kind = CapstanFriction if friction == "capstan" else NestedFriction
-            self._friction = kind(robot, self.model)
+            drive = np.zeros(len(robot.tendons)) if self._tension_driven else -self._length_gain
+            self._friction = (
+                NestedFriction(robot, self.model)
+                if nested
+                else CapstanFriction(robot, self.model, drive)
+            )
         self.reset()
 
     def reset(self) -> None:
@@ -103,7 +121,7 @@ class Simulator:
 
     def actuator_tension(self) -> Array:
         """Return the tendons' tensions at the actuator, shape (t,) [N]."""
-        return self._tension_now().copy()
+        return np.maximum(self._tension_now(), 0.0)
 
     def step(self, count: int = 1) -> None:
         """Take `count` steps under the present inputs."""
@@ -131,12 +149,12 @@ class Simulator:
             mujoco.mj_step2(model, data)
 
     def _tension_now(self) -> Array:
-        """Return the tensions that the actuators will have in the coming step, shape (t,) [N]."""
+        """Return the actuators' tensions, below zero where a driven tendon is slack, shape (t,) [N]."""
         data = self.data
         if self._tension_driven:
             return data.ctrl
         force = self._gain * data.ctrl + self._bias + self._length_gain * data.ten_length[self._tendons]
-        return np.maximum(-force, 0.0)
+        return -force
 
     def require_finite(self) -> None:
         """Raise `SimulationDiverged` if the state is not finite, or a hinge has wound up."""

@@ -21,7 +21,7 @@ switch), steps halved where they make it worse.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,9 +33,12 @@ PRE_SLIDING_M = 2e-6  # path within which a stuck tendon gives way
 _TURN_FLOOR_RAD = 1e-4  # smooths |b| at zero
 _TOLERANCE_RAD = 1e-8
 _MAX_ITERATIONS = 60
+_ROUND = 2  # Newton steps after which the rows that balance are set aside
 
-# (rows' bend (m, s, 2)) -> generalised load (m, 2s) and its derivative (m, 2s, 2s)
+# bend (m, s, 2) -> generalised load (m, 2s) [N m] and its derivative (m, 2s, 2s)
 Load = Callable[[Array], tuple[Array, Array]]
+# (robot of each problem (m,), row of each problem (m,)) -> their load
+LoadOf = Callable[[NDArray[np.intp], NDArray[np.intp]], Load]
 
 
 @dataclass(frozen=True)
@@ -242,12 +245,14 @@ class _Equations:
             derivative[:, rows, rows] = 1.0
         return _Balance(residual, derivative, path, slip, tension, span)
 
-    def solve(self, start: Array, command: Array, anchor: Array) -> tuple[Array, _Balance]:
-        """Return the equilibrium next to `start`, and the balance there."""
+    def solve(
+        self, start: Array, command: Array, anchor: Array, most: int = _MAX_ITERATIONS
+    ) -> tuple[Array, _Balance]:
+        """Return the equilibrium next to `start` (after at most `most` steps), and the balance there."""
         x = start
         now = self.evaluate(x, command, anchor)
         norm = np.abs(now.residual).max(axis=1)
-        for _ in range(_MAX_ITERATIONS):
+        for _ in range(most):
             if not (norm > _TOLERANCE_RAD).any():
                 break
             step = np.linalg.solve(now.derivative, -now.residual[:, :, None])[:, :, 0]
@@ -268,8 +273,7 @@ def solve_rows(
     robots: ArcRobots,
     commands: Array,
     driven_by_tension: bool,
-    load: Sequence[Load] | None = None,
-    start: Array | None = None,
+    load: LoadOf | None = None,
 ) -> ArcStates:
     """Return the equilibria of B robots along r rows of inputs, history included.
 
@@ -277,18 +281,16 @@ def solve_rows(
         robots: the batch.
         commands: tension [N] or displacement [m] of each tendon, shape (B, r, T).
         driven_by_tension: what `commands` are.
-        load: the generalised load at each row, or None for no load.
-        start: bends to start Newton's method from, shape (B, r, S, 2); used without friction only.
+        load: the generalised load of each robot at each row, or None for no load.
     """
     rows = commands.shape[1]
-    history = bool(robots.mu.any())
-    if history or load is not None:
+    if robots.mu.any():
         return _march(robots, commands, driven_by_tension, load)
-    return _all_rows(robots, commands, driven_by_tension, start, rows)
+    return _all_rows(robots, commands, driven_by_tension, load, None, rows)
 
 
 def _march(
-    robots: ArcRobots, commands: Array, driven_by_tension: bool, load: Sequence[Load] | None
+    robots: ArcRobots, commands: Array, driven_by_tension: bool, load: LoadOf | None
 ) -> ArcStates:
     batch, segments, tendons = robots.shape
     rows = commands.shape[1]
@@ -304,7 +306,7 @@ def _march(
     before = x
     for row in range(rows):
         if load is not None:
-            equations.load = load[row]
+            equations.load = load(np.arange(batch), np.full(batch, row))
         guess = x if row < 2 else x + 0.5 * (x - before)
         new, balance = equations.solve(guess, commands[:, row], anchor)
         before, x = x, new
@@ -315,20 +317,49 @@ def _march(
 
 
 def _all_rows(
-    robots: ArcRobots, commands: Array, driven_by_tension: bool, start: Array | None, rows: int
+    robots: ArcRobots,
+    commands: Array,
+    driven_by_tension: bool,
+    load: LoadOf | None,
+    start: Array | None,
+    rows: int,
 ) -> ArcStates:
     batch, segments, tendons = robots.shape
-    many = take(robots, np.repeat(np.arange(batch), rows))
-    equations = _Equations(many, driven_by_tension, None)
+    if start is None and batch > 1:
+        # Robots of a batch are alike: the first one's bends are a good start for the others.
+        one = _all_rows(take(robots, np.zeros(1, np.intp)), commands[:1], driven_by_tension, load, None, rows)
+        first = np.concatenate([one.bend.reshape(1, rows, -1), one.shift[:, :, None] / _SHIFT_UNIT_M], axis=2)
+        start = np.broadcast_to(first, (batch, *first.shape[1:]))
+    robot = np.repeat(np.arange(batch), rows)
+    row = np.tile(np.arange(rows), batch)
+    command = commands.reshape(batch * rows, tendons)
     x = np.zeros((batch * rows, 2 * segments + 1))
-    x[:, :-1] = (many.rest if start is None else start).reshape(batch * rows, -1)
-    anchor = np.zeros((batch * rows, tendons, segments))
-    x, balance = equations.solve(x, commands.reshape(batch * rows, tendons), anchor)
-    residual = np.abs(balance.residual[:, :-1]).max(axis=1) * equations.k0.max(axis=1)
+    if start is None:
+        x[:, :-1] = robots.rest[robot].reshape(batch * rows, -1)
+    else:
+        x[:] = start.reshape(batch * rows, -1)
+    tension = np.empty((batch * rows, tendons))
+    span = np.empty((batch * rows, tendons, segments))
+    residual = np.empty(batch * rows)
+    left = np.arange(batch * rows)
+    for attempt in range(_MAX_ITERATIONS // _ROUND):
+        equations = _Equations(
+            take(robots, robot[left]),
+            driven_by_tension,
+            load(robot[left], row[left]) if load is not None else None,
+        )
+        anchor = np.zeros((len(left), tendons, segments))
+        x[left], balance = equations.solve(x[left], command[left], anchor, _ROUND * (1 + attempt))
+        unbalanced = np.abs(balance.residual).max(axis=1)
+        tension[left], span[left] = balance.tension, balance.span_tension
+        residual[left] = np.abs(balance.residual[:, :-1]).max(axis=1) * equations.k0.max(axis=1)
+        left = left[unbalanced > _TOLERANCE_RAD]
+        if len(left) == 0:
+            break
     return _states(
         x.reshape(batch, rows, -1),
-        balance.tension.reshape(batch, rows, tendons),
-        balance.span_tension.reshape(batch, rows, tendons, segments),
+        tension.reshape(batch, rows, tendons),
+        span.reshape(batch, rows, tendons, segments),
         residual.reshape(batch, rows),
         segments,
     )

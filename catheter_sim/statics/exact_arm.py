@@ -51,7 +51,7 @@ from catheter_sim.statics.slip import tensions_behind
 
 MODEL = "fkm_exact_arm"
 
-_ANGLE_TOLERANCE_RAD = 1e-13
+_ANGLE_TOLERANCE_RAD = 1e-12
 _CELL_TOLERANCE_RAD = 1e-14
 _MOST_SECANTS = 20
 _MOST_LOAD_ROUNDS = 100
@@ -78,10 +78,12 @@ class _State:
     Attributes:
         angles: bend angles, shape (n,) [rad].
         tension: of each tendon in each cell, shape (t, n) [N], zero beyond its end.
+        trend: change of the angles in the last step, where the search for the next one starts.
     """
 
     angles: Array
     tension: Array
+    trend: Array
 
 
 def fkm_exact_arm(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
@@ -110,12 +112,12 @@ def fkm_exact_arm(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) ->
 
 def _run(chain: PlanarChain, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
     cells = _cells(chain)
-    start = _State(rest_angles(chain), np.zeros(chain.offset.shape))
+    start = _State(rest_angles(chain), np.zeros(chain.offset.shape), 0.0 * rest_angles(chain))
     postures, residual = [], []
-    row = 0
+    row = 0  # a failure at rest is the first row's
     try:
         state = _settle(chain, cells, start, at_rest(chain, gravity_mps2))
-        for row, steps in enumerate(drives(chain, inputs, gravity_mps2)):
+        for row, steps in enumerate(drives(chain, inputs, gravity_mps2)):  # noqa: B007
             for drive in steps:
                 state = _settle(chain, cells, state, drive)
             p_w, R_w = hinge_chain(state.angles, chain.cell_length)
@@ -155,13 +157,13 @@ def _settle(chain: PlanarChain, cells: list[_Cell], state: _State, drive: Drive)
     """
     if not drive.loaded:
         return _pass(chain, cells, state, state.angles, drive, np.zeros(len(cells)))
-    angles = state.angles
+    angles = state.angles + state.trend
     limit = largest_angles(chain)
     for _ in range(_MOST_LOAD_ROUNDS):
         found = _pass(chain, cells, state, angles, drive, load_moments(chain, angles, drive))
         change = found.angles - angles
         if np.abs(change).max() < _ANGLE_TOLERANCE_RAD:
-            return found
+            return _State(found.angles, found.tension, found.angles - state.angles)
         cell_slope = cell_slopes(chain, angles, found.tension)
         coupled = np.diag(cell_slope) - load_slopes(chain, angles, drive)
         try:
@@ -170,7 +172,10 @@ def _settle(chain: PlanarChain, cells: list[_Cell], state: _State, drive: Drive)
             break
         if not np.all(np.abs(angles) < limit):
             break
-    raise NoEquilibrium("no posture balances the weight and the tip load")
+    raise NoEquilibrium(
+        "no posture close by balances the weight and the tip load; the robot buckles or snaps, "
+        "which 'fkm_sliding' follows"
+    )
 
 
 def _pass(
@@ -192,7 +197,7 @@ def _pass(
             tension[j, k] = value
         angles.append(angle)
         angle_before = angle
-    return _State(np.array(angles), tension)
+    return _State(np.array(angles), tension, np.zeros(len(cells)))
 
 
 def _solve_cell(

@@ -140,7 +140,7 @@ def _printed_step(chain: PlanarChain, tension: Array, angles: Array, _: Array) -
     in_cells = np.zeros(chain.offset.shape)
     for i in range(len(angles)):
         in_cells[:, i] = np.where(chain.reaches[:, i], entering, 0.0)
-        now[i] = _bend_angle(chain, i, float(chain.offset[:, i] @ in_cells[:, i]))
+        now[i] = _bend_angle(chain, i, _moment(chain, i, in_cells))
         ratio = tension_ratio(chain.mu, now[i])
         entering = entering * ratio ** (np.sign(chain.offset[:, i]) * np.sign(now[i] - angles[i]))
     return now, in_cells
@@ -157,7 +157,7 @@ def _sticking_step(chain: PlanarChain, tension: Array, angles: Array, kept: Arra
             entering[here].tolist(), kept[here, i].tolist(), chain.offset[here, i].tolist(), capstan
         )
         in_cells[here, i] = behind
-        now[i] = _bend_angle(chain, i, float(chain.offset[:, i] @ in_cells[:, i]))
+        now[i] = _bend_angle(chain, i, _moment(chain, i, in_cells))
         capstan = 1.0 / tension_ratio(chain.mu, now[i])
         entering = in_cells[:, i]
     return now, in_cells
@@ -165,8 +165,13 @@ def _sticking_step(chain: PlanarChain, tension: Array, angles: Array, kept: Arra
 
 def _uniform_step(chain: PlanarChain, tension: Array, angles: Array, _: Array) -> tuple[Array, Array]:
     in_cells = np.where(chain.reaches, tension[:, None], 0.0)
-    moments = (chain.offset * in_cells).sum(axis=0)
-    return np.array([_bend_angle(chain, i, float(m)) for i, m in enumerate(moments)]), in_cells
+    cells = range(len(chain.cell_length))
+    return np.array([_bend_angle(chain, i, _moment(chain, i, in_cells)) for i in cells]), in_cells
+
+
+def _moment(chain: PlanarChain, cell: int, in_cells: Array) -> float:
+    """Return the tendons' moment on a cell; equal and opposite ones leave exactly nothing."""
+    return math.fsum((chain.offset[:, cell] * in_cells[:, cell]).tolist())
 
 
 def _bend_angle(chain: PlanarChain, cell: int, moment: float) -> float:

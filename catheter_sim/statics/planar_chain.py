@@ -20,7 +20,7 @@ from catheter_sim.robots.specification import ContinuumRobot, Segment
 from catheter_sim.statics.result import StaticRun
 
 # Between two rows of inputs the models go in steps of at most this much bending of the whole robot.
-# Halving it moves the tip of `neuroendoscope_section` by 1.5 um over the rows of its nominal table.
+# Halving it moves the tip of `neuroendoscope_section` by at most 5 um over its nominal table.
 STEP_BEND_RAD = 0.025
 _MAX_STEPS = 2000  # between two rows; only inputs far beyond what a robot can bear ask for more
 
@@ -244,4 +244,4 @@ def static_run(
     model: str, inputs: Inputs, gravity_mps2: Array, postures: list[Posture], residual: list[float]
 ) -> StaticRun:
     """Return the results of one model along a history of inputs."""
-    return StaticRun(model, inputs, np.asarray(gravity_mps2, dtype=float), tuple(postures), np.array(residual))
+    return StaticRun(model, inputs, gravity_mps2, tuple(postures), np.array(residual))

@@ -50,10 +50,12 @@ from catheter_sim.statics.result import StaticRun
 MODEL = "fkm_sliding"
 # From full slip one way to full stick the robot beyond an eyelet bends by this much.
 PRE_SLIDING_RAD = 1e-4
-_TOLERANCE_RAD = 1e-12
-_MOST_ROUNDS = 60
+_TOLERANCE_RAD = 2e-11  # rounding of lengths against the stiff slip leaves up to 3e-12
+_MOST_ROUNDS = 40
 _SHARES = tuple(0.5**i for i in range(15))  # of a Newton step
-_MOST_HALVINGS = 12
+_MOST_HALVINGS = 8
+_MOST_CREEP_STEPS = 200
+_NO_DRAG, _MOST_DRAG = 1e-4, 1e4  # of a cell's stiffness
 
 
 @dataclass(frozen=True)
@@ -97,12 +99,12 @@ def solve_sliding(chain: PlanarChain, inputs: Inputs, gravity_mps2: Array, model
     postures, residual = [], []
     rest = at_rest(chain, gravity)
     untouched = np.zeros(chain.offset.shape)
-    row = 0
+    row = 0  # a failure at rest is the first row's
     try:
         # The robot sags without tension, so without friction; its eyelets remember nothing of it.
         state = _settle(chain, _State(rest_angles(chain), untouched, rest), rest, _MOST_HALVINGS)
         state = _State(state.angles, untouched, rest)
-        for row, steps in enumerate(drives(chain, inputs, gravity)):
+        for row, steps in enumerate(drives(chain, inputs, gravity)):  # noqa: B007
             for drive in steps:
                 state = _settle(chain, state, drive, _MOST_HALVINGS)
             tension = _tensions(chain, state.angles, state.slip, state.drive)
@@ -138,7 +140,7 @@ def _settle(chain: PlanarChain, state: _State, drive: Drive, halvings: int) -> _
     if found is not None:
         return found
     if halvings == 0:
-        raise NoEquilibrium("no posture balances the tensions, the weight and the tip load")
+        return _creep(chain, state, drive)
     middle = Drive(
         0.5 * (state.drive.tension + drive.tension),
         0.5 * (state.drive.face_force + drive.face_force),
@@ -147,8 +149,36 @@ def _settle(chain: PlanarChain, state: _State, drive: Drive, halvings: int) -> _
     return _settle(chain, _settle(chain, state, middle, halvings - 1), drive, halvings - 1)
 
 
-def _newton(chain: PlanarChain, state: _State, drive: Drive) -> _State | None:
-    """Return the equilibrium under `drive`, or None where Newton's method finds none."""
+def _creep(chain: PlanarChain, state: _State, drive: Drive) -> _State:
+    """Return the equilibrium that the robot reaches slowly where there is none close by.
+
+    A robot that buckles or snaps through leaves its branch. Every cell gets a viscous drag, and time
+    steps of growing length follow the robot until the drag no longer matters.
+    """
+    stiffness = float((chain.stiffness / chain.cell_length).min())
+    drag = stiffness
+    for _ in range(_MOST_CREEP_STEPS):
+        found = _newton(chain, state, drive, drag)
+        if found is None:
+            drag *= 4.0
+            if drag > _MOST_DRAG * stiffness:
+                break
+            continue
+        state = found
+        drag *= 0.6
+        if drag < _NO_DRAG * stiffness:
+            found = _newton(chain, state, drive)
+            if found is not None:
+                return found
+            drag = stiffness
+    raise NoEquilibrium("no posture balances the tensions, the weight and the tip load")
+
+
+def _newton(chain: PlanarChain, state: _State, drive: Drive, drag: float = 0.0) -> _State | None:
+    """Return the equilibrium under `drive`, or None where Newton's method finds none.
+
+    With `drag` [N m/rad] every cell is also held back in proportion to its motion from `state`.
+    """
     limit = largest_angles(chain)
     tolerance = _TOLERANCE_RAD * float((chain.stiffness / chain.cell_length).min())
     length_before = _beyond(lengths(chain, state.angles))
@@ -157,7 +187,8 @@ def _newton(chain: PlanarChain, state: _State, drive: Drive) -> _State | None:
         drawn_in = length_before - _beyond(lengths(chain, angles))
         slip = np.clip(state.slip + drawn_in / pre_sliding, -1.0, 1.0)
         tension = _tensions(chain, angles, slip, drive)
-        return slip, tension, unbalanced(chain, angles, tension, drive)
+        lack = unbalanced(chain, angles, tension, drive) - drag * (angles - state.angles)
+        return slip, tension, lack
 
     pre_sliding = PRE_SLIDING_RAD * max(float(np.abs(chain.offset).max(initial=0.0)), 1e-9)
     angles = state.angles
@@ -166,6 +197,7 @@ def _newton(chain: PlanarChain, state: _State, drive: Drive) -> _State | None:
         if np.abs(lack).max() < tolerance:
             return _State(angles, slip, drive)
         slope = _slope(chain, angles, slip, tension, drive, pre_sliding)
+        slope[np.diag_indices_from(slope)] += drag
         try:
             step = np.linalg.solve(slope, lack)
         except np.linalg.LinAlgError:

@@ -50,10 +50,11 @@ def test_listed_effect_parameters_can_be_set(run: Run, folder: Path) -> None:
     for effect in content["effects"]:
         for robot, parameters in effect["parameters"].items():
             for item in parameters:
-                assert item["lower"] <= item["null"] <= item["upper"], (effect["name"], item)
+                bounds = [float(item[key]) for key in ("lower", "no_effect", "upper")]
+                assert bounds == sorted(bounds), (effect["name"], item)
                 key = f"effects.{effect['name']}.{item['name']}"
-                specified, _ = load(robot, [f"{key}={item['null']!r}"])
-                assert specified.effects[effect["name"]][item["name"]] == item["null"]
+                specified, _ = load(robot, [f"{key}={item['no_effect']}"])
+                assert specified.effects[effect["name"]][item["name"]] == bounds[1]
 
 
 @pytest.mark.parametrize("reference", ROBOTS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from catheter_sim.mjcf import meshes
+from catheter_sim.mjcf import cells, meshes
 from catheter_sim.robots import layout
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.checks import check_robot
@@ -42,7 +43,9 @@ def turned_about_hinge(mesh: trimesh.Trimesh, angle_rad: float, raised: float = 
     """Return `mesh` turned about the hinge (the y axis), moved along its own z first."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)
     rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    return trimesh.Trimesh((mesh.vertices + (0, 0, raised)) @ rotation.T, mesh.faces, process=False)
+    return trimesh.Trimesh(
+        (mesh.vertices + np.array((0.0, 0.0, raised))) @ rotation.T, mesh.faces, process=False
+    )
 
 
 def surface(mesh: trimesh.Trimesh) -> Array:
@@ -52,8 +55,8 @@ def surface(mesh: trimesh.Trimesh) -> Array:
     return np.einsum("sk,tki->tsi", shares, corner).reshape(-1, 3)
 
 
-def shape_of(name: str, segment: int = 0) -> meshes.CellShape:
-    return meshes.cell_shape(load_robot(name), segment)
+def shape_of(name: str, segment: int = 0) -> cells.CellShape:
+    return cells.cell_shape(load_robot(name), segment)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -70,7 +73,7 @@ def test_every_mesh_is_a_closed_solid_of_few_faces(name: str) -> None:
 def test_every_part_names_a_mesh_and_every_mesh_is_used(name: str) -> None:
     """Links from the base to the tip show exactly the meshes that are written."""
     robot = load_robot(name)
-    links = sum(meshes.links_of(robot, segment) for segment in robot.segments)
+    links = sum(cells.links_of(robot, segment) for segment in robot.segments)
     parts = [part for link in range(links + 1) for part in meshes.element_parts(robot, link)]
     assert {part.mesh_key for part in parts} == set(meshes.element_meshes(robot))
     with pytest.raises(IndexError):
@@ -97,8 +100,8 @@ def test_eyelets_are_free_at_the_tendons_and_nowhere_else() -> None:
     """A guide is open along each tendon, and solid just beside the hole."""
     robot = load_robot("neuroendoscope")
     for index, count in ((0, 6), (1, 2)):
-        shape = meshes.cell_shape(robot, index)
-        guide = meshes.wire_guide(shape, shape)
+        shape = cells.cell_shape(robot, index)
+        guide = cells.wire_guide(shape, shape)
         names = [item.name for item in robot.segments]
         expected = [
             (item.radius_m * math.cos(item.angle_rad), item.radius_m * math.sin(item.angle_rad))
@@ -128,9 +131,9 @@ def test_tool_channel_is_free_from_base_to_tip() -> None:
 
 
 def test_projections_meet_in_a_line_at_the_hinge() -> None:
-    """The curved projection's lowest points are a line along y at the hinge; the flat top is level with it."""
+    """The curved projection's lowest points are a line along y at the hinge; the flat top is level."""
     shape = shape_of("neuroendoscope")
-    guide = meshes.wire_guide(shape, shape)
+    guide = cells.wire_guide(shape, shape)
     lowest = guide.vertices[guide.vertices[:, 2] < 1e-9]
     assert np.abs(lowest[:, 0]).max() < 1e-12
     assert lowest[:, 1].min() < -shape.bore_radius
@@ -141,18 +144,21 @@ def test_projections_meet_in_a_line_at_the_hinge() -> None:
     assert np.ptp(top[:, 0]) > 0.2 * shape.outer_radius  # a flat plane, on which the arc can roll
 
 
-@pytest.mark.parametrize("angle_deg", (-8.0, 0.0, 3.0, 8.0))
+@pytest.mark.parametrize("angle_deg", [-8.0, 0.0, 3.0, 8.0])
 def test_neighbouring_guides_touch_but_do_not_run_into_one_another(angle_deg: float) -> None:
     """From -8 to 8 deg the two projections sink into one another by less than 8 um, and stay in touch."""
     shape = shape_of("neuroendoscope")
-    below, above = meshes.base_guide(shape), meshes.wire_guide(shape, shape)
+    below, above = cells.base_guide(shape), cells.wire_guide(shape, shape)
     angle = math.radians(angle_deg)
+
+    axis = np.array([math.sin(angle), 0.0, math.cos(angle)])  # of the upper guide
 
     def overlap(raised: float) -> bool:
         moved = turned_about_hinge(above, angle, raised)
-        near = [points[np.abs(points[:, 2]) < 0.5e-3] for points in (surface(moved), surface(below))]
-        inside = [winding_number(below, near[0]), winding_number(moved, near[1])]
-        return any((values > 0.5).any() for values in inside)
+        # The lower guide ends at z = 0, the upper one begins there in its own frame.
+        low = surface(moved)[surface(moved)[:, 2] < 0]
+        high = surface(below)[surface(below) @ axis > raised]
+        return bool((winding_number(below, low) > 0.5).any() or (winding_number(moved, high) > 0.5).any())
 
     assert not overlap(8e-6)
     assert overlap(-8e-6)
@@ -161,7 +167,7 @@ def test_neighbouring_guides_touch_but_do_not_run_into_one_another(angle_deg: fl
 def test_flexures_are_thin_and_stand_on_the_bending_axis() -> None:
     """Near a hinge the backbone is two strips beside the channel, thin across the bending axis."""
     shape = shape_of("neuroendoscope")
-    backbone = meshes.backbone_cell(shape, shape)
+    backbone = cells.backbone_cell(shape, shape)
     z = backbone.vertices[:, 2]
     for here in (z < 0.2 * shape.length, z > 0.8 * shape.length):
         strips = backbone.vertices[here]
@@ -172,14 +178,14 @@ def test_flexures_are_thin_and_stand_on_the_bending_axis() -> None:
     assert np.hypot(rigid[:, 0], rigid[:, 1]).max() < shape.bore_radius
 
 
-@pytest.mark.parametrize("name", ("neuroendoscope", "spacer_disk"))
+@pytest.mark.parametrize("name", ["neuroendoscope", "spacer_disk"])
 def test_backbone_is_unbroken_from_the_base_face_to_the_tip(name: str) -> None:
     """Stacked on the straight robot, the backbone's parts reach from z = 0 to the full length."""
     robot = load_robot(name)
     solids = meshes.element_meshes(robot)
     hinges, z = [0.0], 0.0  # frame of link 0: the base
     for segment in robot.segments:
-        count = meshes.links_of(robot, segment)
+        count = cells.links_of(robot, segment)
         hinges += [z + (i + 0.5) * segment.length_m / count for i in range(count)]
         z += segment.length_m
     spans = []
@@ -190,7 +196,7 @@ def test_backbone_is_unbroken_from_the_base_face_to_the_tip(name: str) -> None:
                 spans.append((heights.min(), heights.max()))
     assert spans[0][0] == pytest.approx(0.0, abs=1e-9)
     assert spans[-1][1] == pytest.approx(z, abs=1e-9)
-    for (_, end), (start, _) in zip(spans[:-1], spans[1:], strict=True):
+    for (_, end), (start, _) in itertools.pairwise(spans):
         assert start <= end + 1e-9
 
 
@@ -221,7 +227,9 @@ def test_disks_are_turned_so_that_their_holes_lie_on_the_tendons() -> None:
     )
     tendon = robot.tendons[2]  # reaches the tip
     for link in layout.links(robot):
-        turns = [part.z_turn for part in meshes.element_parts(robot, link.index) if part.name_prefix == "disk"]
+        turns = [
+            part.z_turn for part in meshes.element_parts(robot, link.index) if part.name_prefix == "disk"
+        ]
         expected = layout.hole_angle_rad(robot, tendon, link.face_z_m) - tendon.angle_rad
         assert turns == ([pytest.approx(expected)] if link.disk else [])
 
@@ -229,9 +237,7 @@ def test_disks_are_turned_so_that_their_holes_lie_on_the_tendons() -> None:
 def test_a_robot_written_twice_is_the_same_text() -> None:
     """Meshes depend on the specification alone."""
     first, second = (meshes.element_meshes(load_robot("neuroendoscope")) for _ in range(2))
-    assert {k: meshes.inline(m) for k, m in first.items()} == {
-        k: meshes.inline(m) for k, m in second.items()
-    }
+    assert {k: meshes.inline(m) for k, m in first.items()} == {k: meshes.inline(m) for k, m in second.items()}
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -273,11 +279,11 @@ def test_any_robot_that_passes_the_checks_can_be_drawn(
 ) -> None:
     """Whatever its channel, cells and tendons, a valid robot has closed meshes."""
     radius = radius_mm * 1e-3
-    cells = 4
+    count = 4
     robot = ContinuumRobot(
         name="any",
         description="",
-        segments=(Segment("only", cells * slenderness * radius, cells, radius, 1e-4, 1e-3, axes),),
+        segments=(Segment("only", count * slenderness * radius, count, radius, 1e-4, 1e-3, axes),),
         tendons=tuple(
             Tendon(f"t{k}", tendon * radius, math.radians(angle), "only")
             for k, angle in enumerate(angles_deg)

@@ -22,8 +22,8 @@ def scene_model(name: str) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(root.to_xml_string())
 
 
-@pytest.mark.parametrize("name", ("neuroendoscope", "neuroendoscope_section", "spacer_disk"))
-@pytest.mark.parametrize("camera", ("side", "overview"))
+@pytest.mark.parametrize("name", ["neuroendoscope", "neuroendoscope_section", "spacer_disk"])
+@pytest.mark.parametrize("camera", ["side", "overview"])
 def test_cameras_hold_the_robot_up_to_a_half_circle(name: str, camera: str) -> None:
     """Straight, or bent evenly by up to 180 deg to either side, the centreline stays in a 4:3 picture."""
     model = scene_model(name)
@@ -57,7 +57,7 @@ def test_side_camera_looks_along_y_with_z_up() -> None:
     assert far == pytest.approx(centre)
 
 
-@pytest.mark.parametrize("setting", (None, "egl"))
+@pytest.mark.parametrize("setting", [None, "egl"])
 def test_writing_a_model_leaves_the_backend_alone(setting: str | None) -> None:
     """The model writer is imported without a warning, and `MUJOCO_GL` is afterwards what it was."""
     environment = {key: value for key, value in os.environ.items() if key not in ("MUJOCO_GL", "DISPLAY")}

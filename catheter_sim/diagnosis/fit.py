@@ -1,0 +1,359 @@
+"""Fits effects to trials: least squares with bounds, and what the fit is worth on rows left out.
+
+A hypothesis is a set of terms, each an effect with the parameters that are freed; the empty set is
+the model without causes, its nuisance parameters calibrated. Residuals are divided by their column's
+weight. Every number is fitted in units of a change that matters (`Parameter.scale`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import t as student
+
+from catheter_sim.diagnosis.dataset import Trial, cycles
+from catheter_sim.diagnosis.nuisance import Nuisance
+from catheter_sim.diagnosis.twin import Twin
+from catheter_sim.effects.face import Parameter
+from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.specification import ContinuumRobot
+
+FOLDS = 8  # of the cross-validation; a fold is a stretch of whole cycles
+_STEP = 0.05  # of the derivative, in units of a parameter's scale
+_MAX_STEPS = 12
+_CONVERGED = 2e-4  # relative decrease of the sum of squares that is not worth another step
+_NUISANCE_SCALE = 0.25  # of a nuisance parameter's half range
+_FAILED = 1e3  # residual, in weights, of a robot that finds no equilibrium
+
+
+@dataclass(frozen=True)
+class Term:
+    """An effect and the names of its parameters that are fitted."""
+
+    effect: str
+    free: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Free:
+    """One fitted number: a parameter of an effect, or a nuisance (then `effect` is empty)."""
+
+    effect: str
+    parameter: Parameter
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Effect and parameter name."""
+        return self.effect, self.parameter.name
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What stays the same for every hypothesis.
+
+    Attributes:
+        robot: as specified.
+        nuisances: its known-uncertain numbers.
+        trials: to fit.
+        columns: outputs compared.
+        weight: size of a residual per column that counts as one, shape (o,), in file units.
+        twin: robots and inputs to outputs.
+    """
+
+    robot: ContinuumRobot
+    nuisances: tuple[Nuisance, ...]
+    trials: tuple[Trial, ...]
+    columns: tuple[str, ...]
+    weight: Array
+    twin: Twin
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted hypothesis with its evidence.
+
+    Attributes:
+        terms: the hypothesis.
+        frees: what was fitted, nuisances first.
+        x: fitted numbers in units of their scale, shape (p,).
+        residual: model minus measurement over weight, shape (n,).
+        jacobian: of the residual by `x`, shape (n, p).
+        held: whether a number stayed at a bound, shape (p,).
+        block: which block each residual belongs to, shape (n,).
+        left_out: the residual where the row's fold was left out of the fit, shape (n,).
+    """
+
+    terms: tuple[Term, ...]
+    frees: tuple[Free, ...]
+    x: Array
+    residual: Array
+    jacobian: Array
+    held: np.ndarray
+    block: np.ndarray
+    left_out: Array
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(term.effect for term in self.terms)
+
+    @property
+    def values(self) -> dict[tuple[str, str], float]:
+        """Fitted values by effect and parameter, in the parameters' units."""
+        return {
+            free.key: free.parameter.from_fit(float(x) * free.parameter.scale)
+            for free, x in zip(self.frees, self.x, strict=True)
+        }
+
+    @property
+    def cross_validated_rms(self) -> float:
+        """Root mean square of `left_out`, in weights."""
+        return float(np.sqrt(np.mean(self.left_out**2)))
+
+
+def terms_for(robot: ContinuumRobot, effect: str) -> tuple[Term, ...]:
+    """Return the ways in which `effect` may be freed for `robot`, simplest first."""
+    parameters = EFFECTS[effect].parameters(robot)
+    if not parameters:
+        return ()
+    everything = tuple(item.name for item in parameters)
+    return tuple(Term(effect, names or everything) for names in EFFECTS[effect].variants(robot))
+
+
+def frees_of(problem: Problem, terms: Sequence[Term]) -> tuple[Free, ...]:
+    """Return what is fitted for a hypothesis: nuisances not superseded, then its effects' parameters."""
+    found = []
+    named = {term.effect for term in terms}
+    for nuisance in problem.nuisances:
+        if named.isdisjoint(nuisance.superseded_by):
+            half = nuisance.half_range
+            found.append(
+                Free("", Parameter(nuisance.name, 1.0, 1.0 - half, 1.0 + half, half * _NUISANCE_SCALE, 1.0))
+            )
+    for term in terms:
+        by_name = {item.name: item for item in EFFECTS[term.effect].parameters(problem.robot)}
+        found += [Free(term.effect, by_name[name]) for name in term.free]
+    return tuple(found)
+
+
+def robot_with(problem: Problem, frees: Sequence[Free], x: Array) -> ContinuumRobot:
+    """Return the specified robot with calibrated nuisances built in and the effects attached."""
+    robot = problem.robot
+    effects: dict[str, dict[str, float]] = {name: dict(values) for name, values in robot.effects.items()}
+    factors = {}
+    for free, value in zip(frees, x, strict=True):
+        number = free.parameter.from_fit(float(value) * free.parameter.scale)
+        if free.effect:
+            effects.setdefault(free.effect, {})[free.parameter.name] = number
+        else:
+            factors[free.parameter.name] = number
+    for nuisance in problem.nuisances:
+        if nuisance.name in factors:
+            robot = nuisance.change_robot(robot, factors[nuisance.name])
+    return replace(robot, effects=effects)
+
+
+def residuals(problem: Problem, frees: Sequence[Free], xs: Array) -> Array:
+    """Return model minus measurement over weight for many parameter vectors, shape (B, n).
+
+    Args:
+        problem: trials and twin.
+        frees: what the columns of `xs` are.
+        xs: shape (B, p), in units of the parameters' scales.
+    """
+    robots = [robot_with(problem, frees, x) for x in xs]
+    parts = []
+    for trial in problem.trials:
+        model = problem.twin(robots, trial.inputs)
+        measured = measured_of(trial, problem.columns)
+        error = (model - measured) / problem.weight
+        parts.append(error[:, np.isfinite(measured)])
+    stacked = np.concatenate(parts, axis=1)
+    return np.where(np.isfinite(stacked), np.clip(stacked, -_FAILED, _FAILED), _FAILED)
+
+
+def measured_of(trial: Trial, columns: Sequence[str]) -> Array:
+    """Return a trial's outputs, shape (r, o), NaN where missing."""
+    return np.stack([trial.outputs.columns[name] for name in columns], axis=1)
+
+
+def blocks_of(trials: Sequence[Trial], columns: Sequence[str], fewest: int = 2 * FOLDS) -> np.ndarray:
+    """Return the block of each residual: a whole cycle of a trial, in order, shape (n,).
+
+    Where there are fewer cycles than `fewest`, cycles are cut into stretches of equal length.
+    """
+    stretches: list[tuple[int, slice]] = [
+        (index, part) for index, trial in enumerate(trials) for part in cycles(trial)
+    ]
+    pieces = -(-fewest // max(len(stretches), 1))
+    labels = [np.zeros(len(trial.inputs), dtype=int) for trial in trials]
+    count = 0
+    for index, part in stretches:
+        rows = np.arange(part.start, part.stop)
+        for piece in np.array_split(rows, min(pieces, max(1, len(rows) // 4))):
+            labels[index][piece] = count
+            count += 1
+    parts = []
+    for trial, label in zip(trials, labels, strict=True):
+        finite = np.isfinite(measured_of(trial, columns))
+        parts.append(np.broadcast_to(label[:, None], finite.shape)[finite])
+    return np.concatenate(parts)
+
+
+def fold_of(block: np.ndarray, folds: int = FOLDS) -> np.ndarray:
+    """Return the fold of each residual: stretches of neighbouring blocks, alike in rows, shape (n,)."""
+    order = np.unique(block, return_inverse=True)[1]
+    sizes = np.bincount(order)
+    middle = np.cumsum(sizes) - 0.5 * sizes
+    return np.minimum((middle * folds / sizes.sum()).astype(int), folds - 1)[order]
+
+
+def start_of(frees: Sequence[Free], known: dict[tuple[str, str], float] | None = None) -> Array:
+    """Return where a fit starts: `known` values, or each parameter's own start."""
+    values = known or {}
+    return np.array(
+        [
+            free.parameter.to_fit(values.get(free.key, free.parameter.start)) / free.parameter.scale
+            for free in frees
+        ]
+    )
+
+
+def fit(
+    problem: Problem,
+    terms: Sequence[Term],
+    known: dict[tuple[str, str], float] | None = None,
+    cross_validate: bool = True,
+) -> Fit:
+    """Return the least-squares fit of a hypothesis.
+
+    Args:
+        problem: trials and twin.
+        terms: the hypothesis.
+        known: values to start from, by effect and parameter.
+        cross_validate: whether to work out `left_out`; otherwise it is the residual.
+
+    Levenberg-Marquardt in a box: numbers at a bound that the gradient pushes outward are held.
+    """
+    frees = frees_of(problem, terms)
+    block = blocks_of(problem.trials, problem.columns)
+    bounds = np.array([free.parameter.fit_bounds for free in frees]).reshape(-1, 2)
+    scale = np.array([free.parameter.scale for free in frees])
+    low, high = bounds[:, 0] / scale, bounds[:, 1] / scale
+    x = np.clip(start_of(frees, known), low, high)
+    if len(frees) == 0:
+        error = residuals(problem, frees, x[None])[0]
+        empty = np.zeros((len(error), 0))
+        return Fit(tuple(terms), frees, x, error, empty, np.zeros(0, bool), block, error)
+    damping = 1e-3
+    error, jacobian = _linearised(problem, frees, x, high)
+    cost = float(error @ error)
+    for _ in range(_MAX_STEPS):
+        candidates = np.array(
+            [
+                np.clip(x + _step(jacobian, error, _held(x, low, high, jacobian.T @ error), factor), low, high)
+                for factor in damping * np.array([0.1, 1.0, 10.0, 100.0, 1e4])
+            ]
+        )
+        errors = residuals(problem, frees, candidates)
+        costs = (errors**2).sum(axis=1)
+        best = int(np.argmin(costs))
+        if not costs[best] < cost:
+            break
+        gained = cost - float(costs[best])
+        x, cost = candidates[best], float(costs[best])
+        damping = float(np.clip(damping * 10.0 ** (best - 1), 1e-6, 1e6))
+        error, jacobian = _linearised(problem, frees, x, high)
+        if gained < _CONVERGED * cost:
+            break
+    held = _held(x, low, high, jacobian.T @ error)
+    left_out = error
+    if cross_validate:
+        left_out = _left_out(problem, frees, x, error, jacobian, held, block, (low, high))
+    return Fit(tuple(terms), frees, x, error, jacobian, held, block, left_out)
+
+
+def _linearised(problem: Problem, frees: Sequence[Free], x: Array, high: Array) -> tuple[Array, Array]:
+    """Return the residual (n,) and its derivative by forward differences (n, p)."""
+    step = np.where(x + _STEP > high, -_STEP, _STEP)
+    errors = residuals(problem, frees, np.concatenate([x[None], x + np.diag(step)]))
+    return errors[0], ((errors[1:] - errors[0]) / step[:, None]).T
+
+
+def _held(x: Array, low: Array, high: Array, gradient: Array) -> np.ndarray:
+    return ((x <= low) & (gradient > 0)) | ((x >= high) & (gradient < 0))
+
+
+def _step(jacobian: Array, error: Array, held: np.ndarray, damping: float) -> Array:
+    """Return the damped Gauss-Newton step; zero for what is held or changes nothing."""
+    normal = jacobian.T @ jacobian
+    size = np.diag(normal)
+    use = ~held & (size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300))
+    step = np.zeros(len(held))
+    if use.any():
+        part = normal[np.ix_(use, use)]
+        damped = part + damping * np.diag(np.diag(part))
+        step[use] = -np.linalg.lstsq(damped, jacobian[:, use].T @ error, rcond=1e-12)[0]
+    return step
+
+
+def _left_out(
+    problem: Problem,
+    frees: Sequence[Free],
+    x: Array,
+    error: Array,
+    jacobian: Array,
+    held: np.ndarray,
+    block: np.ndarray,
+    box: tuple[Array, Array],
+) -> Array:
+    """Return the residual of each fold under the parameters fitted without it, shape (n,).
+
+    Those parameters are one Gauss-Newton step from the fit to everything: exact where the model is
+    linear in them over the step; the residual itself is computed with the full model.
+    """
+    fold = fold_of(block)
+    chosen = np.unique(fold)
+    points = []
+    for index in chosen:
+        keep = fold != index
+        points.append(np.clip(x + _step(jacobian[keep], error[keep], held, 1e-9), *box))
+    errors = residuals(problem, frees, np.array(points))
+    left_out = error.copy()
+    for position, index in enumerate(chosen):
+        left_out[fold == index] = errors[position][fold == index]
+    return left_out
+
+
+def intervals(result: Fit) -> dict[tuple[str, str], tuple[float, float]]:
+    """Return a 95 % interval of every fitted value, by effect and parameter.
+
+    Residuals of one block hang together, so that blocks count, not rows: the cluster-robust
+    covariance A^-1 (sum_b g_b g_b^T) A^-1 G / (G - 1), with g_b a block's gradient and G blocks, and
+    Student's t with G - 1 degrees of freedom (Liang and Zeger 1986; Cameron and Miller 2015).
+    A value held at a bound, or without influence, has the interval of its bounds.
+    """
+    found: dict[tuple[str, str], tuple[float, float]] = {}
+    labels = np.unique(result.block, return_inverse=True)[1]
+    groups = int(labels.max()) + 1 if len(labels) else 0
+    jacobian = result.jacobian
+    size = (jacobian**2).sum(axis=0)
+    use = ~result.held & (size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300))
+    half = np.full(len(result.frees), np.inf)
+    if use.any() and groups > 1:
+        part = jacobian[:, use]
+        inverse = np.linalg.pinv(part.T @ part, rcond=1e-12)
+        scores = np.zeros((groups, int(use.sum())))
+        np.add.at(scores, labels, part * result.residual[:, None])
+        covariance = inverse @ (scores.T @ scores) @ inverse * groups / (groups - 1)
+        half[use] = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * float(student.ppf(0.975, groups - 1))
+    for free, x, width in zip(result.frees, result.x, half, strict=True):
+        parameter = free.parameter
+        low, high = parameter.fit_bounds
+        ends = np.clip([(x - width) * parameter.scale, (x + width) * parameter.scale], low, high)
+        values = sorted(parameter.from_fit(float(end)) for end in ends)
+        found[free.key] = (values[0], values[1])
+    return found

@@ -1,0 +1,35 @@
+"""What a model shows does not change how it moves."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from catheter_sim.mjcf import chain
+from catheter_sim.robots.catalogue import load_robot
+
+
+@pytest.mark.parametrize("name", ["neuroendoscope_section", "spacer_disk"])
+def test_meshes_have_no_mass_and_no_contact(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With and without its meshes a model has the same masses, inertias and mass matrix."""
+    robot = load_robot(name)
+    shown = mujoco.MjModel.from_xml_string(chain.build_mjcf(robot))
+    monkeypatch.setattr(chain, "add_visuals", lambda root, robot, bodies: None)
+    bare = mujoco.MjModel.from_xml_string(chain.build_mjcf(robot))
+    assert shown.ngeom > 0
+    assert bare.ngeom == 0
+    for field in ("body_mass", "body_inertia", "body_ipos", "dof_M0", "dof_invweight0"):
+        assert np.array_equal(getattr(shown, field), getattr(bare, field)), field
+    assert not shown.geom_contype.any()
+    assert not shown.geom_conaffinity.any()
+
+
+def test_geoms_are_named_by_part_and_link() -> None:
+    """Every link has a backbone geom that carries the link's number and lies on the link's body."""
+    model = mujoco.MjModel.from_xml_string(chain.build_mjcf(load_robot("neuroendoscope_section")))
+    for link in range(1, 31):
+        for prefix in ("backbone", "guide"):
+            geom = model.geom(f"{prefix}_{link}")
+            assert model.body(geom.bodyid.item()).name == f"link_{link}"
+    assert model.geom("backbone_0").bodyid.item() == 0
