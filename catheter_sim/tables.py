@@ -124,13 +124,14 @@ def replaced_when_whole(path: str | os.PathLike[str], binary: bool = False) -> I
     Raises:
         InputError: the folder does not exist or cannot be written.
     """
-    target = Path(os.path.realpath(path))
+    target = Path(path)
     if target.is_dir():
         raise InputError(f"{path}: is a folder, a file name is needed")
     if target.exists() and not target.is_file():
         with open(target, "wb") if binary else open(target, "w", newline="", encoding="utf-8") as direct:
             yield direct
         return
+    target = Path(os.path.realpath(target))
     try:
         descriptor, temporary = tempfile.mkstemp(
             dir=target.parent, prefix=f".{target.stem}.", suffix=target.suffix

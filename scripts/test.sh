@@ -6,7 +6,6 @@ bin="$venv/bin"
 "$bin/ruff" check .
 "$bin/ruff" format --check .
 "$bin/mypy"
-"$bin/python" scripts/build_models.py --check
 "$bin/pytest" -q -m "not slow"
 if [ -z "${FAST:-}" ]; then
     "$bin/pytest" -q -m slow

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
 from catheter_sim.cli import arguments
 from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed
+from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs, check_output_channels, output_table, read_inputs
 from catheter_sim.robots.checks import check_robot
@@ -76,6 +78,15 @@ def drive(options: argparse.Namespace) -> Drive:
         gravity_mps2=gravity_mps2,
         columns=names,
     )
+
+
+@contextmanager
+def file_named(path: str, kind: type[InputError] = InputError) -> Iterator[None]:
+    """Put the file of inputs before an error of `kind`, one that tells of one of its rows."""
+    try:
+        yield
+    except kind as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def outputs(driven: Drive, postures: Sequence[Posture]) -> Table:

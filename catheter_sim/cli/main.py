@@ -112,6 +112,10 @@ def _run(argv: Sequence[str]) -> int:
     if arguments.verb is None:
         raise InputError(f"a verb is needed; choices: {', '.join(VERBS)}")
     with _errors_alone_on_stderr():
+        # Here and not in each verb: every one of them uses MuJoCo sooner or later.
+        from catheter_sim.render.backend import require_mujoco
+
+        require_mujoco()
         return int(VERBS[arguments.verb].run(arguments))
 
 

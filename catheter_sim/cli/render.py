@@ -32,21 +32,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Simulate and render."""
     arguments.check_output_file(options.output)
-    from catheter_sim.cli.driven import drive
+    from catheter_sim.cli.driven import drive, file_named
+    from catheter_sim.errors import SimulationDiverged
     from catheter_sim.render.images import suffix_of
     from catheter_sim.render.offscreen import render
 
     suffix_of(options.output)
     driven = drive(options)
-    render(
-        driven.robot,
-        driven.arriving,
-        tuple(driven.gravity_mps2),
-        options.output,
-        options.width,
-        options.height,
-        options.camera,
-        progress=arguments.show_progress(),
-    )
+    with file_named(options.inputs, SimulationDiverged):
+        render(
+            driven.robot,
+            driven.arriving,
+            tuple(driven.gravity_mps2),
+            options.output,
+            options.width,
+            options.height,
+            options.camera,
+            progress=arguments.show_progress(),
+        )
     print(f"wrote {options.output}: {options.width} x {options.height} pixels")
     return 0

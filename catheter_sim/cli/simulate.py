@@ -49,8 +49,8 @@ def run(options: argparse.Namespace) -> int:
     )
     write_outputs(driven, result.postures, options.output)
     if result.failure is not None:
-        # the message starts with the line of the file, and ends in what is kept
-        line = driven.table.row(len(result.postures))
-        raise SimulationDiverged(f"{line}: {result.failure} in {options.output}")
+        rows = len(result.postures)
+        kept = f"rows before it in {options.output}: {rows}"
+        raise SimulationDiverged(f"{driven.table.row(rows)}: {result.failure}; {kept}")
     print(f"wrote {options.output}: {len(result.postures)} rows")
     return 0

@@ -17,11 +17,12 @@ import math
 
 import mujoco
 import numpy as np
-from dm_control import mjcf
 
 from catheter_sim.errors import InputError
+from catheter_sim.mjcf._backend import mjcf
 from catheter_sim.mjcf.friction_tails import add_friction_tails
-from catheter_sim.mjcf.scene import add_scene
+from catheter_sim.mjcf.meshes import tendon_width
+from catheter_sim.mjcf.scene import add_scene, tendon_colour
 from catheter_sim.mjcf.visuals import add_visuals
 from catheter_sim.robots.channels import joint_names
 from catheter_sim.robots.layout import (
@@ -66,9 +67,9 @@ def build_mjcf(robot: ContinuumRobot, actuation: str | None = None, friction_tai
     bodies = _add_chain(root, robot)
     _add_holes(root, robot, bodies)
     add_visuals(root, robot, bodies)
-    for tendon in robot.tendons:
-        element = root.tendon.add("spatial", name=f"tendon_{tendon.name}", width=_tendon_width(robot))
-        element.rgba = (0.25, 0.28, 0.33, 1.0)
+    for index, tendon in enumerate(robot.tendons):
+        element = root.tendon.add("spatial", name=f"tendon_{tendon.name}", width=tendon_width(robot))
+        element.rgba = tendon_colour(index)
         if has_mount_slide(robot):
             element.add("site", site=f"feed_{tendon.name}")
         for k in range(last_disk(robot, tendon) + 1):
@@ -76,7 +77,7 @@ def build_mjcf(robot: ContinuumRobot, actuation: str | None = None, friction_tai
     if friction_tails:
         add_friction_tails(root, robot)
     _add_actuators(root, robot, actuation)
-    text = root.to_xml_string()
+    text = root.to_xml_string(precision=9)
     try:
         mujoco.MjModel.from_xml_string(text)
     except ValueError as error:
@@ -129,7 +130,10 @@ def _add_chain(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Eleme
         transverse = mass * (radius**2 / 4.0 + link.length_m**2 / 12.0)
         face = link.face_z_m - link.hinge_z_m
         body.add(
-            "inertial", pos=(0, 0, face), mass=mass, diaginertia=(transverse, transverse, mass * radius**2 / 2)
+            "inertial",
+            pos=(0, 0, face),
+            mass=mass,
+            diaginertia=(transverse, transverse, mass * radius**2 / 2),
         )
         if link.disk:
             body.add("site", name=f"face_{link.disk}", pos=(0, 0, face), size=(1e-4,), group=5)
@@ -182,10 +186,6 @@ def _add_holes(root: mjcf.RootElement, robot: ContinuumRobot, bodies: list[mjcf.
         for link in disk_links[: last_disk(robot, tendon)]:
             position = (*xy(tendon, float(heights[link.disk])), link.face_z_m - link.hinge_z_m)
             hole(bodies[link.index], f"hole_{tendon.name}_{link.disk}", position)
-
-
-def _tendon_width(robot: ContinuumRobot) -> float:
-    return max(0.05 * min(tendon.radius_m for tendon in robot.tendons), 5e-5)
 
 
 def drive_stiffness(robot: ContinuumRobot, tendon: Tendon) -> float:

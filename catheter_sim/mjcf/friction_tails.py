@@ -5,8 +5,7 @@ Their limits are set at run time by `catheter_sim.simulation.friction.NestedFric
 
 from __future__ import annotations
 
-from dm_control import mjcf
-
+from catheter_sim.mjcf._backend import mjcf
 from catheter_sim.robots.layout import last_disk
 from catheter_sim.robots.specification import ContinuumRobot
 

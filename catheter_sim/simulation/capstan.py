@@ -202,7 +202,9 @@ def confine(
                 ahead[i] += timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
             for k in range(count):
                 old[k] = tension[j, k]
-            reached[j] = span_tensions(entering[j], drive[j], factor, rate, response, count, tension[j], scratch)
+            reached[j] = span_tensions(
+                entering[j], drive[j], factor, rate, response, count, tension[j], scratch
+            )
             for place in range(row_start[j], row_start[j + 1]):
                 i = dof[place]
                 ahead[i] -= timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
@@ -216,9 +218,7 @@ def confine(
 
 
 @njit(cache=True)
-def add_pull(
-    ten_J: Array, row_start: Index, entry: Index, dof: Index, pull: Array, torque: Array
-) -> None:
+def add_pull(ten_J: Array, row_start: Index, entry: Index, dof: Index, pull: Array, torque: Array) -> None:
     """Add the generalised force of tendons pulled by `pull` (one each) to `torque`, shape (nv,)."""
     for row in range(pull.shape[0]):
         for place in range(row_start[row], row_start[row + 1]):

@@ -136,7 +136,9 @@ class CapstanFriction:
         self._ends = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
         self._inside = np.arange(1, spans + 1) <= self._ends[:, np.newaxis]  # (t, n)
         span_of_dof = hinge_spans(robot, model)
-        self._rows = TendonRows(model, [f"tendon_{tendon.name}" for tendon in robot.tendons], set(span_of_dof))
+        self._rows = TendonRows(
+            model, [f"tendon_{tendon.name}" for tendon in robot.tendons], set(span_of_dof)
+        )
         self._span = np.array([span_of_dof[int(dof)] for dof in self._rows.columns])
         self._timestep = float(model.opt.timestep)
         self._drive = drive_stiffness * self._timestep
@@ -207,7 +209,9 @@ class NestedFriction:
         self._turns = Turns(robot, model)
         ends = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
         self._inside = np.arange(1, body_count(robot) + 1) <= ends[:, np.newaxis]
-        names = [f"tail_{tendon.name}_{k}" for tendon in robot.tendons for k in range(last_disk(robot, tendon))]
+        names = [
+            f"tail_{tendon.name}_{k}" for tendon in robot.tendons for k in range(last_disk(robot, tendon))
+        ]
         self._ids = np.array([model.tendon(name).id for name in names])
         self._rows = friction_rows(model, names)
         self._tails = TendonRows(model, names, set(hinge_spans(robot, model)))

@@ -82,7 +82,7 @@ def simulate(
             at_rest.append(True if dynamic else simulator.settle())
             simulator.require_finite()
         except SimulationDiverged as error:
-            failure = f"{error}, at row {row + 1} (time_s = {inputs.time_s[row]:g}); {row} rows before it are kept"
+            failure = f"{error}, at row {row + 1} (time_s = {inputs.time_s[row]:g})"
             break
         postures.append(simulator.posture())
         before = wrench[row]
@@ -90,7 +90,11 @@ def simulate(
             on_row(simulator, row)
     done = len(postures)
     return SimulationRun(
-        slice_inputs(inputs, slice(0, done)), gravity, tuple(postures), np.array(at_rest[:done], bool), failure
+        slice_inputs(inputs, slice(0, done)),
+        gravity,
+        tuple(postures),
+        np.array(at_rest[:done], bool),
+        failure,
     )
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from catheter_sim.errors import SimulationDiverged, unknown
 from catheter_sim.mjcf.chain import build_mjcf
 from catheter_sim.robots.channels import body_count, joint_names
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.simulation.elastic_law import ElasticRemainder
 from catheter_sim.simulation.friction import CapstanFriction, Friction, NestedFriction
 
 FRICTION_ROUTES = ("capstan", "nested", "none")
@@ -46,7 +46,7 @@ class Simulator:
         self,
         robot: ContinuumRobot,
         actuation: str | None = None,
-        gravity_mps2: Sequence[float] = ZERO_WRENCH,
+        gravity_mps2: ArrayLike = ZERO_WRENCH,
         friction: str = "capstan",
         inertia: bool = True,
     ) -> None:
@@ -87,13 +87,12 @@ class Simulator:
         self._tendons = np.array([self.model.tendon(f"tendon_{tendon.name}").id for tendon in robot.tendons])
         self._gain = self.model.actuator_gainprm[:, 0].copy()
         self._bias, self._length_gain = self.model.actuator_biasprm[:, :2].T.copy()
+        self._elastic = ElasticRemainder(robot, self.model)
         self._friction: Friction | None = None
         if robot.friction.mu > 0 and friction != "none":
             drive = np.zeros(len(robot.tendons)) if self._tension_driven else -self._length_gain
             self._friction = (
-                NestedFriction(robot, self.model)
-                if nested
-                else CapstanFriction(robot, self.model, drive)
+                NestedFriction(robot, self.model) if nested else CapstanFriction(robot, self.model, drive)
             )
         self.reset()
 
@@ -106,7 +105,10 @@ class Simulator:
         mujoco.mj_forward(self.model, self.data)
 
     def set_inputs(
-        self, tendon: Array, force_tip: Sequence[float] = ZERO_WRENCH, moment_tip: Sequence[float] = ZERO_WRENCH
+        self,
+        tendon: Array,
+        force_tip: ArrayLike = ZERO_WRENCH,
+        moment_tip: ArrayLike = ZERO_WRENCH,
     ) -> None:
         """Set the inputs of the following steps.
 
@@ -126,7 +128,7 @@ class Simulator:
     def step(self, count: int = 1) -> None:
         """Take `count` steps under the present inputs."""
         model, data, friction = self.model, self.data, self._friction
-        if friction is None and not self._pushed:
+        if friction is None and not self._pushed and not self._elastic.needed:
             data.qfrc_applied[:] = 0.0
             for _ in range(count):
                 mujoco.mj_step(model, data)
@@ -144,6 +146,8 @@ class Simulator:
                     self._tip_body,
                     data.qfrc_applied,
                 )
+            if self._elastic.needed:
+                self._elastic.apply(data)
             if friction is not None:
                 friction.apply(data, self._tension_now())
             mujoco.mj_step2(model, data)

@@ -29,9 +29,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-PRE_SLIDING_M = 2e-6  # path within which a stuck tendon gives way
+PRE_SLIDING_M = 1e-5  # path within which a stuck tendon gives way
 _TURN_FLOOR_RAD = 1e-4  # smooths |b| at zero
-_TOLERANCE_RAD = 1e-8
+_TOLERANCE_RAD = 1e-7
 _MAX_ITERATIONS = 60
 _ROUND = 2  # Newton steps after which the rows that balance are set aside
 

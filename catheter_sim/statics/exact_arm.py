@@ -95,6 +95,10 @@ def fkm_exact_arm(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) ->
     with the motion of each tendon over each eyelet instead (`sliding.fkm_sliding`), which agrees
     with the rule to 0.1 mm where both hold.
 
+    The rule remembers tensions, not motion. Under a steady weight that costs 0.2 mm; where a force
+    pushes the tip to and fro while the tendons are held it is wrong by millimetres, and
+    `fkm_sliding` is the model to take.
+
     Args:
         robot: every segment bends in the xz plane, one hinge a cell.
         inputs: tensions, and optionally tip force and moment; only what acts in the plane bends.

@@ -4,16 +4,21 @@ Kato 2016 (doi 10.1007/s11548-015-1310-2) prints no value of mu. Two kinds of pr
 
 - **Loop openings**: the mean distance of the tips in arching and extending at the same tension,
   9.8 mm at 0.4 N with a single tendon and 13.2 mm at (0.12, 0.48) N with an antagonistic pair.
-  Extending started from "maximum bending of the robot"; its tension is not printed and the opening
-  hangs on it. It also has a maximum over mu, since a robot with much friction bends less: for one
-  maximum tension an opening fits two values of mu, or none.
+  Extending started from "maximum bending of the robot", whose tension is not printed, and the
+  opening hangs on it. It also has a maximum over mu, since a robot with much friction bends less: for
+  one maximum tension an opening fits two values of mu, or none. **Assumed here: full reversal**, a
+  start so far bent that back at the loop's tension the whole tendon runs out; the opening then no
+  longer hangs on where it started.
 - **Distances in arching** between measurement, mapping and the constant-curvature assumption. They
   need no maximum tension: with the measured tip at the mean distance p from the assumption's and f
   from the mapping's, the two models lie |p - f| to p + f from each other (triangle inequality, which
-  holds for the means of the trials too), and that distance is a function of mu alone.
+  holds for the means of the trials too), and that distance is a function of mu alone. It is the mu
+  that the authors put into their mapping.
 
-The second gives an interval of mu; the first then gives the maximum tension, and the second opening
-is the check.
+What comes out. With full reversal the first opening gives mu = 0.143 (`fkm`, `fkm_stick`) or 0.128
+(`fkm_exact_arm`), and the second comes out as 13.3 or 13.5 mm against the published 13.2. The
+distances in arching leave 0.277 to 0.332 to `fkm`, and with such a mu both openings need a start from
+less bending, 0.56 N and 0.70 N. The paper does not say which holds: the openings fit either way.
 """
 
 from __future__ import annotations
@@ -33,8 +38,9 @@ from catheter_sim.statics.result import StaticRun
 
 _Solve = Callable[[ContinuumRobot, Inputs, Array], StaticRun]
 
-_MU_GRID = np.linspace(0.0, 1.0, 51)
-_TENSION_GRID_N = np.linspace(0.0, 0.6, 25)  # beyond the loop's own tension
+FULL_REVERSAL_N = 1.5  # assumed start of extending; at mu up to 0.2 any above 1 N gives the same opening
+_MU_GRID = np.linspace(0.0, 1.0, 26)
+_TENSION_GRID_N = np.linspace(0.0, 0.6, 13)  # beyond the loop's own tension
 _SAME_OPENING_M = 2e-5  # a root of a jump misses its value by more
 
 
@@ -71,6 +77,21 @@ class ArchingDistance:
     source: str
 
 
+@dataclass(frozen=True)
+class Identification:
+    """A friction coefficient from the single tendon's loop, and its check on the antagonistic one.
+
+    Attributes:
+        highest_N: tension from which extending is assumed to start, in both loops.
+        mu: the coefficients that give the single tendon's opening; more than one where it is not unique.
+        antagonistic_opening_m: what each of them gives for the antagonistic opening.
+    """
+
+    highest_N: float
+    mu: tuple[float, ...]
+    antagonistic_opening_m: tuple[float, ...]
+
+
 def _single(*tensions: float) -> tuple[tuple[float, float], ...]:
     return tuple((tension, 0.0) for tension in tensions)
 
@@ -83,11 +104,11 @@ SINGLE_LOOP = Loop(9.8e-3, _single(0.0, 0.1, 0.2, 0.3, 0.4), "Kato 2016, Results
 ANTAGONISTIC_LOOP = Loop(
     13.2e-3, _antagonistic(0.12, 0.24, 0.36, 0.48), "Kato 2016, Results: 13.2 mm at (0.12, 0.48) N"
 )
-# The highest tension that was measured in arching; whether extending began there is not printed.
-ANTAGONISTIC_HIGHEST_N = 0.65  # Kato 2016, Validation of prediction accuracy
 
 ARCHING_DISTANCES = (
-    ArchingDistance(_single(0.0, 0.1, 0.2), 5.1e-3, 0.0, 2.9e-3, "Kato 2016, Results: 5.1 mm; FKM at most 2.9"),
+    ArchingDistance(
+        _single(0.0, 0.1, 0.2), 5.1e-3, 0.0, 2.9e-3, "Kato 2016, Results: 5.1 mm; FKM at most 2.9"
+    ),
     ArchingDistance(
         _single(0.0, 0.1, 0.2, 0.3, 0.4), 5.9e-3, 0.0, 2.9e-3, "Kato 2016, Results: 5.9 mm; FKM at most 2.9"
     ),
@@ -106,6 +127,13 @@ ARCHING_DISTANCES = (
         "Kato 2016, Results: 14.6 and 5.5 mm",
     ),
 )
+
+
+def identify(solve: _Solve, highest_N: float = FULL_REVERSAL_N) -> Identification:
+    """Return the friction that the single tendon's opening gives a model, checked on the other opening."""
+    found = friction_from_opening(solve, SINGLE_LOOP, highest_N)
+    checks = tuple(loop_opening(solve, ANTAGONISTIC_LOOP, mu, highest_N) for mu in found)
+    return Identification(highest_N, found, checks)
 
 
 def loop_opening(solve: _Solve, loop: Loop, mu: float, highest_N: float) -> float:

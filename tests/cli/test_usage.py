@@ -209,6 +209,55 @@ def test_broken_pipe_is_silent() -> None:
     assert ended.returncode == 128 + signal.SIGPIPE
 
 
+def test_an_unknown_graphics_backend_is_one_line() -> None:
+    """MuJoCo refuses to be imported with a MUJOCO_GL that it does not know: that is the user's to mend."""
+    ended = subprocess.run(
+        [*COMMAND, "list"],
+        env=os.environ | {"MUJOCO_GL": "bogus"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("catheter-sim: error: ")
+    assert ended.stderr.count("\n") == 1
+    assert "MUJOCO_GL" in ended.stderr
+    assert "internal error" not in ended.stderr
+
+
+@pytest.mark.slow
+def test_a_diverging_process_says_one_line(tmp_path: Path) -> None:
+    """Neither MuJoCo nor NumPy adds a warning, and no log file stays behind."""
+    (tmp_path / "in.csv").write_text("time_s,force_tip_x_N\n0,0\n1,1e9\n")
+    words = ["simulate", "neuroendoscope_section", "--inputs", "in.csv", "-o", "out.csv"]
+    ended = subprocess.run([*COMMAND, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("catheter-sim: error: in.csv: line 3: ")
+    assert ended.stderr.count("\n") == 1
+    assert sorted(os.listdir(tmp_path)) == ["in.csv", "out.csv"]
+
+
+@pytest.mark.slow
+def test_output_may_go_to_a_pipe(tmp_path: Path) -> None:
+    """/dev/stdout is an output like any other."""
+    (tmp_path / "in.csv").write_text("time_s,tension_right_N\n0,0\n")
+    words = [
+        "statics",
+        "neuroendoscope_section",
+        "--model",
+        "pcca",
+        "--inputs",
+        "in.csv",
+        "-o",
+        "/dev/stdout",
+    ]
+    ended = subprocess.run(
+        [*COMMAND, *words, "-o", "/dev/stdout"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.startswith("time_s,tip_x_mm,")
+
+
 def test_a_real_process_exits_2(tmp_path: Path) -> None:
     """The exit status and the line reach the shell, through a process of its own."""
     ended = subprocess.run(

@@ -184,7 +184,7 @@ def test_an_effect_changes_simulation_and_statics_alike(run: Run, folder: Path) 
             np.testing.assert_allclose(effect.columns[name], given.columns[name], atol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["out.png", "out.mp4"])
+@pytest.mark.parametrize("name", ["out.png", pytest.param("out.mp4", marks=pytest.mark.slow)])
 def test_render_leaves_a_picture_of_its_size(name: str, run: Run, folder: Path, inputs: str) -> None:
     """The file has the asked-for size, and shows something: its pixels are not all alike."""
     import imageio.v3 as iio

@@ -1,0 +1,211 @@
+"""Claims about the tendons' friction in the simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drive import ANTAGONISTIC, PARTIAL, SINGLE, rows_to_inputs, tips_mm
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.simulation import capstan
+from catheter_sim.simulation.replay import simulate
+from catheter_sim.simulation.simulator import Simulator
+
+NO_GRAVITY = np.zeros(3)
+PUSHES = [(0, 0, 0), (0.02, 0, 0), (0.05, 0, 0), (0, 0, 0), (-0.03, 0, 0), (-0.06, 0, 0), (0, 0, 0)]
+
+
+def section(*changes):
+    return load_robot("neuroendoscope_section", changes)
+
+
+def hold(simulator, tension):
+    for i in range(200):
+        simulator.set_inputs(np.array(tension) * (i + 1) / 200)
+        simulator.step()
+    simulator.settle()
+
+
+def span_problem(rng, count):
+    return {
+        "entering": rng.uniform(0.0, 1.0),
+        "factor": np.exp(rng.uniform(0.0, 0.1, count)),
+        "rate": rng.normal(0.0, 0.1, count),
+        "response": rng.uniform(0.2, 2.0, count),
+        "tension": rng.uniform(0.1, 1.0, count),
+    }
+
+
+def test_span_tensions_minimise_their_cost():
+    """The chain solver's tensions are those of a general constrained optimiser."""
+    rng = np.random.default_rng(7)
+    for count in (1, 2, 5, 12):
+        case = span_problem(rng, count)
+        entering, factor, old = case["entering"], case["factor"], case["tension"]
+        # Bounds frozen at the old tensions, as the dynamic programme has them.
+        before = np.concatenate([[entering], old[:-1]])
+        low, high = before / factor - before, before * factor - before
+
+        def cost(t, case=case, old=old):
+            return np.sum(case["response"] * (t - old) ** 2 / 2 - case["rate"] * (t - old))
+
+        def slack(t, entering=entering, low=low, high=high):
+            steps = np.diff(np.concatenate([[entering], t]))
+            return np.concatenate([steps - low, high - steps])
+
+        expected = minimize(
+            cost,
+            np.full(count, entering),
+            constraints={"type": "ineq", "fun": slack},
+            method="SLSQP",
+            options={"ftol": 1e-14, "maxiter": 500},
+        ).x
+        # With bounds that do not depend on the solution, the solver must agree: freeze them by
+        # iterating from its own solution.
+        tension = old.copy()
+        for _ in range(60):
+            trial = tension.copy()
+            rate = case["rate"] - case["response"] * (tension - old)
+            scratch = np.zeros((3, 2 * count + 2))
+            capstan.span_tensions(entering, 0.0, factor, rate, case["response"], count, trial, scratch)
+            if np.abs(trial - tension).max() < 1e-12:
+                break
+            tension = trial
+        before = np.concatenate([[entering], tension[:-1]])
+        ratio = tension / before
+        assert (ratio <= factor * (1 + 1e-9)).all()
+        assert (ratio >= 1 / factor * (1 - 1e-9)).all()
+        # Sliding speeds, from the tip: zero where it sticks, outward where the tension rises.
+        speed = np.cumsum((case["rate"] - case["response"] * (tension - old))[::-1])[::-1]
+        slips_out, slips_in = ratio > factor * (1 - 1e-9), ratio < 1 / factor * (1 + 1e-9)
+        stuck = ~slips_out & ~slips_in
+        assert np.abs(speed[stuck]).max(initial=0.0) < 1e-8
+        assert (speed[slips_out] > -1e-8).all()
+        assert (speed[slips_in] < 1e-8).all()
+        # The first pass, with the same frozen bounds, is the optimiser's solution wherever the
+        # relative bounds of the forward pass coincide with them.
+        if count == 1:
+            first = old.copy()
+            capstan.span_tensions(
+                entering, 0.0, factor, case["rate"], case["response"], 1, first, np.zeros((3, 4))
+            )
+            assert first == pytest.approx(expected, abs=1e-6)
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 30))
+def test_capstan_bounds_always_hold(seed, count):
+    """Whatever the motion, no tension changes by more than the capstan factor over a hole."""
+    case = span_problem(np.random.default_rng(seed), count)
+    tension = case["tension"].copy()
+    scratch = np.zeros((3, 2 * count + 2))
+    capstan.span_tensions(
+        case["entering"], 0.0, case["factor"], case["rate"], case["response"], count, tension, scratch
+    )
+    ratio = tension / np.concatenate([[case["entering"]], tension[:-1]])
+    assert (ratio <= case["factor"] * (1 + 1e-12)).all()
+    assert (ratio >= 1 / case["factor"] * (1 - 1e-12)).all()
+
+
+def test_turns_in_space_are_those_in_the_plane():
+    """The turns computed from the holes' positions equal half the sum of adjoining cell angles."""
+    robot = section()
+    simulator = Simulator(robot)
+    hold(simulator, (0.3, 0.1))
+    simulator.posture()
+    angles = simulator.data.qpos.copy()
+    turn = np.zeros((1, 30))
+    capstan.planar_turns(angles, np.arange(30), turn)
+    sites = np.array([[simulator.model.site(f"hole_right_{k}").id for k in range(31)]])
+    spatial = np.zeros((1, 30))
+    capstan.spatial_turns(simulator.data.site_xpos, sites, np.array([30]), spatial)
+    assert spatial == pytest.approx(turn, abs=1e-7)
+
+
+def test_arching_follows_the_capstan_equation():
+    """Pulled once from rest, the last span's tension is T exp(-mu Phi)."""
+    posture = simulate(section(), rows_to_inputs([(0.4, 0.0)]), NO_GRAVITY, ramp_s=4.0).postures[0]
+    turned = posture.joint_angles.sum() - posture.joint_angles[-1] / 2.0
+    assert posture.tendon_tension[0, -1] == pytest.approx(0.4 * np.exp(-0.3 * turned), rel=1e-4)
+
+
+def test_without_friction_the_tension_is_the_same_everywhere():
+    """mu = 0: every span carries the actuator's tension, and the robot retraces its path."""
+    run = simulate(section("friction.mu=0"), rows_to_inputs(SINGLE), NO_GRAVITY)
+    for posture, row in zip(run.postures, SINGLE, strict=True):
+        assert posture.tendon_tension[0] == pytest.approx(row[0])
+    tips = tips_mm(run)
+    assert tips[2] == pytest.approx(tips[4], abs=0.01)  # what counts as at rest leaves 0.003 mm
+
+
+def test_held_posture_does_not_creep():
+    """Sixty seconds under constant tension move the tip by less than 0.05 mm (in fact 0.001)."""
+    simulator = Simulator(section(), inertia=False)
+    hold(simulator, (0.4, 0.0))
+    before = simulator.posture().p_w[-1]
+    simulator.step(round(60.0 / simulator.model.opt.timestep))
+    assert np.linalg.norm(simulator.posture().p_w[-1] - before) < 1e-6
+
+
+def test_mirrored_tensions_give_the_mirrored_robot():
+    """Right and left are equal: exchanging the tensions mirrors the posture, history included."""
+    rows = np.array(PARTIAL)
+    right = tips_mm(simulate(section(), rows_to_inputs(rows), NO_GRAVITY))
+    left = tips_mm(simulate(section(), rows_to_inputs(rows[:, ::-1]), NO_GRAVITY))
+    # Which of two stuck tendons gives way first is not fixed by statics: 0.05 mm is what it leaves.
+    assert left * np.array([-1.0, 1.0, 1.0]) == pytest.approx(right, abs=0.05)
+
+
+@pytest.mark.parametrize("rows", [SINGLE, ANTAGONISTIC, PARTIAL], ids=["single", "antagonistic", "partial"])
+def test_posture_does_not_depend_on_step_or_ramp(rows):
+    """A quasi-static answer: half the time step, or twice the ramp, moves no tip by 0.05 mm."""
+    base = tips_mm(simulate(section(), rows_to_inputs(rows), NO_GRAVITY))
+    finer = tips_mm(simulate(section("dynamics.timestep_s=0.0025"), rows_to_inputs(rows), NO_GRAVITY))
+    slower = tips_mm(simulate(section(), rows_to_inputs(rows), NO_GRAVITY, ramp_s=2.0))
+    assert np.linalg.norm(finer - base, axis=1).max() < 0.05
+    assert np.linalg.norm(slower - base, axis=1).max() < 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rows", "force"),
+    [(SINGLE, None), (ANTAGONISTIC, None), (PARTIAL, None), ([(0.3, 0.1)] * 7, PUSHES)],
+    ids=["single", "antagonistic", "partial", "tip pushed, tensions held"],
+)
+def test_shipped_friction_agrees_with_the_nested_reference(rows, force):
+    """Shipped law against one element per hole: at most 0.1 mm at the tip, in every row."""
+    inputs = rows_to_inputs(rows, force=force)
+    ours = tips_mm(simulate(section(), inputs, NO_GRAVITY))
+    reference = tips_mm(simulate(section(), inputs, NO_GRAVITY, friction="nested", ramp_s=2.0))
+    assert np.linalg.norm(ours - reference, axis=1).max() < 0.1
+
+
+@pytest.mark.slow
+def test_tip_pushed_while_the_tendons_are_held_in_place():
+    """Displacements held, tip pushed: against the nested reference at a fine step, at most 0.1 mm."""
+    inputs = rows_to_inputs([(1e-3, -1e-3)] * 7, "displacement", PUSHES)
+    ours = tips_mm(simulate(section(), inputs, NO_GRAVITY))
+    # The reference chatters on a stiffly held tendon; a fifth of the step calms it.
+    reference = tips_mm(
+        simulate(section("dynamics.timestep_s=0.001"), inputs, NO_GRAVITY, friction="nested", ramp_s=2.0)
+    )
+    assert np.linalg.norm(ours - reference, axis=1).max() < 0.1
+
+
+@pytest.mark.slow
+def test_two_sections_agree_with_the_nested_reference():
+    """S shapes of the full robot, distal tendons slipping through the bent proximal section."""
+    rows = [
+        (0, 0, 0.15, 0.15, 0, 0),
+        (0.2, 0, 0.15, 0.15, 0, 0),
+        (0.2, 0.1, 0.15, 0.15, 0, 0),
+        (0.05, 0.3, 0.15, 0.15, 0, 0),
+        (0.05, 0.3, 0.05, 0.05, 0.1, 0.1),
+    ]
+    robot = load_robot("neuroendoscope")
+    ours = tips_mm(simulate(robot, rows_to_inputs(rows), NO_GRAVITY))
+    reference = tips_mm(simulate(robot, rows_to_inputs(rows), NO_GRAVITY, friction="nested"))
+    assert np.linalg.norm(ours - reference, axis=1).max() < 0.1

@@ -1,0 +1,85 @@
+"""The benchmark measures what it says; no test here judges a time."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from catheter_sim import benchmark
+from catheter_sim.benchmark import as_dict, measure, table_text, tension_cycle
+from catheter_sim.cli.main import main
+from catheter_sim.robots.catalogue import ROBOTS, load_robot
+
+ROBOT = "neuroendoscope_section"
+
+
+@pytest.mark.parametrize("reference", ROBOTS)
+def test_tensions_bend_by_a_radian_to_and_fro(reference: str) -> None:
+    """No tendon pushes, antagonists take turns, and a peak asks a radian of its last segment."""
+    robot = load_robot(reference)
+    cycle = tension_cycle(robot)
+    assert cycle.min() == 0.0
+    segments = {segment.name: segment for segment in robot.segments}
+    for index, tendon in enumerate(robot.tendons):
+        segment = segments[tendon.ends_at]
+        bend_rad = cycle[:, index].max() * tendon.radius_m * segment.length_m / segment.bending_stiffness_N_m2
+        assert bend_rad == pytest.approx(1.0, rel=1e-9)
+        for other, opposite in enumerate(robot.tendons):
+            if math.cos(tendon.angle_rad - opposite.angle_rad) < -0.99:
+                assert not (cycle[:, index] * cycle[:, other]).any()
+
+
+def test_ratios_belong_to_the_measured_times() -> None:
+    """With one turn the ratios follow from the speeds, and the real-time factor from the time step."""
+    speed = measure(ROBOT, turns=1)
+    assert speed.links == 30
+    assert speed.friction_cost == pytest.approx(speed.steps_per_s_frictionless / speed.steps_per_s_friction)
+    assert speed.python_cost == pytest.approx(speed.steps_per_s_plain / speed.steps_per_s_frictionless)
+    assert speed.of_plain == pytest.approx(speed.friction_cost * speed.python_cost)
+    assert speed.real_time_friction == pytest.approx(speed.steps_per_s_friction * speed.timestep_s)
+
+
+def test_all_three_loops_move_the_robot() -> None:
+    """What is timed is work: each loop bends the robot, with friction less readily than without."""
+    robot = load_robot(ROBOT)
+    pulled = tension_cycle(robot)[: benchmark._LEVELS // 4]
+    bends = []
+    for reference, loop in (
+        (["friction.mu=0.3"], benchmark._run_simulator),
+        (["friction.mu=0"], benchmark._run_simulator),
+        (["friction.mu=0"], benchmark._run_plain),
+    ):
+        simulator = benchmark.Simulator(load_robot(ROBOT, reference))
+        loop(simulator, pulled)
+        bends.append(float(np.sum(simulator.posture().joint_angles)))
+    assert 0.05 < bends[0] < 0.95 * bends[1]
+    assert bends[1] == pytest.approx(bends[2], rel=1e-9)
+
+
+@pytest.mark.slow
+def test_bench_prints_a_table_and_json(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The table and the JSON hold the same figures' names and every robot asked for."""
+    monkeypatch.setattr(benchmark, "ROBOTS", (ROBOT,))
+    assert main(["bench", "--turns", "1", "--json"]) == 0
+    (speed,) = json.loads(capsys.readouterr().out)
+    assert speed["robot"] == ROBOT
+    assert {"friction_cost", "python_cost", "of_plain", "real_time_friction"} <= set(speed)
+    assert main(["bench", "--turns", "1"]) == 0
+    text = capsys.readouterr().out
+    assert ROBOT in text
+    assert "friction cost" in text
+
+
+def test_table_shows_the_figures() -> None:
+    """The table's figures are those of the result, rounded."""
+    speed = benchmark.Speed(ROBOT, 0.005, 30, 2000.0, 3000.0, 3300.0, 1.5, 1.1, 1.65)
+    on, off, plain = table_text([speed]).splitlines()[2:5]
+    assert on.split() == [ROBOT, "on", "2000", "10.0x", "1.65x", "1.50x"]
+    assert off.split() == ["off", "3000", "15.0x", "1.10x", "1.10x"]
+    assert plain.split() == ["mj_step", "3300", "16.5x", "1.00x"]
+    assert as_dict(speed)["real_time_frictionless"] == 15.0
