@@ -61,6 +61,7 @@ class Problem:
         columns: outputs compared.
         weight: size of a residual per column that counts as one, shape (o,), in file units.
         twin: robots and inputs to outputs.
+        every: each so-many-th row is compared; the others still make the history.
     """
 
     robot: ContinuumRobot
@@ -69,6 +70,7 @@ class Problem:
     columns: tuple[str, ...]
     weight: Array
     twin: Twin
+    every: int = 1
 
 
 @dataclass(frozen=True)
@@ -167,8 +169,8 @@ def residuals(problem: Problem, frees: Sequence[Free], xs: Array) -> Array:
     robots = [robot_with(problem, frees, x) for x in xs]
     parts = []
     for trial in problem.trials:
-        model = problem.twin(robots, trial.inputs)
-        measured = measured_of(trial, problem.columns)
+        model = problem.twin(robots, trial.inputs, problem.every)
+        measured = measured_of(trial, problem.columns)[:: problem.every]
         error = (model - measured) / problem.weight
         parts.append(error[:, np.isfinite(measured)])
     stacked = np.concatenate(parts, axis=1)
@@ -180,16 +182,16 @@ def measured_of(trial: Trial, columns: Sequence[str]) -> Array:
     return np.stack([trial.outputs.columns[name] for name in columns], axis=1)
 
 
-def blocks_of(trials: Sequence[Trial], columns: Sequence[str], fewest: int = 2 * FOLDS) -> np.ndarray:
+def blocks_of(problem: Problem, fewest: int = 2 * FOLDS) -> np.ndarray:
     """Return the block of each residual: a whole cycle of a trial, in order, shape (n,).
 
     Where there are fewer cycles than `fewest`, cycles are cut into stretches of equal length.
     """
     stretches: list[tuple[int, slice]] = [
-        (index, part) for index, trial in enumerate(trials) for part in cycles(trial)
+        (index, part) for index, trial in enumerate(problem.trials) for part in cycles(trial)
     ]
     pieces = -(-fewest // max(len(stretches), 1))
-    labels = [np.zeros(len(trial.inputs), dtype=int) for trial in trials]
+    labels = [np.zeros(len(trial.inputs), dtype=int) for trial in problem.trials]
     count = 0
     for index, part in stretches:
         rows = np.arange(part.start, part.stop)
@@ -197,9 +199,18 @@ def blocks_of(trials: Sequence[Trial], columns: Sequence[str], fewest: int = 2 *
             labels[index][piece] = count
             count += 1
     parts = []
-    for trial, label in zip(trials, labels, strict=True):
-        finite = np.isfinite(measured_of(trial, columns))
-        parts.append(np.broadcast_to(label[:, None], finite.shape)[finite])
+    for trial, label in zip(problem.trials, labels, strict=True):
+        finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
+        parts.append(np.broadcast_to(label[:: problem.every, None], finite.shape)[finite])
+    return np.concatenate(parts)
+
+
+def column_of(problem: Problem) -> np.ndarray:
+    """Return the index of the output column of each residual, shape (n,)."""
+    parts = []
+    for trial in problem.trials:
+        finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
+        parts.append(np.broadcast_to(np.arange(finite.shape[1]), finite.shape)[finite])
     return np.concatenate(parts)
 
 
@@ -227,6 +238,7 @@ def fit(
     terms: Sequence[Term],
     known: dict[tuple[str, str], float] | None = None,
     cross_validate: bool = True,
+    most_steps: int = _MAX_STEPS,
 ) -> Fit:
     """Return the least-squares fit of a hypothesis.
 
@@ -235,11 +247,12 @@ def fit(
         terms: the hypothesis.
         known: values to start from, by effect and parameter.
         cross_validate: whether to work out `left_out`; otherwise it is the residual.
+        most_steps: after so many steps the fit is taken as it is.
 
     Levenberg-Marquardt in a box: numbers at a bound that the gradient pushes outward are held.
     """
     frees = frees_of(problem, terms)
-    block = blocks_of(problem.trials, problem.columns)
+    block = blocks_of(problem)
     bounds = np.array([free.parameter.fit_bounds for free in frees]).reshape(-1, 2)
     scale = np.array([free.parameter.scale for free in frees])
     low, high = bounds[:, 0] / scale, bounds[:, 1] / scale
@@ -251,7 +264,7 @@ def fit(
     damping = 1e-3
     error, jacobian = _linearised(problem, frees, x, high)
     cost = float(error @ error)
-    for _ in range(_MAX_STEPS):
+    for _ in range(most_steps):
         candidates = np.array(
             [
                 np.clip(x + _step(jacobian, error, _held(x, low, high, jacobian.T @ error), factor), low, high)

@@ -15,7 +15,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed, observed_frames
-from catheter_sim.robots.channels import Inputs, joint_names, posture_columns
+from catheter_sim.errors import InputError
+from catheter_sim.robots.channels import Inputs, joint_names, posture_columns, slice_inputs
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.statics.arc_equilibrium import solve_rows
@@ -27,8 +28,8 @@ from catheter_sim.statics.planar_chain import bends_in_plane
 PLANAR_MODEL = "fkm_exact_arm"
 _QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
 
-# (robots with effects, commanded inputs) -> outputs in file units, shape (B, r, o)
-Twin = Callable[[Sequence[ContinuumRobot], Inputs], Array]
+# (robots with effects, commanded inputs, every how many rows) -> outputs in file units, (B, r, o)
+Twin = Callable[[Sequence[ContinuumRobot], Inputs, int], Array]
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,16 @@ class ArcTwin:
     columns: tuple[str, ...]
     gravity_mps2: Array
 
-    def __call__(self, robots: Sequence[ContinuumRobot], inputs: Inputs) -> Array:
-        """Return the outputs of `robots` (numbers differ, nothing else), shape (B, r, o)."""
+    def __call__(self, robots: Sequence[ContinuumRobot], inputs: Inputs, every: int = 1) -> Array:
+        """Return the outputs of `robots` (numbers differ, nothing else), shape (B, r, o).
+
+        With `every` > 1 only each so-many-th row is returned; the others still make the history.
+        """
         arrived = [arriving_inputs(robot, inputs) for robot in robots]
+        shown = slice(None, None, every)
         changed = [embodied(robot) for robot in robots]
         by_tension = inputs.actuation == "tension"
-        result = np.empty((len(robots), len(inputs), len(self.columns)))
+        result = np.empty((len(robots), len(inputs.time_s[shown]), len(self.columns)))
         # A batch with friction is marched row by row: robots without stay apart.
         for rough in (False, True):
             group = [index for index, robot in enumerate(changed) if (robot.friction.mu > 0.0) is rough]
@@ -56,16 +61,19 @@ class ArcTwin:
                 continue
             members = [changed[index] for index in group]
             arcs = arc_robots(members, straight_between_disks=True)
-            load = loads(members, [arrived[index] for index in group], self.gravity_mps2)
-            commands = np.array([arrived[index].tendon for index in group])
-            states = solve_rows(arcs, commands, by_tension, load)
+            # Without friction a row does not depend on those before it.
+            rows = slice(None) if rough else shown
+            kept = shown if rough else slice(None)
+            driven = [slice_inputs(arrived[index], rows) for index in group]
+            load = loads(members, driven, self.gravity_mps2)
+            states = solve_rows(arcs, np.array([item.tendon for item in driven]), by_tension, load)
             for position, index in enumerate(group):
                 result[index] = self._columns(
                     robots[index],
                     arcs.length[position],
-                    states.bend[position],
-                    states.shift[position],
-                    states.tension[position],
+                    states.bend[position, kept],
+                    states.shift[position, kept],
+                    states.tension[position, kept],
                 )
         return result
 
@@ -105,13 +113,17 @@ class PlanarTwin:
     columns: tuple[str, ...]
     gravity_mps2: Array
 
-    def __call__(self, robots: Sequence[ContinuumRobot], inputs: Inputs) -> Array:
-        """Return the outputs of `robots`, shape (B, r, o)."""
+    def __call__(self, robots: Sequence[ContinuumRobot], inputs: Inputs, every: int = 1) -> Array:
+        """Return the outputs of `robots` at each `every`-th row, shape (B, r, o)."""
         solve = STATIC_MODELS[PLANAR_MODEL].solve
         result = []
         for robot in robots:
-            run = solve(embodied(robot), arriving_inputs(robot, inputs), self.gravity_mps2)
-            values = posture_columns(robot, observed(robot, run.postures))
+            try:
+                run = solve(embodied(robot), arriving_inputs(robot, inputs), self.gravity_mps2)
+            except InputError:  # no equilibrium with these numbers: a fit must turn back from them
+                result.append(np.full((len(inputs.time_s[::every]), len(self.columns)), np.nan))
+                continue
+            values = posture_columns(robot, observed(robot, run.postures[::every]))
             result.append(np.stack([values[name] for name in self.columns], axis=1))
         return np.array(result)
 

@@ -8,30 +8,52 @@ from catheter_sim.effects.face import Effect, Parameter, Values
 from catheter_sim.robots.specification import ContinuumRobot, Segment
 
 
-def _names(robot: ContinuumRobot, segment: Segment) -> dict[str, str]:
-    middle = "" if len(robot.segments) == 1 else f"{segment.name}_"
-    return {axis: f"curvature_{middle}{axis}_per_m" for axis in segment.bending_axes}
+def _axes(robot: ContinuumRobot) -> str:
+    return "xy" if any(segment.bending_axes == "xy" for segment in robot.segments) else "x"
+
+
+def _common(robot: ContinuumRobot) -> dict[str, str]:
+    return {axis: f"curvature_{axis}_per_m" for axis in _axes(robot)}
+
+
+def _each(segment: Segment) -> dict[str, str]:
+    return {axis: f"curvature_{segment.name}_{axis}_per_m" for axis in segment.bending_axes}
+
+
+def _parameter(name: str, length_m: float) -> Parameter:
+    bound = 2.0 / length_m  # some 115 deg over the length
+    return Parameter(name, 0.0, -bound, bound, scale=0.02 / length_m, start=0.0)
 
 
 def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
-    found = []
-    for segment in robot.segments:
-        bound = 2.0 / segment.length_m  # some 115 deg over the segment
-        for name in _names(robot, segment).values():
-            found.append(Parameter(name, 0.0, -bound, bound, scale=0.02 / segment.length_m, start=0.0))
+    length = sum(segment.length_m for segment in robot.segments)
+    found = [_parameter(name, length) for name in _common(robot).values()]
+    if len(robot.segments) > 1:
+        found += [
+            _parameter(name, segment.length_m) for segment in robot.segments for name in _each(segment).values()
+        ]
     return tuple(found)
 
 
+def _variants(robot: ContinuumRobot) -> tuple[tuple[str, ...], ...]:
+    common = tuple(_common(robot).values())
+    if len(robot.segments) == 1:
+        return (common,)
+    return (common, tuple(name for segment in robot.segments for name in _each(segment).values()))
+
+
 def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
+    common = _common(robot)
     segments = []
     for segment in robot.segments:
-        names = _names(robot, segment)
+        added = {
+            axis: values.get(common[axis], 0.0) + values.get(name, 0.0) for axis, name in _each(segment).items()
+        }
         segments.append(
             replace(
                 segment,
-                rest_curvature_x_per_m=segment.rest_curvature_x_per_m + values[names["x"]],
-                rest_curvature_y_per_m=segment.rest_curvature_y_per_m
-                + (values[names["y"]] if "y" in names else 0.0),
+                rest_curvature_x_per_m=segment.rest_curvature_x_per_m + added["x"],
+                rest_curvature_y_per_m=segment.rest_curvature_y_per_m + added.get("y", 0.0),
             )
         )
     return replace(robot, segments=tuple(segments))
@@ -39,8 +61,9 @@ def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
 
 EFFECT = Effect(
     name="precurvature",
-    summary="the unloaded robot is bent: a rest curvature is added to each segment's own",
+    summary="the unloaded robot is bent: a rest curvature, common and per segment, is added to its own",
     trace="an error that is largest near rest, where the tip is off the axis",
     parameters=_parameters,
     change_robot=_change_robot,
+    variants=_variants,
 )

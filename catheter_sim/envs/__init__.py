@@ -1,0 +1,30 @@
+"""Gymnasium environments: register them here, one line each.
+
+Gymnasium 1.x reads no plug-ins: importing this package registers, or an id that names the package,
+`gymnasium.make("catheter_sim:catheter_sim/NeuroendoscopeReach-v0")`. The entry point in the group
+`gymnasium.envs` serves programs that still read it, such as Gymnasium before 1.0.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+
+EPISODE_STEPS = 100  # control steps, 10 simulated seconds: five times the way through a drive's range
+
+_REACH = "catheter_sim.envs.reach:ReachEnv"
+# id -> (entry point, arguments)
+_ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "catheter_sim/NeuroendoscopeReach-v0": (_REACH, {"robot": "neuroendoscope"}),
+    "catheter_sim/NeuroendoscopeSectionReach-v0": (_REACH, {"robot": "neuroendoscope_section"}),
+}
+
+
+def register_environments() -> None:
+    """Register the environments with Gymnasium; those that are registered already stay as they are."""
+    for name, (entry_point, arguments) in _ENVIRONMENTS.items():
+        if name not in gymnasium.registry:
+            gymnasium.register(
+                name, entry_point, max_episode_steps=EPISODE_STEPS, kwargs=dict(arguments)
+            )

@@ -17,7 +17,7 @@ Kato 2016 (doi 10.1007/s11548-015-1310-2) prints no value of mu. Two kinds of pr
 
 What comes out. With full reversal the first opening gives mu = 0.143 (`fkm`, `fkm_stick`) or 0.128
 (`fkm_exact_arm`), and the second comes out as 13.3 or 13.5 mm against the published 13.2. The
-distances in arching leave 0.277 to 0.332 to `fkm`, and with such a mu both openings need a start from
+distances in arching leave 0.26 to 0.34 to `fkm`, and with such a mu both openings need a start from
 less bending, 0.56 N and 0.70 N. The paper does not say which holds: the openings fit either way.
 """
 
@@ -41,6 +41,7 @@ _Solve = Callable[[ContinuumRobot, Inputs, Array], StaticRun]
 FULL_REVERSAL_N = 1.5  # assumed start of extending; at mu up to 0.2 any above 1 N gives the same opening
 _MU_GRID = np.linspace(0.0, 1.0, 26)
 _TENSION_GRID_N = np.linspace(0.0, 0.6, 13)  # beyond the loop's own tension
+_ROUNDING_M = 0.05e-3  # the figures are printed to 0.1 mm
 _SAME_OPENING_M = 2e-5  # a root of a jump misses its value by more
 
 
@@ -115,15 +116,15 @@ ARCHING_DISTANCES = (
     ArchingDistance(
         _antagonistic(0.12, 0.24, 0.36, 0.48),
         10.1e-3,
-        10.1e-3 * (1.0 - 0.815),
-        10.1e-3 * (1.0 - 0.805),
+        10.1e-3 * (1.0 - 0.81),
+        10.1e-3 * (1.0 - 0.81),
         "Kato 2016, Results: 10.1 mm, improved by 81 %",
     ),
     ArchingDistance(
         _antagonistic(0.12, 0.24, 0.36, 0.48, 0.65),
         14.6e-3,
-        5.45e-3,
-        5.55e-3,
+        5.5e-3,
+        5.5e-3,
         "Kato 2016, Results: 14.6 and 5.5 mm",
     ),
 )
@@ -171,9 +172,9 @@ def friction_from_arching(
     """
     low, high = 0.0, float("inf")
     for item in distances:
-        p = item.to_constant_curvature_m
-        least = max(p - item.to_mapping_most_m, item.to_mapping_least_m - p, 0.0)
-        most = p + item.to_mapping_most_m
+        p, f_least, f_most = item.to_constant_curvature_m, item.to_mapping_least_m, item.to_mapping_most_m
+        least = max(p - f_most - 2.0 * _ROUNDING_M, f_least - p - 2.0 * _ROUNDING_M, 0.0)
+        most = p + f_most + 2.0 * _ROUNDING_M
 
         def apart(mu: float, rows: tuple[tuple[float, float], ...] = item.arching) -> float:
             tips = _tips(solve, rows, mu)[-1], _tips(pcca, rows, 0.0)[-1]

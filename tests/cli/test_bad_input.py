@@ -157,7 +157,7 @@ def test_unknown_picture_format(name: str, run: Run, folder: Path, inputs: str) 
             "mass_g = 0: must be",
         ),
         (["build", ROBOT, "-o", "model.xml", "--set", "effects.x.y=1"], "unknown effect 'x'; choices: "),
-        (["validate", "no_robot", "-o", "out"], "unknown robot 'no_robot'; choices: "),
+        (["validate", "no_robot", "-o", "out"], "'no_robot'; choices: neuroendoscope"),
         (["validate", "-o", "file"], "file: cannot be made a folder"),
         (["validate", "-o", "file/below"], "file/below: cannot be made a folder"),
         (["diagnose", "no_folder", "-o", "out"], "no_folder: no such folder"),

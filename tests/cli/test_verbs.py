@@ -184,6 +184,36 @@ def test_an_effect_changes_simulation_and_statics_alike(run: Run, folder: Path) 
             np.testing.assert_allclose(effect.columns[name], given.columns[name], atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("error", "tolerance", "status"),
+    [(0.1, 0.2, 0), (0.3, 0.2, 1), (float("nan"), 0.2, 1), (float("inf"), 0.2, 1), (9.0, None, 0)],
+)
+def test_validate_exits_1_where_a_line_is_out(
+    error: float,
+    tolerance: float | None,
+    status: int,
+    run: Run,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The exit status follows the lines: undefined never passes, what only informs never fails."""
+    from catheter_sim.validation import run as validation_run
+    from catheter_sim.validation.lines import Line, Validation
+
+    def check(_: Path) -> Validation:
+        return Validation(
+            (Line(ROBOT, "planted quantity", "mm", error, tolerance, "a test"),), ("a finding",)
+        )
+
+    monkeypatch.setattr(validation_run, "CHECKS", {ROBOT: (check,)})
+    ran = run("validate", "-o", "deep/out")
+    assert ran.status == status
+    assert ran.err == ""
+    assert "planted quantity" in ran.out
+    assert "a finding" in ran.out
+    assert (folder / "deep" / "out" / "validation.json").is_file()
+
+
 @pytest.mark.parametrize("name", ["out.png", pytest.param("out.mp4", marks=pytest.mark.slow)])
 def test_render_leaves_a_picture_of_its_size(name: str, run: Run, folder: Path, inputs: str) -> None:
     """The file has the asked-for size, and shows something: its pixels are not all alike."""

@@ -1,0 +1,225 @@
+"""Chooses causes inside the training data: each has to pay for itself on stretches left out.
+
+Forward, one cause at a time: every remaining effect is fitted roughly beside those chosen so far,
+the best few are fitted well, and the best of these is taken if the errors on the stretches left out
+fall by more than `PAYS_ERRORS` standard errors (stretches count, not rows) and by more than
+`PAYS_SHARE`. What acts on the whole robot comes first: only when no more of that pays are values
+per channel or segment tried, which are many, and fit what they see better than what they do not see.
+Last, backward: a cause whose loss costs nothing is dropped. Nothing of the held-out data is seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+
+import numpy as np
+
+from catheter_sim.diagnosis.fit import Fit, Problem, Term, fit, terms_for
+from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.robots.specification import ContinuumRobot
+
+PAYS_ERRORS = 2.0  # standard errors by which a cause must lower the squared error
+PAYS_SHARE = 0.01  # share of the root mean square by which it must lower it
+FINALISTS = 3
+MOST_CAUSES = 8
+_ROUGH_STEPS = 2
+_ROUGH_ROWS = 300  # rows compared in a rough fit
+_ROWS = 600  # rows compared in the fits that choose
+
+Known = Mapping[tuple[str, str], float]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What was tried inside the training data.
+
+    Attributes:
+        null: the calibrated model without causes.
+        singles: every effect alone, one fit per variant.
+        tried: further hypotheses that were fitted well.
+        path: from `null` to the chosen hypothesis, a cause more (or another variant) each time.
+        chosen: the chosen hypothesis.
+        alike: groups of effects that did as well as one another where one of them was chosen.
+    """
+
+    null: Fit
+    singles: tuple[Fit, ...]
+    tried: tuple[Fit, ...]
+    path: tuple[Fit, ...]
+    chosen: Fit
+    alike: tuple[tuple[str, ...], ...]
+
+
+def candidates_for(robot: ContinuumRobot) -> tuple[str, ...]:
+    """Return the effects that a diagnosis tries: those that make sense for `robot`.
+
+    `payload` is left to data sets with known loads: without them it is tried by no one yet.
+    """
+    return tuple(name for name in EFFECTS if name != "payload" and EFFECTS[name].parameters(robot))
+
+
+def paired_gain(before: Fit, after: Fit) -> tuple[float, float]:
+    """Return how much the squared error on left-out stretches falls, and the standard error of that."""
+    return paired_difference(before.left_out, after.left_out, before.block)
+
+
+def paired_difference(before: np.ndarray, after: np.ndarray, block: np.ndarray) -> tuple[float, float]:
+    """Return sum(before^2 - after^2) and its standard error over blocks."""
+    labels = np.unique(block, return_inverse=True)[1]
+    change = np.bincount(labels, weights=before**2 - after**2)
+    return float(change.sum()), float(np.sqrt(len(change)) * change.std(ddof=1)) if len(change) > 1 else np.inf
+
+
+def pays(before: Fit, after: Fit) -> bool:
+    """Return whether `after` explains left-out stretches better than `before` by more than chance."""
+    gain, error = paired_gain(before, after)
+    share = 1.0 - after.cross_validated_rms / max(before.cross_validated_rms, 1e-300)
+    return gain > PAYS_ERRORS * error and share > PAYS_SHARE
+
+
+def as_good(best: Fit, other: Fit) -> bool:
+    """Return whether `other` explains left-out stretches as well as `best`, to within chance."""
+    gain, error = paired_gain(other, best)
+    share = 1.0 - best.cross_validated_rms / max(other.cross_validated_rms, 1e-300)
+    return gain <= PAYS_ERRORS * error or share <= PAYS_SHARE
+
+
+def select(
+    problem: Problem,
+    candidates: Sequence[str],
+    jobs: int = 1,
+    on_fit: Callable[[str], None] | None = None,
+) -> Selection:
+    """Return which of the effects `candidates` explain the training data, and what else was tried.
+
+    Args:
+        problem: the training trials.
+        candidates: names of effects.
+        jobs: processes to fit with.
+        on_fit: called with a line when a step is done.
+    """
+    rows = sum(len(trial.inputs) for trial in problem.trials)
+    problem = replace(problem, every=max(1, round(rows / _ROWS)))
+    rough = replace(problem, every=max(1, round(rows / _ROUGH_ROWS)))
+    say = on_fit or (lambda line: None)
+    with _pool(jobs) as pool:
+        null = fit(problem, ())
+        tiers = [terms_for(problem.robot, name) for name in candidates]
+        simple = [terms[0] for terms in tiers]
+        detailed = [term for terms in tiers for term in terms[1:]]
+        singles = _fit_all(pool, problem, [((term,), {}) for term in (*simple, *detailed)])
+        current = null
+        path, tried, alike = [null], [], []
+        for variants in (simple, [*simple, *detailed]):
+            while len(current.terms) < MOST_CAUSES:
+                if current is null:
+                    finalists = _in_order([item for item in singles if item.terms[0] in variants])
+                else:
+                    finalists = _next_finalists(pool, problem, rough, current, variants)
+                    tried += finalists
+                if not finalists:
+                    break
+                best = finalists[0]
+                say(
+                    f"{'+'.join(best.causes)}: {best.cross_validated_rms:.4g} "
+                    f"(was {current.cross_validated_rms:.4g})"
+                )
+                if not pays(current, best):
+                    break
+                alike += _alike(current, best, finalists)
+                current = best
+                path.append(current)
+        current, dropped = _backward(pool, problem, current)
+        tried += dropped
+        if current is not path[-1]:
+            path.append(current)
+    chosen = set(current.causes)
+    groups = {
+        tuple(name for name in group if name not in chosen or name == group[0])
+        for group in alike
+        if group[0] in chosen
+    }
+    return Selection(
+        null, tuple(singles), tuple(tried), tuple(path), current, tuple(sorted(g for g in groups if len(g) > 1))
+    )
+
+
+def _next_finalists(
+    pool: Executor | None, problem: Problem, rough: Problem, current: Fit, variants: Sequence[Term]
+) -> list[Fit]:
+    """Return the fits of the most promising hypotheses one step beyond `current`, best first."""
+    known = current.values
+    hypotheses = [terms for terms in (_beside(current.terms, term) for term in variants) if terms]
+    first = _fit_all(pool, rough, [(terms, known) for terms in hypotheses], False, _ROUGH_STEPS)
+    order = sorted(range(len(first)), key=lambda i: float(first[i].residual @ first[i].residual))
+    best = [(hypotheses[i], {**known, **first[i].values}) for i in order[:FINALISTS]]
+    return _in_order(_fit_all(pool, problem, best))
+
+
+def _beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:
+    """Return `terms` with `extra`, in place of the same effect's simpler variant; () if not new."""
+    if extra in terms:
+        return ()
+    for index, term in enumerate(terms):
+        if term.effect == extra.effect:
+            more = len(extra.free) > len(term.free)
+            return (*terms[:index], extra, *terms[index + 1 :]) if more else ()
+    return (*terms, extra)
+
+
+def _alike(current: Fit, best: Fit, finalists: Sequence[Fit]) -> list[tuple[str, ...]]:
+    """Return the group of effects that did as well beside `current` as the one added in `best`."""
+    added = set(best.causes) - set(current.causes)
+    group = {
+        name
+        for item in finalists
+        if pays(current, item) and as_good(best, item)
+        for name in set(item.causes) - set(current.causes)
+    }
+    return [(*sorted(added), *sorted(group - added))] if added and len(group) > 1 else []
+
+
+def _backward(pool: Executor | None, problem: Problem, current: Fit) -> tuple[Fit, list[Fit]]:
+    """Return `current` without the causes that do not pay, and the fits made to find out."""
+    made: list[Fit] = []
+    while len(current.terms) > 1:
+        known = current.values
+        without = [tuple(term for term in current.terms if term is not one) for one in current.terms]
+        fits = _fit_all(pool, problem, [(terms, known) for terms in without])
+        made += fits
+        idle = [item for item in fits if not pays(item, current)]
+        if not idle:
+            break
+        current = min(idle, key=lambda item: item.cross_validated_rms)
+    return current, made
+
+
+def _in_order(fits: Sequence[Fit]) -> list[Fit]:
+    return sorted(fits, key=lambda item: item.cross_validated_rms)
+
+
+@contextmanager
+def _pool(jobs: int) -> Iterator[Executor | None]:
+    if jobs <= 1:
+        yield None
+        return
+    with ProcessPoolExecutor(jobs, mp_context=get_context("forkserver")) as pool:
+        yield pool
+
+
+def _fit_all(
+    pool: Executor | None,
+    problem: Problem,
+    hypotheses: Sequence[tuple[Sequence[Term], Known]],
+    cross_validate: bool = True,
+    most_steps: int = 12,
+) -> list[Fit]:
+    """Return the fits of several hypotheses, in order, in the pool's processes where there is one."""
+    arguments = [(problem, terms, dict(known), cross_validate, most_steps) for terms, known in hypotheses]
+    if pool is None:
+        return [fit(*item) for item in arguments]
+    return [future.result() for future in [pool.submit(fit, *item) for item in arguments]]

@@ -1,0 +1,163 @@
+"""A simulated robot with all its effects, moved by its drives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from catheter_sim.effects.apply import active, arriving_inputs, check_effects, embodied, observed_frames
+from catheter_sim.effects.face import same_inputs, same_postures
+from catheter_sim.envs.drives import make_drives
+from catheter_sim.errors import InputError
+from catheter_sim.robots.channels import Inputs
+from catheter_sim.robots.checks import check_robot, disks
+from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.simulation.simulator import Simulator
+
+START_S = 1.0  # simulated time in which a load that acts at rest (an offset, a payload) comes on
+
+
+class Plant:
+    """A simulated robot, its effects included.
+
+    Effects on the inputs see the whole history of commands since `reset`, one row for each `move`,
+    so that their cost grows with its length.
+
+    Attributes:
+        specified: the robot with its effects named.
+        simulator: the robot with its effects built in.
+        drives: what moves it.
+        segment_length: shape (s,) [m].
+        rest_bends: bend of each segment of the unloaded robot, toward +x and +y, shape (s, 2) [rad].
+        level: of the drives now, shape (d,).
+    """
+
+    def __init__(
+        self,
+        robot: ContinuumRobot,
+        actuation: str | None,
+        gravity_mps2: Sequence[float],
+        largest_bend_rad: float,
+    ) -> None:
+        """Build the model.
+
+        Args:
+            robot: the robot, with or without effects.
+            actuation: "tension" or "displacement"; default: the robot's own. Effects on the inputs
+                are in its unit.
+            gravity_mps2: in the base frame, shape (3,) [m/s^2].
+            largest_bend_rad: see `make_drives`.
+
+        Raises:
+            InputError: an effect is unknown or cannot be followed step by step, or there is nothing
+                to drive.
+        """
+        actuation = actuation or robot.actuation
+        self.drives = make_drives(robot, actuation, largest_bend_rad)
+        self.specified = replace(robot, actuation=actuation)
+        check_effects(self.specified)
+        _require_stepwise(self.specified)
+        built_in = embodied(self.specified)
+        check_robot(built_in, robot.name)
+        self.simulator = Simulator(built_in, actuation, gravity_mps2)
+        self._changes_inputs = any(
+            effect.change_inputs is not same_inputs for effect, _ in active(self.specified)
+        )
+        self.segment_length = np.array([segment.length_m for segment in robot.segments])
+        ends = np.cumsum([disks(robot, segment) for segment in robot.segments])
+        names = [self.simulator.model.joint(index).name for index in range(self.simulator.model.njnt)]
+        segment_of_link = np.repeat(
+            np.arange(len(ends)), np.diff(ends, prepend=0) * robot.links_per_subsegment
+        )
+        # Hinges x<i> and y<i> add up to a segment's bend.
+        self._bend_of = np.zeros((len(ends), 2, self.simulator.model.nq))
+        for name in names:
+            if name[0] in "xy" and name[1:].isdigit():
+                place = segment_of_link[int(name[1:]) - 1], "xy".index(name[0])
+                self._bend_of[(*place, int(self.simulator.model.joint(name).qposadr[0]))] = 1.0
+        self.rest_bends = self._bend_of @ self.simulator.model.qpos_spring
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to rest: drives at zero, weight and constant loads acting, no history.
+
+        Raises:
+            SimulationDiverged: it does not stand.
+        """
+        self.simulator.reset()
+        self.level = np.zeros(len(self.drives.names))
+        self._times = [0.0]
+        self._commands = [np.zeros(len(self.specified.tendons))]
+        self._wrench = np.zeros(len(self.specified.tendons) + 6)
+        loaded = self._arriving()
+        if loaded.any():
+            self._ramp(loaded, START_S)
+        self.settle()
+
+    def move(self, level: Array, duration_s: float) -> None:
+        """Move the drives linearly to `level`, shape (d,), in `duration_s` of simulated time.
+
+        Raises:
+            SimulationDiverged: the state is no longer finite.
+        """
+        self.level = np.array(level)
+        self._times.append(self._times[-1] + duration_s)
+        self._commands.append(self.drives.tendon @ self.level)
+        self._ramp(self._arriving(), duration_s)
+
+    def settle(self) -> None:
+        """Wait under the present inputs until the robot is at rest, 5 simulated seconds at most."""
+        self.simulator.settle()
+
+    def posture(self) -> Posture:
+        """Return where the robot is."""
+        return self.simulator.posture()
+
+    def seen(self, p_w: Array, R_w: Array) -> tuple[Array, Array]:
+        """Return what is measured of positions (..., 3) [m] and orientations (..., 3, 3)."""
+        return observed_frames(self.specified, p_w, R_w)
+
+    def segment_bends(self) -> Array:
+        """Return the bend of each segment toward +x and +y, its hinges' sum, shape (s, 2) [rad]."""
+        return self._bend_of @ self.simulator.data.qpos
+
+    def _arriving(self) -> Array:
+        """Return the tendons' inputs and the tip's wrench that the last command becomes, (t + 6,)."""
+        if not self._changes_inputs:
+            return np.concatenate([self._commands[-1], np.zeros(6)])
+        rows = len(self._times)
+        commanded = Inputs(
+            np.array(self._times),
+            self.drives.actuation,
+            np.array(self._commands),
+            np.zeros((rows, 3)),
+            np.zeros((rows, 3)),
+        )
+        last = arriving_inputs(self.specified, commanded)
+        return np.concatenate([last.tendon[-1], last.force_tip[-1], last.moment_tip[-1]])
+
+    def _ramp(self, wrench: Array, duration_s: float) -> None:
+        simulator, tendons = self.simulator, len(self.specified.tendons)
+        steps = max(1, round(duration_s / simulator.model.opt.timestep))
+        before = self._wrench
+        for step in range(1, steps + 1):
+            now = before + (wrench - before) * (step / steps)
+            simulator.set_inputs(now[:tendons], now[tendons : tendons + 3], now[tendons + 3 :])
+            simulator.step()
+        self._wrench = wrench
+        simulator.require_finite()
+
+
+def _require_stepwise(robot: ContinuumRobot) -> None:
+    """Raise `InputError` for an effect on the outputs that is not one of bare frames.
+
+    Others may depend on the whole history of postures, which an episode does not hold.
+    """
+    for effect, _ in active(robot):
+        if effect.change_postures is not same_postures and effect.change_frames is None:
+            raise InputError(
+                f"{robot.name}: effects.{effect.name}: an environment cannot follow it step by step"
+            )

@@ -1,0 +1,158 @@
+"""Points that the tip of a robot reaches: drawn at random, or checked.
+
+A point counts as reachable where the simulated robot comes to it from rest on a straight way of its
+drives, friction, effects and load included. So every target has inputs that are known to reach it,
+and none rests on a model of the workspace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.envs.plant import Plant
+from catheter_sim.envs.steering import arc_tips, change_toward
+from catheter_sim.errors import InputError, SimulationDiverged
+from catheter_sim.robots.posture import Array
+
+RAMP_S = 1.0  # simulated time from rest to the drives' goal, before the robot settles
+PULLED_SHARE = 0.5  # of the tension drives in a random draw: single tendons and antagonists alike
+_MOST_DRAWS = 50
+_STARTS = 4  # places in the range of the drives from which a given point is sought
+_TRIALS = 12  # simulated postures on the way from each of them
+_CLOUD = 4000
+
+
+@dataclass(frozen=True)
+class Found:
+    """A posture that was looked for.
+
+    Attributes:
+        level: of the drives, shape (d,).
+        tip_m: where the tip comes to rest under them, shape (3,) [m].
+    """
+
+    level: Array
+    tip_m: Array
+
+
+def tip_at(plant: Plant, level: Array) -> Array:
+    """Return where the tip comes to rest when the drives go from rest to `level`, shape (3,) [m].
+
+    The plant stays there.
+
+    Raises:
+        SimulationDiverged: it comes to rest nowhere.
+    """
+    plant.reset()
+    plant.move(level, RAMP_S)
+    plant.settle()
+    return plant.posture().p_w[-1]
+
+
+def random_target(plant: Plant, rng: np.random.Generator, clearance_m: float) -> Found:
+    """Return a random reachable point, at least `clearance_m` from the tip at rest.
+
+    Raises:
+        InputError: no draw ends so far from rest.
+    """
+    plant.reset()
+    rest = plant.posture().p_w[-1]
+    lowest = plant.drives.lowest
+    for _ in range(_MOST_DRAWS):
+        level = rng.uniform(lowest, 1.0)
+        pulled = rng.random(len(lowest)) < PULLED_SHARE
+        level = np.where((lowest < 0.0) | pulled, level, 0.0)
+        try:
+            tip = tip_at(plant, level)
+        except SimulationDiverged:
+            continue
+        if np.linalg.norm(tip - rest) >= clearance_m:
+            return Found(level, tip)
+    raise InputError(
+        f"{plant.specified.name}: in {_MOST_DRAWS} random draws of its inputs the tip never came to rest "
+        f"{clearance_m * 1e3:g} mm or more from where it stands"
+    )
+
+
+def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
+    """Return the posture whose tip is nearest to `target_m` among those found from several starts.
+
+    The search ends at a posture nearer than `enough_m` [m].
+
+    Raises:
+        SimulationDiverged: the robot does not stand even at rest.
+    """
+    drives, length = plant.drives, plant.segment_length
+    plant.reset()
+    best = Found(plant.level.copy(), plant.posture().p_w[-1])
+    for start in _starts(plant, target_m):
+        level = start
+        for _ in range(_TRIALS):
+            try:
+                tip = tip_at(plant, level)
+            except SimulationDiverged:
+                break
+            if np.linalg.norm(tip - target_m) < np.linalg.norm(best.tip_m - target_m):
+                best = Found(level, tip)
+            if np.linalg.norm(best.tip_m - target_m) <= enough_m:
+                return best
+            change = change_toward(
+                target_m - tip,
+                plant.segment_bends(),
+                length,
+                drives.bend,
+                drives.lowest - level,
+                1.0 - level,
+            )
+            level = level + change
+    return best
+
+
+def require_reachable(plant: Plant, target_m: Sequence[float], tolerance_m: float) -> Array:
+    """Return `target_m` as an array, shape (3,) [m].
+
+    Raises:
+        InputError: it is no point, or the tip does not come within `tolerance_m` of it.
+    """
+    try:
+        target = np.array(target_m, dtype=float)
+    except (TypeError, ValueError):
+        target = np.zeros(0)
+    if target.shape != (3,) or not np.isfinite(target).all():
+        raise InputError(f"target = {target_m!r}: three finite numbers are needed, x, y and z in m")
+    found = nearest(plant, target, tolerance_m)
+    miss = float(np.linalg.norm(found.tip_m - target))
+    if miss > tolerance_m:
+        raise InputError(
+            f"target {_millimetres(target)} mm is out of reach of {plant.specified.name}: the tip comes no "
+            f"nearer than {miss * 1e3:.1f} mm, at {_millimetres(found.tip_m)} mm "
+            f"(tolerance {tolerance_m * 1e3:g} mm; straight it reaches {_straight_mm(plant):g} mm)"
+        )
+    return target
+
+
+def _starts(plant: Plant, target_m: Array) -> list[Array]:
+    """Return levels, far apart, at which the frictionless robot of arcs is near `target_m`."""
+    lowest = plant.drives.lowest
+    draws = np.random.default_rng(0).uniform(lowest, 1.0, (_CLOUD, len(lowest)))
+    draws[:: 2] *= np.random.default_rng(1).random(draws[:: 2].shape) < PULLED_SHARE
+    bends = plant.rest_bends + np.einsum("sad,nd->nsa", plant.drives.bend, draws)
+    order = np.argsort(np.linalg.norm(arc_tips(bends, plant.segment_length) - target_m, axis=1))
+    chosen = [int(order[0])]
+    for index in order[1:]:
+        if len(chosen) == _STARTS:
+            break
+        if all(np.linalg.norm(bends[index] - bends[other]) > 1.0 for other in chosen):
+            chosen.append(int(index))
+    return [draws[index] for index in chosen]
+
+
+def _millimetres(point_m: Array) -> str:
+    return "(" + ", ".join(f"{value * 1e3:.1f}" for value in point_m) + ")"
+
+
+def _straight_mm(plant: Plant) -> float:
+    return round(float(plant.segment_length.sum()) * 1e3, 3)

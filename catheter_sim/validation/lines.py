@@ -1,0 +1,111 @@
+"""One check is one line: ours, what it is compared with, the error, the tolerance, the source."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from catheter_sim.tables import replaced_when_whole
+
+_COLUMNS = ("robot", "quantity", "unit", "ours", "analytic", "published", "error", "tolerance", "verdict", "source")
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the validation table.
+
+    Attributes:
+        robot: robot id.
+        quantity: what is compared, with the condition.
+        unit: of `ours`, `analytic`, `published`, `error` and `tolerance`.
+        ours: the simulation's figure, None where the line compares whole histories.
+        analytic: the static model's or reference solver's figure, None where there is none.
+        published: the paper's figure, None where there is none.
+        error: what is judged, in `unit`; largest deviation where whole histories are compared.
+        tolerance: the error allowed, None where the line only informs.
+        source: where the compared figure comes from.
+    """
+
+    robot: str
+    quantity: str
+    unit: str
+    error: float
+    tolerance: float | None
+    source: str
+    ours: float | None = None
+    analytic: float | None = None
+    published: float | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Return whether the error is a number within the tolerance; lines that only inform pass."""
+        return self.tolerance is None or (math.isfinite(self.error) and self.error <= self.tolerance)
+
+    @property
+    def verdict(self) -> str:
+        """Return "ok", "OUT" or "for information"."""
+        if self.tolerance is None:
+            return "for information"
+        return "ok" if self.passed else "OUT"
+
+
+@dataclass(frozen=True)
+class Validation:
+    """All lines of a validation and what it found in words."""
+
+    lines: tuple[Line, ...]
+    findings: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Return whether there are lines and all pass."""
+        return bool(self.lines) and all(line.passed for line in self.lines)
+
+    def table_text(self) -> str:
+        """Return the table and the findings as plain text."""
+        cells = [list(_COLUMNS), *([_cell(line, name) for name in _COLUMNS] for line in self.lines)]
+        widths = [max(len(row[i]) for row in cells) for i in range(len(_COLUMNS))]
+        rows = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells]
+        rows.insert(1, "-" * max(len(row) for row in rows))
+        out = sum(not line.passed for line in self.lines)
+        judged = sum(line.tolerance is not None for line in self.lines)
+        rows.append("")
+        rows.append(f"{judged - out} of {judged} judged lines within tolerance" + (f", {out} OUT" if out else ""))
+        return "\n".join([*rows, *(f"- {finding}" for finding in self.findings)])
+
+    def write(self, folder: Path) -> None:
+        """Write `validation.json` and `validation.txt` into `folder`."""
+        document = {
+            "passed": self.passed,
+            "lines": [_plain(line) for line in self.lines],
+            "findings": list(self.findings),
+        }
+        with replaced_when_whole(folder / "validation.json") as file:
+            json.dump(document, file, indent=1)
+            file.write("\n")
+        with replaced_when_whole(folder / "validation.txt") as file:
+            file.write(self.table_text() + "\n")
+
+
+def merge(parts: Sequence[Validation]) -> Validation:
+    """Return one validation of all lines and findings, in order."""
+    lines = tuple(line for part in parts for line in part.lines)
+    return Validation(lines, tuple(finding for part in parts for finding in part.findings))
+
+
+def _plain(line: Line) -> dict[str, object]:
+    document: dict[str, object] = asdict(line)
+    document["verdict"] = line.verdict
+    if not math.isfinite(line.error):
+        document["error"] = None  # JSON has no NaN; the verdict says that it did not pass
+    return document
+
+
+def _cell(line: Line, name: str) -> str:
+    value = getattr(line, name)
+    if value is None:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,350 @@
+"""Checks of the neuroendoscope (Kato et al. 2016, doi 10.1007/s11548-015-1310-2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from catheter_sim.robots.neuroendoscope import neuroendoscope, neuroendoscope_section
+from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.robots.specification import Friction
+from catheter_sim.simulation.replay import simulate
+from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.statics.exact_arm import fkm_exact_arm
+from catheter_sim.statics.identify import ANTAGONISTIC_LOOP, FULL_REVERSAL_N, SINGLE_LOOP, identify
+from catheter_sim.statics.kato import fkm, pcca
+from catheter_sim.statics.sliding import fkm_sliding
+from catheter_sim.validation import plots
+from catheter_sim.validation.body_stages import body_stages
+from catheter_sim.validation.drives import NO_GRAVITY, given, history, largest_distance, loop_area, tips_mm
+from catheter_sim.validation.lines import Line, Validation
+
+SECTION = "neuroendoscope_section"
+_KATO = "Kato 2016"
+
+SINGLE = ((0, 0), (0.4, 0), (0, 0))
+ANTAGONISTIC = ((0.12, 0.12), (0.65, 0.12), (0.12, 0.12))
+PARTIAL = ((0.12, 0.12), (0.5, 0.12), (0.25, 0.12), (0.4, 0.12), (0.12, 0.12))
+PUSHES_N = (0, 0.02, 0.05, 0, -0.03, -0.06, 0)  # on the tip along x, tendons held at (0.3, 0.1) N
+
+# (right, left) tension [N] and tip (x, z) [mm] without weight and with (9.81, 0, 0) m/s^2: values of a
+# quasi-static model written independently of this package, mu = 0.3, inputs linear from row to row.
+REFERENCE_ROWS_N = np.array(
+    [(0, 0), (0.12, 0.12), (0.5, 0.12), (0.25, 0.12), (0.4, 0.12), (0.12, 0.12), (0.12, 0.45), (0, 0)]
+)
+REFERENCE_TIP_MM = {
+    0.0: np.array(
+        [
+            (0.000, 60.000),
+            (0.000, 60.000),
+            (37.466, 41.676),
+            (22.318, 53.690),
+            (30.890, 48.279),
+            (0.001, 60.000),
+            (-34.214, 45.392),
+            (0.000, 60.000),
+        ]
+    ),
+    9.81: np.array(
+        [
+            (7.154, 59.509),
+            (7.251, 59.496),
+            (39.812, 39.085),
+            (28.687, 49.627),
+            (34.657, 44.945),
+            (8.363, 59.307),
+            (-30.777, 48.147),
+            (7.154, 59.509),
+        ]
+    ),
+}
+REFERENCE_SOURCE = "independent quasi-static model, mu 0.3"
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One loop of the section, answered by the simulation and the static models."""
+
+    name: str
+    rows_N: Array
+    simulated: tuple[Posture, ...]
+    analytic: tuple[Posture, ...]
+    printed: tuple[Posture, ...]
+
+
+def validate_section(folder: Path) -> Validation:
+    """Check the measured single section; plots go into `folder`."""
+    robot = neuroendoscope_section()
+    loops = [_loop(name, corners) for name, corners in _LOOPS]
+    lines = [line for loop in loops for line in _loop_lines(loop)]
+    lines += _reference_lines()
+    lines += [_nested_line(name, np.array(corners)) for name, corners in _LOOPS]
+    lines += [_push_line(), _hold_line()]
+    lines += _opening_lines()
+    stages = body_stages()
+    lines += _stage_lines(stages)
+    tension_lines, profiles = _profile_lines(robot)
+    lines += tension_lines
+    plots.loops(loops, folder / f"{SECTION}_loops.png")
+    plots.profiles(profiles, folder / f"{SECTION}_tension.png")
+    plots.stages(stages, folder / f"{SECTION}_body_stages.png")
+    return Validation(tuple(lines), (_printed_finding(loops[0]),))
+
+
+_LOOPS = (
+    ("single tendon 0, 0.40, 0 N", SINGLE),
+    ("antagonistic (0.12, 0.12), (0.65, 0.12) N and back", ANTAGONISTIC),
+    ("partial loop 0.5, 0.25, 0.4 N against 0.12 N", PARTIAL),
+)
+
+
+def _loop(name: str, corners: tuple[tuple[float, float], ...]) -> Loop:
+    robot, inputs = neuroendoscope_section(), history(corners, 0.05)
+    return Loop(
+        name,
+        inputs.tendon,
+        simulate(robot, inputs, NO_GRAVITY).postures,
+        fkm_exact_arm(robot, inputs, NO_GRAVITY).postures,
+        fkm(robot, inputs, NO_GRAVITY).postures,
+    )
+
+
+def _loop_lines(loop: Loop) -> list[Line]:
+    ours, theirs = tips_mm(loop.simulated), tips_mm(loop.analytic)
+    area, expected = (loop_area(loop.rows_N[:, 0], tips[:, 0]) for tips in (ours, theirs))
+    source = "fkm_exact_arm (Kato 2016 with exact moment arms)"
+    return [
+        Line(SECTION, f"{loop.name}: tip, largest of all rows", "mm", largest_distance(ours, theirs), 0.3, source),
+        Line(
+            SECTION,
+            f"{loop.name}: loop area of tip x over tension, error in % of it",
+            "N mm",
+            100.0 * abs(area / expected - 1.0),
+            3.0,
+            source,
+            ours=area,
+            analytic=expected,
+        ),
+        Line(
+            SECTION,
+            f"{loop.name}: tip against the printed mapping, largest",
+            "mm",
+            largest_distance(ours, tips_mm(loop.printed)),
+            None,
+            "fkm (Kato 2016, Eqs 2-9)",
+        ),
+    ]
+
+
+def _printed_finding(loop: Loop) -> str:
+    turn = int(np.argmax(loop.rows_N[:, 0]))
+    ours, printed = loop.simulated[turn], loop.printed[turn]
+    angles = ours.joint_angles
+    arm = np.cos(angles / 2.0) + (1.0 / 1.4) * np.sin(angles / 2.0)
+    far = float(np.linalg.norm(ours.p_w[-1] - printed.p_w[-1]) * 1e3)
+    return (
+        f"{SECTION}: at {loop.rows_N[turn, 0]:.2f} N the printed mapping's tip lies {far:.2f} mm from the "
+        f"simulation's. It takes the eyelet's offset as the moment arm (A3); a straight tendon between eyelets "
+        f"has {100 * (float(arm.mean()) - 1):.1f} % more on average here, so the simulated section bends "
+        f"{np.degrees(angles.sum()):.1f} deg where the mapping says "
+        f"{np.degrees(printed.joint_angles.sum()):.1f} deg."
+    )
+
+
+def _reference_lines() -> list[Line]:
+    lines = []
+    robot, inputs = neuroendoscope_section(), given(REFERENCE_ROWS_N)
+    for weight, reference in REFERENCE_TIP_MM.items():
+        gravity = np.array([weight, 0.0, 0.0])
+        for name, postures, tolerance in (
+            ("fkm_exact_arm", fkm_exact_arm(robot, inputs, gravity).postures, 0.1),
+            ("simulation", simulate(robot, inputs, gravity).postures, 0.3),
+        ):
+            far = largest_distance(tips_mm(postures)[:, [0, 2]], reference)
+            what = f"eight reference postures, gravity {weight:g} m/s^2 along x, {name}: tip, largest"
+            lines.append(Line(SECTION, what, "mm", far, tolerance, REFERENCE_SOURCE))
+    return lines
+
+
+def _nested_line(name: str, rows: Array) -> Line:
+    robot, inputs = neuroendoscope_section(), given(rows)
+    ours = tips_mm(simulate(robot, inputs, NO_GRAVITY).postures)
+    nested = tips_mm(simulate(robot, inputs, NO_GRAVITY, friction="nested").postures)
+    what = f"{name}: shipped friction, tip, largest"
+    return Line(SECTION, what, "mm", largest_distance(ours, nested), 0.1, "nested tendons, one per hole")
+
+
+def _push_line() -> Line:
+    robot = neuroendoscope_section()
+    force = np.zeros((len(PUSHES_N), 3))
+    force[:, 0] = PUSHES_N
+    inputs = given(np.tile((0.3, 0.1), (len(PUSHES_N), 1)), force_tip=force)
+    ours = tips_mm(simulate(robot, inputs, NO_GRAVITY).postures)
+    nested = tips_mm(simulate(robot, inputs, NO_GRAVITY, friction="nested").postures)
+    what = "tip pushed to 0.05 and -0.06 N, tendons held at (0.3, 0.1) N: shipped friction, tip, largest"
+    return Line(SECTION, what, "mm", largest_distance(ours, nested), 0.1, "nested tendons, one per hole")
+
+
+def _hold_line() -> Line:
+    simulator = Simulator(neuroendoscope_section(), inertia=False)
+    simulator.set_inputs(np.array([0.4, 0.0]))
+    simulator.settle(20.0)
+    before = simulator.posture().p_w[-1]
+    simulator.step(round(60.0 / simulator.model.opt.timestep))
+    moved = float(np.linalg.norm(simulator.posture().p_w[-1] - before) * 1e3)
+    return Line(SECTION, "held at 0.40 N for 60 simulated seconds: motion of the tip", "mm", moved, 0.05, "dry friction")
+
+
+def _opening_lines() -> list[Line]:
+    """Friction from one published loop opening, checked on the other, in the simulation."""
+    found = identify(fkm_exact_arm)
+    mu = found.mu[0]
+    robot = replace(neuroendoscope_section(), friction=Friction(mu))
+    lines = []
+    for loop, judged in ((SINGLE_LOOP, False), (ANTAGONISTIC_LOOP, True)):
+        right, left = loop.arching[-1]
+        rows = np.array([*loop.arching, (FULL_REVERSAL_N, left), (right, left)])
+        tips = tips_mm(simulate(robot, given(rows), NO_GRAVITY).postures)
+        ours = float(np.linalg.norm(tips[-1] - tips[len(loop.arching) - 1]))
+        published = loop.opening_m * 1e3
+        purpose = "predicted" if judged else "mu was identified on it"
+        lines.append(
+            Line(
+                SECTION,
+                f"loop opening at ({left:g}, {right:g}) N, mu {mu:.3f} ({purpose}; full reversal assumed)",
+                "mm",
+                abs(ours - published),
+                0.1 * published,
+                f"{loop.source}; tolerance 10 % assumed",
+                ours=ours,
+                published=published,
+            )
+        )
+    return lines
+
+
+def _stage_lines(stages) -> list[Line]:  # type: ignore[no-untyped-def]
+    lines = []
+    for stage, (low, high) in zip(stages, ((0.3, 1.9), (0.1, 1.9), (5.9, 21.4)), strict=True):
+        largest = float(np.abs(stage.discrepancy_mN).max())
+        outside = max(largest - high, 0.0) if stage is not stages[-1] else max(largest - high, low - largest, 0.0)
+        what = f"{stage.name}, tip pulled to 44 mm and back: largest force discrepancy, error is what lies outside"
+        source = f"{_KATO}, Fig. 5: {low:g} to {high:g} mN measured"
+        lines.append(Line(SECTION, what, "mN", outside, 1e-9, source, ours=largest, published=high))
+    return lines
+
+
+@dataclass(frozen=True)
+class Profiles:
+    """Tension along the right tendon at three inputs, in arching and extending, and PCCA's."""
+
+    inputs_N: tuple[float, ...]
+    arching: Array
+    extending: Array
+    analytic_arching: Array
+    analytic_extending: Array
+    constant: Array
+
+
+PROFILE_INPUTS_N = (0.1, 0.25, 0.4)  # A, B, C; not printed
+PROFILE_TURN_N = 0.6  # maximum bending; not printed
+
+
+def _profile_lines(robot) -> tuple[list[Line], Profiles]:  # type: ignore[no-untyped-def]
+    up = [(tension, 0.0) for tension in PROFILE_INPUTS_N]
+    rows = np.array([(0.0, 0.0), *up, (PROFILE_TURN_N, 0.0), *up[::-1]])
+    runs = [solve(robot, given(rows), NO_GRAVITY).postures for solve in (simulate, fkm_exact_arm, pcca)]
+    count = len(up)
+    both = [np.array([posture.tendon_tension[0] for posture in run]) for run in runs]
+    arching, extending = both[0][1 : 1 + count], both[0][-count:][::-1]
+    profiles = Profiles(
+        PROFILE_INPUTS_N,
+        arching,
+        extending,
+        both[1][1 : 1 + count],
+        both[1][-count:][::-1],
+        both[2][1 : 1 + count],
+    )
+    far = float(max(np.abs(arching - profiles.analytic_arching).max(), np.abs(extending - profiles.analytic_extending).max()))
+    falling = int(sum((np.diff(profile) < 0).all() for profile in arching))
+    peaks = [_peaks(profile) for profile in extending]
+    return [
+        Line(SECTION, "tension along the tendon, arching and extending at A, B, C, largest", "N", far, 0.005, "fkm_exact_arm"),
+        Line(
+            SECTION,
+            "arching: profiles that fall all the way to the tip (of A, B, C)",
+            "-",
+            float(abs(falling - 3)),
+            0.0,
+            f"{_KATO}, Fig. 14 top",
+            ours=float(falling),
+            published=3.0,
+        ),
+        Line(
+            SECTION,
+            "extending: profiles at B and C that rise to one peak inside and fall behind it",
+            "-",
+            float(abs(sum(peak == 1 for peak in peaks[1:]) - 2)),
+            0.0,
+            f"{_KATO}, Fig. 14 bottom",
+            ours=float(sum(peak == 1 for peak in peaks[1:])),
+            published=2.0,
+        ),
+        Line(
+            SECTION,
+            "extending: profile at A that rises all the way to the tip",
+            "-",
+            float(not (np.diff(extending[0]) > 0).all()),
+            0.0,
+            f"{_KATO}, Fig. 14 bottom",
+            ours=float((np.diff(extending[0]) > 0).all()),
+            published=1.0,
+        ),
+    ], profiles
+
+
+def _peaks(profile: Array) -> int:
+    """Return the number of inner maxima of a profile."""
+    slope = np.sign(np.diff(profile))
+    return int(np.sum((slope[:-1] > 0) & (slope[1:] < 0)))
+
+
+S_SHAPES_N = (
+    # distal right, distal left, proximal right (two tendons), proximal left (two)
+    (0.0, 0.0, 0.15, 0.15, 0.0, 0.0),
+    (0.2, 0.0, 0.15, 0.15, 0.0, 0.0),
+    (0.05, 0.3, 0.15, 0.15, 0.0, 0.0),
+    (0.05, 0.3, 0.05, 0.05, 0.1, 0.1),
+    (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+)
+
+
+def validate_full(folder: Path) -> Validation:
+    """Check the two-section robot; plots go into `folder`."""
+    robot, inputs = neuroendoscope(), given(np.array(S_SHAPES_N))
+    ours = simulate(robot, inputs, NO_GRAVITY).postures
+    nested = simulate(robot, inputs, NO_GRAVITY, friction="nested").postures
+    sliding = fkm_sliding(robot, inputs, NO_GRAVITY).postures
+    plots.shapes(ours, sliding, folder / "neuroendoscope_shapes.png")
+    what = "five C and S shapes, distal tendons slipping through the proximal section"
+    lines = (
+        Line(
+            "neuroendoscope",
+            f"{what}: shipped friction, tip, largest",
+            "mm",
+            largest_distance(tips_mm(ours), tips_mm(nested)),
+            0.1,
+            "nested tendons, one per hole",
+        ),
+        Line(
+            "neuroendoscope",
+            f"{what}: tip, largest",
+            "mm",
+            largest_distance(tips_mm(ours), tips_mm(sliding)),
+            0.6,
+            "fkm_sliding; 0.5 % of 120 mm",
+        ),
+    )
+    return Validation(lines, ())

@@ -1,0 +1,110 @@
+"""The validation's pictures: what is compared, in one look each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from catheter_sim.robots.posture import Posture
+from catheter_sim.tables import replaced_when_whole
+from catheter_sim.validation.body_stages import Stage
+
+if TYPE_CHECKING:
+    from catheter_sim.validation.neuroendoscope import Loop, Profiles
+
+BLUE, ORANGE, GREY = "#1f5f99", "#d1682a", "#8a8f98"
+
+
+def _save(figure: Figure, path: Path) -> None:
+    with replaced_when_whole(path, binary=True) as file:
+        figure.savefig(file, format="png", dpi=130)
+
+
+def loops(items: Sequence[Loop], path: Path) -> None:
+    """Draw tip x over the right tendon's tension for each loop."""
+    figure = Figure(figsize=(4.2 * len(items), 3.6), layout="constrained")
+    for axes, loop in zip(figure.subplots(1, len(items), squeeze=False)[0], items, strict=True):
+        for postures, style, label in (
+            (loop.printed, {"color": GREY, "ls": ":"}, "mapping as printed"),
+            (loop.analytic, {"color": ORANGE}, "exact moment arm"),
+            (loop.simulated, {"color": BLUE, "ls": "none", "marker": "o", "ms": 3}, "simulation"),
+        ):
+            axes.plot(loop.rows_N[:, 0], [posture.p_w[-1][0] * 1e3 for posture in postures], label=label, **style)
+        axes.set_title(loop.name, fontsize=8)
+        axes.set_xlabel("tension of the right tendon [N]")
+        axes.set_ylabel("tip x [mm]")
+    axes.legend(frameon=False, fontsize=8)
+    _save(figure, path)
+
+
+def profiles(item: Profiles, path: Path) -> None:
+    """Draw the tension along the tendon in arching and extending (as Kato 2016, Figs 14 and 15)."""
+    figure = Figure(figsize=(10, 3.6), layout="constrained")
+    cells = np.arange(1, item.arching.shape[1] + 1)
+    both = zip(
+        figure.subplots(1, 2, sharey=True),
+        ("arching", "extending"),
+        (item.arching, item.extending),
+        (item.analytic_arching, item.analytic_extending),
+        strict=True,
+    )
+    for axes, name, simulated, analytic in both:
+        for letter, ours, theirs, constant in zip("ABC", simulated, analytic, item.constant, strict=True):
+            axes.plot(cells, theirs, color=ORANGE, label="exact moment arm" if letter == "A" else None)
+            axes.plot(cells, ours, "o", ms=3, color=BLUE, label="simulation" if letter == "A" else None)
+            label = "constant curvature" if letter == "A" else None
+            axes.plot(cells, constant, color=GREY, ls="-.", lw=1, label=label)
+            axes.annotate(letter, (cells[0], ours[0]), xytext=(-10, 0), textcoords="offset points")
+        axes.set_title(f"{name}: tension along the tendon", fontsize=9)
+        axes.set_xlabel("cell, base to tip")
+    figure.axes[0].set_ylabel("tension [N]")
+    figure.axes[0].legend(frameon=False, fontsize=8)
+    _save(figure, path)
+
+
+def stages(items: Sequence[Stage], path: Path) -> None:
+    """Draw the string's force over the tip's place for the three bodies (as Kato 2016, Fig. 4)."""
+    figure = Figure(figsize=(4.0 * len(items), 3.4), layout="constrained")
+    for axes, stage in zip(figure.subplots(1, len(items), sharey=True), items, strict=True):
+        axes.plot(stage.place_mm, stage.force_N * 1e3, "o-", ms=2.5, lw=1, color=BLUE)
+        axes.set_title(stage.name, fontsize=9)
+        axes.set_xlabel("lateral place of the tip [mm]")
+    figure.axes[0].set_ylabel("force of the string [mN]")
+    _save(figure, path)
+
+
+def shapes(simulated: Sequence[Posture], analytic: Sequence[Posture], path: Path) -> None:
+    """Draw backbones in the xz plane, simulation over analytic model."""
+    figure = Figure(figsize=(6, 5), layout="constrained")
+    axes = figure.subplots()
+    for ours, theirs in zip(simulated, analytic, strict=True):
+        axes.plot(*_profile(theirs), color=ORANGE, lw=3, alpha=0.6)
+        axes.plot(*_profile(ours), color=BLUE, lw=1)
+    axes.plot([], [], color=ORANGE, lw=3, alpha=0.6, label="fkm_sliding")
+    axes.plot([], [], color=BLUE, lw=1, label="simulation")
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [mm]")
+    axes.set_ylabel("z [mm]")
+    axes.legend(frameon=False)
+    _save(figure, path)
+
+
+def _profile(posture: Posture) -> tuple[np.ndarray, np.ndarray]:
+    points = np.vstack([np.zeros(3), posture.p_w]) * 1e3
+    return points[:, 0], points[:, 2]
+
+
+def convergence(means: Mapping[int, float], path: Path) -> None:
+    """Draw the chain's mean tip error over its links a subsegment."""
+    figure = Figure(figsize=(4.5, 3.4), layout="constrained")
+    axes = figure.subplots()
+    axes.loglog(list(means), list(means.values()), "o-", color=BLUE)
+    axes.set_xlabel("links a subsegment")
+    axes.set_ylabel("mean tip error [% of length]")
+    axes.set_xticks(list(means), [str(links) for links in means])
+    axes.minorticks_off()
+    _save(figure, path)

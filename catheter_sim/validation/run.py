@@ -1,0 +1,38 @@
+"""Runs the checks of chosen robots and leaves table, JSON and plots in a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.validation.lines import Validation, merge
+from catheter_sim.validation.neuroendoscope import validate_full, validate_section
+from catheter_sim.validation.render import validate_render
+from catheter_sim.validation.spacer_disk import validate_spacer_disk
+
+Check = Callable[[Path], Validation]
+
+CHECKS: Mapping[str, tuple[Check, ...]] = {
+    "neuroendoscope_section": (validate_section, validate_render),
+    "neuroendoscope": (validate_full,),
+    "spacer_disk": (validate_spacer_disk,),
+}
+
+
+def validate(robots: Sequence[str], folder: Path) -> Validation:
+    """Run the checks of `robots` (default: all that have checks) and write the results into `folder`.
+
+    Raises:
+        InputError: a robot has no checks, or the folder cannot be made.
+    """
+    for robot in robots:
+        if robot not in CHECKS:
+            raise unknown("robot with checks", robot, CHECKS)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
+    validation = merge([check(folder) for robot in robots or CHECKS for check in CHECKS[robot]])
+    validation.write(folder)
+    return validation
