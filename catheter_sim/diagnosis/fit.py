@@ -289,6 +289,63 @@ def fit(
     return Fit(tuple(terms), frees, x, error, jacobian, held, block, left_out)
 
 
+def probe(problem: Problem, current: Fit, terms: Sequence[Term]) -> tuple[float, dict[tuple[str, str], float]]:
+    """Return what one Gauss-Newton step from `current` to the hypothesis `terms` reaches.
+
+    Returns:
+        The sum of squared residuals, and the values there by effect and parameter. The derivative by
+        what `current` already fits is taken over from it, so that a probe costs little.
+    """
+    frees = frees_of(problem, terms)
+    known = carried(current, terms)
+    bounds = np.array([free.parameter.fit_bounds for free in frees]).reshape(-1, 2)
+    scale = np.array([free.parameter.scale for free in frees])
+    low, high = bounds[:, 0] / scale, bounds[:, 1] / scale
+    x = np.clip(start_of(frees, known), low, high)
+    old = {free.key: column for column, free in enumerate(current.frees)}
+    new = [index for index, free in enumerate(frees) if free.key not in old]
+    step = np.where(x + _STEP > high, -_STEP, _STEP)
+    errors = residuals(problem, frees, np.concatenate([x[None], x + np.diag(step)[new]]))
+    jacobian = np.empty((errors.shape[1], len(frees)))
+    for index, free in enumerate(frees):
+        if free.key in old:
+            jacobian[:, index] = current.jacobian[:, old[free.key]]
+    for row, index in enumerate(new):
+        jacobian[:, index] = (errors[row + 1] - errors[0]) / step[index]
+    held = _held(x, low, high, jacobian.T @ errors[0])
+    points = np.array(
+        [np.clip(x + _step(jacobian, errors[0], held, factor), low, high) for factor in (1e-3, 0.3, 10.0)]
+    )
+    costs = (residuals(problem, frees, points) ** 2).sum(axis=1)
+    best = int(np.argmin(costs))
+    values = {
+        free.key: free.parameter.from_fit(float(value) * free.parameter.scale)
+        for free, value in zip(frees, points[best], strict=True)
+    }
+    return float(costs[best]), values
+
+
+def carried(current: Fit, terms: Sequence[Term]) -> dict[tuple[str, str], float]:
+    """Return the values of `current`, those of a common parameter also for each one that details it.
+
+    `offset_mm` is detailed by `offset_base_1_mm`: its words in their order, and others.
+    """
+    values = dict(current.values)
+    for term in terms:
+        for name in term.free:
+            if (term.effect, name) in values:
+                continue
+            for (effect, common), value in current.values.items():
+                if effect == term.effect and _details(name, common) and common not in term.free:
+                    values[effect, name] = value
+    return values
+
+
+def _details(name: str, common: str) -> bool:
+    words = iter(name.split("_"))
+    return all(word in words for word in common.split("_"))
+
+
 def _linearised(problem: Problem, frees: Sequence[Free], x: Array, high: Array) -> tuple[Array, Array]:
     """Return the residual (n,) and its derivative by forward differences (n, p)."""
     step = np.where(x + _STEP > high, -_STEP, _STEP)

@@ -1,7 +1,7 @@
 """Chooses causes inside the training data: each has to pay for itself on stretches left out.
 
-Forward, one cause at a time: every remaining effect is fitted roughly beside those chosen so far,
-the best few are fitted well, and the best of these is taken if the errors on the stretches left out
+Forward, one cause at a time: every remaining effect is probed beside those chosen so far,
+the most promising few are fitted well, and the best of these is taken if the errors on the stretches left out
 fall by more than `PAYS_ERRORS` standard errors (stretches count, not rows) and by more than
 `PAYS_SHARE`. What acts on the whole robot comes first: only when no more of that pays are values
 per channel or segment tried, which are many, and fit what they see better than what they do not see.
@@ -15,10 +15,11 @@ from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
+from typing import Any, TypeVar
 
 import numpy as np
 
-from catheter_sim.diagnosis.fit import Fit, Problem, Term, fit, terms_for
+from catheter_sim.diagnosis.fit import Fit, Problem, Term, fit, probe, terms_for
 from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.robots.specification import ContinuumRobot
 
@@ -26,10 +27,9 @@ PAYS_ERRORS = 2.0  # standard errors by which a cause must lower the squared err
 PAYS_SHARE = 0.01  # share of the root mean square by which it must lower it
 FINALISTS = 3
 MOST_CAUSES = 8
-_ROUGH_STEPS = 2
-_ROUGH_ROWS = 300  # rows compared in a rough fit
 _ROWS = 600  # rows compared in the fits that choose
 
+T = TypeVar("T")
 Known = Mapping[tuple[str, str], float]
 
 
@@ -104,7 +104,6 @@ def select(
     """
     rows = sum(len(trial.inputs) for trial in problem.trials)
     problem = replace(problem, every=max(1, round(rows / _ROWS)))
-    rough = replace(problem, every=max(1, round(rows / _ROUGH_ROWS)))
     say = on_fit or (lambda line: None)
     with _pool(jobs) as pool:
         null = fit(problem, ())
@@ -119,7 +118,7 @@ def select(
                 if current is null:
                     finalists = _in_order([item for item in singles if item.terms[0] in variants])
                 else:
-                    finalists = _next_finalists(pool, problem, rough, current, variants)
+                    finalists = _next_finalists(pool, problem, current, variants)
                     tried += finalists
                 if not finalists:
                     break
@@ -149,14 +148,13 @@ def select(
 
 
 def _next_finalists(
-    pool: Executor | None, problem: Problem, rough: Problem, current: Fit, variants: Sequence[Term]
+    pool: Executor | None, problem: Problem, current: Fit, variants: Sequence[Term]
 ) -> list[Fit]:
     """Return the fits of the most promising hypotheses one step beyond `current`, best first."""
-    known = current.values
     hypotheses = [terms for terms in (_beside(current.terms, term) for term in variants) if terms]
-    first = _fit_all(pool, rough, [(terms, known) for terms in hypotheses], False, _ROUGH_STEPS)
-    order = sorted(range(len(first)), key=lambda i: float(first[i].residual @ first[i].residual))
-    best = [(hypotheses[i], {**known, **first[i].values}) for i in order[:FINALISTS]]
+    probes = _map(pool, probe, [(problem, current, terms) for terms in hypotheses])
+    order = sorted(range(len(probes)), key=lambda index: probes[index][0])
+    best = [(hypotheses[index], probes[index][1]) for index in order[:FINALISTS]]
     return _in_order(_fit_all(pool, problem, best))
 
 
@@ -212,14 +210,14 @@ def _pool(jobs: int) -> Iterator[Executor | None]:
 
 
 def _fit_all(
-    pool: Executor | None,
-    problem: Problem,
-    hypotheses: Sequence[tuple[Sequence[Term], Known]],
-    cross_validate: bool = True,
-    most_steps: int = 12,
+    pool: Executor | None, problem: Problem, hypotheses: Sequence[tuple[Sequence[Term], Known]]
 ) -> list[Fit]:
-    """Return the fits of several hypotheses, in order, in the pool's processes where there is one."""
-    arguments = [(problem, terms, dict(known), cross_validate, most_steps) for terms, known in hypotheses]
+    """Return the fits of several hypotheses, each from its known values, in order."""
+    return _map(pool, fit, [(problem, terms, dict(known)) for terms, known in hypotheses])
+
+
+def _map(pool: Executor | None, call: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> list[T]:
+    """Return the results of several calls, in order, made in the pool's processes where there is one."""
     if pool is None:
-        return [fit(*item) for item in arguments]
-    return [future.result() for future in [pool.submit(fit, *item) for item in arguments]]
+        return [call(*item) for item in arguments]
+    return [future.result() for future in [pool.submit(call, *item) for item in arguments]]

@@ -24,12 +24,11 @@ def play(values: Array, width: float) -> Array:
 
     The output follows y = clip(y_before, u - width/2, u + width/2) (Krasnosel'skii's play operator).
     """
-    half = 0.5 * width
+    low, high = values - 0.5 * width, values + 0.5 * width
     result = np.empty_like(values)
     now = np.zeros_like(values[0])
-    for row, value in enumerate(values):
-        now = np.clip(now, value - half, value + half)
-        result[row] = now
+    for row in range(len(values)):
+        now = np.minimum(np.maximum(now, low[row], out=result[row]), high[row], out=result[row])
     return result
 
 

@@ -15,7 +15,7 @@ from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.simulation.simulator import Simulator
 
-RAMP_S = 1.0  # simulated time from one held row to the next
+RAMP_S = 2.0  # simulated time from one held row to the next
 
 
 @dataclass(frozen=True)

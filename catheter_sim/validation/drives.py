@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,7 +17,7 @@ def history(corners: Sequence[Sequence[float]], step: float, actuation: str = "t
     """Return inputs that run straight through `corners`, shape (c, t), in steps of at most `step`."""
     points = np.array(corners, dtype=float)
     rows = [points[0]]
-    for start, end in zip(points[:-1], points[1:], strict=True):
+    for start, end in itertools.pairwise(points):
         count = max(1, int(np.ceil(np.abs(end - start).max() / step - 1e-9)))
         rows += [start + (end - start) * i / count for i in range(1, count + 1)]
     return given(np.array(rows), actuation)

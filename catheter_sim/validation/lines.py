@@ -10,7 +10,7 @@ from pathlib import Path
 
 from catheter_sim.tables import replaced_when_whole
 
-_COLUMNS = ("robot", "quantity", "unit", "ours", "analytic", "published", "error", "tolerance", "verdict", "source")
+_COLUMNS = ("quantity", "unit", "ours", "analytic", "published", "error", "tolerance", "verdict", "source")
 
 
 @dataclass(frozen=True)
@@ -68,12 +68,21 @@ class Validation:
         """Return the table and the findings as plain text."""
         cells = [list(_COLUMNS), *([_cell(line, name) for name in _COLUMNS] for line in self.lines)]
         widths = [max(len(row[i]) for row in cells) for i in range(len(_COLUMNS))]
-        rows = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells]
-        rows.insert(1, "-" * max(len(row) for row in rows))
+
+        def text(row: list[str]) -> str:
+            return "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+
+        rows = [text(cells[0])]
+        for line, row in zip(self.lines, cells[1:], strict=True):
+            if f"[{line.robot}]" not in rows:
+                rows += ["", f"[{line.robot}]"]
+            rows.append(text(row))
         out = sum(not line.passed for line in self.lines)
         judged = sum(line.tolerance is not None for line in self.lines)
         rows.append("")
-        rows.append(f"{judged - out} of {judged} judged lines within tolerance" + (f", {out} OUT" if out else ""))
+        rows.append(
+            f"{judged - out} of {judged} judged lines within tolerance" + (f", {out} OUT" if out else "")
+        )
         return "\n".join([*rows, *(f"- {finding}" for finding in self.findings)])
 
     def write(self, folder: Path) -> None:

@@ -30,10 +30,13 @@ def loops(items: Sequence[Loop], path: Path) -> None:
     for axes, loop in zip(figure.subplots(1, len(items), squeeze=False)[0], items, strict=True):
         for postures, style, label in (
             (loop.printed, {"color": GREY, "ls": ":"}, "mapping as printed"),
-            (loop.analytic, {"color": ORANGE}, "exact moment arm"),
+            (loop.local, {"color": GREY, "lw": 1}, "exact arm, history rule"),
+            (loop.analytic, {"color": ORANGE}, "exact arm, friction by sliding"),
             (loop.simulated, {"color": BLUE, "ls": "none", "marker": "o", "ms": 3}, "simulation"),
         ):
-            axes.plot(loop.rows_N[:, 0], [posture.p_w[-1][0] * 1e3 for posture in postures], label=label, **style)
+            axes.plot(
+                loop.rows_N[:, 0], [posture.p_w[-1][0] * 1e3 for posture in postures], label=label, **style
+            )
         axes.set_title(loop.name, fontsize=8)
         axes.set_xlabel("tension of the right tendon [N]")
         axes.set_ylabel("tip x [mm]")

@@ -191,7 +191,7 @@ def test_number_of_rows_does_not_matter():
     np.testing.assert_allclose(tips_mm(fine_run)[::20], tips_mm(coarse_run), atol=1e-3)
 
 
-@pytest.mark.parametrize("gravity", [NO_GRAVITY, SIDEWAYS])
+@pytest.mark.parametrize("gravity", [NO_GRAVITY, pytest.param(SIDEWAYS, marks=pytest.mark.slow)])
 def test_steps_between_rows_have_converged(gravity, nominal_runs, monkeypatch):
     """Halving the steps moves the tip by at most 5 um over the nominal rows."""
     monkeypatch.setattr(planar_chain, "STEP_BEND_RAD", planar_chain.STEP_BEND_RAD / 2)
@@ -230,9 +230,9 @@ def test_elastic_law_and_rest_curvature():
 def test_a_soft_mount_gives_way_under_everything_that_presses_on_it():
     """All points sink by (tensions - axial force) / stiffness; the shape stays."""
     soft = replace(section(), mount=Mount(axial_stiffness_N_per_m=1000.0))
-    inputs = tensions([[0.4, 0.12]], [[0.0, 0.0, 0.02]])
+    inputs = tensions([[0.4, 0.12]], [[0.0, 0.0, 2e-3]])
     rigid, moved = (fkm_exact_arm(robot, inputs, NO_GRAVITY).postures[0] for robot in (section(), soft))
-    np.testing.assert_allclose(moved.p_w - rigid.p_w, [[0, 0, -0.5e-3]] * 30, atol=1e-15)
+    np.testing.assert_allclose(moved.p_w - rigid.p_w, [[0, 0, -0.518e-3]] * 30, atol=1e-15)
     np.testing.assert_array_equal(moved.R_w, rigid.R_w)
 
 

@@ -42,6 +42,7 @@ def test_distances_in_arching_leave_an_interval():
     assert high == pytest.approx(0.34, abs=0.01)
 
 
+@pytest.mark.slow
 def test_identified_tension_gives_the_opening_back():
     """The maximum tension found for mu = 0.3 reproduces the published opening."""
     (highest,) = highest_tension_from_opening(fkm_stick, SINGLE_LOOP, 0.3)

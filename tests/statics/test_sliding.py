@@ -36,6 +36,7 @@ def test_motion_and_tension_rules_agree_for_a_pair():
     np.testing.assert_allclose(motion, tension, atol=0.1)
 
 
+@pytest.mark.slow
 def test_motion_and_tension_rules_stay_close_under_a_steady_weight():
     """Weight sideways, the rules differ by at most 0.2 mm on the nominal rows."""
     motion, tension = (

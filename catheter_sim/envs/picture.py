@@ -1,0 +1,56 @@
+"""Pictures of a simulated robot and its target, drawn without a screen."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from catheter_sim.render.backend import open_renderer
+from catheter_sim.render.images import Picture
+from catheter_sim.robots.posture import Array
+
+_TARGET_RGBA = (0.10, 0.62, 0.25, 0.75)
+
+
+class TargetPicture:
+    """An open renderer; it has a state of its own, so that drawing leaves the simulation alone."""
+
+    def __init__(self, model: mujoco.MjModel, camera: str, width: int, height: int) -> None:
+        """Open the renderer.
+
+        Args:
+            model: the robot; its offscreen buffer is enlarged where the picture needs it.
+            camera: name of one of its cameras.
+            width, height: [pixels].
+
+        Raises:
+            InputError: the size is no picture's, or no OpenGL context can be had.
+        """
+        self._renderer = open_renderer(model, width, height)
+        self._model = model
+        self._data = mujoco.MjData(model)
+        self._camera = camera
+        self._options = mujoco.MjvOption()
+        self._options.sitegroup[:] = 0
+
+    def draw(self, qpos: Array, target_m: Array, radius_m: float) -> Picture:
+        """Return the robot at the joint positions `qpos` with a sphere at `target_m`, (height, width, 3)."""
+        self._data.qpos[:] = qpos
+        mujoco.mj_fwdPosition(self._model, self._data)
+        self._renderer.update_scene(self._data, self._camera, self._options)
+        scene = self._renderer.scene
+        if scene.ngeom < scene.maxgeom:
+            mujoco.mjv_initGeom(
+                scene.geoms[scene.ngeom],
+                mujoco.mjtGeom.mjGEOM_SPHERE,
+                np.full(3, radius_m),
+                target_m,
+                np.eye(3).ravel(),
+                np.array(_TARGET_RGBA, dtype=np.float32),
+            )
+            scene.ngeom += 1
+        return self._renderer.render()
+
+    def close(self) -> None:
+        """Free the renderer."""
+        self._renderer.close()

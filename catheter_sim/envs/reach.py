@@ -1,0 +1,311 @@
+"""The task of bringing the tip of a continuum robot to a point and resting there."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from catheter_sim.envs import EPISODE_STEPS
+from catheter_sim.envs.picture import TargetPicture
+from catheter_sim.envs.plant import Plant
+from catheter_sim.envs.targets import random_target, require_reachable
+from catheter_sim.errors import InputError, SimulationDiverged, unknown
+from catheter_sim.render.images import Picture
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.layout import is_planar
+
+Observation = NDArray[np.float32]
+Action = NDArray[np.float32]
+
+CONTROL_STEP_S = 0.1  # assumed: two relaxation times of the robots' default dynamics
+RATE_PER_S = 0.5  # assumed: at full action a drive goes from rest to its range's end in 2 s
+TARGET_TOLERANCE_M = 5e-3  # Kato 2016: target value of 5 mm, from tumours of 2 cm
+REST_S = 1.0  # assumed: at rest is a tip that would take longer than this for one tolerance
+TARGET_CLEARANCE = 0.1  # assumed: least way from rest to a random target, over the robot's length
+DIVERGED_REWARD = -2.0 * EPISODE_STEPS  # the tip is never farther than two lengths: no way to save cost
+
+# Bounds of the observation; what lies beyond is cut off.
+_PLACE_BOUND = 2.0  # robot lengths
+_SPEED_BOUND = 10.0  # robot lengths a second
+_TENSION_BOUND = 10.0  # ranges of the tension drives
+_BEND_BOUND = 4.0  # half turns
+
+
+class ReachEnv(gymnasium.Env[Observation, Action]):
+    """Bring the tip of a tendon-driven continuum robot to a target, and rest there.
+
+    ## The robot
+
+    Any robot of the package, in its MuJoCo simulation with tendon friction (so that the way matters:
+    the same inputs give other postures on the way out and on the way back), with its effects. A
+    control step is 0.1 s of simulated time; the robot's inertia and damping act. There is no contact:
+    not with surroundings, not with itself.
+
+    ## Action
+
+    `Box(-1, 1, (d,), float32)`: for each drive how far its level moves in this step, in shares of the
+    largest change, 0.05 (the rate is limited to 0.5 a second). Levels stay in their ranges; within
+    the step the inputs move linearly.
+
+    - `action_type="tension"`: a drive is an input channel of the robot, each antagonist its own. Level
+      0 is slack, level 1 the tension at which it alone would bend a segment by `largest_bend_rad` if
+      there were no friction.
+    - `action_type="displacement"`: a drive is the bend asked of one segment in one direction, level
+      -1 to 1 for minus to plus `largest_bend_rad`. Each tendon is pulled in or paid out by what these
+      bends shorten or lengthen its path (constant curvature), antagonists together.
+
+    `drives.names` names the drives, `drives.tendon` holds the tendons' inputs at level 1.
+    `NeuroendoscopeReach-v0` has four tension drives: distal right and left up to 0.32 N, proximal
+    right and left up to 0.39 N (a side's two tendons together).
+
+    ## Observation
+
+    A flat `Box` of float32, all parts finite and of order one; `layout` maps names to slices, L is
+    the length of the straight robot, s and t its numbers of segments and tendons.
+
+    | part | size | what | unit |
+    |---|---|---|---|
+    | `target` | 3 | the target, base frame | L |
+    | `tip` | 3 | the tip, base frame | L |
+    | `tip_direction` | 3 | unit vector along the tip's axis | 1 |
+    | `tip_velocity` | 3 | mean velocity of the tip over the last step | L/s |
+    | `level` | d | levels of the drives | range |
+    | `tension` | t | tensions at the actuators | ranges of the tension drives |
+    | `bend` | 2 s | bend of each segment toward +x and +y | half turns |
+
+    Tip and direction are as measured, effects on the outputs included. What lies beyond the bounds
+    of the space is cut off (only displacement drives reach them, by tension). Friction has a memory
+    that is not in the observation: the tensions between the tendons' holes.
+
+    ## Reward
+
+    Minus the distance of the tip from the target, in robot lengths, after each step. Nothing is added
+    at success: the episode, and with it the cost, ends. A simulation that diverges costs 200, more
+    than 100 steps at the largest distance there is.
+
+    ## Episode
+
+    It starts at rest with slack tendons, under gravity if there is any. It terminates with success
+    where the tip lies within `tolerance_m` of the target and moved in this step at less than one
+    tolerance a second. It also terminates where the simulation diverges (`info["diverged"]`), with
+    the last finite observation. The registered environments are truncated after 100 steps (10 s).
+
+    The default tolerance is the target value of Kato 2016 (doi 10.1007/s11548-015-1310-2): a mean
+    error of 5 mm leaves good margins in aiming at a tumour of 2 cm.
+
+    ## Reset
+
+    `reset(seed=...)` draws a target by driving the simulated robot from rest with random inputs to
+    where it settles: every target is reachable. It lies at least a tenth of the robot's length from
+    the tip at rest. `options={"target": (x, y, z)}` sets it instead, in m in the base frame; one that
+    the simulated robot cannot be brought to within the tolerance is refused. The search drives it
+    from rest and takes about a second.
+
+    `info` of `reset` and `step`: `tip_m`, `target_m` (true ones, base frame), `distance_m`,
+    `speed_m_per_s`, `tendon` (commanded input of each tendon, N or m), `is_success`, `diverged`.
+
+    ## Arguments
+
+    - `robot`: a robot id or the path of a robot `.toml`.
+    - `settings`: texts `KEY=VALUE` as for `--set`, effects included (`"effects.backlash.width_N=0.02"`).
+    - `action_type`: "tension" or "displacement"; default: the robot's own.
+    - `gravity_mps2`: in the base frame, default none.
+    - `tolerance_m`: see Episode.
+    - `largest_bend_rad`: sets the drives' ranges; default a quarter turn (assumed).
+    - `render_mode`: None or "rgb_array".
+    - `width`, `height`: of the picture [pixels]. The target is a green sphere of the tolerance's radius.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium's way
+        "render_modes": ["rgb_array"],
+        "render_fps": round(1.0 / CONTROL_STEP_S),
+    }
+
+    def __init__(
+        self,
+        robot: str | os.PathLike[str],
+        settings: Sequence[str] = (),
+        action_type: str | None = None,
+        gravity_mps2: Sequence[float] = (0.0, 0.0, 0.0),
+        tolerance_m: float = TARGET_TOLERANCE_M,
+        largest_bend_rad: float = math.pi / 2.0,
+        render_mode: str | None = None,
+        width: int = 640,
+        height: int = 480,
+    ) -> None:
+        """Build the robot; the arguments are those of the class's text.
+
+        Raises:
+            InputError: an argument is impossible.
+        """
+        modes = self.metadata["render_modes"]
+        if render_mode is not None and render_mode not in modes:
+            raise unknown("render_mode", render_mode, [*modes, "None"])
+        for name, value in (("tolerance_m", tolerance_m), ("largest_bend_rad", largest_bend_rad)):
+            if not 0.0 < value < math.inf:
+                raise InputError(f"{name} = {value:g}: must be above zero and finite")
+        gravity = np.array(gravity_mps2, dtype=float)
+        if gravity.shape != (3,) or not np.isfinite(gravity).all():
+            raise InputError(f"gravity_mps2 = {gravity_mps2!r}: three finite numbers are needed")
+        self.render_mode = render_mode
+        self.tolerance_m = float(tolerance_m)
+        self.plant = Plant(load_robot(robot, settings), action_type, tuple(gravity), largest_bend_rad)
+        self.drives = self.plant.drives
+        self.length_m = float(self.plant.segment_length.sum())
+        self.target_m = np.zeros(3)
+        self._size = width, height
+        self._picture: TargetPicture | None = None
+        self._checked_targets: set[tuple[float, ...]] = set()
+        self._diverged = False
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.drives.names),), np.float32)
+        self._set_layout()
+        self._look()
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode; see the class's text.
+
+        Args:
+            seed: of the random targets from now on; None: go on with the present generator.
+            options: `{"target": (x, y, z)}` [m], or nothing for a random target.
+
+        Raises:
+            InputError: an unknown option, or a target that is out of reach.
+        """
+        super().reset(seed=seed)
+        options = options or {}
+        for name in options:
+            if name != "target":
+                raise unknown("option of reset", name, ("target",))
+        if options.get("target") is not None:
+            self.target_m = self._reachable(options["target"])
+        else:
+            clearance = TARGET_CLEARANCE * self.length_m
+            self.target_m = random_target(self.plant, self.np_random, clearance).tip_m
+        self._diverged = False
+        self.plant.reset()
+        self._look()
+        return self._observation(), self._info()
+
+    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Move the drives for one control step; see the class's text."""
+        change = np.clip(np.asarray(action, dtype=float), -1.0, 1.0) * (RATE_PER_S * CONTROL_STEP_S)
+        if change.shape != self.action_space.shape or np.isnan(change).any():
+            raise InputError(f"action = {action!r}: {len(self.drives.names)} numbers are needed")
+        level = np.clip(self.plant.level + change, self.drives.lowest, 1.0)
+        before = self._tip
+        try:
+            self.plant.move(level, CONTROL_STEP_S)
+        except SimulationDiverged:
+            self._diverged = True
+            return self._observation(), DIVERGED_REWARD, True, False, self._info()
+        self._look()
+        self._velocity = (self._tip - before) / CONTROL_STEP_S
+        info = self._info()
+        return self._observation(), -info["distance_m"] / self.length_m, info["is_success"], False, info
+
+    def render(self) -> Picture | None:  # type: ignore[override]
+        """Return a picture of the robot and the target, shape (height, width, 3), or None.
+
+        Raises:
+            InputError: no OpenGL context can be had.
+        """
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() draws only where render_mode='rgb_array' was given to make()")
+            return None
+        simulator = self.plant.simulator
+        if self._picture is None:
+            camera = "side" if is_planar(simulator.robot) else "overview"
+            self._picture = TargetPicture(simulator.model, camera, *self._size)
+        return self._picture.draw(self._qpos, self.target_m, self.tolerance_m)
+
+    def close(self) -> None:
+        """Free the renderer; may be called again."""
+        if self._picture is not None:
+            self._picture.close()
+            self._picture = None
+
+    def _reachable(self, target_m: Any) -> NDArray[np.float64]:
+        """Return `target_m`; one that was found in reach before is not sought again."""
+        try:
+            known = tuple(float(value) for value in target_m)
+        except (TypeError, ValueError):
+            known = ()
+        if known in self._checked_targets:
+            return np.array(known)
+        target = require_reachable(self.plant, target_m, self.tolerance_m)
+        self._checked_targets.add(tuple(target))
+        return target
+
+    def _set_layout(self) -> None:
+        """Set `layout` and `observation_space`."""
+        drives, segments = len(self.drives.names), len(self.plant.segment_length)
+        parts = {  # name: lower bounds, upper bound
+            "target": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
+            "tip": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
+            "tip_direction": (np.full(3, -1.0), 1.0),
+            "tip_velocity": (np.full(3, -_SPEED_BOUND), _SPEED_BOUND),
+            "level": (self.drives.lowest, 1.0),
+            "tension": (np.zeros(len(self.drives.tension)), _TENSION_BOUND),
+            "bend": (np.full(2 * segments, -_BEND_BOUND), _BEND_BOUND),
+        }
+        assert len(parts["level"][0]) == drives
+        self.layout: dict[str, slice] = {}
+        start = 0
+        for name, (low, _) in parts.items():
+            self.layout[name] = slice(start, start + len(low))
+            start += len(low)
+        self.observation_space = gymnasium.spaces.Box(
+            np.concatenate([low for low, _ in parts.values()]).astype(np.float32),
+            np.concatenate([np.full(len(low), high) for low, high in parts.values()]).astype(np.float32),
+            dtype=np.float32,
+        )
+
+    def _look(self) -> None:
+        """Take note of where the robot is, at rest as far as it shows."""
+        posture = self.plant.posture()
+        self._tip = posture.p_w[-1]
+        self._velocity = np.zeros(3)
+        p_w, R_w = self.plant.seen(posture.p_w[-1], posture.R_w[-1])
+        self._seen_tip, self._seen_direction = p_w, R_w[:, 2]
+        self._tension = posture.actuator_tension
+        self._bends = self.plant.segment_bends()
+        self._level = self.plant.level
+        self._qpos = self.plant.simulator.data.qpos.copy()
+
+    def _observation(self) -> Observation:
+        values = np.concatenate(
+            [
+                self.target_m / self.length_m,
+                self._seen_tip / self.length_m,
+                self._seen_direction,
+                self._velocity / self.length_m,
+                self._level,
+                self._tension / self.drives.tension,
+                self._bends.ravel() / math.pi,
+            ]
+        ).astype(np.float32)
+        space = self.observation_space
+        assert isinstance(space, gymnasium.spaces.Box)
+        return np.clip(values, space.low, space.high)
+
+    def _info(self) -> dict[str, Any]:
+        distance = float(np.linalg.norm(self._tip - self.target_m))
+        speed = float(np.linalg.norm(self._velocity))
+        at_rest = speed < self.tolerance_m / REST_S
+        return {
+            "tip_m": self._tip.copy(),
+            "target_m": self.target_m.copy(),
+            "distance_m": distance,
+            "speed_m_per_s": speed,
+            "tendon": self.drives.tendon @ self._level,
+            "is_success": bool(distance <= self.tolerance_m and at_rest and not self._diverged),
+            "diverged": self._diverged,
+        }
