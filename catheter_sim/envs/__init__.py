@@ -25,6 +25,4 @@ def register_environments() -> None:
     """Register the environments with Gymnasium; those that are registered already stay as they are."""
     for name, (entry_point, arguments) in _ENVIRONMENTS.items():
         if name not in gymnasium.registry:
-            gymnasium.register(
-                name, entry_point, max_episode_steps=EPISODE_STEPS, kwargs=dict(arguments)
-            )
+            gymnasium.register(name, entry_point, max_episode_steps=EPISODE_STEPS, kwargs=dict(arguments))

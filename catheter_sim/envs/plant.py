@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 
 from catheter_sim.effects.apply import active, arriving_inputs, check_effects, embodied, observed_frames
@@ -114,6 +115,8 @@ class Plant:
 
     def posture(self) -> Posture:
         """Return where the robot is."""
+        # A step leaves the tendons' lengths, and so a driven tendon's tension, as before its motion.
+        mujoco.mj_fwdPosition(self.simulator.model, self.simulator.data)
         return self.simulator.posture()
 
     def seen(self, p_w: Array, R_w: Array) -> tuple[Array, Array]:

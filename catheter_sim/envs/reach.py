@@ -79,7 +79,7 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
     | `tension` | t | tensions at the actuators | ranges of the tension drives |
     | `bend` | 2 s | bend of each segment toward +x and +y | half turns |
 
-    Tip and direction are as measured, effects on the outputs included. What lies beyond the bounds
+    Tip, direction and velocity are as measured, effects on the outputs included. What lies beyond the bounds
     of the space is cut off (only displacement drives reach them, by tension). Friction has a memory
     that is not in the observation: the tensions between the tendons' holes.
 
@@ -200,14 +200,15 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
         if change.shape != self.action_space.shape or np.isnan(change).any():
             raise InputError(f"action = {action!r}: {len(self.drives.names)} numbers are needed")
         level = np.clip(self.plant.level + change, self.drives.lowest, 1.0)
-        before = self._tip
+        tip, seen_tip = self._tip, self._seen_tip
         try:
             self.plant.move(level, CONTROL_STEP_S)
         except SimulationDiverged:
             self._diverged = True
             return self._observation(), DIVERGED_REWARD, True, False, self._info()
         self._look()
-        self._velocity = (self._tip - before) / CONTROL_STEP_S
+        self._velocity = (self._tip - tip) / CONTROL_STEP_S
+        self._seen_velocity = (self._seen_tip - seen_tip) / CONTROL_STEP_S
         info = self._info()
         return self._observation(), -info["distance_m"] / self.length_m, info["is_success"], False, info
 
@@ -246,7 +247,7 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
 
     def _set_layout(self) -> None:
         """Set `layout` and `observation_space`."""
-        drives, segments = len(self.drives.names), len(self.plant.segment_length)
+        segments = len(self.plant.segment_length)
         parts = {  # name: lower bounds, upper bound
             "target": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
             "tip": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
@@ -256,7 +257,6 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
             "tension": (np.zeros(len(self.drives.tension)), _TENSION_BOUND),
             "bend": (np.full(2 * segments, -_BEND_BOUND), _BEND_BOUND),
         }
-        assert len(parts["level"][0]) == drives
         self.layout: dict[str, slice] = {}
         start = 0
         for name, (low, _) in parts.items():
@@ -272,7 +272,7 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
         """Take note of where the robot is, at rest as far as it shows."""
         posture = self.plant.posture()
         self._tip = posture.p_w[-1]
-        self._velocity = np.zeros(3)
+        self._velocity = self._seen_velocity = np.zeros(3)
         p_w, R_w = self.plant.seen(posture.p_w[-1], posture.R_w[-1])
         self._seen_tip, self._seen_direction = p_w, R_w[:, 2]
         self._tension = posture.actuator_tension
@@ -286,7 +286,7 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
                 self.target_m / self.length_m,
                 self._seen_tip / self.length_m,
                 self._seen_direction,
-                self._velocity / self.length_m,
+                self._seen_velocity / self.length_m,
                 self._level,
                 self._tension / self.drives.tension,
                 self._bends.ravel() / math.pi,

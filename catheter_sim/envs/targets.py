@@ -107,9 +107,7 @@ def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
                 break
             least_miss = miss
             room = drives.lowest - level, 1.0 - level
-            level = level + change_toward(
-                target_m - tip, plant.segment_bends(), length, drives.bend, *room
-            )
+            level = level + change_toward(target_m - tip, plant.segment_bends(), length, drives.bend, *room)
     return best
 
 
@@ -145,7 +143,7 @@ def _starts(plant: Plant, target_m: Array) -> list[Array]:
     """Return levels, far apart, at which the frictionless robot of arcs is near `target_m`."""
     lowest = plant.drives.lowest
     draws = np.random.default_rng(0).uniform(lowest, 1.0, (_CLOUD, len(lowest)))
-    draws[:: 2] *= np.random.default_rng(1).random(draws[:: 2].shape) < PULLED_SHARE
+    draws[::2] *= np.random.default_rng(1).random(draws[::2].shape) < PULLED_SHARE
     bends = plant.rest_bends + np.einsum("sad,nd->nsa", plant.drives.bend, draws)
     order = np.argsort(np.linalg.norm(arc_tips(bends, plant.segment_length) - target_m, axis=1))
     chosen = [int(order[0])]
