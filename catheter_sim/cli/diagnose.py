@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     from catheter_sim.diagnosis.pipeline import diagnose
 
     diagnosis = diagnose(options.dataset, folder, jobs=options.jobs, progress=arguments.show_progress())
-    print("\n".join(_lines(diagnosis)))
+    print("\n".join(_lines(diagnosis)).replace("−", "-"))  # a minus sign that programs read
     print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml and the fitted series")
     return 0
 
@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
 def _lines(diagnosis: Diagnosis) -> Iterator[str]:
     """Yield the verdict in a sentence, then the figures behind it."""
     from catheter_sim.diagnosis.report import sentence
-    from catheter_sim.diagnosis.wording import interval, name_and_unit, rounded
+    from catheter_sim.diagnosis.wording import interval, rounded
 
     yield sentence(diagnosis)
     yield f"verdict: {diagnosis.verdict}"
@@ -63,10 +63,9 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
     for cause in diagnosis.causes:
         yield f"cause: {cause.name}, {rounded(cause.gain_percent, 5.0)} % of the error before"
         for name, parameter in cause.parameters.items():
-            _, unit = name_and_unit(name)
             half = abs(parameter.ci95[1] - parameter.ci95[0]) / 2.0
             bounds = interval(parameter.value, parameter.ci95)
-            yield f"  {name} = {rounded(parameter.value, half)} {unit} (95 %: {bounds})"
+            yield f"  {name} = {rounded(parameter.value, half)} (95 %: {bounds})"
     for group in diagnosis.indistinguishable:
         yield f"not to be told apart on these data: {', '.join(group)}"
     for name, value in diagnosis.extra.items():

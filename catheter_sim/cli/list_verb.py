@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
 
 def listing() -> dict[str, list[dict[str, Any]]]:
     """Return what the package offers, from its own registries, ready for JSON."""
-    import gymnasium  # imports the package's environments through their entry point
+    import gymnasium
 
     from catheter_sim.effects.registry import EFFECTS
     from catheter_sim.robots.catalogue import ROBOTS, load_robot

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t as student
 
-from catheter_sim.diagnosis.dataset import Trial, cycles
 from catheter_sim.diagnosis.nuisance import Nuisance
+from catheter_sim.diagnosis.trials import Trial, cycles
 from catheter_sim.diagnosis.twin import Twin
 from catheter_sim.effects.face import Parameter
 from catheter_sim.effects.registry import EFFECTS
@@ -267,7 +267,9 @@ def fit(
     for _ in range(most_steps):
         candidates = np.array(
             [
-                np.clip(x + _step(jacobian, error, _held(x, low, high, jacobian.T @ error), factor), low, high)
+                np.clip(
+                    x + _step(jacobian, error, _held(x, low, high, jacobian.T @ error), factor), low, high
+                )
                 for factor in damping * np.array([0.1, 1.0, 10.0, 100.0, 1e4])
             ]
         )
@@ -289,7 +291,9 @@ def fit(
     return Fit(tuple(terms), frees, x, error, jacobian, held, block, left_out)
 
 
-def probe(problem: Problem, current: Fit, terms: Sequence[Term]) -> tuple[float, dict[tuple[str, str], float]]:
+def probe(
+    problem: Problem, current: Fit, terms: Sequence[Term]
+) -> tuple[float, dict[tuple[str, str], float]]:
     """Return what one Gauss-Newton step from `current` to the hypothesis `terms` reaches.
 
     Returns:

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from catheter_sim.diagnosis.dataset import Trial, is_repeat, unit_of
+from catheter_sim.diagnosis.trials import Trial, is_repeat, unit_of
 from catheter_sim.robots.posture import Array
 
 _MAD_TO_SIGMA = 1.4826  # of a normal distribution

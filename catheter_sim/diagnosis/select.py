@@ -26,6 +26,8 @@ from catheter_sim.robots.specification import ContinuumRobot
 PAYS_ERRORS = 2.0  # standard errors by which a cause must lower the squared error
 PAYS_SHARE = 0.01  # share of the root mean square by which it must lower it
 FINALISTS = 3
+RIVALS = 2  # fitted in the place of each chosen cause
+_RIVAL_COST = 2.0  # a rival's squared error after one step, over that of the choice, still worth a fit
 MOST_CAUSES = 8
 _ROWS = 600  # rows compared in the fits that choose
 
@@ -43,7 +45,7 @@ class Selection:
         tried: further hypotheses that were fitted well.
         path: from `null` to the chosen hypothesis, a cause more (or another variant) each time.
         chosen: the chosen hypothesis.
-        alike: groups of effects that did as well as one another where one of them was chosen.
+        alike: groups of a chosen effect, first, and others that do as well in its place.
     """
 
     null: Fit
@@ -71,7 +73,9 @@ def paired_difference(before: np.ndarray, after: np.ndarray, block: np.ndarray) 
     """Return sum(before^2 - after^2) and its standard error over blocks."""
     labels = np.unique(block, return_inverse=True)[1]
     change = np.bincount(labels, weights=before**2 - after**2)
-    return float(change.sum()), float(np.sqrt(len(change)) * change.std(ddof=1)) if len(change) > 1 else np.inf
+    return float(change.sum()), float(np.sqrt(len(change)) * change.std(ddof=1)) if len(
+        change
+    ) > 1 else np.inf
 
 
 def pays(before: Fit, after: Fit) -> bool:
@@ -112,7 +116,8 @@ def select(
         detailed = [term for terms in tiers for term in terms[1:]]
         singles = _fit_all(pool, problem, [((term,), {}) for term in (*simple, *detailed)])
         current = null
-        path, tried, alike = [null], [], []
+        path = [null]
+        tried: list[Fit] = []
         for variants in (simple, [*simple, *detailed]):
             while len(current.terms) < MOST_CAUSES:
                 if current is null:
@@ -129,22 +134,46 @@ def select(
                 )
                 if not pays(current, best):
                     break
-                alike += _alike(current, best, finalists)
                 current = best
                 path.append(current)
         current, dropped = _backward(pool, problem, current)
         tried += dropped
         if current is not path[-1]:
             path.append(current)
-    chosen = set(current.causes)
-    groups = {
-        tuple(name for name in group if name not in chosen or name == group[0])
-        for group in alike
-        if group[0] in chosen
-    }
-    return Selection(
-        null, tuple(singles), tuple(tried), tuple(path), current, tuple(sorted(g for g in groups if len(g) > 1))
-    )
+        groups, swapped = _rivals(pool, problem, current, (*simple, *detailed))
+        tried += swapped
+    return Selection(null, tuple(singles), tuple(tried), tuple(path), current, groups)
+
+
+def _rivals(
+    pool: Executor | None, problem: Problem, chosen: Fit, variants: Sequence[Term]
+) -> tuple[tuple[tuple[str, ...], ...], list[Fit]]:
+    """Return groups of a chosen cause and those that do as well in its place, and the fits made.
+
+    Every effect not chosen is probed in the place of each chosen one; the best `RIVALS` per place are
+    fitted. Without chosen causes there is nothing to tell apart.
+    """
+    named = set(chosen.causes)
+    hypotheses = [
+        (term.effect, (*(item for item in chosen.terms if item is not term), rival))
+        for term in chosen.terms
+        for rival in variants
+        if rival.effect not in named
+    ]
+    probes = _map(pool, probe, [(problem, chosen, terms) for _, terms in hypotheses])
+    limit = _RIVAL_COST * float(chosen.residual @ chosen.residual)
+    picked: list[int] = []
+    for name in chosen.causes:
+        mine = [i for i, (cause, _) in enumerate(hypotheses) if cause == name and probes[i][0] < limit]
+        picked += sorted(mine, key=lambda i: probes[i][0])[:RIVALS]
+    fits = _fit_all(pool, problem, [(hypotheses[i][1], probes[i][1]) for i in picked])
+    groups: dict[str, list[str]] = {}
+    for index, item in zip(picked, fits, strict=True):
+        name = hypotheses[index][0]
+        rival = item.terms[-1].effect
+        if as_good(chosen, item) and rival not in groups.get(name, []):
+            groups.setdefault(name, [name]).append(rival)
+    return tuple(tuple(group) for group in groups.values()), fits
 
 
 def _next_finalists(
@@ -167,18 +196,6 @@ def _beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:
             more = len(extra.free) > len(term.free)
             return (*terms[:index], extra, *terms[index + 1 :]) if more else ()
     return (*terms, extra)
-
-
-def _alike(current: Fit, best: Fit, finalists: Sequence[Fit]) -> list[tuple[str, ...]]:
-    """Return the group of effects that did as well beside `current` as the one added in `best`."""
-    added = set(best.causes) - set(current.causes)
-    group = {
-        name
-        for item in finalists
-        if pays(current, item) and as_good(best, item)
-        for name in set(item.causes) - set(current.causes)
-    }
-    return [(*sorted(added), *sorted(group - added))] if added and len(group) > 1 else []
 
 
 def _backward(pool: Executor | None, problem: Problem, current: Fit) -> tuple[Fit, list[Fit]]:

@@ -40,7 +40,7 @@ def _change_postures(
 
 EFFECT = Effect(
     name="measurement_frame",
-    summary="measured positions are the rotation vector's turn about the base, then the shift, of the true ones",
+    summary="measured positions are the true ones turned about the base by a rotation vector, then shifted",
     trace="an error that depends on where the tip is, not on how it came there",
     parameters=_parameters,
     change_postures=_change_postures,

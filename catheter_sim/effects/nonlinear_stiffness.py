@@ -11,7 +11,9 @@ from catheter_sim.robots.specification import ContinuumRobot
 def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
     # At a bend of one radian over the shortest segment the moment changes by c3 / L^2.
     unit = min(segment.length_m for segment in robot.segments) ** 2 * 1e6
-    return (Parameter("cubic_mm2", null=0.0, lower=-0.3 * unit, upper=5.0 * unit, scale=0.05 * unit, start=0.0),)
+    return (
+        Parameter("cubic_mm2", null=0.0, lower=-0.3 * unit, upper=5.0 * unit, scale=0.05 * unit, start=0.0),
+    )
 
 
 def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:

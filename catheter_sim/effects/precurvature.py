@@ -30,7 +30,9 @@ def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
     found = [_parameter(name, length) for name in _common(robot).values()]
     if len(robot.segments) > 1:
         found += [
-            _parameter(name, segment.length_m) for segment in robot.segments for name in _each(segment).values()
+            _parameter(name, segment.length_m)
+            for segment in robot.segments
+            for name in _each(segment).values()
         ]
     return tuple(found)
 
@@ -47,7 +49,8 @@ def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
     segments = []
     for segment in robot.segments:
         added = {
-            axis: values.get(common[axis], 0.0) + values.get(name, 0.0) for axis, name in _each(segment).items()
+            axis: values.get(common[axis], 0.0) + values.get(name, 0.0)
+            for axis, name in _each(segment).items()
         }
         segments.append(
             replace(

@@ -5,31 +5,37 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from catheter_sim.mjcf.scene import View
 from catheter_sim.render.backend import open_renderer
+from catheter_sim.render.framing import free_camera
 from catheter_sim.render.images import Picture
 from catheter_sim.robots.posture import Array
 
+_ROUND = 16  # corners of the target's outline: the model's thin tendons do with fewer
 _TARGET_RGBA = (0.10, 0.62, 0.25, 0.75)
 
 
 class TargetPicture:
     """An open renderer; it has a state of its own, so that drawing leaves the simulation alone."""
 
-    def __init__(self, model: mujoco.MjModel, camera: str, width: int, height: int) -> None:
+    def __init__(self, model: mujoco.MjModel, view: View, width: int, height: int) -> None:
         """Open the renderer.
 
         Args:
             model: the robot; its offscreen buffer is enlarged where the picture needs it.
-            camera: name of one of its cameras.
+            view: where to look from.
             width, height: [pixels].
 
         Raises:
             InputError: the size is no picture's, or no OpenGL context can be had.
         """
+        quality = model.vis.quality
+        quality.numslices = max(quality.numslices, _ROUND)
+        quality.numstacks = max(quality.numstacks, _ROUND // 2)
         self._renderer = open_renderer(model, width, height)
         self._model = model
         self._data = mujoco.MjData(model)
-        self._camera = camera
+        self._camera = free_camera(view)
         self._options = mujoco.MjvOption()
         self._options.sitegroup[:] = 0
 

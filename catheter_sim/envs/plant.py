@@ -63,7 +63,9 @@ class Plant:
         _require_stepwise(self.specified)
         built_in = embodied(self.specified)
         check_robot(built_in, robot.name)
-        self.simulator = Simulator(built_in, actuation, gravity_mps2)
+        # Without inertia, as in all checks against theory: dry friction remembers every overshoot, and
+        # how far a robot of assumed mass and damping overshoots is not known.
+        self.simulator = Simulator(built_in, actuation, gravity_mps2, inertia=False)
         self._changes_inputs = any(
             effect.change_inputs is not same_inputs for effect, _ in active(self.specified)
         )

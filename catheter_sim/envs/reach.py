@@ -12,15 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.envs import EPISODE_STEPS
+from catheter_sim.envs.observation import Observation, look, observation_space, observe
 from catheter_sim.envs.picture import TargetPicture
 from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.targets import random_target, require_reachable
+from catheter_sim.envs.targets import frictionless_reach, random_target, require_reachable
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
+from catheter_sim.mjcf.scene import views
+from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.layout import is_planar
+from catheter_sim.robots.posture import Array
 
-Observation = NDArray[np.float32]
 Action = NDArray[np.float32]
 
 CONTROL_STEP_S = 0.1  # assumed: two relaxation times of the robots' default dynamics
@@ -30,22 +33,17 @@ REST_S = 1.0  # assumed: at rest is a tip that would take longer than this for o
 TARGET_CLEARANCE = 0.1  # assumed: least way from rest to a random target, over the robot's length
 DIVERGED_REWARD = -2.0 * EPISODE_STEPS  # the tip is never farther than two lengths: no way to save cost
 
-# Bounds of the observation; what lies beyond is cut off.
-_PLACE_BOUND = 2.0  # robot lengths
-_SPEED_BOUND = 10.0  # robot lengths a second
-_TENSION_BOUND = 10.0  # ranges of the tension drives
-_BEND_BOUND = 4.0  # half turns
 
-
-class ReachEnv(gymnasium.Env[Observation, Action]):
+class ReachEnv(gymnasium.Env[Any, Any]):
     """Bring the tip of a tendon-driven continuum robot to a target, and rest there.
 
     ## The robot
 
     Any robot of the package, in its MuJoCo simulation with tendon friction (so that the way matters:
     the same inputs give other postures on the way out and on the way back), with its effects. A
-    control step is 0.1 s of simulated time; the robot's inertia and damping act. There is no contact:
-    not with surroundings, not with itself.
+    control step is 0.1 s of simulated time. The robot follows its inputs with a lag (the relaxation
+    time of its dynamics, 0.05 s by default) and without overshoot: its mass has weight, but no
+    inertia. There is no contact: not with surroundings, not with itself.
 
     ## Action
 
@@ -163,9 +161,12 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
         self._picture: TargetPicture | None = None
         self._checked_targets: set[tuple[float, ...]] = set()
         self._diverged = False
-        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.drives.names),), np.float32)
-        self._set_layout()
-        self._look()
+        self.action_space: gymnasium.spaces.Box = gymnasium.spaces.Box(
+            -1.0, 1.0, (len(self.drives.names),), np.float32
+        )
+        self.observation_space: gymnasium.spaces.Box
+        self.observation_space, self.layout = observation_space(self.plant)
+        self._now = look(self.plant)
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -191,7 +192,7 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
             self.target_m = random_target(self.plant, self.np_random, clearance).tip_m
         self._diverged = False
         self.plant.reset()
-        self._look()
+        self._now = look(self.plant)
         return self._observation(), self._info()
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -200,15 +201,12 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
         if change.shape != self.action_space.shape or np.isnan(change).any():
             raise InputError(f"action = {action!r}: {len(self.drives.names)} numbers are needed")
         level = np.clip(self.plant.level + change, self.drives.lowest, 1.0)
-        tip, seen_tip = self._tip, self._seen_tip
         try:
             self.plant.move(level, CONTROL_STEP_S)
         except SimulationDiverged:
             self._diverged = True
             return self._observation(), DIVERGED_REWARD, True, False, self._info()
-        self._look()
-        self._velocity = (self._tip - tip) / CONTROL_STEP_S
-        self._seen_velocity = (self._seen_tip - seen_tip) / CONTROL_STEP_S
+        self._now = look(self.plant, self._now, CONTROL_STEP_S)
         info = self._info()
         return self._observation(), -info["distance_m"] / self.length_m, info["is_success"], False, info
 
@@ -224,8 +222,10 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
         simulator = self.plant.simulator
         if self._picture is None:
             camera = "side" if is_planar(simulator.robot) else "overview"
-            self._picture = TargetPicture(simulator.model, camera, *self._size)
-        return self._picture.draw(self._qpos, self.target_m, self.tolerance_m)
+            view = next(view for view in views(simulator.robot) if view.name == camera)
+            reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
+            self._picture = TargetPicture(simulator.model, fitted_view(view, reach, *self._size), *self._size)
+        return self._picture.draw(self._now.qpos, self.target_m, self.tolerance_m)
 
     def close(self) -> None:
         """Free the renderer; may be called again."""
@@ -233,7 +233,7 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
             self._picture.close()
             self._picture = None
 
-    def _reachable(self, target_m: Any) -> NDArray[np.float64]:
+    def _reachable(self, target_m: Any) -> Array:
         """Return `target_m`; one that was found in reach before is not sought again."""
         try:
             known = tuple(float(value) for value in target_m)
@@ -245,67 +245,19 @@ class ReachEnv(gymnasium.Env[Observation, Action]):
         self._checked_targets.add(tuple(target))
         return target
 
-    def _set_layout(self) -> None:
-        """Set `layout` and `observation_space`."""
-        segments = len(self.plant.segment_length)
-        parts = {  # name: lower bounds, upper bound
-            "target": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
-            "tip": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
-            "tip_direction": (np.full(3, -1.0), 1.0),
-            "tip_velocity": (np.full(3, -_SPEED_BOUND), _SPEED_BOUND),
-            "level": (self.drives.lowest, 1.0),
-            "tension": (np.zeros(len(self.drives.tension)), _TENSION_BOUND),
-            "bend": (np.full(2 * segments, -_BEND_BOUND), _BEND_BOUND),
-        }
-        self.layout: dict[str, slice] = {}
-        start = 0
-        for name, (low, _) in parts.items():
-            self.layout[name] = slice(start, start + len(low))
-            start += len(low)
-        self.observation_space = gymnasium.spaces.Box(
-            np.concatenate([low for low, _ in parts.values()]).astype(np.float32),
-            np.concatenate([np.full(len(low), high) for low, high in parts.values()]).astype(np.float32),
-            dtype=np.float32,
-        )
-
-    def _look(self) -> None:
-        """Take note of where the robot is, at rest as far as it shows."""
-        posture = self.plant.posture()
-        self._tip = posture.p_w[-1]
-        self._velocity = self._seen_velocity = np.zeros(3)
-        p_w, R_w = self.plant.seen(posture.p_w[-1], posture.R_w[-1])
-        self._seen_tip, self._seen_direction = p_w, R_w[:, 2]
-        self._tension = posture.actuator_tension
-        self._bends = self.plant.segment_bends()
-        self._level = self.plant.level
-        self._qpos = self.plant.simulator.data.qpos.copy()
-
     def _observation(self) -> Observation:
-        values = np.concatenate(
-            [
-                self.target_m / self.length_m,
-                self._seen_tip / self.length_m,
-                self._seen_direction,
-                self._seen_velocity / self.length_m,
-                self._level,
-                self._tension / self.drives.tension,
-                self._bends.ravel() / math.pi,
-            ]
-        ).astype(np.float32)
-        space = self.observation_space
-        assert isinstance(space, gymnasium.spaces.Box)
-        return np.clip(values, space.low, space.high)
+        return observe(self.plant, self._now, self.target_m, self.observation_space)
 
     def _info(self) -> dict[str, Any]:
-        distance = float(np.linalg.norm(self._tip - self.target_m))
-        speed = float(np.linalg.norm(self._velocity))
+        distance = float(np.linalg.norm(self._now.tip - self.target_m))
+        speed = float(np.linalg.norm(self._now.velocity))
         at_rest = speed < self.tolerance_m / REST_S
         return {
-            "tip_m": self._tip.copy(),
+            "tip_m": self._now.tip.copy(),
             "target_m": self.target_m.copy(),
             "distance_m": distance,
             "speed_m_per_s": speed,
-            "tendon": self.drives.tendon @ self._level,
+            "tendon": self.drives.tendon @ self._now.level,
             "is_success": bool(distance <= self.tolerance_m and at_rest and not self._diverged),
             "diverged": self._diverged,
         }

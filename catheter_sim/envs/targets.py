@@ -20,8 +20,9 @@ from catheter_sim.robots.posture import Array
 
 RAMP_S = 1.0  # simulated time from rest to the drives' goal, before the robot settles
 PULLED_SHARE = 0.5  # of the tension drives in a random draw: single tendons and antagonists alike
-_MOST_DRAWS = 50
+_MOST_DRAWS = 20
 _STARTS = 4  # places in the range of the drives from which a given point is sought
+_APART_RAD = 1.0  # between their segments' bends
 _TRIALS = 12  # simulated postures on the way from each of them
 _GAIN = 0.95  # a trial that leaves more than this share of the miss is the last from its start
 _CLOUD = 4000  # draws among which the starts are chosen
@@ -139,20 +140,30 @@ def require_reachable(plant: Plant, target_m: Sequence[float], tolerance_m: floa
     return target
 
 
-def _starts(plant: Plant, target_m: Array) -> list[Array]:
-    """Return levels, far apart, at which the frictionless robot of arcs is near `target_m`."""
+def frictionless_reach(plant: Plant) -> tuple[Array, Array, Array]:
+    """Return where the robot of arcs without friction goes all over the range of its drives.
+
+    Returns:
+        Levels, shape (n, d), tips, shape (n, 3) [m], and bends of the segments, shape (n, s, 2) [rad].
+    """
     lowest = plant.drives.lowest
-    draws = np.random.default_rng(0).uniform(lowest, 1.0, (_CLOUD, len(lowest)))
-    draws[::2] *= np.random.default_rng(1).random(draws[::2].shape) < PULLED_SHARE
-    bends = plant.rest_bends + np.einsum("sad,nd->nsa", plant.drives.bend, draws)
-    order = np.argsort(np.linalg.norm(arc_tips(bends, plant.segment_length) - target_m, axis=1))
-    chosen = [int(order[0])]
-    for index in order[1:]:
+    rng = np.random.default_rng(0)  # the same points every time
+    level = rng.uniform(lowest, 1.0, (_CLOUD, len(lowest)))
+    level[::2] *= rng.random(level[::2].shape) < PULLED_SHARE
+    bend = plant.rest_bends + np.einsum("sad,nd->nsa", plant.drives.bend, level)
+    return level, arc_tips(bend, plant.segment_length), bend
+
+
+def _starts(plant: Plant, target_m: Array) -> list[Array]:
+    """Return levels, far apart in posture, at which the frictionless robot is near `target_m`."""
+    level, tip, bend = frictionless_reach(plant)
+    chosen: list[int] = []
+    for index in np.argsort(np.linalg.norm(tip - target_m, axis=1)):
+        if all(np.linalg.norm(bend[index] - bend[other]) > _APART_RAD for other in chosen):
+            chosen.append(int(index))
         if len(chosen) == _STARTS:
             break
-        if all(np.linalg.norm(bends[index] - bends[other]) > 1.0 for other in chosen):
-            chosen.append(int(index))
-    return [draws[index] for index in chosen]
+    return [level[index] for index in chosen]
 
 
 def _millimetres(point_m: Array) -> str:

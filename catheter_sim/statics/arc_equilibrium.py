@@ -101,9 +101,7 @@ class ArcStates:
 
 def take(robots: ArcRobots, index: NDArray[np.intp]) -> ArcRobots:
     """Return the robots at `index` (repeats allowed) as a batch of their own."""
-    values = {
-        name: (value if name == "free" else value[index]) for name, value in vars(robots).items()
-    }
+    values = {name: (value if name == "free" else value[index]) for name, value in vars(robots).items()}
     return ArcRobots(**values)
 
 
@@ -289,9 +287,7 @@ def solve_rows(
     return _all_rows(robots, commands, driven_by_tension, load, None, rows)
 
 
-def _march(
-    robots: ArcRobots, commands: Array, driven_by_tension: bool, load: LoadOf | None
-) -> ArcStates:
+def _march(robots: ArcRobots, commands: Array, driven_by_tension: bool, load: LoadOf | None) -> ArcStates:
     batch, segments, tendons = robots.shape
     rows = commands.shape[1]
     x = np.zeros((batch, 2 * segments + 1))

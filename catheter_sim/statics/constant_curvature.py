@@ -224,7 +224,9 @@ def _disk_mass(robot: ContinuumRobot, segment: Segment) -> float:
     return segment.mass_kg / disks(robot, segment)
 
 
-def postures(robot: ContinuumRobot, robots: ArcRobots, states: ArcStates, index: int = 0) -> tuple[Posture, ...]:
+def postures(
+    robot: ContinuumRobot, robots: ArcRobots, states: ArcStates, index: int = 0
+) -> tuple[Posture, ...]:
     """Return the postures of robot `index` of a batch, one per row."""
     segment, fraction = places(robot)
     p_w, R_w = points_on_arcs(states.bend[index], robots.length[index], segment, fraction)

@@ -199,9 +199,9 @@ def _printed_finding(loop: Loop) -> str:
         f"{SECTION}: at {loop.rows_N[turn, 0]:.2f} N the printed mapping's tip lies {far:.2f} mm from the "
         f"simulation's, which bends {np.degrees(ours.joint_angles.sum()):.1f} deg where the mapping says "
         f"{np.degrees(printed.joint_angles.sum()):.1f} deg. The mapping takes the eyelet's offset as the "
-        f"moment arm (A3); a straight tendon between eyelets has d cos(theta/2) + (h/2) sin(theta/2), which "
-        f"alone moves the tip by {arm:.2f} mm at mu = 0. The base's eyelet, where the mapping has no friction, "
-        f"takes the rest back."
+        f"moment arm (A3); a straight tendon between eyelets has d cos(theta/2) + (h/2) sin(theta/2), "
+        f"which alone moves the tip by {arm:.2f} mm at mu = 0. The base's eyelet, where the mapping has no "
+        f"friction, takes the rest back."
     )
 
 

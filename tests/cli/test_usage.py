@@ -68,10 +68,10 @@ def test_top_help_and_version(run: Run) -> None:
 
 
 def test_help_imports_nothing_heavy() -> None:
-    """Help answers at once: neither NumPy nor MuJoCo is imported for it."""
+    """Help answers at once: neither MuJoCo nor SciPy nor a plotting library is imported for it."""
     program = (
         "import sys; from catheter_sim.cli.main import main; main(['simulate', '--help']); "
-        "heavy = {'numpy', 'scipy', 'mujoco', 'dm_control', 'gymnasium', 'matplotlib'} & set(sys.modules); "
+        "heavy = {'scipy', 'mujoco', 'dm_control', 'numba', 'matplotlib', 'trimesh'} & set(sys.modules); "
         "sys.exit(repr(heavy) if heavy else 0)"
     )
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

@@ -1,0 +1,45 @@
+"""The last word is the simulation's: held-out trials replayed in MuJoCo with the causes in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.diagnosis.fit import measured_of
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.effects.apply import arriving_inputs, embodied, observed
+from catheter_sim.robots.channels import posture_columns
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.simulation.replay import simulate
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A trial replayed in the simulation.
+
+    Attributes:
+        outputs: in file units, shape (r, o); NaN beyond the row at which the simulation failed.
+        measured: shape (r, o), NaN where missing.
+        failure: None, or why the simulation ended early.
+        restless: rows at which the robot had not come to rest.
+    """
+
+    outputs: Array
+    measured: Array
+    failure: str | None
+    restless: int
+
+
+def replay(
+    robot: ContinuumRobot, trial: Trial, columns: Sequence[str], gravity_mps2: Array, progress: bool = False
+) -> Replay:
+    """Return a trial replayed with `robot`, its effects in force."""
+    run = simulate(embodied(robot), arriving_inputs(robot, trial.inputs), gravity_mps2, progress=progress)
+    outputs = np.full((len(trial.inputs), len(columns)), np.nan)
+    if run.postures:
+        values = posture_columns(robot, observed(robot, run.postures))
+        outputs[: len(run.postures)] = np.stack([values[name] for name in columns], axis=1)
+    return Replay(outputs, measured_of(trial, columns), run.failure, int((~run.at_rest).sum()))

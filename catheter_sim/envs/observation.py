@@ -1,0 +1,107 @@
+"""What a task shows of a robot: its state at the end of a control step, as one flat array."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from catheter_sim.envs.plant import Plant
+from catheter_sim.robots.posture import Array
+
+Observation = NDArray[np.float32]
+
+# Bounds of the observation; what lies beyond is cut off.
+_PLACE_BOUND = 2.0  # robot lengths
+_SPEED_BOUND = 10.0  # robot lengths a second
+_TENSION_BOUND = 10.0  # ranges of the tension drives
+_BEND_BOUND = 4.0  # half turns
+
+
+@dataclass(frozen=True)
+class Look:
+    """A robot at the end of a control step, SI units.
+
+    Attributes:
+        tip, seen_tip: of the tip, true and as measured, shape (3,) [m].
+        seen_direction: unit vector along the tip's axis as measured, shape (3,).
+        velocity, seen_velocity: mean over the step of the two tips, shape (3,) [m/s].
+        level: of the drives, shape (d,).
+        tension: at the actuators, shape (t,) [N].
+        bends: of the segments toward +x and +y, shape (s, 2) [rad].
+        qpos: joint positions.
+    """
+
+    tip: Array
+    seen_tip: Array
+    seen_direction: Array
+    velocity: Array
+    seen_velocity: Array
+    level: Array
+    tension: Array
+    bends: Array
+    qpos: Array
+
+
+def look(plant: Plant, before: Look | None = None, step_s: float = 1.0) -> Look:
+    """Return how `plant` stands now, `step_s` after `before`; at rest without one."""
+    posture = plant.posture()
+    tip = posture.p_w[-1]
+    seen_tip, seen_axes = plant.seen(tip, posture.R_w[-1])
+    return Look(
+        tip=tip,
+        seen_tip=seen_tip,
+        seen_direction=seen_axes[:, 2],
+        velocity=(tip - before.tip) / step_s if before else np.zeros(3),
+        seen_velocity=(seen_tip - before.seen_tip) / step_s if before else np.zeros(3),
+        level=plant.level.copy(),
+        tension=posture.actuator_tension,
+        bends=plant.segment_bends(),
+        qpos=plant.simulator.data.qpos.copy(),
+    )
+
+
+def observe(plant: Plant, seen: Look, target: Array, space: gymnasium.spaces.Box) -> Observation:
+    """Return the observation of `seen` and a target [m], in the units and bounds of `space`."""
+    length = float(plant.segment_length.sum())
+    parts: Mapping[str, Array] = {
+        "target": target / length,
+        "tip": seen.seen_tip / length,
+        "tip_direction": seen.seen_direction,
+        "tip_velocity": seen.seen_velocity / length,
+        "level": seen.level,
+        "tension": seen.tension / plant.drives.tension,
+        "bend": seen.bends.ravel() / math.pi,
+    }
+    values = np.concatenate([parts[name] for name in _bounds(plant)])
+    return np.clip(values.astype(np.float32), space.low, space.high)
+
+
+def observation_space(plant: Plant) -> tuple[gymnasium.spaces.Box, dict[str, slice]]:
+    """Return the space of the observations, and where in them each part lies."""
+    lows, highs, start = [], [], 0
+    layout: dict[str, slice] = {}
+    for name, (low, high) in _bounds(plant).items():
+        lows.append(low)
+        highs.append(np.full(len(low), high))
+        layout[name] = slice(start, start + len(low))
+        start += len(low)
+    lowest, highest = (np.concatenate(ends).astype(np.float32) for ends in (lows, highs))
+    return gymnasium.spaces.Box(lowest, highest, dtype=np.float32), layout
+
+
+def _bounds(plant: Plant) -> dict[str, tuple[Array, float]]:
+    """Return the parts of an observation in their order, with lower bounds and the upper bound."""
+    return {
+        "target": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
+        "tip": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
+        "tip_direction": (np.full(3, -1.0), 1.0),
+        "tip_velocity": (np.full(3, -_SPEED_BOUND), _SPEED_BOUND),
+        "level": (plant.drives.lowest, 1.0),
+        "tension": (np.zeros(len(plant.drives.tension)), _TENSION_BOUND),
+        "bend": (np.full(2 * len(plant.segment_length), -_BEND_BOUND), _BEND_BOUND),
+    }

@@ -1,0 +1,67 @@
+"""The environments are found by their ids, from a fresh interpreter too."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.metadata import entry_points
+
+import gymnasium
+import pytest
+
+from catheter_sim.envs import EPISODE_STEPS, register_environments
+
+IDS = ("catheter_sim/NeuroendoscopeReach-v0", "catheter_sim/NeuroendoscopeSectionReach-v0")
+
+
+def fresh(code: str) -> str:
+    """Return what a new interpreter prints, every warning an error."""
+    ran = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert not ran.stderr
+    return ran.stdout.strip()
+
+
+def test_fresh_interpreter_makes_the_environment_by_an_id_that_names_the_package() -> None:
+    """`gymnasium.make("catheter_sim:...")` needs no import before it, and warns of nothing."""
+    code = (
+        f"import gymnasium; env = gymnasium.make('catheter_sim:{IDS[0]}'); print(env.reset(seed=0)[0].shape)"
+    )
+    assert fresh(code) == "(26,)"
+
+
+def test_import_registers_and_loads_no_engine() -> None:
+    """`import catheter_sim` registers, and leaves MuJoCo and the compiler for later."""
+    code = (
+        "import sys, catheter_sim, gymnasium; "
+        "print([name for name in ('mujoco', 'numba', 'scipy', 'dm_control') if name in sys.modules], "
+        "sum(name.startswith('catheter_sim/') for name in gymnasium.registry))"
+    )
+    assert fresh(code) == f"[] {len(IDS)}"
+
+
+def test_entry_point_registers_as_a_plug_in_loader_calls_it() -> None:
+    """Called after the import, or inside a plug-in's namespace, it neither warns nor registers twice."""
+    code = (
+        "from importlib.metadata import entry_points\n"
+        "import gymnasium\n"
+        "from gymnasium.envs.registration import namespace\n"
+        "(plugin,) = (item for item in entry_points(group='gymnasium.envs')"
+        " if item.value.startswith('catheter_sim.'))\n"
+        "assert plugin.name == '__root__'\n"
+        "with namespace(None):\n"
+        "    plugin.load()()\n"
+        "    plugin.load()()\n"
+        "print(*(name for name in gymnasium.registry if 'Neuroendoscope' in name))"
+    )
+    assert fresh(code) == " ".join(IDS)
+
+
+def test_registration_is_idempotent_and_limits_episodes(recwarn: pytest.WarningsRecorder) -> None:
+    """Registering again changes nothing; both environments are truncated after 100 steps."""
+    before = {name: gymnasium.registry[name] for name in IDS}
+    register_environments()
+    assert all(gymnasium.registry[name] is spec for name, spec in before.items())
+    assert all(spec.max_episode_steps == EPISODE_STEPS == 100 for spec in before.values())
+    assert not recwarn.list
+    assert any(item.value.startswith("catheter_sim.") for item in entry_points(group="gymnasium.envs"))
