@@ -11,12 +11,12 @@ import pytest
 from catheter_sim import benchmark
 from catheter_sim.benchmark import as_dict, measure, table_text, tension_cycle
 from catheter_sim.cli.main import main
-from catheter_sim.robots.catalogue import ROBOTS, load_robot
+from catheter_sim.robots.catalogue import load_robot
 
 ROBOT = "neuroendoscope_section"
 
 
-@pytest.mark.parametrize("reference", ROBOTS)
+@pytest.mark.parametrize("reference", benchmark.ROBOTS)
 def test_tensions_bend_by_a_radian_to_and_fro(reference: str) -> None:
     """No tendon pushes, antagonists take turns, and a peak asks a radian of its last segment."""
     robot = load_robot(reference)

@@ -70,4 +70,6 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
         yield f"not to be told apart on these data: {', '.join(group)}"
     for name, value in diagnosis.extra.items():
         yield f"{name} = {rounded(value)}"
+    for note in diagnosis.notes:
+        yield f"note: {note}"
     yield f"next experiment: {diagnosis.next_experiment.words}"

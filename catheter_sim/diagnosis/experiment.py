@@ -37,7 +37,7 @@ _ADVICE: tuple[tuple[set[str], str], ...] = (
     ),
     (
         {"axial_compression", "nonlinear_stiffness", "tendon_elongation", "actuation_offset"},
-        "Pull all tendons of a segment together, without bending: only what gives way along the axis answers.",
+        "Pull a segment's tendons together, without bending: only what gives way along the axis answers.",
     ),
     (
         {"payload", "precurvature", "measurement_frame"},

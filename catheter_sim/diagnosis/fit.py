@@ -26,6 +26,8 @@ _STEP = 0.05  # of the derivative, in units of a parameter's scale
 _MAX_STEPS = 12
 _CONVERGED = 2e-4  # relative decrease of the sum of squares that is not worth another step
 _NUISANCE_SCALE = 0.25  # of a nuisance parameter's half range
+_NO_INFLUENCE = 1e-2  # root mean square change of the residuals per scale, below which a number is left alone
+_LONGEST_STEP = 20.0  # of one iteration, in units of a parameter's scale
 _FAILED = 1e3  # residual, in weights, of a robot that finds no equilibrium
 
 
@@ -262,19 +264,18 @@ def fit(
         empty = np.zeros((len(error), 0))
         return Fit(tuple(terms), frees, x, error, empty, np.zeros(0, bool), block, error)
     damping = 1e-3
+    prior = _prior(frees)
     error, jacobian = _linearised(problem, frees, x, high)
-    cost = float(error @ error)
+    cost = float(error @ error) + prior.cost(x)
     for _ in range(most_steps):
         candidates = np.array(
             [
-                np.clip(
-                    x + _step(jacobian, error, _held(x, low, high, jacobian.T @ error), factor), low, high
-                )
+                np.clip(x + _step(jacobian, error, x, (low, high), factor, prior), low, high)
                 for factor in damping * np.array([0.1, 1.0, 10.0, 100.0, 1e4])
             ]
         )
-        errors = residuals(problem, frees, candidates)
-        costs = (errors**2).sum(axis=1)
+        costs = (residuals(problem, frees, candidates) ** 2).sum(axis=1)
+        costs += np.array([prior.cost(point) for point in candidates])
         best = int(np.argmin(costs))
         if not costs[best] < cost:
             break
@@ -284,10 +285,10 @@ def fit(
         error, jacobian = _linearised(problem, frees, x, high)
         if gained < _CONVERGED * cost:
             break
-    held = _held(x, low, high, jacobian.T @ error)
+    held = _held(x, low, high, prior.gradient(x) + jacobian.T @ error)
     left_out = error
     if cross_validate:
-        left_out = _left_out(problem, frees, x, error, jacobian, held, block, (low, high))
+        left_out = _left_out(problem, frees, x, error, jacobian, block, (low, high))
     return Fit(tuple(terms), frees, x, error, jacobian, held, block, left_out)
 
 
@@ -316,9 +317,12 @@ def probe(
             jacobian[:, index] = current.jacobian[:, old[free.key]]
     for row, index in enumerate(new):
         jacobian[:, index] = (errors[row + 1] - errors[0]) / step[index]
-    held = _held(x, low, high, jacobian.T @ errors[0])
+    prior = _prior(frees)
     points = np.array(
-        [np.clip(x + _step(jacobian, errors[0], held, factor), low, high) for factor in (1e-3, 0.3, 10.0)]
+        [
+            np.clip(x + _step(jacobian, errors[0], x, (low, high), factor, prior), low, high)
+            for factor in (1e-3, 0.3, 10.0)
+        ]
     )
     costs = (residuals(problem, frees, points) ** 2).sum(axis=1)
     best = int(np.argmin(costs))
@@ -361,17 +365,53 @@ def _held(x: Array, low: Array, high: Array, gradient: Array) -> np.ndarray:
     return ((x <= low) & (gradient > 0)) | ((x >= high) & (gradient < 0))
 
 
-def _step(jacobian: Array, error: Array, held: np.ndarray, damping: float) -> Array:
-    """Return the damped Gauss-Newton step; zero for what is held or changes nothing."""
-    normal = jacobian.T @ jacobian
-    size = np.diag(normal)
-    use = ~held & (size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300))
-    step = np.zeros(len(held))
+@dataclass(frozen=True)
+class _Prior:
+    """Squares added for nuisances that leave their middle, in units of the residuals' weights.
+
+    A nuisance is uniform in its range, so of the standard deviation half_range / sqrt(3). Beside
+    hundreds of measurements this decides only what they leave open: between a nuisance and a cause
+    that do the same, the cause moves.
+    """
+
+    middle: Array
+    precision: Array
+
+    def cost(self, x: Array) -> float:
+        return float(self.precision @ (x - self.middle) ** 2)
+
+    def gradient(self, x: Array) -> Array:
+        return self.precision * (x - self.middle)
+
+
+def _prior(frees: Sequence[Free]) -> _Prior:
+    scale = np.array([free.parameter.scale for free in frees])
+    middle = np.array([0.0 if free.effect else free.parameter.null for free in frees])
+    spread = np.array([(free.parameter.upper - free.parameter.null) / np.sqrt(3.0) for free in frees])
+    precision = [
+        0.0 if free.effect else (unit / size) ** 2
+        for free, unit, size in zip(frees, scale, spread, strict=True)
+    ]
+    return _Prior(middle / scale, np.array(precision))
+
+
+def influential(jacobian: Array) -> np.ndarray:
+    """Return which numbers change the residuals at all (`_NO_INFLUENCE`), shape (p,)."""
+    return (jacobian**2).sum(axis=0) > _NO_INFLUENCE**2 * max(len(jacobian), 1)
+
+
+def _step(
+    jacobian: Array, error: Array, x: Array, box: tuple[Array, Array], damping: float, prior: _Prior
+) -> Array:
+    """Return the damped Gauss-Newton step from `x`; zero for what is held or changes nothing."""
+    gradient = jacobian.T @ error + prior.gradient(x)
+    use = ~_held(x, *box, gradient) & influential(jacobian)
+    step = np.zeros(len(x))
     if use.any():
-        part = normal[np.ix_(use, use)]
+        part = jacobian[:, use].T @ jacobian[:, use] + np.diag(prior.precision[use])
         damped = part + damping * np.diag(np.diag(part))
-        step[use] = -np.linalg.lstsq(damped, jacobian[:, use].T @ error, rcond=1e-12)[0]
-    return step
+        step[use] = -np.linalg.lstsq(damped, gradient[use], rcond=1e-12)[0]
+    return np.clip(step, -_LONGEST_STEP, _LONGEST_STEP)
 
 
 def _left_out(
@@ -380,7 +420,6 @@ def _left_out(
     x: Array,
     error: Array,
     jacobian: Array,
-    held: np.ndarray,
     block: np.ndarray,
     box: tuple[Array, Array],
 ) -> Array:
@@ -391,10 +430,11 @@ def _left_out(
     """
     fold = fold_of(block)
     chosen = np.unique(fold)
+    prior = _prior(frees)
     points = []
     for index in chosen:
         keep = fold != index
-        points.append(np.clip(x + _step(jacobian[keep], error[keep], held, 1e-9), *box))
+        points.append(np.clip(x + _step(jacobian[keep], error[keep], x, box, 1e-9, prior), *box))
     errors = residuals(problem, frees, np.array(points))
     left_out = error.copy()
     for position, index in enumerate(chosen):
@@ -414,12 +454,12 @@ def intervals(result: Fit) -> dict[tuple[str, str], tuple[float, float]]:
     labels = np.unique(result.block, return_inverse=True)[1]
     groups = int(labels.max()) + 1 if len(labels) else 0
     jacobian = result.jacobian
-    size = (jacobian**2).sum(axis=0)
-    use = ~result.held & (size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300))
+    use = ~result.held & influential(jacobian)
     half = np.full(len(result.frees), np.inf)
     if use.any() and groups > 1:
         part = jacobian[:, use]
-        inverse = np.linalg.pinv(part.T @ part, rcond=1e-12)
+        precision = np.diag(_prior(result.frees).precision[use])
+        inverse = np.linalg.pinv(part.T @ part + precision, rcond=1e-12)
         scores = np.zeros((groups, int(use.sum())))
         np.add.at(scores, labels, part * result.residual[:, None])
         covariance = inverse @ (scores.T @ scores) @ inverse * groups / (groups - 1)

@@ -305,9 +305,10 @@ def doubts(causes: Sequence[Cause], by_unit: Mapping[str, UnitResult]) -> list[s
         if len(causes) > 1 and cause.gain_percent < 0.5
     ]
     for unit, result in by_unit.items():
-        if causes and result.rmse_after > 3.0 * result.noise_floor:
+        times = result.rmse_after / max(result.noise_floor, 1e-12)
+        if causes and times > 3.0:
             notes.append(
-                f"After correction the error [{unit}] is still {result.rmse_after / result.noise_floor:.0f} times "
+                f"After correction the error [{unit}] is still {times:.0f} times "
                 "what is white in it from row to row: most of what is left has causes that are not named."
             )
     return notes

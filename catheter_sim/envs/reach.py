@@ -23,6 +23,7 @@ from catheter_sim.render.images import Picture
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.layout import is_planar
 from catheter_sim.robots.posture import Array
+from catheter_sim.robots.specification import ContinuumRobot
 
 Action = NDArray[np.float32]
 
@@ -31,7 +32,7 @@ RATE_PER_S = 0.5  # assumed: at full action a drive goes from rest to its range'
 TARGET_TOLERANCE_M = 5e-3  # Kato 2016: target value of 5 mm, from tumours of 2 cm
 REST_S = 1.0  # assumed: at rest is a tip that would take longer than this for one tolerance
 TARGET_CLEARANCE = 0.1  # assumed: least way from rest to a random target, over the robot's length
-DIVERGED_REWARD = -2.0 * EPISODE_STEPS  # the tip is never farther than two lengths: no way to save cost
+DIVERGED_REWARD = -2.0 * EPISODE_STEPS  # the tip is never farther than two lengths: it saves nothing
 
 
 class ReachEnv(gymnasium.Env[Any, Any]):
@@ -84,8 +85,8 @@ class ReachEnv(gymnasium.Env[Any, Any]):
     ## Reward
 
     Minus the distance of the tip from the target, in robot lengths, after each step. Nothing is added
-    at success: the episode, and with it the cost, ends. A simulation that diverges costs 200, more
-    than 100 steps at the largest distance there is.
+    at success: the episode, and with it the cost, ends. A simulation that diverges costs 200, as much
+    as 100 steps at the largest distance there is.
 
     ## Episode
 
@@ -153,7 +154,10 @@ class ReachEnv(gymnasium.Env[Any, Any]):
             raise InputError(f"gravity_mps2 = {gravity_mps2!r}: three finite numbers are needed")
         self.render_mode = render_mode
         self.tolerance_m = float(tolerance_m)
-        self.plant = Plant(load_robot(robot, settings), action_type, tuple(gravity), largest_bend_rad)
+        specified = load_robot(robot, settings)
+        if not isinstance(specified, ContinuumRobot):
+            raise InputError(f"{os.fspath(robot)}: no environment drives a robot of this kind")
+        self.plant = Plant(specified, action_type, tuple(gravity), largest_bend_rad)
         self.drives = self.plant.drives
         self.length_m = float(self.plant.segment_length.sum())
         self.target_m = np.zeros(3)

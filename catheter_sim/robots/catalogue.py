@@ -1,4 +1,8 @@
-"""Robots by id or by path: the one way from what a user writes to a `ContinuumRobot`."""
+"""Robots by id or by path: the one way from what a user writes to a robot.
+
+A robot with several published parameter sets has an id for each, its name and the set's after an
+`@`; the name alone is the default set.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +15,30 @@ from typing import Any
 import tomli_w
 
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.robots import chest_tube as _chest_tube
 from catheter_sim.robots import neuroendoscope as _neuroendoscope
 from catheter_sim.robots import spacer_disk as _spacer_disk
 from catheter_sim.robots.checks import check_robot
-from catheter_sim.robots.document import from_document, override, parse_override, to_document
+from catheter_sim.robots.document import override, parse_override, to_document
+from catheter_sim.robots.kinds import Robot, complete_document, robot_from_document
+from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
 
-ROBOTS: Mapping[str, Callable[[], ContinuumRobot]] = {
+CONTINUUM_ROBOTS: Mapping[str, Callable[[], ContinuumRobot]] = {
     "neuroendoscope": _neuroendoscope.neuroendoscope,
     "neuroendoscope_section": _neuroendoscope.neuroendoscope_section,
     "spacer_disk": _spacer_disk.spacer_disk,
 }
+ROLLING_ROBOTS: Mapping[str, Callable[[], RollingRobot]] = {
+    "chest_tube": _chest_tube.chest_tube,
+    "chest_tube_section": _chest_tube.chest_tube_section,
+    "chest_tube_section@table2": _chest_tube.chest_tube_section,
+    "chest_tube_section@prototype": _chest_tube.chest_tube_section_prototype,
+}
+ROBOTS: Mapping[str, Callable[[], Robot]] = {**CONTINUUM_ROBOTS, **ROLLING_ROBOTS}
 
 
-def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) -> ContinuumRobot:
+def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) -> Robot:
     """Return the robot that `reference` names, with `settings` applied, checked.
 
     Args:
@@ -36,16 +50,14 @@ def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) 
     """
     text = os.fspath(reference)
     if text.endswith(".toml"):
-        document = read_toml(Path(text))
-        # Through the dataclass and back, so that --set reaches the keys that the file leaves out.
-        document = to_document(from_document(ContinuumRobot, document, text))
+        document = complete_document(read_toml(Path(text)), text)
     elif text in ROBOTS:
         document = to_document(ROBOTS[text]())
     else:
         raise unknown("robot", text, [*ROBOTS, "a path to a .toml"])
     for setting in settings:
         override(document, *parse_override(setting))
-    robot: ContinuumRobot = from_document(ContinuumRobot, document, text)
+    robot = robot_from_document(document, text)
     check_robot(robot, text)
     return robot
 
@@ -67,6 +79,6 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: not valid TOML: {error}") from None
 
 
-def robot_toml(robot: ContinuumRobot) -> str:
+def robot_toml(robot: Robot) -> str:
     """Return `robot` as the text of a `.toml` that `load_robot` reads back to the same value."""
     return tomli_w.dumps(to_document(robot))

@@ -8,13 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import singledispatch
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.checks import disks
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.robots.rolling_layout import rolling_joints
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
@@ -47,24 +51,59 @@ class Inputs:
         return len(self.time_s)
 
 
-def channel_of(robot: ContinuumRobot) -> list[str]:
+def channel_of(robot: Robot) -> list[str]:
     """Return each tendon's channel, in the tendons' order; several tendons may share one."""
     return [tendon.channel or tendon.name for tendon in robot.tendons]
 
 
-def input_channels(robot: ContinuumRobot, actuation: str | None = None) -> list[str]:
+def input_channels(robot: Robot, actuation: str | None = None) -> list[str]:
     """Return the names of the robot's actuator columns (`tension_right_N`), each once."""
     kind = actuation or robot.actuation
+    if kind not in actuations(robot):
+        return []
     return [f"{kind}_{channel}_{_UNIT[kind]}" for channel in dict.fromkeys(channel_of(robot))]
 
 
-def body_count(robot: ContinuumRobot) -> int:
-    """Return the number of elements (cells or disks), the base's fixed disk not counted."""
+@singledispatch
+def actuations(robot: Robot) -> tuple[str, ...]:
+    """Return the kinds of actuator inputs that `robot` takes."""
+    raise TypeError(f"no channels for a {type(robot).__name__}")
+
+
+@actuations.register
+def _(robot: ContinuumRobot) -> tuple[str, ...]:
+    return tuple(_UNIT)
+
+
+@actuations.register
+def _(robot: RollingRobot) -> tuple[str, ...]:
+    return ("tension",)
+
+
+@singledispatch
+def body_count(robot: Robot) -> int:
+    """Return the number of elements (cells, links or disks), the base's fixed one not counted."""
+    raise TypeError(f"no channels for a {type(robot).__name__}")
+
+
+@body_count.register
+def _(robot: ContinuumRobot) -> int:
     return sum(disks(robot, segment) for segment in robot.segments)
 
 
-def joint_names(robot: ContinuumRobot) -> list[str]:
-    """Return the hinges' names, base to tip: `x<k>` bends toward +x, `y<k>` toward +y, `t<k>` twists."""
+@body_count.register
+def _(robot: RollingRobot) -> int:
+    return sum(segment.joints for segment in robot.segments)
+
+
+@singledispatch
+def joint_names(robot: Robot) -> list[str]:
+    """Return the joints' names, base to tip: `x<k>` bends toward +x, `y<k>` toward +y, `t<k>` twists."""
+    raise TypeError(f"no channels for a {type(robot).__name__}")
+
+
+@joint_names.register
+def _(robot: ContinuumRobot) -> list[str]:
     names = []
     link = 0
     for segment in robot.segments:
@@ -78,7 +117,12 @@ def joint_names(robot: ContinuumRobot) -> list[str]:
     return names
 
 
-def output_channels(robot: ContinuumRobot) -> list[str]:
+@joint_names.register
+def _(robot: RollingRobot) -> list[str]:
+    return [joint.name for joint in rolling_joints(robot)]
+
+
+def output_channels(robot: Robot) -> list[str]:
     """Return the names of every output column that the robot has."""
     return [
         *(f"tip_{axis}_mm" for axis in "xyz"),
@@ -89,7 +133,7 @@ def output_channels(robot: ContinuumRobot) -> list[str]:
     ]
 
 
-def read_inputs(robot: ContinuumRobot, table: Table) -> Inputs:
+def read_inputs(robot: Robot, table: Table) -> Inputs:
     """Return the rows of `table` as SI inputs of `robot`.
 
     A tendon whose channel the table leaves out has tension or displacement zero.
@@ -134,7 +178,7 @@ def read_inputs(robot: ContinuumRobot, table: Table) -> Inputs:
     )
 
 
-def check_output_channels(robot: ContinuumRobot, names: Iterable[str], where: str) -> None:
+def check_output_channels(robot: Robot, names: Iterable[str], where: str) -> None:
     """Raise `InputError` if one of `names` is not an output column of `robot`."""
     choices = output_channels(robot)
     for name in names:
@@ -144,7 +188,7 @@ def check_output_channels(robot: ContinuumRobot, names: Iterable[str], where: st
 
 
 def output_table(
-    robot: ContinuumRobot, time_s: Array, postures: Sequence[Posture], names: Sequence[str] | None = None
+    robot: Robot, time_s: Array, postures: Sequence[Posture], names: Sequence[str] | None = None
 ) -> Table:
     """Return the columns `names` (default: all) of `postures`, one row each, in the columns' units."""
     values = posture_columns(robot, postures)
@@ -152,7 +196,7 @@ def output_table(
     return Table(time_s=time_s[: len(postures)], columns={name: values[name] for name in chosen})
 
 
-def posture_columns(robot: ContinuumRobot, postures: Sequence[Posture]) -> dict[str, Array]:
+def posture_columns(robot: Robot, postures: Sequence[Posture]) -> dict[str, Array]:
     """Return every output column of `postures` by name, each of shape (rows,), in its unit."""
     if not postures:
         return {name: np.zeros(0) for name in output_channels(robot)}

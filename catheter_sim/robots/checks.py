@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.requirements import check_name, need, positive
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.robots.rolling_checks import check_rolling_robot
 from catheter_sim.robots.specification import ContinuumRobot, Segment, Tendon
-from catheter_sim.units import file_name
 
 _MAX_LINKS = 2000  # beyond it MuJoCo's build takes minutes; no robot of this kind has as many
 
 
-def check_robot(robot: ContinuumRobot, where: str) -> None:
+def check_robot(robot: Robot, where: str) -> None:
     """Raise `InputError` where a number of `robot` is impossible.
 
     Args:
         robot: the robot.
         where: what to call it in the message (file or robot id).
     """
+    if isinstance(robot, RollingRobot):
+        check_rolling_robot(robot, where)
+    else:
+        _check_continuum_robot(robot, where)
+
+
+def _check_continuum_robot(robot: ContinuumRobot, where: str) -> None:
     _check_names(robot, where)
     for segment in robot.segments:
         _check_segment(segment, f"{where}: segments.{segment.name}.")
@@ -29,16 +37,16 @@ def check_robot(robot: ContinuumRobot, where: str) -> None:
             raise unknown("segment", tendon.ends_at, names, f"{where}: tendons.{tendon.name}.ends_at")
         _check_tendon(tendon, robot, f"{where}: tendons.{tendon.name}.")
     top = f"{where}: "
-    _need(robot.friction, "mu", f"{top}friction.", lambda mu: 0 <= mu < 10, "must lie in 0 to 10")
-    _positive(robot.mount, "axial_stiffness_N_per_m", f"{top}mount.", finite=False)
-    _positive(robot, "stiffness_scale", top)
-    _need(robot, "links_per_subsegment", top, lambda count: count >= 1, "must be 1 or more")
-    _need(robot, "disks_per_segment", top, lambda count: count >= 0, "must not be negative")
+    need(robot.friction, "mu", f"{top}friction.", lambda mu: 0 <= mu < 10, "must lie in 0 to 10")
+    positive(robot.mount, "axial_stiffness_N_per_m", f"{top}mount.", finite=False)
+    positive(robot, "stiffness_scale", top)
+    need(robot, "links_per_subsegment", top, lambda count: count >= 1, "must be 1 or more")
+    need(robot, "disks_per_segment", top, lambda count: count >= 0, "must not be negative")
     count = sum(disks(robot, segment) for segment in robot.segments) * robot.links_per_subsegment
     if count > _MAX_LINKS:
         raise InputError(f"{top}disks times links_per_subsegment = {count}: more than {_MAX_LINKS} links")
     smallest_m = min(segment.outer_radius_m for segment in robot.segments)
-    _need(
+    need(
         robot,
         "channel_radius_m",
         top,
@@ -46,7 +54,7 @@ def check_robot(robot: ContinuumRobot, where: str) -> None:
         f"must lie in 0 to the smallest outer radius, {smallest_m * 1e3:g} mm",
     )
     for name in ("timestep_s", "relaxation_time_s", "inertia_time_s"):
-        _positive(robot.dynamics, name, f"{top}dynamics.")
+        positive(robot.dynamics, name, f"{top}dynamics.")
     for key, value, choices in (
         ("actuation", robot.actuation, ("tension", "displacement")),
         ("appearance", robot.appearance, ("spacer_disks", "wire_guides")),
@@ -60,54 +68,35 @@ def disks(robot: ContinuumRobot, segment: Segment) -> int:
     return robot.disks_per_segment or segment.disks
 
 
-def _need(holder: Any, name: str, prefix: str, holds: Callable[[Any], bool], what: str) -> None:
-    """Raise `InputError`, with the key and value as files have them, unless `holds` of the field."""
-    value = getattr(holder, name)
-    if not holds(value):
-        key, factor = file_name(name)
-        shown = f"{value * factor:g}" if isinstance(value, int | float) else repr(value)
-        raise InputError(f"{prefix}{key} = {shown}: {what}")
-
-
-def _positive(holder: Any, name: str, prefix: str, finite: bool = True) -> None:
-    what = "must be above zero and finite" if finite else "must be above zero"
-    _need(holder, name, prefix, lambda value: value > 0 and (not finite or math.isfinite(value)), what)
-
-
 def _check_names(robot: ContinuumRobot, where: str) -> None:
     for kind, names in (
         ("segment", [segment.name for segment in robot.segments]),
         ("tendon", [tendon.name for tendon in robot.tendons]),
     ):
         for name in names:
-            _check_name(name, f"{where}: {kind}")
+            check_name(name, f"{where}: {kind}")
             if names.count(name) > 1:
                 raise InputError(f"{where}: {kind} {name!r} stands twice")
     for tendon in robot.tendons:
         if tendon.channel:
-            _check_name(tendon.channel, f"{where}: tendons.{tendon.name}.channel")
-
-
-def _check_name(name: str, what: str) -> None:
-    if not name or not name.replace("_", "").isalnum():
-        raise InputError(f"{what} {name!r}: a name needs letters, digits and _ only")
+            check_name(tendon.channel, f"{where}: tendons.{tendon.name}.channel")
 
 
 def _check_segment(segment: Segment, prefix: str) -> None:
     for name in ("length_m", "outer_radius_m", "bending_stiffness_N_m2", "mass_kg"):
-        _positive(segment, name, prefix)
-    _positive(segment, "torsion_stiffness_N_m2", prefix, finite=False)
-    _need(segment, "disks", prefix, lambda count: count >= 1, "must be 1 or more")
-    _need(segment, "bending_axes", prefix, lambda axes: axes in ("x", "xy"), "must be x or xy")
+        positive(segment, name, prefix)
+    positive(segment, "torsion_stiffness_N_m2", prefix, finite=False)
+    need(segment, "disks", prefix, lambda count: count >= 1, "must be 1 or more")
+    need(segment, "bending_axes", prefix, lambda axes: axes in ("x", "xy"), "must be x or xy")
     for name in ("stiffness_cubic_m2", "stiffness_quintic_m4"):
-        _need(segment, name, prefix, math.isfinite, "must be finite")
+        need(segment, name, prefix, math.isfinite, "must be finite")
     limit = 4.0 * math.pi / segment.length_m
     for name in ("rest_curvature_x_per_m", "rest_curvature_y_per_m", "rest_twist_rad_per_m"):
-        _need(
+        need(
             segment, name, prefix, lambda value: abs(value) <= limit, "more than two turns along the segment"
         )
     if segment.bending_axes == "x":
-        _need(
+        need(
             segment,
             "rest_curvature_y_per_m",
             prefix,
@@ -117,12 +106,12 @@ def _check_segment(segment: Segment, prefix: str) -> None:
 
 
 def _check_tendon(tendon: Tendon, robot: ContinuumRobot, prefix: str) -> None:
-    _positive(tendon, "radius_m", prefix)
-    _need(tendon, "angle_rad", prefix, math.isfinite, "must be finite")
-    _positive(tendon, "stiffness_N_per_m", prefix, finite=False)
-    _need(tendon, "pretension_N", prefix, lambda force: 0 <= force < math.inf, "must not be negative")
+    positive(tendon, "radius_m", prefix)
+    need(tendon, "angle_rad", prefix, math.isfinite, "must be finite")
+    positive(tendon, "stiffness_N_per_m", prefix, finite=False)
+    need(tendon, "pretension_N", prefix, lambda force: 0 <= force < math.inf, "must not be negative")
     channel_m = robot.channel_radius_m
-    _need(
+    need(
         tendon,
         "radius_m",
         prefix,

@@ -64,6 +64,8 @@ def from_document(kind: type, document: Any, where: str) -> Any:
     for key, item in keys.items():
         if key in document:
             _, factor = file_name(item.name)
+            if item.default == () and document[key] in ([], ()):
+                continue
             values[item.name] = _typed(hints[item.name], document[key], factor, f"{where}: {key}")
         elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
             raise InputError(f"{where}: {key} is missing")

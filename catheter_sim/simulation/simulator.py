@@ -87,6 +87,7 @@ class Simulator:
         self._tendons = np.array([self.model.tendon(f"tendon_{tendon.name}").id for tendon in robot.tendons])
         self._gain = self.model.actuator_gainprm[:, 0].copy()
         self._bias, self._length_gain = self.model.actuator_biasprm[:, :2].T.copy()
+        self._ctrl_before = np.zeros(self.model.nu)
         self._elastic = ElasticRemainder(robot, self.model)
         self._friction: Friction | None = None
         if robot.friction.mu > 0 and friction != "none":
@@ -99,6 +100,7 @@ class Simulator:
     def reset(self) -> None:
         """Return to rest: the unloaded shape, zero inputs, no friction history."""
         mujoco.mj_resetData(self.model, self.data)
+        self._ctrl_before[:] = 0.0
         if self._friction is not None:
             self._friction.reset()
         self.data.qpos[:] = self.model.qpos_spring
@@ -128,13 +130,15 @@ class Simulator:
     def step(self, count: int = 1) -> None:
         """Take `count` steps under the present inputs."""
         model, data, friction = self.model, self.data, self._friction
-        if friction is None and not self._pushed and not self._elastic.needed:
+        if self._tension_driven and friction is None and not self._pushed and not self._elastic.needed:
             data.qfrc_applied[:] = 0.0
             for _ in range(count):
                 mujoco.mj_step(model, data)
             return
         for _ in range(count):
             mujoco.mj_step1(model, data)
+            if not self._tension_driven:
+                self._let_taut_tendons_slacken()
             data.qfrc_applied[:] = 0.0
             if self._pushed:
                 mujoco.mj_applyFT(
@@ -151,6 +155,18 @@ class Simulator:
             if friction is not None:
                 friction.apply(data, self._tension_now())
             mujoco.mj_step2(model, data)
+
+    def _let_taut_tendons_slacken(self) -> None:
+        """Clamp at zero only the tensions of tendons that were slack before the command changed.
+
+        MuJoCo clamps an actuator's force at the start of a step and then leaves its stiffness out of
+        the implicit solution: a stiff tendon that is paid out would jump between taut and slack at
+        every step. Left unclamped for the step in which it slackens, it ends near zero by itself.
+        """
+        before = self._gain * self._ctrl_before + self._bias
+        before += self._length_gain * self.data.ten_length[self._tendons]
+        self.model.actuator_forcerange[:, 1] = np.where(before < 0.0, 1e9, 0.0)
+        self._ctrl_before[:] = self.data.ctrl
 
     def _tension_now(self) -> Array:
         """Return the actuators' tensions, below zero where a driven tendon is slack, shape (t,) [N]."""
@@ -193,7 +209,7 @@ class Simulator:
     def posture(self) -> Posture:
         """Return where the robot is now."""
         spans = self.span_tension()
-        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_fwdPosition(self.model, self.data)
         return Posture(
             p_w=self.data.site_xpos[self._faces].copy(),
             R_w=self.data.site_xmat[self._faces].reshape(-1, 3, 3).copy(),

@@ -214,6 +214,60 @@ def test_validate_exits_1_where_a_line_is_out(
     assert (folder / "deep" / "out" / "validation.json").is_file()
 
 
+def test_diagnose_prints_the_verdict_and_its_figures(
+    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The sentence, each unit's errors, each cause with its parameters and what cannot be told apart."""
+    from catheter_sim.diagnosis import pipeline
+    from catheter_sim.diagnosis.dataset import load_dataset
+    from catheter_sim.diagnosis.result import (
+        Candidate,
+        Cause,
+        Diagnosis,
+        FittedParameter,
+        NextExperiment,
+        UnitResult,
+    )
+    from catheter_sim.resources import assets_folder
+
+    dataset = load_dataset(assets_folder() / "examples" / "opencr_v4")
+    asked: list[object] = []
+
+    def diagnose(data: str, out: Path, jobs: int, progress: bool) -> Diagnosis:
+        asked.extend([data, str(out), jobs])
+        return Diagnosis(
+            dataset=dataset,
+            verdict="cause_found",
+            unit="mm",
+            by_unit={"mm": UnitResult("mm", 0.05, 6.1, 0.9, 85.2, (83.0, 87.1))},
+            causes=(Cause("backlash", {"width_mm": FittedParameter(-0.42, (-0.44, -0.40))}, 85.2),),
+            ranking=(Candidate(("backlash",), 0.9, 0.9),),
+            indistinguishable=(("stiffness", "actuation_gain"),),
+            next_experiment=NextExperiment("Pull slower."),
+            extended_robot=dataset.robot,
+            fits=(),
+            notes=("A doubt.",),
+            extra={"tip_rmse_mm": 1.25},
+        )
+
+    monkeypatch.setattr(pipeline, "diagnose", diagnose)
+    ran = run("diagnose", "data", "-o", "out", "--jobs", "2")
+    assert ran.status == 0
+    assert asked == ["data", "out", 2]
+    for text in (
+        "is wrong about backlash",
+        "verdict: cause_found",
+        "held out, RMSE [mm]: 6.10 before, 0.900 after; noise 0.0500; gain 85.2 % (95 %: 83.0 to 87.1)",
+        "cause: backlash, 85.2 % of the error before",
+        "width_mm = -0.420 (95 %: -0.440 to -0.400)",
+        "not to be told apart on these data: stiffness, actuation_gain",
+        "tip_rmse_mm = 1.25",
+        "note: A doubt.",
+        "next experiment: Pull slower.",
+    ):
+        assert text in ran.out, ran.out
+
+
 @pytest.mark.parametrize("name", ["out.png", pytest.param("out.mp4", marks=pytest.mark.slow)])
 def test_render_leaves_a_picture_of_its_size(name: str, run: Run, folder: Path, inputs: str) -> None:
     """The file has the asked-for size, and shows something: its pixels are not all alike."""

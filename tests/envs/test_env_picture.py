@@ -20,7 +20,7 @@ WIDTH, HEIGHT = 320, 240
 @pytest.fixture(scope="module")
 def env() -> Iterator[ReachEnv]:
     made = gymnasium.make(
-        "catheter_sim/NeuroendoscopeReach-v0", render_mode="rgb_array", width=WIDTH, height=HEIGHT
+        "catheter_sim/NeuroendoscopeSectionReach-v0", render_mode="rgb_array", width=WIDTH, height=HEIGHT
     ).unwrapped
     assert isinstance(made, ReachEnv)
     yield made

@@ -23,6 +23,11 @@ def plant(robot: str, actuation: str = "tension") -> Plant:
     return Plant(load_robot(robot), actuation, tuple(STILL), math.pi / 2.0)
 
 
+@pytest.fixture(scope="module")
+def section() -> Plant:
+    return plant("neuroendoscope_section")
+
+
 @pytest.mark.parametrize("actuation", ["tension", "displacement"])
 def test_generating_inputs_bring_the_robot_back_to_the_target(actuation: str) -> None:
     """Another simulator under the inputs of ten random targets ends at the same points."""
@@ -60,16 +65,15 @@ def test_every_reachable_point_is_found_again(actuation: str) -> None:
         assert np.array_equal(tip_at(robot, found.level), found.tip_m)
 
 
-def test_a_point_between_two_the_section_reaches_is_accepted_and_one_beside_is_not() -> None:
+def test_a_single_section_reaches_its_curve_and_nothing_beside_it(section: Plant) -> None:
     """A single section's tip moves on a curve: points on it are in reach, points off it are not."""
-    robot = plant("neuroendoscope_section")
     angle = math.radians(40.0)  # of an arc of 60 mm
     radius = 0.06 / angle
     on_arc = np.array([radius * (1.0 - math.cos(angle)), 0.0, radius * math.sin(angle)])
-    assert np.array_equal(require_reachable(robot, tuple(on_arc), TOLERANCE_M), on_arc)
+    assert np.array_equal(require_reachable(section, tuple(on_arc), TOLERANCE_M), on_arc)
     inside = on_arc - 8e-3 * np.array([math.sin(angle / 2), 0.0, math.cos(angle / 2)])
     with pytest.raises(InputError, match=r"out of reach .* no nearer than [4-9]\.\d mm") as caught:
-        require_reachable(robot, tuple(inside), TOLERANCE_M)
+        require_reachable(section, tuple(inside), TOLERANCE_M)
     assert "\n" not in str(caught.value)
 
 
@@ -85,10 +89,10 @@ def test_a_point_between_two_the_section_reaches_is_accepted_and_one_beside_is_n
         (None, "three finite numbers are needed"),
     ],
 )
-def test_points_out_of_reach_are_refused_in_one_line(target: object, message: str) -> None:
+def test_points_out_of_reach_are_refused_in_one_line(section: Plant, target: object, message: str) -> None:
     """Too far, off the plane, near the base, or no point at all: one line says which."""
     with pytest.raises(InputError, match=message) as caught:
-        require_reachable(plant("neuroendoscope_section"), target, TOLERANCE_M)  # type: ignore[arg-type]
+        require_reachable(section, target, TOLERANCE_M)  # type: ignore[arg-type]
     assert "\n" not in str(caught.value)
 
 

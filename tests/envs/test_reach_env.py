@@ -203,8 +203,15 @@ def test_friction_makes_the_way_matter() -> None:
     assert gaps[1] < 0.05e-3
 
 
-@pytest.mark.parametrize("action_type", ["tension", "displacement"])
-@pytest.mark.parametrize("name", [SECTION, pytest.param(FULL, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("name", "action_type"),
+    [
+        (SECTION, "tension"),
+        pytest.param(SECTION, "displacement", marks=pytest.mark.slow),
+        pytest.param(FULL, "tension", marks=pytest.mark.slow),
+        pytest.param(FULL, "displacement", marks=pytest.mark.slow),
+    ],
+)
 def test_the_baseline_reaches_targets(name: str, action_type: str) -> None:
     """Resolved rates on the frictionless Jacobian reach 8 of 10 targets or more, to 2 mm."""
     env = reach(name, action_type=action_type, tolerance_m=2e-3)

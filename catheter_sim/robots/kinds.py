@@ -1,0 +1,54 @@
+"""The kinds of robots, and how a file's document says which one it holds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.robots.document import Document, from_document, to_document
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.robots.specification import ContinuumRobot
+
+Robot = ContinuumRobot | RollingRobot
+
+KINDS: dict[str, type[ContinuumRobot] | type[RollingRobot]] = {
+    "continuum": ContinuumRobot,
+    "rolling": RollingRobot,
+}
+
+
+def robot_from_document(document: Document, where: str) -> Robot:
+    """Return the robot in a document in file units; without the key `kind` it is a continuum robot.
+
+    Raises:
+        InputError: an unknown kind, or a key or value that this kind does not have.
+    """
+    kind = document.get("kind", "continuum")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise unknown("kind", str(kind), KINDS, where)
+    if kind == "continuum":
+        document = {key: item for key, item in document.items() if key != "kind"}
+    robot: Robot = from_document(KINDS[kind], document, where)
+    return robot
+
+
+def complete_document(document: Document, where: str) -> dict[str, Any]:
+    """Return `document` with every key that it leaves out, so that --set reaches them all."""
+    return to_document(robot_from_document(document, where))
+
+
+def require_continuum(robot: Robot, what: str) -> ContinuumRobot:
+    """Return `robot`, which must be a continuum robot.
+
+    Args:
+        robot: any robot.
+        what: what does not know the other kinds yet, for the message ("the simulation").
+
+    Raises:
+        InputError: it is of another kind.
+    """
+    if isinstance(robot, ContinuumRobot):
+        return robot
+    raise InputError(
+        f"{robot.name}: {what} does not know robots of kind {robot.kind!r}; choices: a continuum robot"
+    )

@@ -1,0 +1,465 @@
+"""The complete balance in compiled form: link by link, Newton's method, friction's history.
+
+The same as `newton_euler`, `virtual_work` and `rods` in plain NumPy, which the tests hold it to; here
+for one configuration after another. All compiled code is in this file: the compiled form is kept on
+disk and renewed when this file changes, not when another does.
+
+Arrays. `joint`, shape (n, 12), `rod`, shape (m, n, 7), `stiffness`, shape (m,): see `pack`. Loads as in
+`loads.Loads`. A rod's columns hold NaN as its offset at joints that it does not pass.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+import numpy as np
+
+from catheter_sim.robots.posture import Array
+from catheter_sim.statics.rolling.chain import RollingChain
+
+ANGLE_TOLERANCE_RAD = 1e-11
+_MOST_ROUNDS = 40
+_MOST_HALVINGS = 10
+_SHORTEST_STEP = 1e-4  # share of the way between two inputs
+_TOWARD_LIMIT = 0.9  # of the way to a closing gap that one step may go
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A chain as the compiled code takes it."""
+
+    joint: Array
+    rod: Array
+    stiffness: Array
+    pulled: int
+    mu: float
+
+
+def pack(chain: RollingChain) -> Packed:
+    """Return `chain` in the compiled code's arrays."""
+    joint = np.stack(
+        [
+            chain.axis.astype(float),
+            chain.radius_positive,
+            chain.radius_negative,
+            chain.line,
+            chain.link_length,
+            1.0 / chain.link_stiffness,
+            chain.rest_angle,
+            chain.sleeve_stiffness,
+            chain.cubic,
+            chain.quintic,
+            chain.low,
+            chain.high,
+        ],
+        axis=1,
+    )
+    offset = np.where(chain.passes, chain.offset, np.nan)
+    rod = np.stack(
+        [
+            offset,
+            chain.mouth,
+            chain.countersink,
+            chain.side * chain.clearance,
+            chain.rest_curvature,
+            chain.position[:, :, 0],
+            chain.position[:, :, 1],
+        ],
+        axis=2,
+    )
+    return Packed(joint, rod, chain.stiffness.copy(), chain.pulled, chain.mu)
+
+
+def _compiled(function: Callable[..., Any]) -> Any:
+    """Return `function` compiled, kept on disk where there is a folder for it."""
+    try:
+        return numba.njit(cache=True, error_model="numpy")(function)
+    except RuntimeError:  # neither beside this file nor in the user's own cache
+        return numba.njit(error_model="numpy")(function)
+
+
+@_compiled
+def _cross(a, b, out):  # type: ignore[no-untyped-def]
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@_compiled
+def _dot(a, b):  # type: ignore[no-untyped-def]
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@_compiled
+def _turn(theta, radius, offset, mouth, clearance, hole_end, below):  # type: ignore[no-untyped-def]
+    """Return phi and its derivative: `joint.turn` for one rod."""
+    sine, cosine = math.sin(theta), math.cos(theta)
+    reach = offset + clearance - radius * theta
+    x3 = radius * sine + reach * cosine + below * sine
+    z3 = radius * (1.0 - cosine) + reach * sine - below * cosine
+    x1, z1 = offset + clearance - x3, hole_end - z3
+    x2, z2 = offset - clearance - x3, mouth - z3
+    dx3, dz3 = -reach * sine + below * cosine, reach * cosine + below * sine
+    phi = 2.0 * math.atan2(x1 * z2 - z1 * x2, x1 * x2 + z1 * z2)
+    slope = (z2 * dx3 - x2 * dz3) / (x2 * x2 + z2 * z2) - (z1 * dx3 - x1 * dz3) / (x1 * x1 + z1 * z1)
+    return phi, 2.0 * slope
+
+
+@_compiled
+def _rods(joint, rod, stiffness, pulled, mu, drive, kept, theta, at_joint, above, wrench, elastic, jacobian):  # type: ignore[no-untyped-def]
+    """Fill tensions, the pull of all rods along their spans, elastic moments and their part of the Jacobian.
+
+    `wrench`, shape (t, n, 3): across, along and tension over length of each pulled rod's span.
+    """
+    n, m = joint.shape[0], rod.shape[0]
+    jacobian[:, :] = 0.0
+    for k in range(n):
+        t = theta[k]
+        elastic[k] = joint[k, 7] * (t - joint[k, 6])
+        jacobian[k, k] = -joint[k, 7]
+    grows = np.zeros(n)
+    for r in range(m):
+        tension = drive[r] if r < pulled else 0.0
+        grows[:] = 0.0  # derivative of the tension by the angles below
+        for k in range(n):
+            offset = rod[r, k, 0]
+            if math.isnan(offset):
+                if r < pulled:
+                    at_joint[r, k:] = 0.0
+                    above[r, k:] = 0.0
+                    wrench[r, k:, :] = 0.0
+                break
+            t = theta[k]
+            radius = joint[k, 1] if t >= 0.0 else joint[k, 2]
+            mouth, sink = rod[r, k, 1], rod[r, k, 2]
+            sine, cosine = math.sin(t), math.cos(t)
+            across = radius * (t - sine) + offset * cosine + mouth * sine - offset
+            along = radius * (1.0 - cosine) - offset * sine + mouth * cosine + sink
+            across_slope = along - sink
+            along_slope = radius * t - offset - across
+            curvature = sine / along
+            bent = curvature - rod[r, k, 4]
+            square = bent * bent
+            elastic[k] += stiffness[r] * bent * (1.0 + square * (joint[k, 8] + square * joint[k, 9]))
+            law = 1.0 + square * (3.0 * joint[k, 8] + 5.0 * square * joint[k, 9])
+            jacobian[k, k] -= stiffness[r] * law * (cosine - curvature * along_slope) / along
+            if r >= pulled:
+                continue
+            length = math.hypot(across, along)
+            slope = (across * across_slope + along * along_slope) / length
+            second = (
+                across_slope * across_slope
+                + along_slope * along_slope
+                + across * along_slope
+                + along * (radius - across_slope)
+                - slope * slope
+            ) / length
+            at_joint[r, k] = tension
+            wrench[r, k, 0], wrench[r, k, 1], wrench[r, k, 2] = across, along, tension / length
+            jacobian[k, k] -= tension * second
+            for j in range(k):
+                jacobian[k, j] -= grows[j] * slope
+            below = joint[k - 1, 4] if k > 0 else joint[0, 4]
+            phi, phi_slope = _turn(t, radius, offset, mouth, rod[r, k, 3], joint[k, 4] - sink, below)
+            factor = math.exp(mu * abs(phi))
+            rate = mu * phi_slope if phi >= 0.0 else -mu * phi_slope
+            held = kept[r, k]
+            if held < tension / factor:
+                for j in range(k):
+                    grows[j] /= factor
+                grows[k] = -rate * tension / factor
+                tension = tension / factor
+            elif held > tension * factor:
+                for j in range(k):
+                    grows[j] *= factor
+                grows[k] = rate * tension * factor
+                tension = tension * factor
+            else:
+                grows[: k + 1] = 0.0
+                tension = held
+            above[r, k] = tension
+
+
+@_compiled
+def _evaluate(  # type: ignore[no-untyped-def]
+    joint, rod, stiffness, pulled, mu, drive, kept, theta, length,
+    load_link, load_point, load_force, tip_moment, at_joint, above, value, jacobian,
+):  # fmt: skip
+    """Fill tensions, the moment left at every joint and its derivative; renew the links' lengths.
+
+    Link by link from the tip: all wrenches on a link, about the base's origin, give the reaction of its
+    joint; what that would have to carry about the joint's own axis is left over.
+    """
+    n, loads = joint.shape[0], load_link.shape[0]
+    wrench, elastic = np.empty((pulled, n, 3)), np.empty(n)
+    _rods(joint, rod, stiffness, pulled, mu, drive, kept, theta, at_joint, above, wrench, elastic, jacobian)
+    along, axis, contact = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
+    up, origin = np.empty((n, 3)), np.empty((n, 3))
+    turned = np.empty((n, 3, 3))  # columns: the link's axes
+    pull, pull_moment = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
+    R, face = np.eye(3), np.zeros(3)
+    chord, lower, product = np.empty(3), np.empty(3), np.empty(3)
+    for k in range(n):
+        t, a, line = theta[k], int(joint[k, 0]), joint[k, 3]
+        radius = joint[k, 1] if t >= 0.0 else joint[k, 2]
+        sine, cosine = math.sin(t), math.cos(t)
+        for r in range(pulled):
+            if math.isnan(rod[r, k, 0]):
+                continue
+            for i in range(3):
+                lower[i] = (
+                    face[i] + rod[r, k, 5] * R[i, 0] + rod[r, k, 6] * R[i, 1] - rod[r, k, 2] * R[i, 2]
+                )
+                chord[i] = wrench[r, k, 2] * (wrench[r, k, 0] * R[i, a] + wrench[r, k, 1] * R[i, 2])
+            _cross(lower, chord, product)
+            for i in range(3):
+                pull[k, i] += chord[i]
+                pull_moment[k, i] += product[i]
+        for i in range(3):
+            e, z = R[i, a], R[i, 2]
+            along[k, i] = e
+            axis[k, i] = R[i, 1] if a == 0 else -R[i, 0]
+            contact[k, i] = face[i] + (line + radius * t) * e
+            face[i] += (line + radius * (t - sine)) * e + radius * (1.0 - cosine) * z
+            R[i, a] = cosine * e - sine * z
+            R[i, 2] = sine * e + cosine * z
+            origin[k, i] = face[i] - line * R[i, a]
+            face[i] = origin[k, i] + length[k] * R[i, 2]
+            up[k, i] = R[i, 2]
+            for j in range(3):
+                turned[k, i, j] = R[i, j]
+    # Loads: where they act, what they do about the base's origin, link by link.
+    push, push_moment = np.zeros((n, 3)), np.zeros((n, 3))
+    moved, beyond = np.zeros((n, 3)), np.zeros((n, 3))
+    point, arm, speed = np.empty(3), np.empty(3), np.empty(3)
+    loaded = False
+    for p in range(loads):
+        force = load_force[p]
+        if force[0] == 0.0 and force[1] == 0.0 and force[2] == 0.0:
+            continue
+        loaded = True
+        link = load_link[p]
+        for i in range(3):
+            point[i] = origin[link, i]
+            for j in range(3):
+                point[i] += turned[link, i, j] * load_point[p, j]
+            push[link, i] += force[i]
+        _cross(point, force, product)
+        for i in range(3):
+            push_moment[link, i] += product[i]
+        for k in range(link + 1):
+            for i in range(3):
+                arm[i] = point[i] - contact[k, i]
+                beyond[k, i] += force[i]
+            _cross(axis[k], arm, speed)
+            _cross(speed, force, product)
+            for i in range(3):
+                moved[k, i] += product[i]
+    react, react_moment = np.zeros(3), np.zeros(3)
+    for i in range(3):
+        react_moment[i] = -tip_moment[i]
+    for k in range(n - 1, -1, -1):
+        above_elastic = elastic[k + 1] if k + 1 < n else 0.0
+        for i in range(3):
+            react[i] += pull[k, i] - pull[k + 1, i] - push[k, i]
+            react_moment[i] += pull_moment[k, i] - pull_moment[k + 1, i] - push_moment[k, i]
+            react_moment[i] += elastic[k] * axis[k, i]
+            if k + 1 < n:
+                react_moment[i] -= above_elastic * axis[k + 1, i]
+        _cross(contact[k], react, product)
+        value[k] = -(_dot(axis[k], react_moment) - _dot(axis[k], product))
+    # Loads' part of the derivative: symmetric, as they have a potential; the tip's moment has none.
+    if loaded:
+        for k in range(n):
+            radius = joint[k, 1] if theta[k] >= 0.0 else joint[k, 2]
+            _cross(along[k], beyond[k], product)
+            jacobian[k, k] += _dot(axis[k], moved[k]) - radius * _dot(axis[k], product)
+            for j in range(k + 1, n):
+                slope = _dot(axis[k], moved[j])
+                jacobian[k, j] += slope
+                jacobian[j, k] += slope
+    if tip_moment[0] != 0.0 or tip_moment[1] != 0.0 or tip_moment[2] != 0.0:
+        for k in range(n):
+            for j in range(k):
+                _cross(axis[j], axis[k], product)
+                jacobian[k, j] += _dot(product, tip_moment)
+    for k in range(n):
+        if joint[k, 5] == 0.0:
+            length[k] = joint[k, 4]
+            continue
+        inside = -_dot(up[k], beyond[k])
+        for r in range(pulled):
+            if not math.isnan(rod[r, k, 0]):
+                inside += 0.5 * (at_joint[r, k] + above[r, k])
+        length[k] = joint[k, 4] - inside * joint[k, 5]
+
+
+@_compiled
+def _largest(values):  # type: ignore[no-untyped-def]
+    """Return the largest size in a vector, NaN where one is."""
+    result = 0.0
+    for k in range(values.shape[0]):
+        if not abs(values[k]) <= result:
+            result = abs(values[k])
+    return result
+
+
+@_compiled
+def _blend(start, end, part, out):  # type: ignore[no-untyped-def]
+    """Fill the vector or matrix between `start` and `end`."""
+    for i in range(start.size):
+        out.flat[i] = start.flat[i] + part * (end.flat[i] - start.flat[i])
+
+
+@_compiled
+def _copy(source, out):  # type: ignore[no-untyped-def]
+    for i in range(source.size):
+        out.flat[i] = source.flat[i]
+
+
+@_compiled
+def _solve_linear(matrix, right):  # type: ignore[no-untyped-def]
+    """Solve in place by elimination with row exchange; return whether the matrix is regular."""
+    n = right.shape[0]
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(matrix[i, k]) > abs(matrix[best, k]):
+                best = i
+        if not abs(matrix[best, k]) > 0.0:
+            return False
+        if best != k:
+            for j in range(k, n):
+                matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
+            right[k], right[best] = right[best], right[k]
+        for i in range(k + 1, n):
+            if matrix[i, k] != 0.0:
+                ratio = matrix[i, k] / matrix[k, k]
+                for j in range(k + 1, n):
+                    matrix[i, j] -= ratio * matrix[k, j]
+                right[i] -= ratio * right[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            right[k] -= matrix[k, j] * right[j]
+        right[k] /= matrix[k, k]
+    return True
+
+
+@_compiled
+def _equilibrium(  # type: ignore[no-untyped-def]
+    joint, rod, stiffness, pulled, mu, drive, kept, theta, length,
+    load_link, load_point, load_force, tip_moment, at_joint, above, value,
+):  # fmt: skip
+    """Move `theta` to the equilibrium nearest to it; return whether one was found."""
+    n = joint.shape[0]
+    jacobian, step, trial = np.empty((n, n)), np.empty(n), np.empty(n)
+    _evaluate(
+        joint, rod, stiffness, pulled, mu, drive, kept, theta, length,
+        load_link, load_point, load_force, tip_moment, at_joint, above, value, jacobian,
+    )  # fmt: skip
+    for _ in range(_MOST_ROUNDS):
+        worst = _largest(value)
+        for k in range(n):
+            step[k] = -value[k]
+        if not _solve_linear(jacobian, step):
+            return False
+        share = 1.0
+        for k in range(n):
+            room = joint[k, 11] - theta[k] if step[k] > 0.0 else theta[k] - joint[k, 10]
+            if abs(step[k]) * share > _TOWARD_LIMIT * room:
+                share = _TOWARD_LIMIT * room / abs(step[k])
+        largest = _largest(step)
+        if not math.isfinite(largest):
+            return False
+        for _ in range(_MOST_HALVINGS):
+            for k in range(n):
+                trial[k] = theta[k] + share * step[k]
+            _evaluate(
+                joint, rod, stiffness, pulled, mu, drive, kept, trial, length,
+                load_link, load_point, load_force, tip_moment, at_joint, above, value, jacobian,
+            )  # fmt: skip
+            if _largest(value) <= worst or largest < ANGLE_TOLERANCE_RAD:
+                break
+            share *= 0.5
+        _copy(trial, theta)
+        if largest < ANGLE_TOLERANCE_RAD:
+            return True
+    return False
+
+
+@_compiled
+def advance(  # type: ignore[no-untyped-def]
+    joint, rod, stiffness, pulled, mu, drive_from, drive_to, theta, kept, length,
+    load_link, load_point, force_from, force_to, moment_from, moment_to, steps, at_joint, value,
+):  # fmt: skip
+    """Go from one row of inputs to the next in `steps` or more equal steps; return the share reached.
+
+    `theta`, `kept` and `length` are moved along; `at_joint` and `value` are filled. A step that finds
+    no equilibrium is halved. Less than 1 is returned where none is found however short the step.
+    """
+    done, stride = 0.0, 1.0 / steps
+    above, guess, lengths = np.empty_like(kept), np.empty_like(theta), np.empty_like(length)
+    drive, force, moment = np.empty_like(drive_to), np.empty_like(force_to), np.empty_like(moment_to)
+    while done < 1.0:
+        part = min(done + stride, 1.0)
+        if 1.0 - part < 1e-9:
+            part = 1.0
+        _copy(theta, guess)
+        _copy(length, lengths)
+        _blend(drive_from, drive_to, part, drive)
+        _blend(force_from, force_to, part, force)
+        _blend(moment_from, moment_to, part, moment)
+        found = _equilibrium(
+            joint, rod, stiffness, pulled, mu, drive, kept, guess, lengths,
+            load_link, load_point, force, moment, at_joint, above, value,
+        )  # fmt: skip
+        if not found:
+            stride *= 0.5
+            if stride < _SHORTEST_STEP:
+                return done
+            continue
+        _copy(guess, theta)
+        _copy(lengths, length)
+        _copy(above, kept)
+        done = part
+    return 1.0
+
+
+@_compiled
+def load_batch(  # type: ignore[no-untyped-def]
+    joint, rod, stiffness, pulled, mu, drive, length,
+    load_link, load_point, load_force, tip_moment, theta, at_joint, value,
+):  # fmt: skip
+    """Solve configurations that are each loaded from rest; return the index of one that fails, or -1.
+
+    `drive`, shape (b, t); `theta`, `length`, shape (b, n), `at_joint` (b, t, n) and `value` (b, n) are
+    filled. Each starts from the one before, and from rest in steps where that leads nowhere.
+    """
+    batch, n = theta.shape
+    nothing, kept, above = np.zeros((pulled, n)), np.zeros((pulled, n)), np.empty((pulled, n))
+    slack = np.zeros(pulled)
+    for b in range(batch):
+        for k in range(n):
+            theta[b, k] = theta[b - 1, k] if b > 0 else joint[k, 6]
+            length[b, k] = length[b - 1, k] if b > 0 else joint[k, 4]
+        found = _equilibrium(
+            joint, rod, stiffness, pulled, mu, drive[b], nothing, theta[b], length[b],
+            load_link, load_point, load_force, tip_moment, at_joint[b], above, value[b],
+        )  # fmt: skip
+        if not found:
+            for k in range(n):
+                theta[b, k] = joint[k, 6]
+                length[b, k] = joint[k, 4]
+            _copy(nothing, kept)
+            reached = advance(
+                joint, rod, stiffness, pulled, mu, slack, drive[b], theta[b], kept, length[b],
+                load_link, load_point, load_force, load_force, tip_moment, tip_moment, 8,
+                at_joint[b], value[b],
+            )  # fmt: skip
+            if reached < 1.0:
+                return b
+    return -1
