@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.kinds import require_continuum
 from catheter_sim.robots.specification import ContinuumRobot, Friction
 from catheter_sim.simulation.simulator import Simulator
 
@@ -68,7 +69,7 @@ def measure(reference: str, turns: int = 9) -> Speed:
     Raises:
         InputError: unknown robot.
     """
-    robot = load_robot(reference)
+    robot = require_continuum(load_robot(reference), "the benchmark")
     mu = robot.friction.mu or FRICTION_MU
     rubbing = Simulator(dataclasses.replace(robot, friction=Friction(mu)))
     smooth = Simulator(dataclasses.replace(robot, friction=Friction(0.0)))

@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from catheter_sim.mjcf.chain import build_mjcf
+from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.robots.catalogue import ROBOTS, load_robot
 from catheter_sim.tables import replaced_when_whole
 

@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     from catheter_sim.effects.face import same_robot
     from catheter_sim.effects.registry import EFFECTS
     from catheter_sim.errors import InputError
-    from catheter_sim.mjcf.chain import build_mjcf
+    from catheter_sim.mjcf.build import build_mjcf
     from catheter_sim.tables import replaced_when_whole
 
     specified, robot = load(options.robot, options.settings)

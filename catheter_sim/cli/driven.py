@@ -15,8 +15,8 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs, check_output_channels, output_table, read_inputs
 from catheter_sim.robots.checks import check_robot
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.tables import Table, read_table, write_table
 
 
@@ -34,8 +34,8 @@ class Drive:
         columns: the output columns that are wanted; None: all.
     """
 
-    specified: ContinuumRobot
-    robot: ContinuumRobot
+    specified: Robot
+    robot: Robot
     table: Table
     commanded: Inputs
     arriving: Inputs
@@ -43,7 +43,7 @@ class Drive:
     columns: Sequence[str] | None
 
 
-def load(reference: str, settings: Sequence[str]) -> tuple[ContinuumRobot, ContinuumRobot]:
+def load(reference: str, settings: Sequence[str]) -> tuple[Robot, Robot]:
     """Return the robot as specified, and with its effects built in; both checked.
 
     Raises:

@@ -40,6 +40,7 @@ def listing() -> dict[str, list[dict[str, Any]]]:
     """Return what the package offers, from its own registries, ready for JSON."""
     import gymnasium
 
+    from catheter_sim.effects.apply import parameters_of
     from catheter_sim.effects.registry import EFFECTS
     from catheter_sim.robots.catalogue import ROBOTS, load_robot
     from catheter_sim.robots.channels import input_channels
@@ -74,7 +75,7 @@ def listing() -> dict[str, list[dict[str, Any]]]:
                             "lower": _plain(item.lower),
                             "upper": _plain(item.upper),
                         }
-                        for item in effect.parameters(robot)
+                        for item in parameters_of(robot, effect)
                     ]
                     for reference, robot in robots.items()
                 },

@@ -27,6 +27,7 @@ from catheter_sim.robots.channels import (
     output_channels,
     read_inputs,
 )
+from catheter_sim.robots.kinds import require_continuum
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.tables import read_table
@@ -59,7 +60,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     name, reference, source, licence = (
         _text(head[key], f"{path}: dataset.{key}") for key in _KEYS["dataset"]
     )
-    robot = load_robot(_robot_path(root, reference))
+    robot = require_continuum(load_robot(_robot_path(root, reference)), "the diagnosis")
     gravity = _gravity(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
     inputs = _channels(document["channels"]["inputs"], f"{path}: channels.inputs")
     outputs = _channels(document["channels"]["outputs"], f"{path}: channels.outputs")

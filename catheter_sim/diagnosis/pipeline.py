@@ -47,7 +47,7 @@ from catheter_sim.diagnosis.select import Selection, candidates_for, select
 from catheter_sim.diagnosis.trials import Dataset, Trial, split, unit_of
 from catheter_sim.diagnosis.twin import twin_for
 from catheter_sim.effects.apply import embodied
-from catheter_sim.mjcf.chain import build_mjcf
+from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.tables import Table

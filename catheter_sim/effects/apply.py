@@ -9,21 +9,28 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import overload
 
-from catheter_sim.effects.face import Effect
+from catheter_sim.effects.face import Effect, Parameter
 from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.channels import Inputs
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.specification import ContinuumRobot
 
 
-def check_effects(robot: ContinuumRobot) -> None:
+def parameters_of(robot: Robot, effect: Effect) -> tuple[Parameter, ...]:
+    """Return the parameters that `effect` has for `robot`; none where it makes no sense for it."""
+    return effect.parameters(robot) if isinstance(robot, ContinuumRobot) else ()
+
+
+def check_effects(robot: Robot) -> None:
     """Raise `InputError` if an effect of `robot` or one of its values is not possible."""
     for name, values in robot.effects.items():
         if name not in EFFECTS:
             raise unknown("effect", name, EFFECTS, f"{robot.name}: effects")
-        parameters = {item.name: item for item in EFFECTS[name].parameters(robot)}
+        parameters = {item.name: item for item in parameters_of(robot, EFFECTS[name])}
         if not parameters:
             raise InputError(f"{robot.name}: effects.{name}: makes no sense for this robot")
         for key, value in values.items():
@@ -37,34 +44,48 @@ def check_effects(robot: ContinuumRobot) -> None:
                 raise InputError(f"{where}.{key} = {value:g}: must lie in {item.lower:g} to {item.upper:g}")
 
 
-def active(robot: ContinuumRobot) -> Iterator[tuple[Effect, dict[str, float]]]:
+def active(robot: Robot) -> Iterator[tuple[Effect, dict[str, float]]]:
     """Yield the effects of `robot` with every parameter's value, in the order in which they act."""
+    if not isinstance(robot, ContinuumRobot):
+        return  # no effect makes sense for the other kinds yet
     for name, effect in EFFECTS.items():
         if name in robot.effects:
             yield effect, effect.complete(robot, robot.effects[name])
 
 
-def embodied(robot: ContinuumRobot) -> ContinuumRobot:
+@overload
+def embodied(robot: ContinuumRobot) -> ContinuumRobot: ...
+
+
+@overload
+def embodied(robot: Robot) -> Robot: ...
+
+
+def embodied(robot: Robot) -> Robot:
     """Return `robot` with its effects put into the specification, and none left to apply.
 
     What acts on inputs and outputs is not in it: see `arriving_inputs` and `observed`.
     """
-    changed = robot
+    if not isinstance(robot, ContinuumRobot):
+        return robot
+    changed: ContinuumRobot = robot
     for effect, values in active(robot):
         changed = effect.change_robot(changed, values)
     return replace(changed, effects={})
 
 
-def arriving_inputs(robot: ContinuumRobot, inputs: Inputs) -> Inputs:
+def arriving_inputs(robot: Robot, inputs: Inputs) -> Inputs:
     """Return what arrives at the robot when `inputs` are commanded."""
     for effect, values in active(robot):
+        assert isinstance(robot, ContinuumRobot)
         inputs = effect.change_inputs(robot, inputs, values)
     return inputs
 
 
-def observed(robot: ContinuumRobot, postures: tuple[Posture, ...]) -> tuple[Posture, ...]:
+def observed(robot: Robot, postures: tuple[Posture, ...]) -> tuple[Posture, ...]:
     """Return what is measured when the robot is in `postures`."""
     for effect, values in active(robot):
+        assert isinstance(robot, ContinuumRobot)
         postures = effect.change_postures(robot, postures, values)
     return postures
 

@@ -21,6 +21,7 @@ from catheter_sim.mjcf.scene import views
 from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
 from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.kinds import require_continuum
 from catheter_sim.robots.layout import is_planar
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
@@ -225,8 +226,9 @@ class ReachEnv(gymnasium.Env[Any, Any]):
             return None
         simulator = self.plant.simulator
         if self._picture is None:
-            camera = "side" if is_planar(simulator.robot) else "overview"
-            view = next(view for view in views(simulator.robot) if view.name == camera)
+            robot = require_continuum(simulator.robot, "an environment")
+            camera = "side" if is_planar(robot) else "overview"
+            view = next(view for view in views(robot) if view.name == camera)
             reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
             self._picture = TargetPicture(simulator.model, fitted_view(view, reach, *self._size), *self._size)
         return self._picture.draw(self._now.qpos, self.target_m, self.tolerance_m)

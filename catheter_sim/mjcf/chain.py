@@ -6,9 +6,6 @@ Names in the model (i, k count from 1 at the base):
 - joints `x<i>`, `y<i>`, `t<i>` (bending toward +x, toward +y, twist) and `mount`;
 - sites `face_<k>` (centre of disk k's distal face), `tip`, `hole_<tendon>_<k>` (k = 0: base);
 - tendons and actuators `tendon_<tendon>`.
-
-An actuator's control is the tendon's tension [N], or its displacement [m] from just taut at rest
-(pull positive); neither can push.
 """
 
 from __future__ import annotations
@@ -18,12 +15,9 @@ import math
 import mujoco
 import numpy as np
 
-from catheter_sim.errors import InputError
 from catheter_sim.mjcf._backend import mjcf
-from catheter_sim.mjcf.friction_tails import add_friction_tails
 from catheter_sim.mjcf.meshes import tendon_width
-from catheter_sim.mjcf.scene import add_scene, tendon_colour
-from catheter_sim.mjcf.visuals import add_visuals
+from catheter_sim.mjcf.scene import tendon_colour
 from catheter_sim.robots.channels import joint_names
 from catheter_sim.robots.layout import (
     Link,
@@ -39,34 +33,17 @@ from catheter_sim.robots.specification import ContinuumRobot, Tendon
 # robot's bending seen from that tendon: its stretch stays below 0.1 % of the bending's share.
 INEXTENSIBLE_RATIO = 1000.0
 FEED_LENGTH_M = 0.02  # straight run of a tendon before the base, where the mount gives way
-MAX_TENSION_N = 100.0  # control range of a tension actuator
 
 
-def build_mjcf(robot: ContinuumRobot, actuation: str | None = None, friction_tails: bool = False) -> str:
-    """Return a self-contained MJCF model of `robot` as text.
-
-    Args:
-        robot: the robot; its `effects` are not read.
-        actuation: "tension" or "displacement"; default: the robot's own.
-        friction_tails: carry the elements of the reference friction law. The shipped law needs none:
-            it runs beside the model (`catheter_sim.simulation.friction`).
-
-    Raises:
-        InputError: MuJoCo refuses the model.
-    """
-    actuation = actuation or robot.actuation
-    root = mjcf.RootElement(model=_model_name(robot.name))
-    root.compiler.angle = "radian"
-    root.compiler.autolimits = True
-    root.option.timestep = robot.dynamics.timestep_s
-    root.option.integrator = "discrete"
-    root.option.gravity = (0.0, 0.0, 0.0)
-    root.option.flag.contact = "disable"
-    root.custom.add("numeric", name="friction_mu", data=[robot.friction.mu])
-    add_scene(root, robot)
-    bodies = _add_chain(root, robot)
+def add_chain(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Element]:
+    """Add the links, joints and holes of `robot`; return the base and the links' bodies."""
+    bodies = _add_bodies(root, robot)
     _add_holes(root, robot, bodies)
-    add_visuals(root, robot, bodies)
+    return bodies
+
+
+def add_tendons(root: mjcf.RootElement, robot: ContinuumRobot) -> None:
+    """Add the tendons of `robot` through their holes."""
     for index, tendon in enumerate(robot.tendons):
         element = root.tendon.add("spatial", name=f"tendon_{tendon.name}", width=tendon_width(robot))
         element.rgba = tendon_colour(index)
@@ -74,15 +51,6 @@ def build_mjcf(robot: ContinuumRobot, actuation: str | None = None, friction_tai
             element.add("site", site=f"feed_{tendon.name}")
         for k in range(last_disk(robot, tendon) + 1):
             element.add("site", site=f"hole_{tendon.name}_{k}")
-    if friction_tails:
-        add_friction_tails(root, robot)
-    _add_actuators(root, robot, actuation)
-    text = root.to_xml_string(precision=9)
-    try:
-        mujoco.MjModel.from_xml_string(text)
-    except ValueError as error:
-        raise InputError(f"{robot.name}: MuJoCo refuses the model: {' '.join(str(error).split())}") from None
-    return text
 
 
 def rest_angles(robot: ContinuumRobot) -> np.ndarray:
@@ -98,11 +66,7 @@ def rest_angles(robot: ContinuumRobot) -> np.ndarray:
     return np.array(angles)
 
 
-def _model_name(name: str) -> str:
-    return name.replace("/", "_")
-
-
-def _add_chain(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Element]:
+def _add_bodies(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Element]:
     """Add the bodies and joints; return the base and the links' bodies."""
     base = root.worldbody
     if has_mount_slide(robot):
@@ -202,13 +166,11 @@ def drive_stiffness(robot: ContinuumRobot, tendon: Tendon) -> float:
     return INEXTENSIBLE_RATIO / compliance
 
 
-def _add_actuators(root: mjcf.RootElement, robot: ContinuumRobot, actuation: str) -> None:
-    lengths = _rest_lengths(root, robot) if actuation == "displacement" else None
+def add_displacement_actuators(root: mjcf.RootElement, robot: ContinuumRobot) -> None:
+    """Add actuators that take the tendons' displacements; to be called when the tendons are there."""
+    lengths = _rest_lengths(root, robot)
     for index, tendon in enumerate(robot.tendons):
         name = f"tendon_{tendon.name}"
-        if lengths is None:
-            root.actuator.add("motor", name=name, tendon=name, gear=(-1,), ctrlrange=(0, MAX_TENSION_N))
-            continue
         stiffness = drive_stiffness(robot, tendon)
         # force = -pretension - k (displacement + length - rest length), pulls only
         root.actuator.add(

@@ -31,10 +31,14 @@ import numpy as np
 
 from catheter_sim.mjcf.friction_tails import SMALLEST_LIMIT
 from catheter_sim.robots.channels import body_count
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.layout import is_planar, last_disk, links
 from catheter_sim.robots.posture import Array
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.robots.rolling_layout import last_joint, rolling_joints
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.simulation import capstan
+from catheter_sim.simulation.rolling import RodTurns
 
 SWEEPS = 20  # most passes over tendons that share joints, in one step
 SWEEP_TOLERANCE = 1e-4  # they end when no tension changed by more than this share of the largest
@@ -121,7 +125,7 @@ def hinge_spans(robot: ContinuumRobot, model: mujoco.MjModel) -> dict[int, int]:
 class CapstanFriction:
     """The shipped law; see the module's text."""
 
-    def __init__(self, robot: ContinuumRobot, model: mujoco.MjModel, drive_stiffness: Array) -> None:
+    def __init__(self, robot: Robot, model: mujoco.MjModel, drive_stiffness: Array) -> None:
         """Prepare the law.
 
         Args:
@@ -131,14 +135,19 @@ class CapstanFriction:
                 given, shape (t,) [N/m].
         """
         self._mu = robot.friction.mu
-        self._turns = Turns(robot, model)
         spans, tendons = body_count(robot), len(robot.tendons)
-        self._ends = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
+        self._turns: Turns | RodTurns
+        if isinstance(robot, RollingRobot):
+            self._turns = RodTurns(robot, model)
+            self._ends = np.array([last_joint(robot, rod) for rod in robot.tendons])
+            span_of_dof = {int(model.joint(j.name).dofadr[0]): j.index - 1 for j in rolling_joints(robot)}
+        else:
+            self._turns = Turns(robot, model)
+            self._ends = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
+            span_of_dof = hinge_spans(robot, model)
         self._inside = np.arange(1, spans + 1) <= self._ends[:, np.newaxis]  # (t, n)
-        span_of_dof = hinge_spans(robot, model)
-        self._rows = TendonRows(
-            model, [f"tendon_{tendon.name}" for tendon in robot.tendons], set(span_of_dof)
-        )
+        names = [f"tendon_{tendon.name}" for tendon in robot.tendons]
+        self._rows = TendonRows(model, names, set(span_of_dof))
         self._span = np.array([span_of_dof[int(dof)] for dof in self._rows.columns])
         self._timestep = float(model.opt.timestep)
         self._drive = drive_stiffness * self._timestep

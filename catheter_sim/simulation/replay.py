@@ -11,8 +11,8 @@ from tqdm import tqdm
 
 from catheter_sim.errors import SimulationDiverged
 from catheter_sim.robots.channels import Inputs, slice_inputs
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.simulation.simulator import Simulator
 
 RAMP_S = 2.0  # simulated time from one held row to the next
@@ -39,7 +39,7 @@ class SimulationRun:
 
 
 def simulate(
-    robot: ContinuumRobot,
+    robot: Robot,
     inputs: Inputs,
     gravity_mps2: Array,
     dynamic: bool = False,
@@ -65,8 +65,6 @@ def simulate(
     """
     simulator = Simulator(robot, inputs.actuation, gravity_mps2, friction, inertia=dynamic)
     gravity = np.asarray(gravity_mps2, dtype=float)
-    if gravity.any():
-        simulator.settle()
     postures: list[Posture] = []
     at_rest: list[bool] = []
     failure = None
@@ -78,7 +76,9 @@ def simulate(
         if dynamic:
             duration = float(inputs.time_s[row] - (inputs.time_s[row - 1] if row else inputs.time_s[0]))
         try:
-            _ramp(simulator, before, wrench[row], duration)
+            if row == 0 and gravity.any():
+                simulator.settle()
+            _ramp(simulator, before, wrench[row], duration, eased=not dynamic)
             at_rest.append(True if dynamic else simulator.settle())
             simulator.require_finite()
         except SimulationDiverged as error:
@@ -98,12 +98,17 @@ def simulate(
     )
 
 
-def _ramp(simulator: Simulator, start: Array, end: Array, duration_s: float) -> None:
-    """Move the inputs linearly from `start` to `end`."""
+def _ramp(simulator: Simulator, start: Array, end: Array, duration_s: float, eased: bool) -> None:
+    """Move the inputs along the straight line from `start` to `end`.
+
+    Eased, they slow down toward the end, so that the robot has caught up with them when they stop: dry
+    friction would remember by how much it lagged.
+    """
     tendons = len(simulator.robot.tendons)
     steps = round(duration_s / simulator.model.opt.timestep)
     for i in range(1, steps + 1):
-        now = start + (end - start) * (1.0 - (1.0 - i / steps) ** 3)
+        share = 1.0 - (1.0 - i / steps) ** 3 if eased else i / steps
+        now = start + (end - start) * share
         simulator.set_inputs(now[:tendons], now[tendons : tendons + 3], now[tendons + 3 :])
         simulator.step()
     simulator.set_inputs(end[:tendons], end[tendons : tendons + 3], end[tendons + 3 :])

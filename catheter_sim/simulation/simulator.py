@@ -7,12 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from catheter_sim.errors import SimulationDiverged, unknown
-from catheter_sim.mjcf.chain import build_mjcf
+from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.robots.channels import body_count, joint_names
+from catheter_sim.robots.kinds import Robot, require_continuum
 from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.simulation.elastic_law import ElasticRemainder
 from catheter_sim.simulation.friction import CapstanFriction, Friction, NestedFriction
+from catheter_sim.simulation.rolling import RodElasticity, Rolling
 
 FRICTION_ROUTES = ("capstan", "nested", "none")
 # Reference friction law only. MuJoCo softens a friction constraint by R = (1 - d)/d A, where d is at
@@ -44,7 +46,7 @@ class Simulator:
 
     def __init__(
         self,
-        robot: ContinuumRobot,
+        robot: Robot,
         actuation: str | None = None,
         gravity_mps2: ArrayLike = ZERO_WRENCH,
         friction: str = "capstan",
@@ -66,6 +68,8 @@ class Simulator:
         if friction not in FRICTION_ROUTES:
             raise unknown("friction route", friction, FRICTION_ROUTES)
         nested = friction == "nested" and robot.friction.mu > 0
+        if nested:
+            require_continuum(robot, "the nested reference of friction")
         self.robot = robot
         self.actuation = actuation or robot.actuation
         self.model = mujoco.MjModel.from_xml_string(build_mjcf(robot, self.actuation, nested))
@@ -88,13 +92,22 @@ class Simulator:
         self._gain = self.model.actuator_gainprm[:, 0].copy()
         self._bias, self._length_gain = self.model.actuator_biasprm[:, :2].T.copy()
         self._ctrl_before = np.zeros(self.model.nu)
-        self._elastic = ElasticRemainder(robot, self.model)
+        self._rolling: Rolling | None = None
+        self._elastic: ElasticRemainder | RodElasticity
+        if isinstance(robot, RollingRobot):
+            self._rolling = Rolling(robot, self.model)
+            self._elastic = RodElasticity(robot, self.model)
+        else:
+            self._elastic = ElasticRemainder(robot, self.model)
+        # Control ranges are for sliders; a simulation takes what it is given.
+        self.model.actuator_ctrllimited[:] = 0
         self._friction: Friction | None = None
         if robot.friction.mu > 0 and friction != "none":
             drive = np.zeros(len(robot.tendons)) if self._tension_driven else -self._length_gain
-            self._friction = (
-                NestedFriction(robot, self.model) if nested else CapstanFriction(robot, self.model, drive)
-            )
+            if nested:
+                self._friction = NestedFriction(require_continuum(robot, "nested"), self.model)
+            else:
+                self._friction = CapstanFriction(robot, self.model, drive)
         self.reset()
 
     def reset(self) -> None:
@@ -104,6 +117,8 @@ class Simulator:
         if self._friction is not None:
             self._friction.reset()
         self.data.qpos[:] = self.model.qpos_spring
+        if self._rolling is not None:
+            self._rolling.place(self.data)
         mujoco.mj_forward(self.model, self.data)
 
     def set_inputs(
@@ -136,6 +151,8 @@ class Simulator:
                 mujoco.mj_step(model, data)
             return
         for _ in range(count):
+            if self._rolling is not None:
+                self._rolling.place(data)
             mujoco.mj_step1(model, data)
             if not self._tension_driven:
                 self._let_taut_tendons_slacken()
@@ -209,6 +226,8 @@ class Simulator:
     def posture(self) -> Posture:
         """Return where the robot is now."""
         spans = self.span_tension()
+        if self._rolling is not None:
+            self._rolling.place(self.data)
         mujoco.mj_fwdPosition(self.model, self.data)
         return Posture(
             p_w=self.data.site_xpos[self._faces].copy(),

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.checks import disks
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.specification import ContinuumRobot, Segment, Tendon
 from catheter_sim.statics.arc_equilibrium import ArcRobots, ArcStates, Load, LoadOf, solve_rows
@@ -64,9 +65,9 @@ def constant_curvature(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Arra
     return StaticRun(MODEL, inputs, gravity, postures(robot, robots, states), states.residual[0])
 
 
-def applies_to(robot: ContinuumRobot) -> bool:
-    """Return True: every robot's segments can be taken for arcs."""
-    return True
+def applies_to(robot: Robot) -> bool:
+    """Return whether `robot` is a continuum robot: each of its segments can be taken for an arc."""
+    return isinstance(robot, ContinuumRobot)
 
 
 def arc_robots(robots: Sequence[ContinuumRobot], straight_between_disks: bool = False) -> ArcRobots:

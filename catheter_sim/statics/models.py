@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from catheter_sim.robots.channels import Inputs
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.statics import constant_curvature
 from catheter_sim.statics.exact_arm import fkm_exact_arm
 from catheter_sim.statics.kato import fkm, fkm_stick, pcca
@@ -29,8 +30,8 @@ class StaticModel:
 
     name: str
     summary: str
-    solve: Callable[[ContinuumRobot, Inputs, Array], StaticRun]
-    applies_to: Callable[[ContinuumRobot], bool]
+    solve: Callable[[Any, Inputs, Array], StaticRun]  # takes the kind of robot that it applies to
+    applies_to: Callable[[Robot], bool]
 
 
 _MODELS = (

@@ -14,6 +14,7 @@ import numpy as np
 
 from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs, joint_names
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.layout import last_disk, links
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.specification import ContinuumRobot, Segment
@@ -76,9 +77,11 @@ class Drive:
         return bool(np.any(self.face_force[:, [0, 2]])) or self.tip_moment != 0.0
 
 
-def bends_in_plane(robot: ContinuumRobot) -> bool:
-    """Return whether every segment of `robot` bends in the xz plane only."""
-    return all(segment.bending_axes == "x" for segment in robot.segments)
+def bends_in_plane(robot: Robot) -> bool:
+    """Return whether `robot` is a continuum robot whose every segment bends in the xz plane only."""
+    return isinstance(robot, ContinuumRobot) and all(
+        segment.bending_axes == "x" for segment in robot.segments
+    )
 
 
 def planar_chain(robot: ContinuumRobot, model: str) -> PlanarChain:

@@ -10,6 +10,7 @@ import numpy as np
 from catheter_sim.resources import assets_folder
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.posture import Array
+from catheter_sim.robots.spacer_disk import spacer_disk
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.statics.constant_curvature import constant_curvature
 from catheter_sim.validation import plots
@@ -38,7 +39,7 @@ def validate_spacer_disk(folder: Path) -> Validation:
         )
         for links, expected in EXPECTED_PERCENT.items()
     ]
-    arc = tips_mm(constant_curvature(load_robot("spacer_disk"), given(tensions), NO_GRAVITY).postures)
+    arc = tips_mm(constant_curvature(spacer_disk(), given(tensions), NO_GRAVITY).postures)
     lines.append(
         Line(
             "spacer_disk",

@@ -10,7 +10,7 @@ import pytest
 from drive import rows_to_inputs, tips_mm
 
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.mjcf.chain import build_mjcf
+from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import joint_names
 from catheter_sim.simulation.replay import simulate

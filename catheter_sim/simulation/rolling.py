@@ -1,0 +1,77 @@
+"""What a robot of rolling joints needs beside its MuJoCo model: rolling, elastic rods, turns.
+
+Rolling. With the arc's radius R (that of the side it leans to) and the bend angle theta, the contact
+lies at line + R theta on the flat below and at (line + R sin theta, R (1 - cos theta)) in the link's
+own frame; a link hung there on a hinge must be shifted by (R (theta - sin theta), -R (1 - cos theta))
+against the flat for the hinge to put it where pure rolling does. See `catheter_sim.mjcf.rolling`.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.robots.rolling_layout import rolling_joints
+from catheter_sim.statics.rolling.chain import rolling_chain
+from catheter_sim.statics.rolling.joint import active_radius
+from catheter_sim.statics.rolling.rods import elastic_moments, spans, turns
+
+
+class Rolling:
+    """Keeps the hinges of a model at the contacts of its rolling joints."""
+
+    def __init__(self, robot: RollingRobot, model: mujoco.MjModel) -> None:
+        self._model = model
+        self._chain = rolling_chain(robot)
+        joints = rolling_joints(robot)
+        self._joint = np.array([model.joint(joint.name).id for joint in joints])
+        self._body = np.array([model.body(f"link_{joint.index}").id for joint in joints])
+        self._qpos = model.jnt_qposadr[self._joint]
+        self._flat = np.concatenate([[0.0], self._chain.link_length[:-1]])
+
+    def place(self, data: mujoco.MjData) -> None:
+        """Put hinges and links where pure rolling has them at the present angles."""
+        chain, model = self._chain, self._model
+        theta = data.qpos[self._qpos]
+        radius = active_radius(theta, chain.radius_positive, chain.radius_negative)
+        sine, rise = np.sin(theta), radius * (1.0 - np.cos(theta))
+        model.jnt_pos[self._joint, chain.axis] = chain.line + radius * sine
+        model.jnt_pos[self._joint, 2] = rise
+        model.body_pos[self._body, chain.axis] = radius * (theta - sine)
+        model.body_pos[self._body, 2] = self._flat - rise
+
+
+class RodElasticity:
+    """The moments with which rods and sleeve resist bending (chest_tube_2025, Eq. 8)."""
+
+    needed = True
+
+    def __init__(self, robot: RollingRobot, model: mujoco.MjModel) -> None:
+        self._chain = rolling_chain(robot)
+        names = [joint.name for joint in rolling_joints(robot)]
+        self._qpos = np.array([model.joint(name).qposadr[0] for name in names])
+        self._dofs = np.array([model.joint(name).dofadr[0] for name in names])
+
+    def apply(self, data: mujoco.MjData) -> None:
+        """Add the moments to `data.qfrc_applied`."""
+        theta = np.clip(data.qpos[self._qpos], self._chain.low, self._chain.high)
+        moment, _ = elastic_moments(self._chain, theta, spans(self._chain, theta))
+        data.qfrc_applied[self._dofs] -= moment
+
+
+class RodTurns:
+    """The angles by which the pulled rods turn in the links (chest_tube_2025, Eqs 2-4)."""
+
+    def __init__(self, robot: RollingRobot, model: mujoco.MjModel) -> None:
+        self._chain = rolling_chain(robot)
+        names = [joint.name for joint in rolling_joints(robot)]
+        self._qpos = np.array([model.joint(name).qposadr[0] for name in names])
+        self._turn = np.zeros((self._chain.pulled, self._chain.joints))
+
+    def __call__(self, data: mujoco.MjData) -> Array:
+        """Return the turn before each gap, shape (t, n) [rad]: that in the link below; none in the base."""
+        angle, _ = turns(self._chain, data.qpos[self._qpos])
+        self._turn[:, 1:] = np.abs(angle[: self._chain.pulled, :-1])
+        return self._turn

@@ -1,0 +1,200 @@
+"""The static models `complete` and `virtual_work`: the same robot, balanced in two ways.
+
+`complete` takes the Newton-Euler balance of every link, compiled (`kernel`); `virtual_work` the
+principle of virtual work, in plain NumPy. They agree to rounding. Neither shows the buckling of the
+even joints that the printed balance of chest_tube_2025 has (`printed`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.errors import InputError
+from catheter_sim.robots.channels import Inputs
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.statics.balance import NoEquilibrium
+from catheter_sim.statics.planar_chain import row_name
+from catheter_sim.statics.result import StaticRun
+from catheter_sim.statics.rolling import kernel
+from catheter_sim.statics.rolling import virtual_work as by_virtual_work
+from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
+from catheter_sim.statics.rolling.history import Stretch, postures, require_tensions, stretches
+from catheter_sim.statics.rolling.loads import LinkForce, loads
+
+_SHORTEST_STEP = 1e-4  # share of the way between two rows
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Equilibria of one robot, one a row.
+
+    Attributes:
+        theta: bend angles, shape (r, n) [rad].
+        at_joint: tension of the pulled rods in each joint's gap, shape (r, t, n) [N].
+        link_length: as compressed, shape (r, n) [m].
+        unbalanced: moment left at each joint, shape (r, n) [N m].
+    """
+
+    theta: Array
+    at_joint: Array
+    link_length: Array
+    unbalanced: Array
+
+
+def complete(
+    robot: RollingRobot, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+) -> StaticRun:
+    """Return the postures by the complete Newton-Euler balance, with the friction's history.
+
+    The history is that of each rod alone (`rods.tensions`): where several rods are pulled against one
+    another, or a load moves the robot while a rod is held, Coulomb's law may ask for something else.
+
+    Args:
+        robot: a robot of rolling joints.
+        inputs: tensions of its rods, and optionally tip force and moment.
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        others: further forces, steady from the start.
+
+    Raises:
+        InputError: displacement inputs, or no posture balances a row.
+    """
+    return _run("complete", robot, inputs, gravity_mps2, others)
+
+
+def virtual_work(
+    robot: RollingRobot, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+) -> StaticRun:
+    """Return the postures by virtual work; arguments, history and errors as in `complete`."""
+    return _run("virtual_work", robot, inputs, gravity_mps2, others)
+
+
+def solve_history(
+    chain: RollingChain, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+) -> Solved:
+    """Return the equilibria of every row, one after another, by the complete balance.
+
+    Raises:
+        InputError: no posture balances a row.
+    """
+    packed = kernel.pack(chain)
+    n, t = chain.joints, chain.pulled
+    theta, length, kept = chain.rest_angle.copy(), chain.link_length.copy(), np.zeros((t, n))
+    at_joint, value = np.empty((t, n)), np.empty(n)
+    rows = []
+    for row, way in enumerate(stretches(chain, inputs, gravity_mps2, others)):
+        reached = kernel.advance(
+            *(packed.joint, packed.rod, packed.stiffness, packed.pulled, packed.mu),
+            *(way.drive_from, way.drive_to, theta, kept, length),
+            *(way.loads_to.link, way.loads_to.point, way.loads_from.force, way.loads_to.force),
+            *(way.loads_from.tip_moment, way.loads_to.tip_moment, way.steps, at_joint, value),
+        )
+        if reached < 1.0:
+            raise _no_equilibrium("complete", inputs, row)
+        rows.append((theta.copy(), at_joint.copy(), length.copy(), value.copy()))
+    return _solved(rows)
+
+
+def solve_loaded(
+    chain: RollingChain,
+    tension: Array,
+    gravity_mps2: Array,
+    force_tip: Array | None = None,
+    moment_tip: Array | None = None,
+) -> Solved:
+    """Return the equilibria of a batch of tensions, each loaded from rest: no history but its own.
+
+    Args:
+        chain: the robot.
+        tension: at the actuator, shape (b, t) [N].
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        force_tip, moment_tip: the same for all, shape (3,) [N], [N m].
+
+    Raises:
+        InputError: no posture balances one of them.
+    """
+    packed = kernel.pack(chain)
+    acting = loads(chain, gravity_mps2, force_tip, moment_tip)
+    b, n, t = len(tension), chain.joints, chain.pulled
+    order = np.argsort(tension.sum(axis=1), kind="stable")  # neighbours are good starts for one another
+    drive = np.ascontiguousarray(tension[order], dtype=float)
+    theta, length, value = np.empty((b, n)), np.empty((b, n)), np.empty((b, n))
+    at_joint = np.empty((b, t, n))
+    failed = kernel.load_batch(
+        *(packed.joint, packed.rod, packed.stiffness, packed.pulled, packed.mu, drive, length),
+        *(acting.link, acting.point, acting.force, acting.tip_moment, theta, at_joint, value),
+    )
+    if failed >= 0:
+        raise InputError(
+            f"static model 'complete': no posture balances the tensions {tension[order[failed]].tolist()} N"
+        )
+    back = np.argsort(order, kind="stable")
+    return Solved(theta[back], at_joint[back], length[back], value[back])
+
+
+def solve_history_by_virtual_work(
+    chain: RollingChain, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+) -> Solved:
+    """Return the equilibria of every row by virtual work; as `solve_history`."""
+    theta, kept = chain.rest_angle.copy(), np.zeros((chain.pulled, chain.joints))
+    rows = []
+    for row, way in enumerate(stretches(chain, inputs, gravity_mps2, others)):
+        try:
+            found = _follow(chain, way, theta, kept)
+        except NoEquilibrium:
+            raise _no_equilibrium("virtual_work", inputs, row) from None
+        theta, kept = found.theta, found.tension.above
+        rows.append((theta, found.tension.at_joint, found.link_length, found.unbalanced))
+    return _solved(rows)
+
+
+def _follow(chain: RollingChain, way: Stretch, theta: Array, kept: Array) -> by_virtual_work.Balance:
+    """Return the equilibrium at the end of `way`; steps are halved where none is found."""
+    done, stride = 0.0, 1.0 / way.steps
+    while True:
+        part = done + stride
+        part = 1.0 if part > 1.0 - 1e-9 else part
+        drive, acting = way.at(part)
+        try:
+            found = by_virtual_work.equilibrium(chain, drive, acting, theta, kept)
+        except NoEquilibrium:
+            stride *= 0.5
+            if stride < _SHORTEST_STEP:
+                raise
+            continue
+        theta, kept, done = found.theta, found.tension.above, part
+        if done == 1.0:
+            return found
+
+
+def _run(
+    model: str,
+    robot: RollingRobot,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    others: Sequence[LinkForce],
+) -> StaticRun:
+    require_tensions(inputs, model)
+    chain = rolling_chain(robot)
+    gravity = np.asarray(gravity_mps2, dtype=float)
+    solve = solve_history if model == "complete" else solve_history_by_virtual_work
+    solved = solve(chain, inputs, gravity, others)
+    found = postures(chain, inputs, gravity, solved.theta, solved.at_joint, solved.link_length)
+    residual = np.abs(solved.unbalanced).max(axis=1)
+    return StaticRun(model, inputs, gravity, tuple(found), residual)
+
+
+def _solved(rows: list[tuple[Array, Array, Array, Array]]) -> Solved:
+    """Return the rows after the one at rest."""
+    theta, at_joint, length, value = (np.array(column) for column in zip(*rows, strict=True))
+    return Solved(theta[1:], at_joint[1:], length[1:], value[1:])
+
+
+def _no_equilibrium(model: str, inputs: Inputs, row: int) -> InputError:
+    place = row_name(inputs, row - 1) if row else "at rest under its weight"
+    return InputError(f"{place}: static model {model!r}: no posture close by balances rods and loads")
+
+

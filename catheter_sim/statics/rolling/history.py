@@ -1,0 +1,125 @@
+"""From rows of inputs to steps of what acts, and from solved angles to postures.
+
+A trial starts at rest: zero inputs, no friction history, weight already acting. Between rows the
+inputs move linearly, in steps so small that their number does not matter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from catheter_sim.errors import InputError
+from catheter_sim.robots.channels import Inputs
+from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.statics.rolling import rods
+from catheter_sim.statics.rolling.chain import RollingChain
+from catheter_sim.statics.rolling.kinematics import frames
+from catheter_sim.statics.rolling.loads import LinkForce, Loads, loads
+
+# A step's change of inputs would bend the softest joint by at most this much, were it alone.
+# Halving it moves the tip of `chest_tube_section` by at most 2 um over its nominal tables.
+STEP_BEND_RAD = 0.04
+_MAX_STEPS = 2000  # between two rows
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """The way from one row of inputs to the next.
+
+    Attributes:
+        drive_from, drive_to: tension at the actuator, shape (t,) [N].
+        loads_from, loads_to: on the links.
+        steps: how many.
+    """
+
+    drive_from: Array
+    drive_to: Array
+    loads_from: Loads
+    loads_to: Loads
+    steps: int
+
+    def at(self, part: float) -> tuple[Array, Loads]:
+        """Return what acts at a share of the way."""
+
+        def blend(start: Array, end: Array) -> Array:
+            return start + part * (end - start)
+
+        force = blend(self.loads_from.force, self.loads_to.force)
+        moment = blend(self.loads_from.tip_moment, self.loads_to.tip_moment)
+        drive = blend(self.drive_from, self.drive_to)
+        return drive, replace(self.loads_to, force=force, tip_moment=moment)
+
+
+def is_rolling(robot: object) -> bool:
+    """Return whether `robot` is one of rolling joints."""
+    return isinstance(robot, RollingRobot)
+
+
+def require_tensions(inputs: Inputs, model: str) -> None:
+    """Raise `InputError` where the inputs are displacements."""
+    if inputs.actuation != "tension":
+        raise InputError(f"static model {model!r}: takes tension inputs only")
+
+
+def stretches(
+    chain: RollingChain, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+) -> Iterator[Stretch]:
+    """Yield the way to rest under the weight and `others` alone, then the way to each row of inputs."""
+    drive, acting = np.zeros(chain.pulled), loads(chain, gravity_mps2, others=others)
+    yield Stretch(drive, drive, acting, acting, 1)
+    softest = float(rods.elastic_moments(chain, chain.rest_angle, rods.spans(chain, chain.rest_angle))[1].min())
+    arm = float(np.abs(chain.offset).max())
+    reach = float(chain.link_length.sum())
+    for row in range(len(inputs)):
+        next_drive = inputs.tendon[row]
+        following = loads(chain, gravity_mps2, inputs.force_tip[row], inputs.moment_tip[row], others)
+        change = (
+            arm * np.abs(next_drive - drive).sum()
+            + reach * float(np.linalg.norm(following.force - acting.force))
+            + float(np.linalg.norm(following.tip_moment - acting.tip_moment))
+        )
+        steps = min(max(math.ceil(change / (softest * STEP_BEND_RAD)), 1), _MAX_STEPS)
+        yield Stretch(drive, next_drive, acting, following, steps)
+        drive, acting = next_drive, following
+
+
+def postures(
+    chain: RollingChain,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    theta: Array,
+    at_joint: Array,
+    link_length: Array | None = None,
+) -> list[Posture]:
+    """Return the postures of every row, the base pressed into the mount by all that acts.
+
+    Args:
+        chain: the robot.
+        inputs: the rows.
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        theta: bend angles, shape (r, n) [rad].
+        at_joint: tension of the pulled rods in each joint's gap, shape (r, t, n) [N].
+        link_length: as compressed, shape (r, n) [m].
+    """
+    links = frames(chain, theta, link_length)
+    weight = float(chain.mass.sum() * gravity_mps2[2])
+    pressed = weight + inputs.force_tip[:, 2] - inputs.tendon.sum(axis=1)
+    shift = np.zeros((len(inputs), 1, 3))
+    shift[:, 0, 2] = pressed / chain.robot.mount.axial_stiffness_N_per_m
+    face = links.face + shift
+    inside = np.where(chain.passes[: chain.pulled], at_joint, np.nan)
+    return [
+        Posture(
+            p_w=face[row],
+            R_w=links.R_w[row],
+            joint_angles=theta[row],
+            actuator_tension=inputs.tendon[row],
+            tendon_tension=inside[row],
+        )
+        for row in range(len(inputs))
+    ]

@@ -1,0 +1,320 @@
+"""The static model of chest_tube_2025 (doi 10.1109/LRA.2025.3597860) as printed, Eqs 1 to 24.
+
+Repairs, the least that make it solvable:
+
+1. Eqs 13, 14: arcsin(A/R) for arcsin(R/A), which exceeds 1 (`joint.hole_angle`).
+2. Eqs 15, 16: the gap's exact height for both signs of theta; as printed each side's rod has the
+   radius of its own side, whichever arc the link rolls on (`joint.gap_length`).
+3. Eq. 17: -R sin theta for even links, whose x axis is mirrored (`joint.contact_on_profile`).
+4. Eq. 2: A^t, defined nowhere, is A^l (`joint.turn`).
+5. Eqs 18, 22: L^tl, defined nowhere, is the hole's length L - R^l (1 - cos alpha), so that P^N is the
+   hole's middle, as the text says.
+6. Eq. 7 is 0/0 at mu = 0; its limit F phi is taken there.
+7. Eq. 8 is 0/0 at theta = 0; sin(theta)/h is taken (`joint.rod_curvature`).
+8. The text's Fig. 8(a) for the odd links is Fig. 6(a).
+
+What is *not* repaired is what makes the even joints buckle (Fig. 13). Eq. 9 leaves out the elastic
+moment with which the next joint's rods turn a link further. Eqs 10 and 11 balance forces along the
+link only, so that the reaction at the base grows beyond the actuator's tension, where a robot that
+its rods alone hold needs just that tension; and of the distal links' weight only the part along each
+link is passed down. `Terms` adds what is missing, one by one. Eqs 10 and 11 also leave out F^ext,
+which stands in Eq. 9; it is used so.
+
+The model has no memory: every row is read as loading (Eq. 1). Several rods, as the full robot has
+them, are summed; a joint's balance is taken in its own plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import exprel
+
+from catheter_sim.errors import InputError
+from catheter_sim.robots.channels import Inputs
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.statics.balance import NoEquilibrium
+from catheter_sim.statics.result import StaticRun
+from catheter_sim.statics.rolling import rods
+from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
+from catheter_sim.statics.rolling.history import postures, require_tensions
+from catheter_sim.statics.rolling.joint import active_radius, contact_on_profile
+from catheter_sim.statics.rolling.kinematics import Frames, frames
+from catheter_sim.statics.rolling.newton import balanced
+
+MODEL = "printed"
+_STEPS = 24  # from rest to each row; the even joints turn back on the way
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What the printed balance leaves out, and may be given back.
+
+    Attributes:
+        next_moment: the elastic moment of the next joint's rods, in Eq. 9.
+        across: the balance across the link, beside Eqs 10 and 11, and in Eq. 9 the shear that the next
+            joint passes down; with it the whole weight and tip force of what lies beyond.
+    """
+
+    next_moment: bool = False
+    across: bool = False
+
+
+AS_PRINTED = Terms()
+
+
+@dataclass(frozen=True)
+class _Varied:
+    """A value per configuration and its derivative by the bend angles, shapes (b, ...) and (b, ..., n)."""
+
+    value: Array
+    slope: Array
+
+    def __add__(self, other: _Varied) -> _Varied:
+        return _Varied(self.value + other.value, self.slope + other.slope)
+
+    def __sub__(self, other: _Varied) -> _Varied:
+        return _Varied(self.value - other.value, self.slope - other.slope)
+
+    def __mul__(self, other: _Varied) -> _Varied:
+        return _Varied(
+            self.value * other.value, self.value[..., None] * other.slope + other.value[..., None] * self.slope
+        )
+
+
+@dataclass(frozen=True)
+class PrintedBalance:
+    """The printed balance in given postures; leading dimension b is the batch.
+
+    Attributes:
+        unbalanced: moment left at each joint (Eq. 9), shape (b, n) [N m].
+        jacobian: its derivative by the bend angles, shape (b, n, n) [N m/rad].
+        reaction: F^R_i of each joint along the normal of the link below (Eqs 10, 11), (b, n) [N].
+        tension: in each joint's gap, F_(i-1), shape (b, t, n) [N].
+    """
+
+    unbalanced: Array
+    jacobian: Array
+    reaction: Array
+    tension: Array
+
+
+def printed(robot: RollingRobot, inputs: Inputs, gravity_mps2: Array, terms: Terms = AS_PRINTED) -> StaticRun:
+    """Return the postures by the printed balance.
+
+    Args:
+        robot: a robot of rolling joints.
+        inputs: tensions of its rods, and optionally tip force and moment.
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        terms: what to add to the printed balance.
+
+    Raises:
+        InputError: displacement inputs, or no posture balances a row.
+    """
+    require_tensions(inputs, MODEL)
+    chain = rolling_chain(robot)
+    gravity = np.asarray(gravity_mps2, dtype=float)
+    theta, found = solve_printed(chain, inputs, gravity, terms)
+    run = postures(chain, inputs, gravity, theta, found.tension)
+    return StaticRun(MODEL, inputs, gravity, tuple(run), np.abs(found.unbalanced).max(axis=1))
+
+
+def solve_printed(
+    chain: RollingChain, inputs: Inputs, gravity_mps2: Array, terms: Terms = AS_PRINTED
+) -> tuple[Array, PrintedBalance]:
+    """Return the bend angles of every row, shape (r, n) [rad], and their balance, all rows at once."""
+    theta = np.tile(chain.rest_angle, (len(inputs), 1))
+    try:
+        for part in np.linspace(0.0, 1.0, _STEPS + 1):
+
+            def moments(angles: Array, part: float = part) -> tuple[Array, Array]:
+                acting = printed_balance(
+                    chain,
+                    angles,
+                    part * inputs.tendon,
+                    gravity_mps2,
+                    part * inputs.force_tip,
+                    part * inputs.moment_tip,
+                    terms,
+                )
+                return acting.unbalanced, acting.jacobian
+
+            theta = balanced(moments, theta, chain.low, chain.high)
+    except NoEquilibrium as error:
+        raise InputError(f"static model {MODEL!r}: {error} in one row or more") from None
+    found = printed_balance(
+        chain, theta, inputs.tendon, gravity_mps2, inputs.force_tip, inputs.moment_tip, terms
+    )
+    return theta, found
+
+
+def printed_balance(
+    chain: RollingChain,
+    theta: Array,
+    drive: Array,
+    gravity_mps2: Array,
+    force_tip: Array,
+    moment_tip: Array,
+    terms: Terms = AS_PRINTED,
+) -> PrintedBalance:
+    """Return the balance of Eqs 9 to 11 at the bend angles `theta`.
+
+    Args:
+        chain: the robot.
+        theta: shape (b, n) [rad].
+        drive: tension at the actuator, shape (b, t) [N].
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        force_tip, moment_tip: on the last link, base frame, shape (b, 3) [N], [N m].
+        terms: what to add.
+    """
+    n, b = chain.joints, len(theta)
+    links = frames(chain, theta)
+    elastic, elastic_slope = rods.elastic_moments(chain, theta, rods.spans(chain, theta))
+    at_joint, friction, normal, ended = _rods_on_links(chain, theta, drive)
+    nothing = _Varied(np.zeros(b), np.zeros((b, n)))
+    down, shear = nothing, nothing  # the next joint's reaction, along and across the flat it rolls on
+    value, jacobian, reaction = np.empty((b, n)), np.empty((b, n, n)), np.empty((b, n))
+    for k in reversed(range(n)):
+        x_next = _next_contact(chain, theta, k)
+        x_own, z_own = _own_contact(chain, theta, k)
+        weight_x, weight_z = _in_link(links, k, chain.axis, chain.mass[k] * gravity_mps2)
+        # Eqs 10, 11: along the link, pressed down by the next link, the rods and the weight.
+        along = down - weight_z
+        across = shear - weight_x
+        moment = down * (x_next - x_own) - shear * (_constant(chain.link_length[k], b, n) - z_own)
+        moment += weight_x * (_constant(chain.mass_height[k], b, n) - z_own)
+        moment -= weight_z * (_constant(-chain.line[k], b, n) - x_own)
+        for r in range(chain.pulled):
+            if not chain.passes[r, k]:
+                continue
+            x_rod = _constant(chain.offset[r, k], b, n)
+            top = chain.link_length[k] - chain.countersink[r, k]
+            middle = _constant(0.5 * (chain.mouth[r, k] + top), b, n)  # Eqs 18, 22
+            rubs, pushes = _pick(friction, r, k), _pick(normal, r, k)
+            pulls = _pick(ended, r, k)
+            along += rubs + pulls
+            across -= pushes
+            moment += (rubs + pulls) * (x_rod - x_own) + pushes * (middle - z_own)
+        if k == n - 1:
+            tip_x, tip_z = _in_link(links, k, chain.axis, force_tip)
+            if terms.across:
+                along -= tip_z
+                across -= tip_x
+            tip_height = _constant(chain.link_length[k], b, n)
+            moment += tip_x * (tip_height - z_own) - tip_z * (_constant(-chain.line[k], b, n) - x_own)
+            moment += _about_axis(links, k, moment_tip)
+        elif terms.next_moment and chain.axis[k] == chain.axis[k + 1]:
+            moment += _single(elastic[:, k + 1], elastic_slope[:, k + 1], k + 1, n)
+        moment -= _single(elastic[:, k], elastic_slope[:, k], k, n)
+        value[:, k], jacobian[:, k] = moment.value, moment.slope
+        sine, cosine = np.sin(theta[:, k]), np.cos(theta[:, k])
+        if terms.across:
+            turn_sine, turn_cosine = _single(sine, cosine, k, n), _single(cosine, -sine, k, n)
+            down = along * turn_cosine - across * turn_sine
+            shear = along * turn_sine + across * turn_cosine
+        else:
+            down = along * _single(1.0 / cosine, sine / cosine**2, k, n)
+        reaction[:, k] = down.value
+        if k and chain.axis[k] != chain.axis[k - 1]:
+            shear = nothing  # across the plane of the joint below
+    return PrintedBalance(value, jacobian, reaction, at_joint)
+
+
+def _rods_on_links(
+    chain: RollingChain, theta: Array, drive: Array
+) -> tuple[Array, _Varied, _Varied, _Varied]:
+    """Return tensions, friction and normal forces of the rods on their links (Eqs 1, 5, 6, 7).
+
+    Returns:
+        tension in each joint's gap (b, t, n); friction along the hole; normal force, positive toward
+        positive bending; and the tension with which a rod pulls at the link in which it ends.
+    """
+    b, n, t = len(theta), chain.joints, chain.pulled
+    turn, turn_slope = (item[:, :t] for item in rods.turns(chain, theta))
+    # Toward the rod's own side; in the neutral plane toward the side to which the rod turns.
+    side = np.where(chain.side[:t] == 0.0, np.where(turn < 0.0, -1.0, 1.0), chain.side[:t])
+    phi, phi_slope = side * turn, side * turn_slope
+    mu = chain.mu
+    shape = (b, t, n)
+    at_joint, rub, push, pull = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    rub_slope, push_slope, pull_slope = (np.zeros((*shape, n)) for _ in range(3))
+    below, slope = np.asarray(drive, dtype=float), np.zeros((b, t, n))
+    for k in range(n):
+        passes = chain.passes[:t, k]
+        below = np.where(passes, below, 0.0)
+        slope = np.where(passes[:, None], slope, 0.0)
+        at_joint[:, :, k] = below
+        factor = np.exp(-mu * phi[:, :, k])
+        above, above_slope = below * factor, slope * factor[..., None]
+        above_slope[..., k] -= mu * phi_slope[:, :, k] * above
+        rub[:, :, k] = below - above  # Eq. 6
+        rub_slope[:, :, k] = slope - above_slope
+        per_tension = phi[:, :, k] * exprel(-mu * phi[:, :, k])  # Eq. 7, phi at mu = 0
+        push[:, :, k] = side[:, :, k] * below * per_tension
+        push_slope[:, :, k] = (side[:, :, k] * per_tension)[..., None] * slope
+        push_slope[:, :, k, k] += side[:, :, k] * below * factor * phi_slope[:, :, k]
+        ends = chain.last[:t] == k + 1
+        pull[:, :, k] = np.where(ends, above, 0.0)
+        pull_slope[:, :, k] = np.where(ends[:, None], above_slope, 0.0)
+        below, slope = above, above_slope
+    return at_joint, _Varied(rub, rub_slope), _Varied(push, push_slope), _Varied(pull, pull_slope)
+
+
+def _pick(item: _Varied, r: int, k: int) -> _Varied:
+    return _Varied(item.value[:, r, k], item.slope[:, r, k])
+
+
+def _constant(value: float, b: int, n: int) -> _Varied:
+    return _Varied(np.full(b, value), np.zeros((b, n)))
+
+
+def _single(value: Array, slope: Array, k: int, n: int) -> _Varied:
+    """Return a value that depends on joint k alone."""
+    slopes = np.zeros((len(value), n))
+    slopes[:, k] = slope
+    return _Varied(np.array(value), slopes)
+
+
+def _own_contact(chain: RollingChain, theta: Array, k: int) -> tuple[_Varied, _Varied]:
+    """Return x and z of O_k (Eq. 17) in link k's frame."""
+    radius = active_radius(theta[:, k], chain.radius_positive[k], chain.radius_negative[k])
+    x, z = contact_on_profile(theta[:, k], radius)
+    n = chain.joints
+    return _single(x, radius - z, k, n), _single(z, x, k, n)
+
+
+def _next_contact(chain: RollingChain, theta: Array, k: int) -> _Varied:
+    """Return x of P^F_k (Eqs 20, 24): where the next link touches link k's flat, from link k's line.
+
+    A joint of the other plane touches along this plane; its middle is taken, on the axis.
+    """
+    n, b = chain.joints, len(theta)
+    if k == n - 1 or chain.axis[k] != chain.axis[k + 1]:
+        return _constant(-chain.line[k], b, n)
+    angle = theta[:, k + 1]
+    radius = active_radius(angle, chain.radius_positive[k + 1], chain.radius_negative[k + 1])
+    return _single(chain.line[k + 1] - chain.line[k] + radius * angle, radius, k + 1, n)
+
+
+def _in_link(links: Frames, k: int, axes: np.ndarray, force: Array) -> tuple[_Varied, _Varied]:
+    """Return a base-frame force in link k's plane, across and along: psi of Eqs 10 and 11."""
+    n = links.axis.shape[-2]
+    result = []
+    for column in (axes[k], 2):
+        direction = links.R_w[:, k, :, column]
+        slope = np.zeros((len(direction), n))
+        moved = np.cross(links.axis[:, : k + 1], direction[:, None, :])
+        slope[:, : k + 1] = np.einsum("bji,bi->bj", moved, np.broadcast_to(force, direction.shape))
+        result.append(_Varied(np.einsum("bi,bi->b", direction, np.broadcast_to(force, direction.shape)), slope))
+    return result[0], result[1]
+
+
+def _about_axis(links: Frames, k: int, moment: Array) -> _Varied:
+    """Return the part of a base-frame moment about joint k's axis."""
+    n = links.axis.shape[-2]
+    axis = links.axis[:, k]
+    slope = np.zeros((len(axis), n))
+    slope[:, :k] = np.einsum("bji,bi->bj", np.cross(links.axis[:, :k], axis[:, None, :]), moment)
+    return _Varied(np.einsum("bi,bi->b", axis, moment), slope)
