@@ -27,7 +27,7 @@ PAYS_ERRORS = 2.0  # standard errors by which a cause must lower the squared err
 PAYS_SHARE = 0.02  # share of the root mean square by which it must lower it
 FINALISTS = 3
 RIVALS = 2  # fitted in the place of each chosen cause
-_RIVAL_COST = 2.0  # a rival's squared error after one step, over that of the choice, still worth a fit
+_RIVAL_COST = 4.0  # a rival's squared error after one step, over that of the choice, still worth a fit
 MOST_CAUSES = 8
 _ROWS = 600  # rows compared in the fits that choose
 
@@ -140,18 +140,22 @@ def select(
         tried += dropped
         if current is not path[-1]:
             path.append(current)
-        groups, swapped = _rivals(pool, problem, current, (*simple, *detailed))
-        tried += swapped
+        if len(current.terms) == 1:
+            rivals = [(current.causes[0], item) for item in singles if item.causes != current.causes]
+        else:
+            rivals = _rivals(pool, problem, current, (*simple, *detailed))
+            tried += [item for _, item in rivals]
+        groups = _alike(current, rivals)
     return Selection(null, tuple(singles), tuple(tried), tuple(path), current, groups)
 
 
 def _rivals(
     pool: Executor | None, problem: Problem, chosen: Fit, variants: Sequence[Term]
-) -> tuple[tuple[tuple[str, ...], ...], list[Fit]]:
-    """Return groups of a chosen cause and those that do as well in its place, and the fits made.
+) -> list[tuple[str, Fit]]:
+    """Return fits in which another effect, the last term, stands in the place of a chosen one.
 
     Every effect not chosen is probed in the place of each chosen one; the best `RIVALS` per place are
-    fitted. Without chosen causes there is nothing to tell apart.
+    fitted.
     """
     named = set(chosen.causes)
     hypotheses = [
@@ -167,13 +171,22 @@ def _rivals(
         mine = [i for i, (cause, _) in enumerate(hypotheses) if cause == name and probes[i][0] < limit]
         picked += sorted(mine, key=lambda i: probes[i][0])[:RIVALS]
     fits = _fit_all(pool, problem, [(hypotheses[i][1], probes[i][1]) for i in picked])
+    return [(hypotheses[index][0], item) for index, item in zip(picked, fits, strict=True)]
+
+
+def _alike(chosen: Fit, rivals: Sequence[tuple[str, Fit]]) -> tuple[tuple[str, ...], ...]:
+    """Return each chosen effect with those that do as well in its place.
+
+    Args:
+        chosen: the chosen hypothesis.
+        rivals: name of a chosen effect, and a fit whose last term stands in its place.
+    """
     groups: dict[str, list[str]] = {}
-    for index, item in zip(picked, fits, strict=True):
-        name = hypotheses[index][0]
+    for name, item in rivals:
         rival = item.terms[-1].effect
         if as_good(chosen, item) and rival not in groups.get(name, []):
             groups.setdefault(name, [name]).append(rival)
-    return tuple(tuple(group) for group in groups.values()), fits
+    return tuple(tuple(group) for group in groups.values())
 
 
 def _next_finalists(

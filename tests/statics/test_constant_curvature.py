@@ -137,7 +137,7 @@ def test_a_soft_mount_shares_the_pretension():
 
 
 def test_equilibrium_is_a_minimum_of_energy():
-    """No small change of bends or base lowers the energy of backbone, tendons and mount, written here anew."""
+    """No small change of bends or base lowers the energy of backbone, tendons and mount."""
     robot = replace(
         one_segment((10.0, 130.0, 250.0), segments=2, stiffness_N_per_m=6e3, pretension_N=0.5),
         mount=Mount(5e4),
@@ -217,7 +217,7 @@ def test_tip_loads_by_virtual_work():
 
 
 def test_weight_is_that_of_the_disks():
-    """Small gravity along x bends by sum m g z / EI times the arc's mean slope: m_k at z_k, p_x = z^2 b / (2 L)."""
+    """Small gravity g along x: disk k moves by z_k^2 b / (2 L), so b EI / L = sum m_k g z_k^2 / (2 L)."""
     robot = one_segment((0.0,))
     gravity = 1e-3
     run = constant_curvature(robot, drive([[0.0]]), np.array([gravity, 0.0, 0.0]))
@@ -256,7 +256,7 @@ def test_a_batch_is_its_robots_one_by_one():
 
 
 def test_twin_is_the_simulated_chain():
-    """With tendons straight between disks the arcs meet the simulated chain, three segments bent out of plane.
+    """With tendons straight between disks the arcs meet the simulated chain, bent out of one plane.
 
     Cells of 6 mm bent by up to 6 deg: a hinge at mid-cell instead of an arc is 0.1 % of the length.
     """

@@ -17,8 +17,10 @@ What is *not* repaired is what makes the even joints buckle (Fig. 13). Eq. 9 lea
 moment with which the next joint's rods turn a link further. Eqs 10 and 11 balance forces along the
 link only, so that the reaction at the base grows beyond the actuator's tension, where a robot that
 its rods alone hold needs just that tension; and of the distal links' weight only the part along each
-link is passed down. `Terms` adds what is missing, one by one. Eqs 10 and 11 also leave out F^ext,
-which stands in Eq. 9; it is used so.
+link is passed down. Eqs 6 and 7 put the rod's whole force on a link into the middle of its hole, and
+its part across the link is F phi with the clearance in phi: a straight robot's rods would push every
+link sideways. `Terms` gives back what is missing, one by one; with all of it the balance is that of
+`complete` under loading. Eqs 10 and 11 also leave out F^ext, which stands in Eq. 9; it is used so.
 
 The model has no memory: every row is read as loading (Eq. 1). Several rods, as the full robot has
 them, are summed; a joint's balance is taken in its own plane.
@@ -26,6 +28,7 @@ them, are summed; a joint's balance is taken in its own plane.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,7 +43,7 @@ from catheter_sim.statics.result import StaticRun
 from catheter_sim.statics.rolling import rods
 from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
 from catheter_sim.statics.rolling.history import postures, require_tensions
-from catheter_sim.statics.rolling.joint import active_radius, contact_on_profile
+from catheter_sim.statics.rolling.joint import active_radius, contact_on_profile, span
 from catheter_sim.statics.rolling.kinematics import Frames, frames
 from catheter_sim.statics.rolling.newton import balanced
 
@@ -60,6 +63,7 @@ class Terms:
 
     next_moment: bool = False
     across: bool = False
+    span_forces: bool = False
 
 
 AS_PRINTED = Terms()
@@ -172,7 +176,7 @@ def printed_balance(
     n, b = chain.joints, len(theta)
     links = frames(chain, theta)
     elastic, elastic_slope = rods.elastic_moments(chain, theta, rods.spans(chain, theta))
-    at_joint, friction, normal, ended = _rods_on_links(chain, theta, drive)
+    tension = _rod_tensions(chain, theta, drive)
     nothing = _Varied(np.zeros(b), np.zeros((b, n)))
     down, shear = nothing, nothing  # the next joint's reaction, along and across the flat it rolls on
     value, jacobian, reaction = np.empty((b, n)), np.empty((b, n, n)), np.empty((b, n))
@@ -189,14 +193,14 @@ def printed_balance(
         for r in range(chain.pulled):
             if not chain.passes[r, k]:
                 continue
-            x_rod = _constant(chain.offset[r, k], b, n)
-            top = chain.link_length[k] - chain.countersink[r, k]
-            middle = _constant(0.5 * (chain.mouth[r, k] + top), b, n)  # Eqs 18, 22
-            rubs, pushes = _pick(friction, r, k), _pick(normal, r, k)
-            pulls = _pick(ended, r, k)
-            along += rubs + pulls
-            across -= pushes
-            moment += (rubs + pulls) * (x_rod - x_own) + pushes * (middle - z_own)
+            for x, z, to_x, to_z in (
+                _spans_on_link(chain, theta, tension, r, k)
+                if terms.span_forces
+                else _hole_on_link(chain, tension, r, k)
+            ):
+                along -= to_z
+                across -= to_x
+                moment += to_x * (z - z_own) - to_z * (x - x_own)
         if k == n - 1:
             tip_x, tip_z = _in_link(links, k, chain.axis, force_tip)
             if terms.across:
@@ -219,47 +223,89 @@ def printed_balance(
         reaction[:, k] = down.value
         if k and chain.axis[k] != chain.axis[k - 1]:
             shear = nothing  # across the plane of the joint below
-    return PrintedBalance(value, jacobian, reaction, at_joint)
+    return PrintedBalance(value, jacobian, reaction, tension.below.value)
 
 
-def _rods_on_links(
-    chain: RollingChain, theta: Array, drive: Array
-) -> tuple[Array, _Varied, _Varied, _Varied]:
-    """Return tensions, friction and normal forces of the rods on their links (Eqs 1, 5, 6, 7).
+@dataclass(frozen=True)
+class _RodTensions:
+    """Tensions of the rods, shapes (b, t, n): Eqs 1, 5, and N of Eq. 7 with its sign in the plane."""
 
-    Returns:
-        tension in each joint's gap (b, t, n); friction along the hole; normal force, positive toward
-        positive bending; and the tension with which a rod pulls at the link in which it ends.
-    """
+    below: _Varied
+    above: _Varied
+    normal: _Varied
+
+
+def _rod_tensions(chain: RollingChain, theta: Array, drive: Array) -> _RodTensions:
     b, n, t = len(theta), chain.joints, chain.pulled
     turn, turn_slope = (item[:, :t] for item in rods.turns(chain, theta))
     # Toward the rod's own side; in the neutral plane toward the side to which the rod turns.
     side = np.where(chain.side[:t] == 0.0, np.where(turn < 0.0, -1.0, 1.0), chain.side[:t])
     phi, phi_slope = side * turn, side * turn_slope
     mu = chain.mu
-    shape = (b, t, n)
-    at_joint, rub, push, pull = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    rub_slope, push_slope, pull_slope = (np.zeros((*shape, n)) for _ in range(3))
-    below, slope = np.asarray(drive, dtype=float), np.zeros((b, t, n))
+    below, above, normal = (_Varied(np.zeros((b, t, n)), np.zeros((b, t, n, n))) for _ in range(3))
+    now, slope = np.asarray(drive, dtype=float), np.zeros((b, t, n))
     for k in range(n):
-        passes = chain.passes[:t, k]
-        below = np.where(passes, below, 0.0)
-        slope = np.where(passes[:, None], slope, 0.0)
-        at_joint[:, :, k] = below
+        now = np.where(chain.passes[:t, k], now, 0.0)
+        slope = np.where(chain.passes[:t, k, None], slope, 0.0)
+        below.value[:, :, k], below.slope[:, :, k] = now, slope
         factor = np.exp(-mu * phi[:, :, k])
-        above, above_slope = below * factor, slope * factor[..., None]
-        above_slope[..., k] -= mu * phi_slope[:, :, k] * above
-        rub[:, :, k] = below - above  # Eq. 6
-        rub_slope[:, :, k] = slope - above_slope
-        per_tension = phi[:, :, k] * exprel(-mu * phi[:, :, k])  # Eq. 7, phi at mu = 0
-        push[:, :, k] = side[:, :, k] * below * per_tension
-        push_slope[:, :, k] = (side[:, :, k] * per_tension)[..., None] * slope
-        push_slope[:, :, k, k] += side[:, :, k] * below * factor * phi_slope[:, :, k]
-        ends = chain.last[:t] == k + 1
-        pull[:, :, k] = np.where(ends, above, 0.0)
-        pull_slope[:, :, k] = np.where(ends[:, None], above_slope, 0.0)
-        below, slope = above, above_slope
-    return at_joint, _Varied(rub, rub_slope), _Varied(push, push_slope), _Varied(pull, pull_slope)
+        per_tension = side[:, :, k] * phi[:, :, k] * exprel(-mu * phi[:, :, k])  # Eq. 7; phi at mu = 0
+        normal.value[:, :, k], normal.slope[:, :, k] = now * per_tension, slope * per_tension[..., None]
+        normal.slope[:, :, k, k] += side[:, :, k] * now * factor * phi_slope[:, :, k]
+        now, slope = now * factor, slope * factor[..., None]
+        slope[..., k] -= mu * phi_slope[:, :, k] * now
+        above.value[:, :, k], above.slope[:, :, k] = now, slope
+    return _RodTensions(below, above, normal)
+
+
+# Where a force acts in a link's plane, x and z from its line, and the force across and along the link.
+_Force = tuple[_Varied, _Varied, _Varied, _Varied]
+
+
+def _hole_on_link(chain: RollingChain, tension: _RodTensions, r: int, k: int) -> Iterator[_Force]:
+    """Yield N and f at the hole's middle (Eqs 6, 7, 18, 22) and F^t at the top where the rod ends (21)."""
+    below, above = _pick(tension.below, r, k), _pick(tension.above, r, k)
+    b, n = below.slope.shape
+    x = _constant(chain.offset[r, k], b, n)
+    top = chain.link_length[k] - chain.countersink[r, k]
+    yield x, _constant(0.5 * (chain.mouth[r, k] + top), b, n), _pick(tension.normal, r, k), above - below
+    if chain.last[r] == k + 1:
+        nothing = _constant(0.0, b, n)
+        yield x, _constant(top, b, n), nothing, nothing - above
+
+
+def _spans_on_link(
+    chain: RollingChain, theta: Array, tension: _RodTensions, r: int, k: int
+) -> Iterator[_Force]:
+    """Yield the rod's tension along the span below, at link k's own mouth, and along the span above."""
+    b, n = theta.shape
+    nothing = _constant(0.0, b, n)
+    across, along = _direction(chain, theta, r, k)
+    sine, cosine = np.sin(theta[:, k]), np.cos(theta[:, k])
+    turn_sine, turn_cosine = _single(sine, cosine, k, n), _single(cosine, -sine, k, n)
+    pull = nothing - _pick(tension.below, r, k)
+    to_x = pull * (across * turn_cosine - along * turn_sine)
+    to_z = pull * (across * turn_sine + along * turn_cosine)
+    yield _constant(chain.offset[r, k], b, n), _constant(chain.mouth[r, k], b, n), to_x, to_z
+    if chain.last[r] > k + 1:
+        across, along = _direction(chain, theta, r, k + 1)
+        pull = _pick(tension.below, r, k + 1)
+        same_plane = chain.axis[k] == chain.axis[k + 1]
+        x = _constant(chain.position[r, k + 1, chain.axis[k]] - chain.line[k], b, n)
+        z = _constant(chain.link_length[k] - chain.countersink[r, k + 1], b, n)
+        yield x, z, pull * across if same_plane else nothing, pull * along
+
+
+def _direction(chain: RollingChain, theta: Array, r: int, k: int) -> tuple[_Varied, _Varied]:
+    """Return the direction of a rod's span at joint k, in the frame of the link below."""
+    angle = theta[:, k]
+    radius = active_radius(angle, chain.radius_positive[k], chain.radius_negative[k])
+    line = span(angle, radius, chain.offset[r, k], chain.mouth[r, k], chain.countersink[r, k])
+    x, z = line.across / line.length, line.along / line.length
+    x_slope = (line.along - chain.countersink[r, k] - x * line.slope) / line.length
+    z_slope = (line.along_slope - z * line.slope) / line.length
+    n = chain.joints
+    return _single(x, x_slope, k, n), _single(z, z_slope, k, n)
 
 
 def _pick(item: _Varied, r: int, k: int) -> _Varied:

@@ -1,0 +1,122 @@
+"""Claims about simulated rolling joints and the rods that pull and bend them."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+from drive import rows_to_inputs
+
+from catheter_sim.errors import InputError
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.simulation.replay import simulate
+from catheter_sim.simulation.simulator import Simulator
+
+NO_GRAVITY = np.zeros(3)
+ONE_JOINT = ("segments.section.joints=1", "segments.section.length_mm=15", "friction.mu=0")
+
+# Tension [N]; tip x and z [mm] without weight, and hanging with (0, 0, 9.81) m/s^2: values of a
+# quasi-static model written independently of this package, rows in order, history included.
+REFERENCE_N = (0, 5, 20, 50, 40, 20, 35, 5, 0)
+REFERENCE_MM = {
+    0.0: (
+        (0.000, 225.000),
+        (91.537, 200.332),
+        (169.541, 105.156),
+        (173.151, 25.435),
+        (172.823, 27.666),
+        (169.814, 54.768),
+        (172.598, 41.856),
+        (118.878, 174.580),
+        (0.000, 225.000),
+    ),
+    9.81: (
+        (-0.039, 225.003),
+        (81.290, 205.499),
+        (164.813, 115.795),
+        (173.678, 31.767),
+        (173.233, 34.202),
+        (168.533, 64.268),
+        (172.364, 49.948),
+        (107.045, 184.388),
+        (-0.039, 225.003),
+    ),
+}
+
+
+def exact_face(theta: float) -> np.ndarray:
+    """Return the single link's face centre: an arc of radius R rolling on the base's flat [m].
+
+    The arc's centre stands at the height R above the contact, which has moved by R theta; in the link's
+    frame the centre lies at (line, R), the face at (0, L).
+    """
+    radius, line, length = (6.7e-3 if theta >= 0 else 2.275e-3), -1e-3, 15e-3
+    cosine, sine = np.cos(theta), np.sin(theta)
+    turned = np.array([[cosine, sine], [-sine, cosine]])
+    centre = np.array([line + radius * theta, radius])
+    return centre + turned @ (np.array([0.0, length]) - np.array([line, radius]))
+
+
+@pytest.mark.parametrize("tension", [0.0, 10.0, 50.0])
+@pytest.mark.parametrize("push", [0.6, -0.6, 0.0])
+def test_one_joint_follows_the_cycloid(tension, push):
+    """Both signs of the angle, at rest and on the way: at most 5 um from pure rolling, 1 ms step."""
+    simulator = Simulator(load_robot("chest_tube_section", ONE_JOINT))
+    assert simulator.model.opt.timestep == pytest.approx(1e-3)
+    signs = set()
+    for i in range(160):
+        force = push if i < 80 else -push
+        simulator.set_inputs(np.array([tension]), force_tip=(force, 0.0, 0.0))
+        simulator.step(4)
+        posture = simulator.posture()
+        theta = float(posture.joint_angles[0])
+        signs.add(np.sign(round(theta, 3)))
+        assert posture.p_w[0][[0, 2]] == pytest.approx(exact_face(theta), abs=5e-6)
+    if push and tension == 0.0:
+        assert {-1.0, 1.0} <= signs
+
+
+def test_velocity_of_a_rolling_link_is_that_about_its_contact():
+    """The model's Jacobian of the face equals the derivative of the exact pose, both signs."""
+    simulator = Simulator(load_robot("chest_tube_section", ONE_JOINT))
+    step = 1e-6
+    for theta in (-0.2, -0.05, 0.05, 0.25):
+        simulator.data.qpos[0] = theta
+        simulator.posture()
+        mujoco.mj_fwdPosition(simulator.model, simulator.data)
+        jacobian = np.zeros((3, 1))
+        mujoco.mj_jacSite(simulator.model, simulator.data, jacobian, None, simulator.model.site("tip").id)
+        exact = (exact_face(theta + step) - exact_face(theta - step)) / (2 * step)
+        assert jacobian[[0, 2], 0] == pytest.approx(exact, abs=1e-7)
+
+
+@pytest.mark.parametrize("weight", [0.0, 9.81])
+def test_section_meets_the_independent_reference(weight):
+    """Loading, unloading and a partial loop, with friction: every row within 0.1 mm (1 mm asked)."""
+    run = simulate(
+        load_robot("chest_tube_section"),
+        rows_to_inputs([(tension,) for tension in REFERENCE_N]),
+        np.array([0.0, 0.0, weight]),
+    )
+    tips = np.array([posture.p_w[-1][[0, 2]] * 1e3 for posture in run.postures])
+    assert np.linalg.norm(tips - np.array(REFERENCE_MM[weight]), axis=1).max() < 0.1
+
+
+@pytest.mark.slow
+def test_section_does_not_depend_on_the_step():
+    """Half the time step moves no tip by more than 0.05 mm."""
+    tips = []
+    for step in (0.001, 0.0005):
+        robot = load_robot("chest_tube_section", (f"dynamics.timestep_s={step}",))
+        run = simulate(robot, rows_to_inputs([(5,), (20,), (50,), (20,)]), NO_GRAVITY)
+        tips.append([posture.p_w[-1] for posture in run.postures])
+    assert np.abs(np.array(tips[0]) - np.array(tips[1])).max() < 5e-5
+
+
+def test_rods_know_no_displacement_and_no_nested_reference():
+    """One line each."""
+    robot = load_robot("chest_tube_section")
+    with pytest.raises(InputError, match="choices: tension"):
+        Simulator(robot, "displacement")
+    with pytest.raises(InputError, match="nested"):
+        Simulator(robot, friction="nested")
