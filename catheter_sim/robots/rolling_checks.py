@@ -54,9 +54,7 @@ def check_rolling_robot(robot: RollingRobot, where: str) -> None:
     positive(robot.mount, "axial_stiffness_N_per_m", f"{top}mount.", finite=False)
     positive(robot, "stiffness_scale", top)
     for name in ("bending_stiffness_N_m2", "inner_radius_m", "outer_radius_m"):
-        need(
-            robot.sleeve, name, f"{top}sleeve.", lambda value: 0 <= value < math.inf, "must not be negative"
-        )
+        need(robot.sleeve, name, f"{top}sleeve.", lambda value: 0 <= value < math.inf, "must not be negative")
     for name in ("timestep_s", "relaxation_time_s", "inertia_time_s"):
         positive(robot.dynamics, name, f"{top}dynamics.")
 

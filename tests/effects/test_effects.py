@@ -65,7 +65,7 @@ ROBOTS = {
 EACH = [(effect, name) for effect in EFFECTS for name in ROBOTS if EFFECTS[effect].parameters(ROBOTS[name])]
 
 
-def some_inputs(robot: ContinuumRobot, rows: int = 12) -> Inputs:
+def some_inputs(robot: ContinuumRobot, rows: int = 6) -> Inputs:
     """Return a wandering series of inputs that the robot can bear."""
     generator = np.random.default_rng(7)
     size = 0.3 if robot.actuation == "tension" else 2e-3

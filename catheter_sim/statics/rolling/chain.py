@@ -115,7 +115,9 @@ def rolling_chain(robot: RollingRobot) -> RollingChain:
         geometry.mouth_height(np.where(passes, offset, 0.0), own_radius) + countersink,
         length,
     )
-    at_rest = geometry.span(rest, geometry.active_radius(rest, positive, negative), offset, mouth, countersink)
+    at_rest = geometry.span(
+        rest, geometry.active_radius(rest, positive, negative), offset, mouth, countersink
+    )
     rest_curvature, _ = geometry.rod_curvature(rest, at_rest.along, at_rest.along_slope)
     outer = np.array([segment.outer_radius_m for segment in segments])
     scale = robot.stiffness_scale
@@ -158,4 +160,3 @@ def rolling_chain(robot: RollingRobot) -> RollingChain:
         clearance=robot.clearance_m,
         mu=robot.friction.mu,
     )
-

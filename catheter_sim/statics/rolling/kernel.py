@@ -211,9 +211,7 @@ def _evaluate(  # type: ignore[no-untyped-def]
             if math.isnan(rod[r, k, 0]):
                 continue
             for i in range(3):
-                lower[i] = (
-                    face[i] + rod[r, k, 5] * R[i, 0] + rod[r, k, 6] * R[i, 1] - rod[r, k, 2] * R[i, 2]
-                )
+                lower[i] = face[i] + rod[r, k, 5] * R[i, 0] + rod[r, k, 6] * R[i, 1] - rod[r, k, 2] * R[i, 2]
                 chord[i] = wrench[r, k, 2] * (wrench[r, k, 0] * R[i, a] + wrench[r, k, 1] * R[i, 2])
             _cross(lower, chord, product)
             for i in range(3):

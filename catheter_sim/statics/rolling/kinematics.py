@@ -60,9 +60,7 @@ def frames(chain: RollingChain, theta: Array, link_length: Array | None = None) 
         below, below_face = R, face
         along, normal = below[..., :, chain.axis[k]], below[..., :, 2]
         contact = face + (chain.line[k] + radius[..., k] * theta[..., k])[..., None] * along
-        line = (
-            face + (chain.line[k] + across[..., k])[..., None] * along + rise[..., k][..., None] * normal
-        )
+        line = face + (chain.line[k] + across[..., k])[..., None] * along + rise[..., k][..., None] * normal
         R = below @ turn_w[..., k, :, :]
         origin = line - chain.line[k] * R[..., :, chain.axis[k]]
         face = origin + length[..., k][..., None] * R[..., :, 2]

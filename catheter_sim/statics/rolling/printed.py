@@ -28,24 +28,24 @@ them, are summed; a joint's balance is taken in its own plane.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import exprel
 
 from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.rolling import RollingRobot
-from catheter_sim.statics.balance import NoEquilibrium
+from catheter_sim.statics.planar_chain import row_name
 from catheter_sim.statics.result import StaticRun
 from catheter_sim.statics.rolling import rods
 from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
 from catheter_sim.statics.rolling.history import postures, require_tensions
-from catheter_sim.statics.rolling.joint import active_radius, contact_on_profile, span
+from catheter_sim.statics.rolling.joint import active_radius, contact_on_profile
 from catheter_sim.statics.rolling.kinematics import Frames, frames
-from catheter_sim.statics.rolling.newton import balanced
+from catheter_sim.statics.rolling.newton import NotBalanced, balanced
+from catheter_sim.statics.rolling.printed_rods import hole_on_link, rod_tensions, spans_on_link
+from catheter_sim.statics.rolling.varied import Varied, constant, single
 
 MODEL = "printed"
 _STEPS = 24  # from rest to each row; the even joints turn back on the way
@@ -59,6 +59,8 @@ class Terms:
         next_moment: the elastic moment of the next joint's rods, in Eq. 9.
         across: the balance across the link, beside Eqs 10 and 11, and in Eq. 9 the shear that the next
             joint passes down; with it the whole weight and tip force of what lies beyond.
+        span_forces: a rod's force on a link as its tensions along its spans below and above, at the
+            holes' mouths, in place of N and f at the hole's middle.
     """
 
     next_moment: bool = False
@@ -67,25 +69,6 @@ class Terms:
 
 
 AS_PRINTED = Terms()
-
-
-@dataclass(frozen=True)
-class _Varied:
-    """A value per configuration and its derivative by the bend angles, shapes (b, ...) and (b, ..., n)."""
-
-    value: Array
-    slope: Array
-
-    def __add__(self, other: _Varied) -> _Varied:
-        return _Varied(self.value + other.value, self.slope + other.slope)
-
-    def __sub__(self, other: _Varied) -> _Varied:
-        return _Varied(self.value - other.value, self.slope - other.slope)
-
-    def __mul__(self, other: _Varied) -> _Varied:
-        return _Varied(
-            self.value * other.value, self.value[..., None] * other.slope + other.value[..., None] * self.slope
-        )
 
 
 @dataclass(frozen=True)
@@ -146,8 +129,8 @@ def solve_printed(
                 return acting.unbalanced, acting.jacobian
 
             theta = balanced(moments, theta, chain.low, chain.high)
-    except NoEquilibrium as error:
-        raise InputError(f"static model {MODEL!r}: {error} in one row or more") from None
+    except NotBalanced as error:
+        raise InputError(f"{row_name(inputs, error.index)}: static model {MODEL!r}: {error}") from None
     found = printed_balance(
         chain, theta, inputs.tendon, gravity_mps2, inputs.force_tip, inputs.moment_tip, terms
     )
@@ -176,8 +159,8 @@ def printed_balance(
     n, b = chain.joints, len(theta)
     links = frames(chain, theta)
     elastic, elastic_slope = rods.elastic_moments(chain, theta, rods.spans(chain, theta))
-    tension = _rod_tensions(chain, theta, drive)
-    nothing = _Varied(np.zeros(b), np.zeros((b, n)))
+    tension = rod_tensions(chain, theta, drive)
+    nothing = Varied(np.zeros(b), np.zeros((b, n)))
     down, shear = nothing, nothing  # the next joint's reaction, along and across the flat it rolls on
     value, jacobian, reaction = np.empty((b, n)), np.empty((b, n, n)), np.empty((b, n))
     for k in reversed(range(n)):
@@ -187,16 +170,16 @@ def printed_balance(
         # Eqs 10, 11: along the link, pressed down by the next link, the rods and the weight.
         along = down - weight_z
         across = shear - weight_x
-        moment = down * (x_next - x_own) - shear * (_constant(chain.link_length[k], b, n) - z_own)
-        moment += weight_x * (_constant(chain.mass_height[k], b, n) - z_own)
-        moment -= weight_z * (_constant(-chain.line[k], b, n) - x_own)
+        moment = down * (x_next - x_own) - shear * (constant(chain.link_length[k], b, n) - z_own)
+        moment += weight_x * (constant(chain.mass_height[k], b, n) - z_own)
+        moment -= weight_z * (constant(-chain.line[k], b, n) - x_own)
         for r in range(chain.pulled):
             if not chain.passes[r, k]:
                 continue
             for x, z, to_x, to_z in (
-                _spans_on_link(chain, theta, tension, r, k)
+                spans_on_link(chain, theta, tension, r, k)
                 if terms.span_forces
-                else _hole_on_link(chain, tension, r, k)
+                else hole_on_link(chain, tension, r, k)
             ):
                 along -= to_z
                 across -= to_x
@@ -206,161 +189,65 @@ def printed_balance(
             if terms.across:
                 along -= tip_z
                 across -= tip_x
-            tip_height = _constant(chain.link_length[k], b, n)
-            moment += tip_x * (tip_height - z_own) - tip_z * (_constant(-chain.line[k], b, n) - x_own)
+            tip_height = constant(chain.link_length[k], b, n)
+            moment += tip_x * (tip_height - z_own) - tip_z * (constant(-chain.line[k], b, n) - x_own)
             moment += _about_axis(links, k, moment_tip)
         elif terms.next_moment and chain.axis[k] == chain.axis[k + 1]:
-            moment += _single(elastic[:, k + 1], elastic_slope[:, k + 1], k + 1, n)
-        moment -= _single(elastic[:, k], elastic_slope[:, k], k, n)
+            moment += single(elastic[:, k + 1], elastic_slope[:, k + 1], k + 1, n)
+        moment -= single(elastic[:, k], elastic_slope[:, k], k, n)
         value[:, k], jacobian[:, k] = moment.value, moment.slope
         sine, cosine = np.sin(theta[:, k]), np.cos(theta[:, k])
         if terms.across:
-            turn_sine, turn_cosine = _single(sine, cosine, k, n), _single(cosine, -sine, k, n)
+            turn_sine, turn_cosine = single(sine, cosine, k, n), single(cosine, -sine, k, n)
             down = along * turn_cosine - across * turn_sine
             shear = along * turn_sine + across * turn_cosine
         else:
-            down = along * _single(1.0 / cosine, sine / cosine**2, k, n)
+            down = along * single(1.0 / cosine, sine / cosine**2, k, n)
         reaction[:, k] = down.value
         if k and chain.axis[k] != chain.axis[k - 1]:
             shear = nothing  # across the plane of the joint below
     return PrintedBalance(value, jacobian, reaction, tension.below.value)
 
 
-@dataclass(frozen=True)
-class _RodTensions:
-    """Tensions of the rods, shapes (b, t, n): Eqs 1, 5, and N of Eq. 7 with its sign in the plane."""
-
-    below: _Varied
-    above: _Varied
-    normal: _Varied
-
-
-def _rod_tensions(chain: RollingChain, theta: Array, drive: Array) -> _RodTensions:
-    b, n, t = len(theta), chain.joints, chain.pulled
-    turn, turn_slope = (item[:, :t] for item in rods.turns(chain, theta))
-    # Toward the rod's own side; in the neutral plane toward the side to which the rod turns.
-    side = np.where(chain.side[:t] == 0.0, np.where(turn < 0.0, -1.0, 1.0), chain.side[:t])
-    phi, phi_slope = side * turn, side * turn_slope
-    mu = chain.mu
-    below, above, normal = (_Varied(np.zeros((b, t, n)), np.zeros((b, t, n, n))) for _ in range(3))
-    now, slope = np.asarray(drive, dtype=float), np.zeros((b, t, n))
-    for k in range(n):
-        now = np.where(chain.passes[:t, k], now, 0.0)
-        slope = np.where(chain.passes[:t, k, None], slope, 0.0)
-        below.value[:, :, k], below.slope[:, :, k] = now, slope
-        factor = np.exp(-mu * phi[:, :, k])
-        per_tension = side[:, :, k] * phi[:, :, k] * exprel(-mu * phi[:, :, k])  # Eq. 7; phi at mu = 0
-        normal.value[:, :, k], normal.slope[:, :, k] = now * per_tension, slope * per_tension[..., None]
-        normal.slope[:, :, k, k] += side[:, :, k] * now * factor * phi_slope[:, :, k]
-        now, slope = now * factor, slope * factor[..., None]
-        slope[..., k] -= mu * phi_slope[:, :, k] * now
-        above.value[:, :, k], above.slope[:, :, k] = now, slope
-    return _RodTensions(below, above, normal)
-
-
-# Where a force acts in a link's plane, x and z from its line, and the force across and along the link.
-_Force = tuple[_Varied, _Varied, _Varied, _Varied]
-
-
-def _hole_on_link(chain: RollingChain, tension: _RodTensions, r: int, k: int) -> Iterator[_Force]:
-    """Yield N and f at the hole's middle (Eqs 6, 7, 18, 22) and F^t at the top where the rod ends (21)."""
-    below, above = _pick(tension.below, r, k), _pick(tension.above, r, k)
-    b, n = below.slope.shape
-    x = _constant(chain.offset[r, k], b, n)
-    top = chain.link_length[k] - chain.countersink[r, k]
-    yield x, _constant(0.5 * (chain.mouth[r, k] + top), b, n), _pick(tension.normal, r, k), above - below
-    if chain.last[r] == k + 1:
-        nothing = _constant(0.0, b, n)
-        yield x, _constant(top, b, n), nothing, nothing - above
-
-
-def _spans_on_link(
-    chain: RollingChain, theta: Array, tension: _RodTensions, r: int, k: int
-) -> Iterator[_Force]:
-    """Yield the rod's tension along the span below, at link k's own mouth, and along the span above."""
-    b, n = theta.shape
-    nothing = _constant(0.0, b, n)
-    across, along = _direction(chain, theta, r, k)
-    sine, cosine = np.sin(theta[:, k]), np.cos(theta[:, k])
-    turn_sine, turn_cosine = _single(sine, cosine, k, n), _single(cosine, -sine, k, n)
-    pull = nothing - _pick(tension.below, r, k)
-    to_x = pull * (across * turn_cosine - along * turn_sine)
-    to_z = pull * (across * turn_sine + along * turn_cosine)
-    yield _constant(chain.offset[r, k], b, n), _constant(chain.mouth[r, k], b, n), to_x, to_z
-    if chain.last[r] > k + 1:
-        across, along = _direction(chain, theta, r, k + 1)
-        pull = _pick(tension.below, r, k + 1)
-        same_plane = chain.axis[k] == chain.axis[k + 1]
-        x = _constant(chain.position[r, k + 1, chain.axis[k]] - chain.line[k], b, n)
-        z = _constant(chain.link_length[k] - chain.countersink[r, k + 1], b, n)
-        yield x, z, pull * across if same_plane else nothing, pull * along
-
-
-def _direction(chain: RollingChain, theta: Array, r: int, k: int) -> tuple[_Varied, _Varied]:
-    """Return the direction of a rod's span at joint k, in the frame of the link below."""
-    angle = theta[:, k]
-    radius = active_radius(angle, chain.radius_positive[k], chain.radius_negative[k])
-    line = span(angle, radius, chain.offset[r, k], chain.mouth[r, k], chain.countersink[r, k])
-    x, z = line.across / line.length, line.along / line.length
-    x_slope = (line.along - chain.countersink[r, k] - x * line.slope) / line.length
-    z_slope = (line.along_slope - z * line.slope) / line.length
-    n = chain.joints
-    return _single(x, x_slope, k, n), _single(z, z_slope, k, n)
-
-
-def _pick(item: _Varied, r: int, k: int) -> _Varied:
-    return _Varied(item.value[:, r, k], item.slope[:, r, k])
-
-
-def _constant(value: float, b: int, n: int) -> _Varied:
-    return _Varied(np.full(b, value), np.zeros((b, n)))
-
-
-def _single(value: Array, slope: Array, k: int, n: int) -> _Varied:
-    """Return a value that depends on joint k alone."""
-    slopes = np.zeros((len(value), n))
-    slopes[:, k] = slope
-    return _Varied(np.array(value), slopes)
-
-
-def _own_contact(chain: RollingChain, theta: Array, k: int) -> tuple[_Varied, _Varied]:
+def _own_contact(chain: RollingChain, theta: Array, k: int) -> tuple[Varied, Varied]:
     """Return x and z of O_k (Eq. 17) in link k's frame."""
     radius = active_radius(theta[:, k], chain.radius_positive[k], chain.radius_negative[k])
     x, z = contact_on_profile(theta[:, k], radius)
     n = chain.joints
-    return _single(x, radius - z, k, n), _single(z, x, k, n)
+    return single(x, radius - z, k, n), single(z, x, k, n)
 
 
-def _next_contact(chain: RollingChain, theta: Array, k: int) -> _Varied:
+def _next_contact(chain: RollingChain, theta: Array, k: int) -> Varied:
     """Return x of P^F_k (Eqs 20, 24): where the next link touches link k's flat, from link k's line.
 
     A joint of the other plane touches along this plane; its middle is taken, on the axis.
     """
     n, b = chain.joints, len(theta)
     if k == n - 1 or chain.axis[k] != chain.axis[k + 1]:
-        return _constant(-chain.line[k], b, n)
+        return constant(-chain.line[k], b, n)
     angle = theta[:, k + 1]
     radius = active_radius(angle, chain.radius_positive[k + 1], chain.radius_negative[k + 1])
-    return _single(chain.line[k + 1] - chain.line[k] + radius * angle, radius, k + 1, n)
+    return single(chain.line[k + 1] - chain.line[k] + radius * angle, radius, k + 1, n)
 
 
-def _in_link(links: Frames, k: int, axes: np.ndarray, force: Array) -> tuple[_Varied, _Varied]:
+def _in_link(links: Frames, k: int, axes: np.ndarray, force: Array) -> tuple[Varied, Varied]:
     """Return a base-frame force in link k's plane, across and along: psi of Eqs 10 and 11."""
     n = links.axis.shape[-2]
     result = []
     for column in (axes[k], 2):
         direction = links.R_w[:, k, :, column]
+        acting = np.broadcast_to(force, direction.shape)
         slope = np.zeros((len(direction), n))
         moved = np.cross(links.axis[:, : k + 1], direction[:, None, :])
-        slope[:, : k + 1] = np.einsum("bji,bi->bj", moved, np.broadcast_to(force, direction.shape))
-        result.append(_Varied(np.einsum("bi,bi->b", direction, np.broadcast_to(force, direction.shape)), slope))
+        slope[:, : k + 1] = np.einsum("bji,bi->bj", moved, acting)
+        result.append(Varied(np.einsum("bi,bi->b", direction, acting), slope))
     return result[0], result[1]
 
 
-def _about_axis(links: Frames, k: int, moment: Array) -> _Varied:
+def _about_axis(links: Frames, k: int, moment: Array) -> Varied:
     """Return the part of a base-frame moment about joint k's axis."""
     n = links.axis.shape[-2]
     axis = links.axis[:, k]
     slope = np.zeros((len(axis), n))
     slope[:, :k] = np.einsum("bji,bi->bj", np.cross(links.axis[:, :k], axis[:, None, :]), moment)
-    return _Varied(np.einsum("bi,bi->b", axis, moment), slope)
+    return Varied(np.einsum("bi,bi->b", axis, moment), slope)
