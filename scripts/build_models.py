@@ -19,7 +19,9 @@ MODELS = Path(__file__).resolve().parent.parent / "models"
 
 def built() -> dict[str, str]:
     """Return file name -> MJCF text of every built-in robot."""
-    return {f"{reference}.xml": build_mjcf(load_robot(reference)) for reference in ROBOTS}
+    return {
+        f"{reference}.xml": build_mjcf(load_robot(reference)) for reference in ROBOTS if "@" not in reference
+    }
 
 
 def outdated(texts: dict[str, str], folder: Path) -> list[str]:

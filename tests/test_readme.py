@@ -60,7 +60,9 @@ def test_validation_table_is_what_validate_prints(tmp_path):
         assert row[4:] == shown(line)[4:]
         assert line.passed
         # An error that is mostly numerical noise is shown by its order and may move inside it.
-        assert float(row[3].split()[0]) == pytest.approx(line.error, rel=0.5, abs=0.05 * (line.tolerance or 0))
+        assert float(row[3].split()[0]) == pytest.approx(
+            line.error, rel=0.5, abs=0.05 * (line.tolerance or 0)
+        )
 
 
 def test_opencr_figures_are_those_of_the_golden_run():

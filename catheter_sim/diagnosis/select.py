@@ -10,6 +10,7 @@ Last, backward: a cause whose loss costs nothing is dropped. Nothing of the held
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -27,7 +28,7 @@ PAYS_ERRORS = 2.0  # standard errors by which a cause must lower the squared err
 PAYS_SHARE = 0.02  # share of the root mean square by which it must lower it
 FINALISTS = 3
 RIVALS = 2  # fitted in the place of each chosen cause
-_RIVAL_COST = 4.0  # a rival's squared error after one step, over that of the choice, still worth a fit
+_RIVAL_COST = 2.0  # a rival's squared error after one step, over that of the choice, still worth a fit
 MOST_CAUSES = 8
 _ROWS = 600  # rows compared in the fits that choose
 
@@ -235,8 +236,20 @@ def _pool(jobs: int) -> Iterator[Executor | None]:
     if jobs <= 1:
         yield None
         return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("forkserver")) as pool:
-        yield pool
+    # The matrices are small: threads of the linear algebra would only stand in one another's way. The
+    # libraries read these names when a process starts.
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update({name: os.environ.get(name, "1") for name in names})
+    try:
+        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+            yield pool
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
 
 
 def _fit_all(

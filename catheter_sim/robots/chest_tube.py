@@ -55,7 +55,7 @@ _FIG_13 = "assumed (not printed): fitted so that the printed balance gives Fig. 
 _CALIBRATION = "calibration of the prototype, published with the code of chest_tube_2025"
 
 _ASSUMED = {
-    "centre_of_mass_depth_mm": "assumed: 7.3 mm below the link's top; Eq. 19 of chest_tube_2025 prints no value",
+    "centre_of_mass_depth_mm": "assumed: 7.3 mm below the link's top, not printed (Eq. 19)",
     "link_modulus_Pa": "chest_tube_2025, Section III.B: link deformations are ignored",
     "stiffness_cubic_mm2": "chest_tube_2025, Section III.B: the rods remain linearly elastic",
     "stiffness_quintic_mm4": "chest_tube_2025, Section III.B: the rods remain linearly elastic",

@@ -84,8 +84,8 @@ class RollingRobot:
     kind: str = "rolling"  # tells the file of such a robot from that of a continuum robot
     passive_rods: tuple[Rod, ...] = ()  # free to slide; they only resist bending
     sleeve: Sleeve = Sleeve()
-    mount: Mount = Mount()
-    dynamics: Dynamics = Dynamics()
+    mount: Mount = field(default_factory=Mount)
+    dynamics: Dynamics = field(default_factory=Dynamics)
     actuation: str = "tension"  # the only one: a rod that is held by length is not modelled
     channel_radius_m: float = 0.0  # of the free lumen
     stiffness_scale: float = 1.0  # multiplies every rod's stiffness and the sleeve's

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.mjcf import chain
+from catheter_sim.mjcf import build
 from catheter_sim.robots.catalogue import load_robot
 
 
@@ -14,9 +14,9 @@ from catheter_sim.robots.catalogue import load_robot
 def test_meshes_have_no_mass_and_no_contact(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """With and without its meshes a model has the same masses, inertias and mass matrix."""
     robot = load_robot(name)
-    shown = mujoco.MjModel.from_xml_string(chain.build_mjcf(robot))
+    shown = mujoco.MjModel.from_xml_string(build.build_mjcf(robot))
     monkeypatch.setattr(chain, "add_visuals", lambda root, robot, bodies: None)
-    bare = mujoco.MjModel.from_xml_string(chain.build_mjcf(robot))
+    bare = mujoco.MjModel.from_xml_string(build.build_mjcf(robot))
     assert shown.ngeom > 0
     assert bare.ngeom == 0
     for field in ("body_mass", "body_inertia", "body_ipos", "dof_M0", "dof_invweight0"):
@@ -27,7 +27,7 @@ def test_meshes_have_no_mass_and_no_contact(name: str, monkeypatch: pytest.Monke
 
 def test_geoms_are_named_by_part_and_link() -> None:
     """Every link has a backbone geom that carries the link's number and lies on the link's body."""
-    model = mujoco.MjModel.from_xml_string(chain.build_mjcf(load_robot("neuroendoscope_section")))
+    model = mujoco.MjModel.from_xml_string(build.build_mjcf(load_robot("neuroendoscope_section")))
     for link in range(1, 31):
         for prefix in ("backbone", "guide"):
             geom = model.geom(f"{prefix}_{link}")

@@ -115,9 +115,8 @@ def rolling_chain(robot: RollingRobot) -> RollingChain:
         geometry.mouth_height(np.where(passes, offset, 0.0), own_radius) + countersink,
         length,
     )
-    at_rest = geometry.span(
-        rest, geometry.active_radius(rest, positive, negative), offset, mouth, countersink
-    )
+    radius = geometry.active_radius(rest, positive, negative)
+    at_rest = geometry.span(rest, radius, offset, mouth, countersink)
     rest_curvature, _ = geometry.rod_curvature(rest, at_rest.along, at_rest.along_slope)
     outer = np.array([segment.outer_radius_m for segment in segments])
     scale = robot.stiffness_scale

@@ -24,6 +24,7 @@ from catheter_sim.statics.rolling import virtual_work as by_virtual_work
 from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
 from catheter_sim.statics.rolling.history import Stretch, postures, require_tensions, stretches
 from catheter_sim.statics.rolling.loads import LinkForce, loads
+from catheter_sim.statics.rolling.march import March
 
 _SHORTEST_STEP = 1e-4  # share of the way between two rows
 
@@ -80,21 +81,12 @@ def solve_history(
     Raises:
         InputError: no posture balances a row.
     """
-    packed = kernel.pack(chain)
-    n, t = chain.joints, chain.pulled
-    theta, length, kept = chain.rest_angle.copy(), chain.link_length.copy(), np.zeros((t, n))
-    at_joint, value = np.empty((t, n)), np.empty(n)
+    march = March(chain)
     rows = []
     for row, way in enumerate(stretches(chain, inputs, gravity_mps2, others)):
-        reached = kernel.advance(
-            *(packed.joint, packed.rod, packed.stiffness, packed.pulled, packed.mu),
-            *(way.drive_from, way.drive_to, theta, kept, length),
-            *(way.loads_to.link, way.loads_to.point, way.loads_from.force, way.loads_to.force),
-            *(way.loads_from.tip_moment, way.loads_to.tip_moment, way.steps, at_joint, value),
-        )
-        if reached < 1.0:
+        if not march.advance(way):
             raise _no_equilibrium("complete", inputs, row)
-        rows.append((theta.copy(), at_joint.copy(), length.copy(), value.copy()))
+        rows.append(march.now())
     return _solved(rows)
 
 

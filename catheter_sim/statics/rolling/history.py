@@ -72,9 +72,8 @@ def stretches(
     """Yield the way to rest under the weight and `others` alone, then the way to each row of inputs."""
     drive, acting = np.zeros(chain.pulled), loads(chain, gravity_mps2, others=others)
     yield Stretch(drive, drive, acting, acting, 1)
-    softest = float(
-        rods.elastic_moments(chain, chain.rest_angle, rods.spans(chain, chain.rest_angle))[1].min()
-    )
+    _, stiffness = rods.elastic_moments(chain, chain.rest_angle, rods.spans(chain, chain.rest_angle))
+    softest = float(stiffness.min())
     arm = float(np.abs(chain.offset).max())
     reach = float(chain.link_length.sum())
     for row in range(len(inputs)):

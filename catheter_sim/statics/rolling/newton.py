@@ -14,6 +14,16 @@ _MOST_ROUNDS = 60
 _MOST_HALVINGS = 12
 _TOWARD_LIMIT = 0.9  # of the way to a closing gap that one step may go
 
+
+class NotBalanced(NoEquilibrium):
+    """No posture was found for one configuration of a batch: `index` says which."""
+
+    def __init__(self, index: int) -> None:
+        """Say which configuration."""
+        super().__init__("no posture close by balances the rods and the loads")
+        self.index = index
+
+
 # Bend angles (b, n) -> moment left at each joint (b, n) [N m] and its derivative (b, n, n) [N m/rad].
 Balance = Callable[[Array], tuple[Array, Array]]
 
@@ -30,13 +40,15 @@ def balanced(balance: Balance, start: Array, low: Array, high: Array) -> Array:
         low, high: where the gaps close, shape (n,) [rad].
 
     Raises:
-        NoEquilibrium: none was found for one configuration or more.
+        NotBalanced: none was found for one configuration or more.
     """
     theta = np.array(start, dtype=float)
     value, jacobian = balance(theta)
+    small = np.zeros(theta.shape[:-1], dtype=bool)
     for _ in range(_MOST_ROUNDS):
-        step = -np.linalg.solve(jacobian, value[..., None])[..., 0]
-        if not np.isfinite(step).all():
+        try:
+            step = -np.linalg.solve(jacobian, value[..., None])[..., 0]
+        except np.linalg.LinAlgError:
             break
         room = np.where(step > 0.0, high - theta, theta - low)
         share = np.min(_TOWARD_LIMIT * room / np.maximum(np.abs(step), 1e-300), axis=-1, initial=1.0)
@@ -52,4 +64,4 @@ def balanced(balance: Balance, start: Array, low: Array, high: Array) -> Array:
         theta = following
         if small.all():
             return theta
-    raise NoEquilibrium("no posture close by balances the rods and the loads")
+    raise NotBalanced(int(np.argmax(np.atleast_1d(~small))))

@@ -1,0 +1,56 @@
+"""A robot on its way along a history of inputs, by the complete balance in compiled form."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from catheter_sim.robots.posture import Array
+from catheter_sim.statics.rolling import kernel
+from catheter_sim.statics.rolling.chain import RollingChain
+from catheter_sim.statics.rolling.history import Stretch
+
+
+class March:
+    """The state that a robot carries from row to row, starting at rest without load.
+
+    Attributes:
+        chain: the robot.
+        theta: bend angles, shape (n,) [rad].
+        drive: tension at the actuator, shape (t,) [N].
+        kept: tension above each joint, which friction keeps, shape (t, n) [N].
+        link_length: as compressed, shape (n,) [m].
+        at_joint: tension in each joint's gap, shape (t, n) [N].
+        unbalanced: moment left at each joint, shape (n,) [N m].
+    """
+
+    def __init__(self, chain: RollingChain, packed: kernel.Packed | None = None) -> None:
+        """Put the robot at rest, without load; `packed` is `kernel.pack(chain)` where that is at hand."""
+        n, t = chain.joints, chain.pulled
+        self.chain = chain
+        self.packed = packed or kernel.pack(chain)
+        self.theta, self.link_length = chain.rest_angle.copy(), chain.link_length.copy()
+        self.drive = np.zeros(t)
+        self.kept, self.at_joint, self.unbalanced = np.zeros((t, n)), np.zeros((t, n)), np.zeros(n)
+
+    def copy(self) -> March:
+        """Return another one in the same state."""
+        other = March(self.chain, self.packed)
+        for name in ("theta", "link_length", "drive", "kept", "at_joint", "unbalanced"):
+            setattr(other, name, getattr(self, name).copy())
+        return other
+
+    def advance(self, way: Stretch) -> bool:
+        """Go from here, whatever its `drive_from`, to the end of `way`; return whether it was reached."""
+        robot, start, end = self.packed, way.loads_from, way.loads_to
+        reached = kernel.advance(
+            *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
+            *(self.drive, way.drive_to, self.theta, self.kept, self.link_length),
+            *(end.link, end.point, start.force, end.force, start.tip_moment, end.tip_moment),
+            *(way.steps, self.at_joint, self.unbalanced),
+        )
+        self.drive = way.drive_to
+        return bool(reached == 1.0)
+
+    def now(self) -> tuple[Array, Array, Array, Array]:
+        """Return copies of `theta`, `at_joint`, `link_length` and `unbalanced`."""
+        return self.theta.copy(), self.at_joint.copy(), self.link_length.copy(), self.unbalanced.copy()
