@@ -13,7 +13,9 @@ from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.robots.channels import posture_columns
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
-from catheter_sim.simulation.replay import simulate
+from catheter_sim.simulation.replay import RAMP_S, simulate
+
+SMOOTH_RAMP_S = 0.4  # simulated time from row to row of a robot without friction
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,11 @@ def replay(
     robot: ContinuumRobot, trial: Trial, columns: Sequence[str], gravity_mps2: Array, progress: bool = False
 ) -> Replay:
     """Return a trial replayed with `robot`, its effects in force."""
-    run = simulate(embodied(robot), arriving_inputs(robot, trial.inputs), gravity_mps2, progress=progress)
+    built = embodied(robot)
+    # Dry friction remembers an overshoot, so that only a robot without it may be moved fast.
+    ramp_s = RAMP_S if built.friction.mu > 0.0 else SMOOTH_RAMP_S
+    arriving = arriving_inputs(robot, trial.inputs)
+    run = simulate(built, arriving, gravity_mps2, ramp_s=ramp_s, progress=progress)
     outputs = np.full((len(trial.inputs), len(columns)), np.nan)
     if run.postures:
         values = posture_columns(robot, observed(robot, run.postures))

@@ -215,8 +215,8 @@ def posture_columns(robot: Robot, postures: Sequence[Posture]) -> dict[str, Arra
     for index, name in enumerate(joint_names(robot)):
         columns[f"joint_{name}_deg"] = angles[:, index]
     tensions = np.array([posture.actuator_tension for posture in postures])
-    for index, tendon in enumerate(robot.tendons):
-        columns[f"tension_{tendon.name}_N"] = tensions[:, index]
+    for index, name in enumerate([tendon.name for tendon in robot.tendons]):
+        columns[f"tension_{name}_N"] = tensions[:, index]
     return columns
 
 

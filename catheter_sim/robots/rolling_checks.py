@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import operator
+from functools import partial
 
 import numpy as np
 
@@ -108,7 +110,7 @@ def _check_segment(segment: RollingSegment, prefix: str) -> None:
     )
     for name, radius_m in arcs:
         what = f"must be below its arc's radius, {radius_m * 1e3:g} mm"
-        need(segment, name, prefix, lambda arm, radius_m=radius_m: arm < radius_m, what)
+        need(segment, name, prefix, partial(operator.gt, radius_m), what)
     # A joint must not have closed a gap before any load does.
     closing = min(math.asin(getattr(segment, name) / radius_m) for name, radius_m in arcs)
     limit = closing / length

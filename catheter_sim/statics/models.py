@@ -14,6 +14,10 @@ from catheter_sim.statics.exact_arm import fkm_exact_arm
 from catheter_sim.statics.kato import fkm, fkm_stick, pcca
 from catheter_sim.statics.planar_chain import bends_in_plane
 from catheter_sim.statics.result import StaticRun
+from catheter_sim.statics.rolling.complete import complete, virtual_work
+from catheter_sim.statics.rolling.history import is_rolling
+from catheter_sim.statics.rolling.pcc import pcc
+from catheter_sim.statics.rolling.printed import printed
 from catheter_sim.statics.sliding import fkm_sliding
 
 
@@ -69,6 +73,31 @@ _MODELS = (
         "one arc per segment (Rao 2021, Sections 3.2.1, 5.2.2), tension or displacement, friction, weight",
         constant_curvature.constant_curvature,
         constant_curvature.applies_to,
+    ),
+    # Robots of rolling joints.
+    StaticModel(
+        "printed",
+        "the balance of chest_tube_2025, Eqs 1-24, as printed with the least repairs; knows no unloading",
+        printed,
+        is_rolling,
+    ),
+    StaticModel(
+        "complete",
+        "Newton-Euler balance of every link, friction with history, weight and tip load",
+        complete,
+        is_rolling,
+    ),
+    StaticModel(
+        "virtual_work",
+        "as complete, by virtual work: the reference of its compiled form",
+        virtual_work,
+        is_rolling,
+    ),
+    StaticModel(
+        "pcc",
+        "piecewise constant curvature, no friction, no weight (as compared in chest_tube_2025)",
+        pcc,
+        is_rolling,
     ),
 )
 

@@ -27,6 +27,7 @@ _TOLERANCE_RAD = 1e-7
 _LARGEST_ANGLE_RAD = 1.5  # of a cell: beyond it nothing balances
 _LOAD_ROUNDS = 60
 _LOAD_TOLERANCE_RAD = 1e-7
+_ASTRAY_RAD = 1e-4  # still moving after so many rounds: no balance
 
 
 def knows(robot: ContinuumRobot) -> bool:
@@ -200,4 +201,5 @@ def _with_loads(
         angles = new
         if not (change > _LOAD_TOLERANCE_RAD).any():
             return angles
-    return np.where((change > 1e-4).any(axis=(1, 2))[:, None, None], np.nan, angles)
+    astray = np.asarray(change > _ASTRAY_RAD).any(axis=(1, 2))
+    return np.where(astray[:, None, None], np.nan, angles)

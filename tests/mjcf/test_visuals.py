@@ -15,7 +15,7 @@ def test_meshes_have_no_mass_and_no_contact(name: str, monkeypatch: pytest.Monke
     """With and without its meshes a model has the same masses, inertias and mass matrix."""
     robot = load_robot(name)
     shown = mujoco.MjModel.from_xml_string(build.build_mjcf(robot))
-    monkeypatch.setattr(chain, "add_visuals", lambda root, robot, bodies: None)
+    monkeypatch.setattr(build, "add_visuals", lambda root, robot, bodies: None)
     bare = mujoco.MjModel.from_xml_string(build.build_mjcf(robot))
     assert shown.ngeom > 0
     assert bare.ngeom == 0
