@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.diagnosis.fit import measured_of
+from catheter_sim.diagnosis.hypothesis import measured_of
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.robots.channels import posture_columns

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from catheter_sim.diagnosis.fit import Fit, Problem, blocks_of, column_of, residuals
+from catheter_sim.diagnosis.fit import Fit
+from catheter_sim.diagnosis.hypothesis import Problem, blocks_of, column_of, residuals
 from catheter_sim.diagnosis.trials import unit_of
 from catheter_sim.robots.posture import Array
 

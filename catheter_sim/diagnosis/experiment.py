@@ -92,7 +92,9 @@ def loops(robot: ContinuumRobot, trials: Sequence[Trial]) -> Table:
     order = [*range(len(columns)), 0]
     values: Array = np.zeros((len(shape) * len(order), len(columns)))
     for position, index in enumerate(order):
-        values[position * len(shape) : (position + 1) * len(shape), index] = np.round(shape * reach[index], 4)
+        values[position * len(shape) : (position + 1) * len(shape), index] = (
+            np.floor(shape * reach[index] * 1e4) / 1e4
+        )
     time_s = _ROW_S * np.arange(len(values), dtype=float)
     return Table(
         time_s, {name: values[:, index] for index, name in enumerate(columns)}, "next_experiment.csv"

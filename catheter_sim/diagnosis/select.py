@@ -20,7 +20,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from catheter_sim.diagnosis.fit import Fit, Problem, Term, fit, probe, terms_for
+from catheter_sim.diagnosis.fit import Fit, fit, probe
+from catheter_sim.diagnosis.hypothesis import Problem, Term, terms_for
 from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.robots.specification import ContinuumRobot
 

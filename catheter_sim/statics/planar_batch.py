@@ -71,11 +71,6 @@ def solve_pairs(
     return angles[:, rows], shift
 
 
-def faces(chains: Sequence[PlanarChain], angles: Array) -> tuple[Array, Array]:
-    """Return the distal faces of chains bent by `angles` (B, r, n): positions and orientations."""
-    return hinge_chain(angles, chains[0].cell_length)
-
-
 def _planar_wrench(inputs: Inputs) -> Array:
     return np.stack([inputs.force_tip[:, 0], inputs.force_tip[:, 2], inputs.moment_tip[:, 1]], axis=1)
 
@@ -184,6 +179,7 @@ def _with_loads(
 ) -> Array:
     """Return the angles where weight and tip load act too: moments from the shape, and again."""
     length = chains[0].cell_length
+    change = np.zeros(angles.shape)
     for _ in range(_LOAD_ROUNDS):
         p_w, _unused = hinge_chain(angles, length)
         hinges = hinge_points(angles, length)
@@ -197,9 +193,9 @@ def _with_loads(
         moment = beyond(z * force[..., 0] - x * force[..., 1])
         moment -= hinges[..., 2] * beyond(force[..., 0]) - hinges[..., 0] * beyond(force[..., 1])
         new = _march(chains, command, moment + wrench[:, :, 2:])
-        change = np.abs(new - angles)
+        change[:] = np.abs(new - angles)
         angles = new
         if not (change > _LOAD_TOLERANCE_RAD).any():
             return angles
-    astray = np.asarray(change > _ASTRAY_RAD).any(axis=(1, 2))
-    return np.where(astray[:, None, None], np.nan, angles)
+    astray: Array = change.max(axis=(1, 2), keepdims=True)
+    return np.where(astray <= _ASTRAY_RAD, angles, np.nan)

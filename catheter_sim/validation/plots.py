@@ -101,6 +101,23 @@ def _profile(posture: Posture) -> tuple[np.ndarray, np.ndarray]:
     return points[:, 0], points[:, 2]
 
 
+def joint_angles(tensions: np.ndarray, printed: np.ndarray, complete: np.ndarray, path: Path) -> None:
+    """Draw all joints' angles over the tension, two balances (as chest_tube_2025, Fig. 13)."""
+    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    both = zip(figure.subplots(1, 2, sharey=True), ("printed", "complete"), (printed, complete), strict=True)
+    for axes, name, angles in both:
+        axes.plot(tensions, angles[:, 0::2], color=ORANGE, lw=1)
+        axes.plot(tensions, angles[:, 1::2], color=BLUE, lw=1)
+        axes.axhline(0.0, color=GREY, lw=0.8)
+        axes.set_title(f"{name} balance", fontsize=9)
+        axes.set_xlabel("tension of the active rod [N]")
+    figure.axes[0].plot([], [], color=ORANGE, label="odd joints")
+    figure.axes[0].plot([], [], color=BLUE, label="even joints")
+    figure.axes[0].legend(frameon=False, fontsize=8)
+    figure.axes[0].set_ylabel("joint angle [deg]")
+    _save(figure, path)
+
+
 def convergence(means: Mapping[int, float], path: Path) -> None:
     """Draw the chain's mean tip error over its links a subsegment."""
     figure = Figure(figsize=(4.5, 3.4), layout="constrained")

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.validation.chest_tube import validate_section as validate_chest_tube
 from catheter_sim.validation.lines import Validation, merge
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
 from catheter_sim.validation.render import validate_render
@@ -17,6 +18,7 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
     "neuroendoscope_section": (validate_section, validate_render),
     "neuroendoscope": (validate_full,),
     "spacer_disk": (validate_spacer_disk,),
+    "chest_tube_section": (validate_chest_tube,),
 }
 
 

@@ -1,0 +1,230 @@
+"""What a diagnosis reports of a fitted hypothesis: figures on held-out trials, shares, doubts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from catheter_sim.diagnosis.confirm import Replay, replay
+from catheter_sim.diagnosis.evidence import (
+    TIP,
+    errors_of,
+    gain_interval,
+    gain_percent,
+    rmse_by_unit,
+    tip_errors,
+)
+from catheter_sim.diagnosis.fit import Fit, fit, intervals
+from catheter_sim.diagnosis.hypothesis import Problem, measured_of, robot_with
+from catheter_sim.diagnosis.result import Candidate, Cause, FittedParameter, TrialFit, UnitResult
+from catheter_sim.diagnosis.select import Selection
+from catheter_sim.diagnosis.trials import Dataset, Trial, unit_of
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.tables import Table
+
+
+def held_out(test: Problem, before: Fit, after: Fit, unit: str, noise: float) -> UnitResult:
+    """Return the held-out figures of one unit."""
+    errors = errors_of(test, before), errors_of(test, after)
+    rmse = [rmse_by_unit(test, error)[unit] for error in errors]
+    return UnitResult(
+        unit=unit,
+        noise_floor=noise,
+        rmse_before=rmse[0],
+        rmse_after=rmse[1],
+        gain_percent=gain_percent(*rmse),
+        gain_percent_ci95=gain_interval(test, *errors, unit) if after is not before else (0.0, 0.0),
+    )
+
+
+def named_causes(
+    problem: Problem, test: Problem, after: Fit, result: UnitResult, unit: str
+) -> tuple[Cause, ...]:
+    """Return the causes of a fitted hypothesis by their share of the held-out gain, largest first.
+
+    A cause's share is how much the held-out error rises when the hypothesis is fitted without it, over
+    the sum of these rises.
+    """
+    if not after.terms:
+        return ()
+    rises = []
+    rows = sum(len(trial.inputs) for trial in problem.trials)
+    thinned = replace(problem, every=max(1, round(rows / 600)))
+    for term in after.terms:
+        others = tuple(item for item in after.terms if item is not term)
+        without = fit(thinned, others, after.values, cross_validate=False)
+        rises.append(max(rmse_by_unit(test, errors_of(test, without))[unit] - result.rmse_after, 0.0))
+    total = sum(rises)
+    shares = [rise / total if total > 0.0 else 1.0 / len(rises) for rise in rises]
+    bounds = intervals(after)
+    values = after.values
+    causes = []
+    for term, share in zip(after.terms, shares, strict=True):
+        null = {
+            free.parameter.name: free.parameter.null for free in after.frees if free.effect == term.effect
+        }
+        causes.append(
+            Cause(
+                name=term.effect,
+                parameters={
+                    name: FittedParameter(values[term.effect, name], bounds[term.effect, name], null[name])
+                    for name in term.free
+                },
+                gain_percent=result.gain_percent * share,
+            )
+        )
+    return tuple(sorted(causes, key=lambda cause: -cause.gain_percent))
+
+
+def ranking(test: Problem, selection: Selection, unit: str) -> tuple[Candidate, ...]:
+    """Return every set of causes that was fitted with its held-out error, best first.
+
+    Of several variants of a set (one value, or one per channel) the one that the cross-validation
+    prefers stands for it; for the chosen set the chosen variant.
+    """
+    best: dict[tuple[str, ...], Fit] = {}
+    for item in (selection.null, *selection.singles, *selection.tried, *selection.path):
+        names = tuple(sorted(item.causes))
+        if names not in best or item.cross_validated_rms < best[names].cross_validated_rms:
+            best[names] = item
+    best[tuple(sorted(selection.chosen.causes))] = selection.chosen
+    mine = np.array([unit_of(name) == unit for name in test.columns])
+    scale = float(np.sqrt(np.mean(test.weight[mine] ** 2)))
+    found = [
+        Candidate(
+            item.causes, rmse_by_unit(test, errors_of(test, item))[unit], item.cross_validated_rms * scale
+        )
+        for item in best.values()
+    ]
+    return tuple(sorted(found, key=lambda candidate: candidate.heldout_rmse))
+
+
+def figures(problem: Problem, fits: Sequence[TrialFit], after: Fit) -> tuple[dict[str, float], list[str]]:
+    """Return further figures of the held-out trials, and notes about the fit."""
+    extra: dict[str, float] = {}
+    notes = []
+    heldout = [item for item in fits if item.role == "heldout"]
+    if all(name in problem.columns for name in TIP):
+        for stage in ("before", "after"):
+            columns = {
+                name: [(getattr(item, stage).columns[name], item.measured.columns[name]) for item in heldout]
+                for name in TIP
+            }
+            extra |= {f"heldout_{name.format(stage)}": value for name, value in tip_errors(columns).items()}
+        notes.append(
+            "rmse counts every output by itself; a tip distance error is the length of the error vector in "
+            "space. Aligned: with the mean offset over the held-out rows taken out."
+        )
+    if not problem.nuisances:
+        notes.append(
+            "Before is the robot as its file specifies it: no calibration range is known for it, so that "
+            "nothing was calibrated away, the tracker's frame included."
+        )
+    else:
+        values = {name: value for (effect, name), value in after.values.items() if not effect}
+        notes.append(
+            "Calibrated, as factors on the specified values: "
+            + ", ".join(f"{name.replace('_', ' ')} {value:.3f}" for name, value in values.items())
+            + "."
+            if values
+            else "No nuisance parameter was left to calibrate."
+        )
+    for free, stuck in zip(after.frees, after.held, strict=True):
+        if stuck and free.effect:
+            notes.append(f"{free.effect}.{free.parameter.name} stands at its bound: no interval.")
+    return extra, notes
+
+
+def doubts(causes: Sequence[Cause], by_unit: Mapping[str, UnitResult]) -> list[str]:
+    """Return what a reader should doubt: causes that do not pay on held-out data, error left over."""
+    notes = [
+        f"{cause.name.replace('_', ' ')} pays on stretches left out of the training data, but not on the "
+        "held-out data: take it as a part of this fit, not as a finding."
+        for cause in causes
+        if len(causes) > 1 and cause.gain_percent < 0.5
+    ]
+    for unit, result in by_unit.items():
+        times = result.rmse_after / max(result.noise_floor, 1e-12)
+        if causes and times > 3.0:
+            notes.append(
+                f"After correction the error [{unit}] is still {times:.0f} times "
+                "what is white in it from row to row: most of what is left has causes that are not named."
+            )
+    return notes
+
+
+def confirmed(
+    dataset: Dataset,
+    problem: Problem,
+    robot: ContinuumRobot,
+    heldout: Sequence[Trial],
+    fits: Sequence[TrialFit],
+) -> tuple[dict[str, float], list[str]]:
+    """Return how MuJoCo, with the causes in it, does on the held-out trials, and where it disagrees."""
+    extra: dict[str, float] = {}
+    notes: list[str] = []
+    replays: list[Replay] = []
+    for trial in heldout:
+        replays.append(replay(robot, trial, problem.columns, dataset.gravity_mps2))
+        if replays[-1].failure:
+            notes.append(f"Simulation of {trial.file}: {replays[-1].failure}.")
+        if replays[-1].restless:
+            notes.append(f"Simulation of {trial.file}: {replays[-1].restless} rows had not come to rest.")
+    twins = [
+        np.stack([item.after.columns[name] for name in problem.columns], axis=1)
+        for item in fits
+        if item.role == "heldout"
+    ]
+    for unit in dict.fromkeys(unit_of(name) for name in problem.columns):
+        mine = np.array([unit_of(name) == unit for name in problem.columns])
+        error = np.concatenate([(item.outputs - item.measured)[:, mine].ravel() for item in replays])
+        apart = np.concatenate(
+            [(item.outputs - twin)[:, mine].ravel() for item, twin in zip(replays, twins, strict=True)]
+        )
+        suffix = "" if unit == "1" else f"_{unit}"
+        if np.isfinite(error).any():
+            extra[f"heldout_simulation_rmse_after{suffix}"] = float(np.sqrt(np.nanmean(error**2)))
+            extra[f"heldout_simulation_minus_twin_rms{suffix}"] = float(np.sqrt(np.nanmean(apart**2)))
+    if all(name in problem.columns for name in TIP) and all(item.failure is None for item in replays):
+        columns = {
+            name: [
+                (
+                    item.outputs[:, problem.columns.index(name)],
+                    item.measured[:, problem.columns.index(name)],
+                )
+                for item in replays
+            ]
+            for name in TIP
+        }
+        extra |= {
+            f"heldout_simulation_{name.format('after')}": value for name, value in tip_errors(columns).items()
+        }
+    return extra, notes
+
+
+def outputs_of(problem: Problem, trial: Trial, result: Fit) -> Array:
+    """Return a fitted hypothesis's outputs along a trial, shape (r, o)."""
+    return problem.twin([robot_with(problem, result.frees, result.x)], trial.inputs, 1)[0]
+
+
+def residual_series(problem: Problem, result: Fit) -> dict[str, list[Array]]:
+    """Return model minus measurement by output column, one array per trial."""
+    series: dict[str, list[Array]] = {name: [] for name in problem.columns}
+    for trial in problem.trials:
+        error = outputs_of(problem, trial, result) - measured_of(trial, problem.columns)
+        for index, name in enumerate(problem.columns):
+            series[name].append(error[:, index])
+    return series
+
+
+def trial_fit(problem: Problem, trial: Trial, before: Fit, after: Fit) -> TrialFit:
+    """Return a trial, measured and computed by both hypotheses."""
+    tables = []
+    for result in (before, after):
+        values = outputs_of(problem, trial, result)
+        columns = {name: values[:, index] for index, name in enumerate(problem.columns)}
+        tables.append(Table(trial.inputs.time_s, columns, trial.file))
+    return TrialFit(trial.file, trial.role, trial.inputs.time_s, trial.outputs, tables[0], tables[1])

@@ -1,0 +1,186 @@
+"""A hypothesis about what is wrong: effects with parameters to fit, and what it predicts for trials.
+
+A hypothesis is a set of terms, each an effect with the parameters that are freed; the empty set is the
+model without causes, its nuisance parameters calibrated. Residuals are divided by their column's
+weight. Every number is in units of a change that matters (`Parameter.scale`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from catheter_sim.diagnosis.nuisance import Nuisance
+from catheter_sim.diagnosis.trials import Trial, cycles
+from catheter_sim.diagnosis.twin import Twin
+from catheter_sim.effects.face import Parameter
+from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.specification import ContinuumRobot
+
+FOLDS = 8  # of the cross-validation; a fold is a stretch of whole cycles
+_NUISANCE_SCALE = 0.25  # of a nuisance parameter's half range
+_FAILED = 1e3  # residual, in weights, of a robot that finds no equilibrium
+
+
+@dataclass(frozen=True)
+class Term:
+    """An effect and the names of its parameters that are fitted."""
+
+    effect: str
+    free: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Free:
+    """One fitted number: a parameter of an effect, or a nuisance (then `effect` is empty)."""
+
+    effect: str
+    parameter: Parameter
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Effect and parameter name."""
+        return self.effect, self.parameter.name
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What stays the same for every hypothesis.
+
+    Attributes:
+        robot: as specified.
+        nuisances: its known-uncertain numbers.
+        trials: to fit.
+        columns: outputs compared.
+        weight: size of a residual per column that counts as one, shape (o,), in file units.
+        twin: robots and inputs to outputs.
+        every: each so-many-th row is compared; the others still make the history.
+    """
+
+    robot: ContinuumRobot
+    nuisances: tuple[Nuisance, ...]
+    trials: tuple[Trial, ...]
+    columns: tuple[str, ...]
+    weight: Array
+    twin: Twin
+    every: int = 1
+
+
+def terms_for(robot: ContinuumRobot, effect: str) -> tuple[Term, ...]:
+    """Return the ways in which `effect` may be freed for `robot`, simplest first."""
+    parameters = EFFECTS[effect].parameters(robot)
+    if not parameters:
+        return ()
+    everything = tuple(item.name for item in parameters)
+    return tuple(Term(effect, names or everything) for names in EFFECTS[effect].variants(robot))
+
+
+def frees_of(problem: Problem, terms: Sequence[Term]) -> tuple[Free, ...]:
+    """Return what is fitted for a hypothesis: nuisances not superseded, then its effects' parameters."""
+    found = []
+    named = {term.effect for term in terms}
+    for nuisance in problem.nuisances:
+        if named.isdisjoint(nuisance.superseded_by):
+            half = nuisance.half_range
+            found.append(
+                Free("", Parameter(nuisance.name, 1.0, 1.0 - half, 1.0 + half, half * _NUISANCE_SCALE, 1.0))
+            )
+    for term in terms:
+        by_name = {item.name: item for item in EFFECTS[term.effect].parameters(problem.robot)}
+        found += [Free(term.effect, by_name[name]) for name in term.free]
+    return tuple(found)
+
+
+def robot_with(problem: Problem, frees: Sequence[Free], x: Array) -> ContinuumRobot:
+    """Return the specified robot with calibrated nuisances built in and the effects attached."""
+    robot = problem.robot
+    effects: dict[str, dict[str, float]] = {name: dict(values) for name, values in robot.effects.items()}
+    factors = {}
+    for free, value in zip(frees, x, strict=True):
+        number = free.parameter.from_fit(float(value) * free.parameter.scale)
+        if free.effect:
+            effects.setdefault(free.effect, {})[free.parameter.name] = number
+        else:
+            factors[free.parameter.name] = number
+    for nuisance in problem.nuisances:
+        if nuisance.name in factors:
+            robot = nuisance.change_robot(robot, factors[nuisance.name])
+    return replace(robot, effects=effects)
+
+
+def residuals(problem: Problem, frees: Sequence[Free], xs: Array) -> Array:
+    """Return model minus measurement over weight for many parameter vectors, shape (B, n).
+
+    Args:
+        problem: trials and twin.
+        frees: what the columns of `xs` are.
+        xs: shape (B, p), in units of the parameters' scales.
+    """
+    robots = [robot_with(problem, frees, x) for x in xs]
+    parts = []
+    for trial in problem.trials:
+        model = problem.twin(robots, trial.inputs, problem.every)
+        measured = measured_of(trial, problem.columns)[:: problem.every]
+        error = (model - measured) / problem.weight
+        parts.append(error[:, np.isfinite(measured)])
+    stacked = np.concatenate(parts, axis=1)
+    return np.where(np.isfinite(stacked), np.clip(stacked, -_FAILED, _FAILED), _FAILED)
+
+
+def measured_of(trial: Trial, columns: Sequence[str]) -> Array:
+    """Return a trial's outputs, shape (r, o), NaN where missing."""
+    return np.stack([trial.outputs.columns[name] for name in columns], axis=1)
+
+
+def blocks_of(problem: Problem, fewest: int = 2 * FOLDS) -> np.ndarray:
+    """Return the block of each residual: a whole cycle of a trial, in order, shape (n,).
+
+    Where there are fewer cycles than `fewest`, cycles are cut into stretches of equal length.
+    """
+    stretches: list[tuple[int, slice]] = [
+        (index, part) for index, trial in enumerate(problem.trials) for part in cycles(trial)
+    ]
+    pieces = -(-fewest // max(len(stretches), 1))
+    labels = [np.zeros(len(trial.inputs), dtype=int) for trial in problem.trials]
+    count = 0
+    for index, part in stretches:
+        rows = np.arange(part.start, part.stop)
+        for piece in np.array_split(rows, min(pieces, max(1, len(rows) // 4))):
+            labels[index][piece] = count
+            count += 1
+    parts = []
+    for trial, label in zip(problem.trials, labels, strict=True):
+        finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
+        parts.append(np.broadcast_to(label[:: problem.every, None], finite.shape)[finite])
+    return np.concatenate(parts)
+
+
+def column_of(problem: Problem) -> np.ndarray:
+    """Return the index of the output column of each residual, shape (n,)."""
+    parts = []
+    for trial in problem.trials:
+        finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
+        parts.append(np.broadcast_to(np.arange(finite.shape[1]), finite.shape)[finite])
+    return np.concatenate(parts)
+
+
+def fold_of(block: np.ndarray, folds: int = FOLDS) -> np.ndarray:
+    """Return the fold of each residual: stretches of neighbouring blocks, alike in rows, shape (n,)."""
+    order = np.unique(block, return_inverse=True)[1]
+    sizes = np.bincount(order)
+    middle = np.cumsum(sizes) - 0.5 * sizes
+    return np.minimum((middle * folds / sizes.sum()).astype(int), folds - 1)[order]
+
+
+def start_of(frees: Sequence[Free], known: dict[tuple[str, str], float] | None = None) -> Array:
+    """Return where a fit starts: `known` values, or each parameter's own start."""
+    values = known or {}
+    return np.array(
+        [
+            free.parameter.to_fit(values.get(free.key, free.parameter.start)) / free.parameter.scale
+            for free in frees
+        ]
+    )

@@ -1,0 +1,108 @@
+"""Noise, held-out errors and the next experiment: figures that can be checked by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planted import displacement_history, pair_history, small_robot
+
+from catheter_sim.diagnosis.evidence import TIP, gain_interval, gain_percent, rmse_by_unit, tip_errors
+from catheter_sim.diagnosis.experiment import loops, next_experiment
+from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.noise import is_white, noise_floor, repeat_noise, white_noise
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.channels import read_inputs
+from catheter_sim.tables import Table
+
+
+def trial(columns, inputs, file="a.csv") -> Trial:
+    """Return a trial with the given outputs."""
+    return Trial(file, "heldout", inputs, Table(inputs.time_s, columns, file))
+
+
+def test_noise_from_repeats_and_from_residuals():
+    """White noise of 0.2 is found again, from a repeat and on top of a slow residual."""
+    generator = np.random.default_rng(4)
+    inputs = pair_history(1, cycles=12)
+    rows = len(inputs)
+    slow = 3.0 * np.sin(np.arange(rows) / 40.0)
+    noisy = [slow + 0.2 * generator.normal(size=rows) for _ in range(2)]
+    trials = [trial({"tip_x_mm": values}, inputs, f"{k}.csv") for k, values in enumerate(noisy)]
+    assert repeat_noise(trials, ("tip_x_mm",))["mm"] == pytest.approx(0.2, rel=0.15)
+    assert white_noise({"tip_x_mm": noisy})["mm"] == pytest.approx(0.2, rel=0.15)
+    assert noise_floor({"mm": 0.3, "deg": 0.1}, {"mm": 0.2}) == {"mm": 0.2, "deg": 0.1}
+    other = trial({"tip_x_mm": noisy[0]}, pair_history(2, cycles=12))
+    assert repeat_noise([trials[0], other], ("tip_x_mm",)) == {}
+
+
+def test_structure_is_told_from_white_noise():
+    """Noise passes for white, a slow wave does not, gaps do not matter."""
+    generator = np.random.default_rng(5)
+    noise = generator.normal(size=400)
+    noise[::50] = np.nan
+    assert is_white([noise])
+    assert not is_white([noise + 3.0 * np.sin(np.arange(400) / 20.0)])
+
+
+def heldout_problem(columns) -> Problem:
+    """Return a problem of one held-out trial whose measurements are all there."""
+    inputs = displacement_history(2, cycles=20)
+    one = trial({name: np.zeros(len(inputs)) for name in columns}, inputs)
+    return Problem(small_robot(), (), (one,), tuple(columns), np.ones(len(columns)), lambda *_: np.zeros(0))
+
+
+def test_rmse_is_over_all_outputs_of_one_unit():
+    """Millimetres and degrees are kept apart; within a unit every output counts alike."""
+    problem = heldout_problem(("tip_x_mm", "tip_z_mm", "joint_x1_deg"))
+    rows = len(problem.trials[0].inputs)
+    errors = np.tile([3.0, 4.0, 7.0], rows)
+    assert rmse_by_unit(problem, errors) == {"mm": pytest.approx(np.sqrt(12.5)), "deg": pytest.approx(7.0)}
+
+
+def test_gain_interval_is_around_the_gain_and_honest_about_few_cycles():
+    """A gain that is the same in every cycle has a narrow interval, one that comes and goes a wide one."""
+    problem = heldout_problem(("tip_x_mm",))
+    rows = len(problem.trials[0].inputs)
+    generator = np.random.default_rng(8)
+    before = generator.normal(size=rows)
+    low, high = gain_interval(problem, before, 0.5 * before, "mm")
+    assert low == pytest.approx(50.0)
+    assert high == pytest.approx(50.0)
+    patchy = np.where(np.arange(rows) < rows // 2, 0.1, 1.0) * before
+    low, high = gain_interval(problem, before, patchy, "mm")
+    assert low < gain_percent(*(float(np.sqrt(np.mean(e**2))) for e in (before, patchy))) < high
+    assert high - low > 10.0
+    assert gain_percent(0.0, 0.0) == 0.0
+
+
+def test_alignment_takes_out_a_shift_and_nothing_else():
+    """Tip errors: 3-4-12 gives 13 mm as it is, zero aligned; a zero-mean error is left as it is."""
+    rows = np.zeros(40)
+    shifted = {name: [(rows + step, rows)] for name, step in zip(TIP, (3.0, 4.0, 12.0), strict=True)}
+    figures = tip_errors(shifted)
+    assert figures["tip_distance_rmse_{}_mm"] == pytest.approx(13.0)
+    assert figures["tip_distance_rmse_aligned_{}_mm"] == pytest.approx(0.0, abs=1e-12)
+    swing = np.tile([1.0, -1.0], 20)
+    swinging = {name: [(swing if name == "tip_x_mm" else rows, rows)] for name in TIP}
+    assert tip_errors(swinging)["tip_distance_rmse_aligned_{}_mm"] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("kind", ["displacement", "tension"])
+def test_next_experiment_can_be_played(kind):
+    """The proposed inputs are valid for the robot, stay inside what was reached, and end where they began."""
+    robot = small_robot() if kind == "displacement" else load_robot("neuroendoscope_section")
+    history = displacement_history(1) if kind == "displacement" else pair_history(1)
+    trials = [trial({"tip_x_mm": np.zeros(len(history))}, history)]
+    table = loops(robot, trials)
+    inputs = read_inputs(replace(robot, actuation=kind), table)
+    assert inputs.actuation == kind
+    assert inputs.tendon.min() >= 0.0
+    assert (inputs.tendon.max(axis=0) <= history.tendon.max(axis=0) + 1e-6).all()
+    assert not inputs.tendon[0].any()
+    assert not inputs.tendon[-1].any()
+    words = next_experiment(robot, trials, ["backlash"], [("backlash", "tendon_friction")]).words
+    assert "backlash" in words
+    assert "pretension" in words

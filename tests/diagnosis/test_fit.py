@@ -1,0 +1,224 @@
+"""The fit: exact where it is linear, honest intervals, honest errors on what is left out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planted import as_inputs, displacement_history, pair_history, small_robot
+
+from catheter_sim.diagnosis.fit import Fit, carried, fit, intervals, probe
+from catheter_sim.diagnosis.hypothesis import Problem, Term, blocks_of, fold_of, frees_of, residuals
+from catheter_sim.diagnosis.nuisance import nuisances_of
+from catheter_sim.diagnosis.select import as_good, pays
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.diagnosis.twin import twin_for
+from catheter_sim.effects.apply import with_effects
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.tables import Table
+
+COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+FRAME = Term("measurement_frame", ("translation_x_mm", "rotation_y_deg"))
+
+
+def made(effects, noise_mm=0.0, seed=1, robot=None, inputs=None, columns=COLUMNS, reference="small.toml"):
+    """Return a problem whose measurements are the twin's own with `effects`, and white noise."""
+    robot = robot or small_robot()
+    inputs = inputs or displacement_history(3)
+    twin = twin_for(robot, inputs.actuation, columns, np.zeros(3))
+    values = twin([with_effects(robot, effects)], inputs, 1)[0]
+    values = values + noise_mm * np.random.default_rng(seed).normal(size=values.shape)
+    table = Table(inputs.time_s, {name: values[:, index] for index, name in enumerate(columns)}, "made")
+    weight = np.full(len(columns), max(noise_mm, 0.01))
+    trial = Trial("made.csv", "train", inputs, table)
+    return Problem(robot, nuisances_of(reference), (trial,), tuple(columns), weight, twin)
+
+
+@pytest.mark.parametrize(
+    ("term", "effects"),
+    [
+        (Term("backlash", ("width_mm",)), {"backlash": {"width_mm": 0.37}}),
+        (
+            Term("axial_compression", ("stiffness_N_per_mm",)),
+            {"axial_compression": {"stiffness_N_per_mm": 20.0}},
+        ),
+        (Term("stiffness", ("scale",)), {"stiffness": {"scale": 0.7}}),
+        (Term("actuation_offset", ("offset_t1_mm",)), {"actuation_offset": {"offset_t1_mm": -0.4}}),
+        (FRAME, {"measurement_frame": {"translation_x_mm": 3.0, "rotation_y_deg": -5.0}}),
+    ],
+)
+def test_recovers_what_was_put_in(term, effects):
+    """From noiseless data of its own twin a fit returns the numbers that made them."""
+    found = fit(made(effects), (term,), cross_validate=False).values
+    for name, value in effects[term.effect].items():
+        assert found[term.effect, name] == pytest.approx(value, rel=2e-3)
+
+
+def test_an_effect_that_is_not_there_stays_at_null():
+    """Compression fitted to data without it becomes an infinite stiffness, held at its bound."""
+    term = Term("axial_compression", ("stiffness_N_per_mm",))
+    found = fit(made({"stiffness": {"scale": 1.0}}), (term,), cross_validate=False)
+    assert 1.0 / found.values["axial_compression", "stiffness_N_per_mm"] < 1e-6
+
+
+def test_between_nuisance_and_cause_that_do_the_same_the_cause_moves():
+    """A wrong gain is not spread over elastic constant and moment arm, which could each hide a part."""
+    section = load_robot("neuroendoscope_section")
+    problem = made(
+        {"actuation_gain": {"scale": 1.1}},
+        noise_mm=0.05,
+        robot=section,
+        inputs=pair_history(2, cycles=2),
+        columns=("tip_x_mm", "tip_z_mm"),
+        reference="neuroendoscope_section",
+    )
+    found = fit(problem, (Term("actuation_gain", ("scale",)),), cross_validate=False)
+    assert found.values["actuation_gain", "scale"] == pytest.approx(1.1, abs=0.015)
+    calibrated = fit(problem, (), cross_validate=False)
+    assert calibrated.values["", "elastic_constant"] == pytest.approx(0.97)
+    assert calibrated.held.any()
+
+
+def test_what_has_no_influence_is_left_alone():
+    """A rotation about the axis along which nothing is measured keeps its start, with an open interval."""
+    section = load_robot("neuroendoscope_section")
+    problem = made(
+        {"measurement_frame": {"translation_x_mm": 2.0}},
+        noise_mm=0.05,
+        robot=section,
+        inputs=pair_history(2, cycles=2),
+        columns=("tip_x_mm", "tip_z_mm"),
+    )
+    term = Term("measurement_frame", ("translation_x_mm", "translation_y_mm", "rotation_x_deg"))
+    found = fit(problem, (term,), cross_validate=False)
+    assert found.values["measurement_frame", "translation_x_mm"] == pytest.approx(2.0, abs=0.05)
+    assert found.values["measurement_frame", "translation_y_mm"] == 0.0
+    assert found.values["measurement_frame", "rotation_x_deg"] == 0.0
+    assert intervals(found)["measurement_frame", "translation_y_mm"] == (-50.0, 50.0)
+
+
+def test_left_out_stretches_are_predicted_as_by_fits_without_them():
+    """The one-step errors on left-out folds are those of fits that never saw the fold."""
+    terms = (Term("stiffness", ("scale",)), FRAME)
+    problem = made({"stiffness": {"scale": 0.8}, "actuation_offset": {"offset_mm": 0.1}}, noise_mm=0.3)
+    found = fit(problem, terms)
+    fold = fold_of(found.block)
+    trial = problem.trials[0]
+    for index in np.unique(fold)[::3]:
+        rows = (fold == index).reshape(-1, len(COLUMNS))[:, 0]
+        hidden = {name: np.where(rows, np.nan, values) for name, values in trial.outputs.columns.items()}
+        without = replace(problem, trials=(replace(trial, outputs=replace(trial.outputs, columns=hidden)),))
+        exact = fit(without, terms, found.values, cross_validate=False)
+        error = residuals(problem, exact.frees, exact.x[None])[0]
+        gap = error[fold == index] - found.left_out[fold == index]
+        assert np.sqrt(np.mean(gap**2)) < 0.02 * np.sqrt(np.mean(error[fold == index] ** 2))
+
+
+def test_intervals_cover_where_rows_of_a_block_hang_together():
+    """With errors common to whole cycles the 95 % interval covers the truth in at least 85 of 100 draws.
+
+    An interval that took each row for independent would cover it in about 40.
+    """
+    robot = small_robot()
+    inputs = displacement_history(4, cycles=18)
+
+    def twin(robots, inputs, every):
+        shift = [robot.effects["measurement_frame"]["translation_x_mm"] for robot in robots]
+        return np.broadcast_to(np.array(shift)[:, None, None], (len(robots), len(inputs.time_s[::every]), 1))
+
+    generator = np.random.default_rng(11)
+    covered = 0
+    for _ in range(100):
+        table = Table(inputs.time_s, {"tip_x_mm": np.zeros(len(inputs))}, "made")
+        problem = Problem(
+            robot, (), (Trial("a.csv", "train", inputs, table),), ("tip_x_mm",), np.ones(1), twin
+        )
+        block = blocks_of(problem)
+        common = generator.normal(size=block.max() + 1)[block]
+        values = 1.5 + common + 0.3 * generator.normal(size=len(block))
+        table = replace(table, columns={"tip_x_mm": values})
+        problem = replace(problem, trials=(Trial("a.csv", "train", inputs, table),))
+        found = fit(problem, (Term("measurement_frame", ("translation_x_mm",)),), cross_validate=False)
+        low, high = intervals(found)["measurement_frame", "translation_x_mm"]
+        covered += low <= 1.5 <= high
+    assert covered >= 85
+
+
+def test_blocks_are_whole_cycles_and_folds_whole_blocks():
+    """Blocks follow one another without gaps, and a fold is one stretch of blocks."""
+    problem = made({}, inputs=displacement_history(4, cycles=20))
+    block = blocks_of(problem)
+    assert len(block) == 3 * len(problem.trials[0].inputs)
+    assert (np.diff(block) >= 0).all()
+    assert len(np.unique(block)) >= 16
+    fold = fold_of(block)
+    assert (np.diff(fold) >= 0).all()
+    assert set(np.unique(fold)) == set(range(8))
+    for label in np.unique(block):
+        assert len(np.unique(fold[block == label])) == 1
+
+
+def test_missing_values_are_left_out():
+    """An empty cell counts neither as zero nor as an error."""
+    problem = made({"measurement_frame": {"translation_x_mm": 3.0, "rotation_y_deg": 0.0}})
+    trial = problem.trials[0]
+    columns = dict(trial.outputs.columns)
+    columns["tip_x_mm"] = columns["tip_x_mm"].copy()
+    columns["tip_x_mm"][::7] = np.nan
+    holed = replace(problem, trials=(replace(trial, outputs=replace(trial.outputs, columns=columns)),))
+    found = fit(holed, (FRAME,), cross_validate=False)
+    assert len(found.residual) == 3 * len(trial.inputs) - np.isnan(columns["tip_x_mm"]).sum()
+    assert found.values["measurement_frame", "translation_x_mm"] == pytest.approx(3.0, rel=1e-3)
+
+
+def test_a_probe_foretells_the_fit():
+    """One step beside the current fit already ranks the true cause before a wrong one."""
+    problem = made({"axial_compression": {"stiffness_N_per_mm": 15.0}}, noise_mm=0.05)
+    current = fit(problem, (FRAME,))
+    right = probe(problem, current, (FRAME, Term("axial_compression", ("stiffness_N_per_mm",))))
+    wrong = probe(problem, current, (FRAME, Term("twist", ("rate_deg_per_m",))))
+    assert right[0] < 0.2 * wrong[0]
+    assert set(right[1]) == {
+        free.key for free in frees_of(problem, (FRAME, Term("axial_compression", ("stiffness_N_per_mm",))))
+    }
+
+
+def test_details_start_at_the_common_value():
+    """Values per channel start where the common value was."""
+    problem = made({"actuation_gain": {"scale": 1.2}})
+    common = fit(problem, (Term("actuation_gain", ("scale",)),), cross_validate=False)
+    each = Term("actuation_gain", ("scale_t0", "scale_t1", "scale_t2"))
+    start = carried(common, (each,))
+    assert start["actuation_gain", "scale_t1"] == common.values["actuation_gain", "scale"]
+    assert ("backlash", "width_mm") not in start
+
+
+def made_up_fit(left_out, block) -> Fit:
+    """Return a fit of which only the errors on left-out stretches matter."""
+    empty = np.zeros((len(left_out), 0))
+    return Fit((), (), np.zeros(0), left_out, empty, np.zeros(0, bool), block, left_out)
+
+
+def test_a_cause_pays_only_beyond_chance():
+    """A gain in every block pays; the same gain from one block alone, or one of a percent, does not."""
+    generator = np.random.default_rng(2)
+    block = np.repeat(np.arange(20), 30)
+    before = made_up_fit(generator.normal(size=600), block)
+    everywhere = made_up_fit(0.9 * before.left_out, block)
+    small = made_up_fit(0.99 * before.left_out, block)
+    once = made_up_fit(np.where(block == 3, 0.1, 1.0) * before.left_out, block)
+    assert pays(before, everywhere)
+    assert not pays(before, small)
+    assert not pays(before, once)
+    assert not pays(everywhere, before)
+    assert as_good(before, once)
+    assert not as_good(everywhere, before)
+
+
+def test_a_history_may_be_thinned():
+    """Comparing every third row leaves the history whole: the same values as of all rows, at those rows."""
+    robot = with_effects(small_robot(), {"backlash": {"width_mm": 0.4}})
+    inputs = as_inputs(displacement_history(6).tendon, "displacement")
+    twin = twin_for(robot, "displacement", COLUMNS, np.zeros(3))
+    np.testing.assert_allclose(twin([robot], inputs, 3), twin([robot], inputs, 1)[:, ::3], atol=1e-6)
