@@ -61,7 +61,7 @@ class Selection:
 def candidates_for(robot: ContinuumRobot) -> tuple[str, ...]:
     """Return the effects that a diagnosis tries: those that make sense for `robot`.
 
-    `payload` is left to data sets with known loads: without them it is tried by no one yet.
+    `payload` is not among them yet: many rows with a load on the tip still take the twin minutes.
     """
     return tuple(name for name in EFFECTS if name != "payload" and EFFECTS[name].parameters(robot))
 

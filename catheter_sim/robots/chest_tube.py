@@ -2,7 +2,8 @@
 
 Two parameter sets of its measured section: `table2`, Table II with the values that are not printed
 chosen so that the printed balance gives the paper's Fig. 13; `prototype`, the calibration of the
-measured prototype that its authors published with their code.
+measured prototype that its authors published with their code. That calibration was made with the
+printed balance, so its numbers are effective ones: the complete balance gives other shapes with them.
 
 Errata. Section II.B reads French units as "one-third of a centimeter": they are thirds of a
 millimetre, 28F is an outer diameter of 9.33 mm. Table I asks for a 3 mm lumen: with rod holes 2 mm
@@ -41,7 +42,7 @@ PROTOTYPE_LARGER_ARM_M = 3.98e-3
 PROTOTYPE_SMALLER_ARM_M = 1.33e-3
 PROTOTYPE_LARGER_RADIUS_M = 6.37e-3
 PROTOTYPE_SMALLER_RADIUS_M = 3.80e-3
-PROTOTYPE_LINK_MODULUS_PA = 25e6
+PROTOTYPE_LINK_MODULUS_PA = 25e6  # the area that it goes with is assumed: the section less the lumen
 
 # The full robot: 25 links of 15 mm, as Table I's 375 mm asks.
 MIDDLE_JOINTS = 3  # assumed: the paper prints the base section's number only

@@ -29,11 +29,11 @@ def check_rolling_robot(robot: RollingRobot, where: str) -> None:
     if robot.actuation != "tension":
         raise unknown("actuation", robot.actuation, ("tension",), where)
     _check_names(robot, where)
-    for segment in robot.segments:
-        _check_segment(segment, f"{top}segments.{segment.name}.")
     count = sum(segment.joints for segment in robot.segments)
     if count > _MAX_JOINTS:
         raise InputError(f"{top}joints = {count} in all: more than {_MAX_JOINTS}")
+    for segment in robot.segments:
+        _check_segment(segment, f"{top}segments.{segment.name}.")
     smallest_m = min(segment.outer_radius_m for segment in robot.segments)
     need(
         robot,

@@ -187,4 +187,5 @@ def _solved(rows: list[tuple[Array, Array, Array, Array]]) -> Solved:
 
 def _no_equilibrium(model: str, inputs: Inputs, row: int) -> InputError:
     place = row_name(inputs, row - 1) if row else "at rest under its weight"
-    return InputError(f"{place}: static model {model!r}: no posture close by balances rods and loads; it snaps or folds")
+    what = "no posture close by balances rods and loads; the robot snaps or folds"
+    return InputError(f"{place}: static model {model!r}: {what}")

@@ -4,8 +4,8 @@ The same as `newton_euler`, `virtual_work` and `rods` in plain NumPy, which the 
 for one configuration after another. All compiled code is in this file: the compiled form is kept on
 disk and renewed when this file changes, not when another does.
 
-Arrays. `joint`, shape (n, 12), `rod`, shape (m, n, 7), `stiffness`, shape (m,): see `pack`. Loads as in
-`loads.Loads`. A rod's columns hold NaN as its offset at joints that it does not pass.
+Arrays. `joint`, shape (n, 12), `rod`, shape (m, n, 7), `stiffness`, shape (m,): see `pack` and the
+columns' names below. Loads as in `loads.Loads`.
 """
 
 from __future__ import annotations
@@ -26,6 +26,12 @@ _MOST_ROUNDS = 40
 _MOST_HALVINGS = 10
 _SHORTEST_STEP = 1e-4  # share of the way between two inputs
 _TOWARD_LIMIT = 0.9  # of the way to a closing gap that one step may go
+
+# Columns of `joint`: as in `RollingChain`; COMPLIANCE is of the link along its axis [m/N].
+AXIS, RADIUS_POSITIVE, RADIUS_NEGATIVE, LINE, LENGTH, COMPLIANCE = range(6)
+REST, SLEEVE, CUBIC, QUINTIC, LOW, HIGH = range(6, 12)
+# Columns of `rod`: CLEARANCE carries the sign of the rod's side, OFFSET is NaN where it does not pass.
+OFFSET, MOUTH, SINK, CLEARANCE, REST_CURVATURE, X, Y = range(7)
 
 
 @dataclass(frozen=True)
@@ -83,19 +89,21 @@ def _compiled(function: Callable[..., Any]) -> Any:
 
 
 @_compiled
-def _cross(a, b, out):  # type: ignore[no-untyped-def]
+def _cross(a: Array, b: Array, out: Array) -> None:
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
 @_compiled
-def _dot(a, b):  # type: ignore[no-untyped-def]
+def _dot(a: Array, b: Array) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @_compiled
-def _turn(theta, radius, offset, mouth, clearance, hole_end, below):  # type: ignore[no-untyped-def]
+def _turn(
+    theta: float, radius: float, offset: float, mouth: float, clearance: float, hole_end: float, below: float
+) -> tuple[float, float]:
     """Return phi and its derivative: `joint.turn` for one rod."""
     sine, cosine = math.sin(theta), math.cos(theta)
     reach = offset + clearance - radius * theta
@@ -110,7 +118,21 @@ def _turn(theta, radius, offset, mouth, clearance, hole_end, below):  # type: ig
 
 
 @_compiled
-def _rods(joint, rod, stiffness, pulled, mu, drive, kept, theta, at_joint, above, wrench, elastic, jacobian):  # type: ignore[no-untyped-def]
+def _rods(
+    joint: Array,
+    rod: Array,
+    stiffness: Array,
+    pulled: int,
+    mu: float,
+    drive: Array,
+    kept: Array,
+    theta: Array,
+    at_joint: Array,
+    above: Array,
+    wrench: Array,
+    elastic: Array,
+    jacobian: Array,
+) -> None:
     """Fill tensions, the pull of all rods along their spans, elastic moments and their part of the Jacobian.
 
     `wrench`, shape (t, n, 3): across, along and tension over length of each pulled rod's span.
@@ -119,14 +141,14 @@ def _rods(joint, rod, stiffness, pulled, mu, drive, kept, theta, at_joint, above
     jacobian[:, :] = 0.0
     for k in range(n):
         t = theta[k]
-        elastic[k] = joint[k, 7] * (t - joint[k, 6])
-        jacobian[k, k] = -joint[k, 7]
+        elastic[k] = joint[k, SLEEVE] * (t - joint[k, REST])
+        jacobian[k, k] = -joint[k, SLEEVE]
     grows = np.zeros(n)
     for r in range(m):
         tension = drive[r] if r < pulled else 0.0
         grows[:] = 0.0  # derivative of the tension by the angles below
         for k in range(n):
-            offset = rod[r, k, 0]
+            offset = rod[r, k, OFFSET]
             if math.isnan(offset):
                 if r < pulled:
                     at_joint[r, k:] = 0.0
@@ -134,18 +156,20 @@ def _rods(joint, rod, stiffness, pulled, mu, drive, kept, theta, at_joint, above
                     wrench[r, k:, :] = 0.0
                 break
             t = theta[k]
-            radius = joint[k, 1] if t >= 0.0 else joint[k, 2]
-            mouth, sink = rod[r, k, 1], rod[r, k, 2]
+            radius = joint[k, RADIUS_POSITIVE] if t >= 0.0 else joint[k, RADIUS_NEGATIVE]
+            mouth, sink = rod[r, k, MOUTH], rod[r, k, SINK]
             sine, cosine = math.sin(t), math.cos(t)
             across = radius * (t - sine) + offset * cosine + mouth * sine - offset
             along = radius * (1.0 - cosine) - offset * sine + mouth * cosine + sink
             across_slope = along - sink
             along_slope = radius * t - offset - across
             curvature = sine / along
-            bent = curvature - rod[r, k, 4]
+            bent = curvature - rod[r, k, REST_CURVATURE]
             square = bent * bent
-            elastic[k] += stiffness[r] * bent * (1.0 + square * (joint[k, 8] + square * joint[k, 9]))
-            law = 1.0 + square * (3.0 * joint[k, 8] + 5.0 * square * joint[k, 9])
+            elastic[k] += (
+                stiffness[r] * bent * (1.0 + square * (joint[k, CUBIC] + square * joint[k, QUINTIC]))
+            )
+            law = 1.0 + square * (3.0 * joint[k, CUBIC] + 5.0 * square * joint[k, QUINTIC])
             jacobian[k, k] -= stiffness[r] * law * (cosine - curvature * along_slope) / along
             if r >= pulled:
                 continue
@@ -163,8 +187,10 @@ def _rods(joint, rod, stiffness, pulled, mu, drive, kept, theta, at_joint, above
             jacobian[k, k] -= tension * second
             for j in range(k):
                 jacobian[k, j] -= grows[j] * slope
-            below = joint[k - 1, 4] if k > 0 else joint[0, 4]
-            phi, phi_slope = _turn(t, radius, offset, mouth, rod[r, k, 3], joint[k, 4] - sink, below)
+            below = joint[k - 1, LENGTH] if k > 0 else joint[0, LENGTH]
+            phi, phi_slope = _turn(
+                t, radius, offset, mouth, rod[r, k, CLEARANCE], joint[k, LENGTH] - sink, below
+            )
             factor = math.exp(mu * abs(phi))
             rate = mu * phi_slope if phi >= 0.0 else -mu * phi_slope
             held = kept[r, k]
@@ -185,10 +211,25 @@ def _rods(joint, rod, stiffness, pulled, mu, drive, kept, theta, at_joint, above
 
 
 @_compiled
-def _evaluate(  # type: ignore[no-untyped-def]
-    joint, rod, stiffness, pulled, mu, drive, kept, theta, length,
-    load_link, load_point, load_force, tip_moment, at_joint, above, value, jacobian,
-):  # fmt: skip
+def _evaluate(
+    joint: Array,
+    rod: Array,
+    stiffness: Array,
+    pulled: int,
+    mu: float,
+    drive: Array,
+    kept: Array,
+    theta: Array,
+    length: Array,
+    load_link: np.ndarray,
+    load_point: Array,
+    load_force: Array,
+    tip_moment: Array,
+    at_joint: Array,
+    above: Array,
+    value: Array,
+    jacobian: Array,
+) -> None:
     """Fill tensions, the moment left at every joint and its derivative; renew the links' lengths.
 
     Link by link from the tip: all wrenches on a link, about the base's origin, give the reaction of its
@@ -204,14 +245,16 @@ def _evaluate(  # type: ignore[no-untyped-def]
     R, face = np.eye(3), np.zeros(3)
     chord, lower, product = np.empty(3), np.empty(3), np.empty(3)
     for k in range(n):
-        t, a, line = theta[k], int(joint[k, 0]), joint[k, 3]
-        radius = joint[k, 1] if t >= 0.0 else joint[k, 2]
+        t, a, line = theta[k], int(joint[k, AXIS]), joint[k, LINE]
+        radius = joint[k, RADIUS_POSITIVE] if t >= 0.0 else joint[k, RADIUS_NEGATIVE]
         sine, cosine = math.sin(t), math.cos(t)
         for r in range(pulled):
-            if math.isnan(rod[r, k, 0]):
+            if math.isnan(rod[r, k, OFFSET]):
                 continue
             for i in range(3):
-                lower[i] = face[i] + rod[r, k, 5] * R[i, 0] + rod[r, k, 6] * R[i, 1] - rod[r, k, 2] * R[i, 2]
+                lower[i] = (
+                    face[i] + rod[r, k, X] * R[i, 0] + rod[r, k, Y] * R[i, 1] - rod[r, k, SINK] * R[i, 2]
+                )
                 chord[i] = wrench[r, k, 2] * (wrench[r, k, 0] * R[i, a] + wrench[r, k, 1] * R[i, 2])
             _cross(lower, chord, product)
             for i in range(3):
@@ -273,7 +316,7 @@ def _evaluate(  # type: ignore[no-untyped-def]
     # Loads' part of the derivative: symmetric, as they have a potential; the tip's moment has none.
     if loaded:
         for k in range(n):
-            radius = joint[k, 1] if theta[k] >= 0.0 else joint[k, 2]
+            radius = joint[k, RADIUS_POSITIVE] if theta[k] >= 0.0 else joint[k, RADIUS_NEGATIVE]
             _cross(along[k], beyond[k], product)
             jacobian[k, k] += _dot(axis[k], moved[k]) - radius * _dot(axis[k], product)
             for j in range(k + 1, n):
@@ -286,18 +329,18 @@ def _evaluate(  # type: ignore[no-untyped-def]
                 _cross(axis[j], axis[k], product)
                 jacobian[k, j] += _dot(product, tip_moment)
     for k in range(n):
-        if joint[k, 5] == 0.0:
-            length[k] = joint[k, 4]
+        if joint[k, COMPLIANCE] == 0.0:
+            length[k] = joint[k, LENGTH]
             continue
         inside = -_dot(up[k], beyond[k])
         for r in range(pulled):
-            if not math.isnan(rod[r, k, 0]):
+            if not math.isnan(rod[r, k, OFFSET]):
                 inside += 0.5 * (at_joint[r, k] + above[r, k])
-        length[k] = joint[k, 4] - inside * joint[k, 5]
+        length[k] = joint[k, LENGTH] - inside * joint[k, COMPLIANCE]
 
 
 @_compiled
-def _largest(values):  # type: ignore[no-untyped-def]
+def _largest(values: Array) -> float:
     """Return the largest size in a vector, NaN where one is."""
     result = 0.0
     for k in range(values.shape[0]):
@@ -307,20 +350,20 @@ def _largest(values):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _blend(start, end, part, out):  # type: ignore[no-untyped-def]
+def _blend(start: Array, end: Array, part: float, out: Array) -> None:
     """Fill the vector or matrix between `start` and `end`."""
     for i in range(start.size):
         out.flat[i] = start.flat[i] + part * (end.flat[i] - start.flat[i])
 
 
 @_compiled
-def _copy(source, out):  # type: ignore[no-untyped-def]
+def _copy(source: Array, out: Array) -> None:
     for i in range(source.size):
         out.flat[i] = source.flat[i]
 
 
 @_compiled
-def _solve_linear(matrix, right):  # type: ignore[no-untyped-def]
+def _solve_linear(matrix: Array, right: Array) -> bool:
     """Solve in place by elimination with row exchange; return whether the matrix is regular."""
     n = right.shape[0]
     for k in range(n):
@@ -348,10 +391,24 @@ def _solve_linear(matrix, right):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _equilibrium(  # type: ignore[no-untyped-def]
-    joint, rod, stiffness, pulled, mu, drive, kept, theta, length,
-    load_link, load_point, load_force, tip_moment, at_joint, above, value,
-):  # fmt: skip
+def _equilibrium(
+    joint: Array,
+    rod: Array,
+    stiffness: Array,
+    pulled: int,
+    mu: float,
+    drive: Array,
+    kept: Array,
+    theta: Array,
+    length: Array,
+    load_link: np.ndarray,
+    load_point: Array,
+    load_force: Array,
+    tip_moment: Array,
+    at_joint: Array,
+    above: Array,
+    value: Array,
+) -> bool:
     """Move `theta` to the equilibrium nearest to it; return whether one was found."""
     n = joint.shape[0]
     jacobian, step, trial = np.empty((n, n)), np.empty(n), np.empty(n)
@@ -367,7 +424,7 @@ def _equilibrium(  # type: ignore[no-untyped-def]
             return False
         share = 1.0
         for k in range(n):
-            room = joint[k, 11] - theta[k] if step[k] > 0.0 else theta[k] - joint[k, 10]
+            room = joint[k, HIGH] - theta[k] if step[k] > 0.0 else theta[k] - joint[k, LOW]
             if abs(step[k]) * share > _TOWARD_LIMIT * room:
                 share = _TOWARD_LIMIT * room / abs(step[k])
         largest = _largest(step)
@@ -390,10 +447,27 @@ def _equilibrium(  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def advance(  # type: ignore[no-untyped-def]
-    joint, rod, stiffness, pulled, mu, drive_from, drive_to, theta, kept, length,
-    load_link, load_point, force_from, force_to, moment_from, moment_to, steps, at_joint, value,
-):  # fmt: skip
+def advance(
+    joint: Array,
+    rod: Array,
+    stiffness: Array,
+    pulled: int,
+    mu: float,
+    drive_from: Array,
+    drive_to: Array,
+    theta: Array,
+    kept: Array,
+    length: Array,
+    load_link: np.ndarray,
+    load_point: Array,
+    force_from: Array,
+    force_to: Array,
+    moment_from: Array,
+    moment_to: Array,
+    steps: int,
+    at_joint: Array,
+    value: Array,
+) -> float:
     """Go from one row of inputs to the next in `steps` or more equal steps; return the share reached.
 
     `theta`, `kept` and `length` are moved along; `at_joint` and `value` are filled. A step that finds
@@ -428,10 +502,22 @@ def advance(  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def load_batch(  # type: ignore[no-untyped-def]
-    joint, rod, stiffness, pulled, mu, drive, length,
-    load_link, load_point, load_force, tip_moment, theta, at_joint, value,
-):  # fmt: skip
+def load_batch(
+    joint: Array,
+    rod: Array,
+    stiffness: Array,
+    pulled: int,
+    mu: float,
+    drive: Array,
+    length: Array,
+    load_link: np.ndarray,
+    load_point: Array,
+    load_force: Array,
+    tip_moment: Array,
+    theta: Array,
+    at_joint: Array,
+    value: Array,
+) -> int:
     """Solve configurations that are each loaded from rest; return the index of one that fails, or -1.
 
     `drive`, shape (b, t); `theta`, `length`, shape (b, n), `at_joint` (b, t, n) and `value` (b, n) are
@@ -442,16 +528,16 @@ def load_batch(  # type: ignore[no-untyped-def]
     slack = np.zeros(pulled)
     for b in range(batch):
         for k in range(n):
-            theta[b, k] = theta[b - 1, k] if b > 0 else joint[k, 6]
-            length[b, k] = length[b - 1, k] if b > 0 else joint[k, 4]
+            theta[b, k] = theta[b - 1, k] if b > 0 else joint[k, REST]
+            length[b, k] = length[b - 1, k] if b > 0 else joint[k, LENGTH]
         found = _equilibrium(
             joint, rod, stiffness, pulled, mu, drive[b], nothing, theta[b], length[b],
             load_link, load_point, load_force, tip_moment, at_joint[b], above, value[b],
         )  # fmt: skip
         if not found:
             for k in range(n):
-                theta[b, k] = joint[k, 6]
-                length[b, k] = joint[k, 4]
+                theta[b, k] = joint[k, REST]
+                length[b, k] = joint[k, LENGTH]
             _copy(nothing, kept)
             reached = advance(
                 joint, rod, stiffness, pulled, mu, slack, drive[b], theta[b], kept, length[b],

@@ -22,7 +22,8 @@ its part across the link is F phi with the clearance in phi: a straight robot's 
 link sideways. `Terms` gives back what is missing, one by one; with all of it the balance is that of
 `complete` under loading. Eqs 10 and 11 also leave out F^ext, which stands in Eq. 9; it is used so.
 
-The model has no memory: every row is read as loading (Eq. 1). Several rods, as the full robot has
+The links are rigid (Section III.B), whatever the robot's `link_modulus_Pa` says. The model has no
+memory: every row is read as loading (Eq. 1). Several rods, as the full robot has
 them, are summed; a joint's balance is taken in its own plane.
 """
 
@@ -48,7 +49,7 @@ from catheter_sim.statics.rolling.printed_rods import hole_on_link, rod_tensions
 from catheter_sim.statics.rolling.varied import Varied, constant, single
 
 MODEL = "printed"
-_STEPS = 24  # from rest to each row; the even joints turn back on the way
+_STEPS = 8  # from rest to each row; the even joints turn back on the way
 
 
 @dataclass(frozen=True)
@@ -160,6 +161,7 @@ def printed_balance(
     links = frames(chain, theta)
     elastic, elastic_slope = rods.elastic_moments(chain, theta, rods.spans(chain, theta))
     tension = rod_tensions(chain, theta, drive)
+    taut = [r for r in range(chain.pulled) if drive[:, r].any()]
     nothing = Varied(np.zeros(b), np.zeros((b, n)))
     down, shear = nothing, nothing  # the next joint's reaction, along and across the flat it rolls on
     value, jacobian, reaction = np.empty((b, n)), np.empty((b, n, n)), np.empty((b, n))
@@ -173,7 +175,7 @@ def printed_balance(
         moment = down * (x_next - x_own) - shear * (constant(chain.link_length[k], b, n) - z_own)
         moment += weight_x * (constant(chain.mass_height[k], b, n) - z_own)
         moment -= weight_z * (constant(-chain.line[k], b, n) - x_own)
-        for r in range(chain.pulled):
+        for r in taut:
             if not chain.passes[r, k]:
                 continue
             for x, z, to_x, to_z in (

@@ -20,6 +20,7 @@ from catheter_sim.robots.document import leaves, override, to_document
 from catheter_sim.robots.kinds import robot_from_document
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.statics.planar_chain import row_name
 from catheter_sim.statics.result import StaticRun
 from catheter_sim.statics.rolling.chain import rolling_chain
 from catheter_sim.statics.rolling.complete import complete
@@ -102,18 +103,23 @@ def _of_noise(robot: RollingRobot, inputs: Inputs, gravity_mps2: Array, deviatio
         if index == 0:
             march.advance(way)
             continue
-        going = []
+        going = []  # copied before the row: they leave it with their own tension
         for r in range(chain.pulled):
             push = np.zeros(chain.pulled)
             push[r] = deviation
             going.append((march.copy(), march.copy(), push))
-        for pair in pairs:
-            pair[0].advance(way)
-            pair[1].advance(way)
+        reached = [march.advance(way)]
+        for up, down, _ in pairs:
+            reached += [up.advance(way), down.advance(way)]
         for up, down, push in going:
-            up.advance(replace(way, drive_to=way.drive_to + push))
-            down.advance(replace(way, drive_to=np.maximum(way.drive_to - push, 0.0)))
-        march.advance(way)
+            lower = np.maximum(way.drive_to - push, 0.0)
+            reached += [
+                up.advance(replace(way, drive_to=way.drive_to + push)),
+                down.advance(replace(way, drive_to=lower)),
+            ]
+        if not all(reached):
+            place = row_name(inputs, index - 1)
+            raise InputError(f"{place}: within the tensions' deviation no posture balances rods and loads")
         pairs = [
             pair for pair in pairs if np.abs(pair[0].theta - pair[1].theta).max() > _FORGOTTEN_RAD
         ] + going
