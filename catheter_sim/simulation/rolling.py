@@ -13,7 +13,7 @@ import numpy as np
 
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.rolling import RollingRobot
-from catheter_sim.robots.rolling_layout import rolling_joints
+from catheter_sim.robots.rolling_layout import last_joint, rods, rolling_joints
 from catheter_sim.statics.rolling.chain import rolling_chain
 from catheter_sim.statics.rolling.joint import active_radius
 from catheter_sim.statics.rolling.rods import elastic_moments, spans, turns
@@ -29,7 +29,16 @@ class Rolling:
         self._joint = np.array([model.joint(joint.name).id for joint in joints])
         self._body = np.array([model.body(f"link_{joint.index}").id for joint in joints])
         self._qpos = model.jnt_qposadr[self._joint]
-        self._flat = np.concatenate([[0.0], self._chain.link_length[:-1]])
+        self._length = self._chain.link_length.copy()
+        self._compliance = 1.0 / self._chain.link_stiffness
+        self._compressible = bool((self._compliance > 0.0).any())
+        tops = [(joint.index, f"face_{joint.index}") for joint in joints] + [(joints[-1].index, "tip")]
+        tops += [
+            (k, f"hole_{rod.name}_{k}") for rod in rods(robot) for k in range(1, last_joint(robot, rod) + 1)
+        ]
+        self._top_link = np.array([k - 1 for k, _ in tops])
+        self._top_site = np.array([model.site(name).id for _, name in tops])
+        self._top_depth = self._length[self._top_link] - model.site_pos[self._top_site, 2]
 
     def place(self, data: mujoco.MjData) -> None:
         """Put hinges and links where pure rolling has them at the present angles."""
@@ -40,7 +49,31 @@ class Rolling:
         model.jnt_pos[self._joint, chain.axis] = chain.line + radius * sine
         model.jnt_pos[self._joint, 2] = rise
         model.body_pos[self._body, chain.axis] = radius * (theta - sine)
-        model.body_pos[self._body, 2] = self._flat - rise
+        model.body_pos[self._body, 2] = -rise
+        model.body_pos[self._body[1:], 2] += self._length[:-1]
+
+    def compress(self, data: mujoco.MjData, span_tension: Array, force_tip: Array) -> None:
+        """Shorten the links as the present tensions and loads press them together.
+
+        A link carries the mean of its rods' tensions below and above its holes' friction, and the
+        weight and tip force beyond it. It follows one step behind.
+
+        Args:
+            data: the state.
+            span_tension: in the gap below each link, NaN beyond a rod's end, shape (t, n) [N].
+            force_tip: on the tip, base frame, shape (3,) [N].
+        """
+        if not self._compressible:
+            return
+        tension = np.nan_to_num(span_tension).sum(axis=0)
+        inside = 0.5 * (tension + np.append(tension[1:], tension[-1]))
+        weight = (
+            np.cumsum(self._model.body_mass[self._body][::-1])[::-1, np.newaxis] * self._model.opt.gravity
+        )
+        along = data.xmat[self._body].reshape(-1, 3, 3)[:, :, 2]
+        pressed = inside - np.einsum("nk,nk->n", along, weight + force_tip)
+        self._length[:] = self._chain.link_length - pressed * self._compliance
+        self._model.site_pos[self._top_site, 2] = self._length[self._top_link] - self._top_depth
 
 
 class RodElasticity:

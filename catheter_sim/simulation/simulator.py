@@ -152,6 +152,7 @@ class Simulator:
             return
         for _ in range(count):
             if self._rolling is not None:
+                self._rolling.compress(data, self.span_tension(), self._force)
                 self._rolling.place(data)
             mujoco.mj_step1(model, data)
             if not self._tension_driven:

@@ -171,6 +171,6 @@ def _buckling_finding(tensions: Array, printed: Array, complete: Array) -> str:
         f"{np.median(printed[k, 1::2]):.2f} deg (median), the complete one by "
         f"{np.median(complete[k, 1::2]):.2f} deg, and the simulation follows the complete one. The printed "
         f"Eq. 9 leaves out the moment that the next joint's rods put on a link. With it no even joint bends "
-        f"further back than {max(-complete[:, 1::2].min(), 0.0):.2f} deg at any tension up to "
+        f"further back than {abs(min(complete[:, 1::2].min(), 0.0)):.2f} deg at any tension up to "
         f"{tensions[-1]:g} N: the published buckling comes from the balance, not from the robot."
     )

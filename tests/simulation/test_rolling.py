@@ -11,6 +11,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.statics.models import STATIC_MODELS
 
 NO_GRAVITY = np.zeros(3)
 ONE_JOINT = ("segments.section.joints=1", "segments.section.length_mm=15", "friction.mu=0")
@@ -120,3 +121,16 @@ def test_rods_know_no_displacement_and_no_nested_reference():
         Simulator(robot, "displacement")
     with pytest.raises(InputError, match="nested"):
         Simulator(robot, friction="nested")
+
+
+def test_compressed_links_follow_the_complete_statics():
+    """With the prototype's soft links, at the published tensions: within 0.25 mm of the statics."""
+    robot = load_robot("chest_tube_section@prototype")
+    inputs = rows_to_inputs([(2.815,), (22.522,), (47.859,), (22.522,)])
+    ours = simulate(robot, inputs, NO_GRAVITY).postures
+    theirs = STATIC_MODELS["complete"].solve(robot, inputs, NO_GRAVITY).postures
+    rigid = load_robot("chest_tube_section@prototype", ("segments.section.link_modulus_Pa=inf",))
+    stiff = simulate(rigid, inputs, NO_GRAVITY).postures
+    far = [np.linalg.norm(a.p_w[-1] - b.p_w[-1]) for a, b in zip(ours, theirs, strict=True)]
+    assert max(far) < 0.25e-3
+    assert np.linalg.norm(ours[2].p_w[-1] - stiff[2].p_w[-1]) > 2e-3
