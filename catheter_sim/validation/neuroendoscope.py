@@ -130,10 +130,10 @@ def _loop_lines(loop: Loop) -> list[Line]:
         ),
         Line(
             SECTION,
-            f"{loop.name}: loop area of tip x over tension [N mm], error in %",
+            f"{loop.name}: loop area of tip x over tension (tolerance: 3 % of it)",
             "N mm",
-            100.0 * abs(area / expected - 1.0),
-            3.0,
+            abs(area - expected),
+            0.03 * expected,
             source,
             ours=area,
             analytic=expected,

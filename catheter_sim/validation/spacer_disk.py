@@ -33,7 +33,7 @@ def validate_spacer_disk(folder: Path) -> Validation:
             "%",
             means[links],
             1.1 * expected,
-            "independent Cosserat solver, tendons through disks; tolerance 10 % above an earlier chain's",
+            "independent Cosserat solver, tendons through disks; tolerance 10 % above an independent chain's",
             ours=means[links],
             published=None,
         )
