@@ -1,8 +1,9 @@
 """Gymnasium environments: register them here, one line each.
 
-Gymnasium 1.x reads no plug-ins: importing this package registers, or an id that names the package,
-`gymnasium.make("catheter_sim:catheter_sim/NeuroendoscopeReach-v0")`. The entry point in the group
-`gymnasium.envs` serves programs that still read it, such as Gymnasium before 1.0.
+Importing this package registers them, and so does importing Gymnasium where this package is installed
+(`_startup.py`): `gymnasium.make("catheter_sim/NeuroendoscopeReach-v0")` works in a fresh interpreter.
+Gymnasium 1.x reads no plug-ins; the entry point in the group `gymnasium.envs` serves programs that
+still read it, such as Gymnasium before 1.0.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 import sys
 from importlib.metadata import entry_points
@@ -27,6 +28,14 @@ def test_fresh_interpreter_makes_the_environment_by_an_id_that_names_the_package
     code = (
         f"import gymnasium; env = gymnasium.make('catheter_sim:{IDS[0]}'); print(env.reset(seed=0)[0].shape)"
     )
+    assert fresh(code) == "(26,)"
+
+
+def test_fresh_interpreter_makes_the_environment_by_its_plain_id() -> None:
+    """Installed, `gymnasium.make` knows the id without any import before it, and warns of nothing."""
+    if importlib.util.find_spec("_catheter_sim_startup") is None:
+        pytest.skip("the package runs from a folder, not from an installation with its start-up file")
+    code = f"import gymnasium; env = gymnasium.make('{IDS[0]}'); print(env.reset(seed=0)[0].shape)"
     assert fresh(code) == "(26,)"
 
 
