@@ -12,37 +12,10 @@ from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.statics.models import STATIC_MODELS
+from catheter_sim.validation.chest_tube import REFERENCE_MM, REFERENCE_N
 
 NO_GRAVITY = np.zeros(3)
 ONE_JOINT = ("segments.section.joints=1", "segments.section.length_mm=15", "friction.mu=0")
-
-# Tension [N]; tip x and z [mm] without weight, and hanging with (0, 0, 9.81) m/s^2: values of a
-# quasi-static model written independently of this package, rows in order, history included.
-REFERENCE_N = (0, 5, 20, 50, 40, 20, 35, 5, 0)
-REFERENCE_MM = {
-    0.0: (
-        (0.000, 225.000),
-        (91.537, 200.332),
-        (169.541, 105.156),
-        (173.151, 25.435),
-        (172.823, 27.666),
-        (169.814, 54.768),
-        (172.598, 41.856),
-        (118.878, 174.580),
-        (0.000, 225.000),
-    ),
-    9.81: (
-        (-0.039, 225.003),
-        (81.290, 205.499),
-        (164.813, 115.795),
-        (173.678, 31.767),
-        (173.233, 34.202),
-        (168.533, 64.268),
-        (172.364, 49.948),
-        (107.045, 184.388),
-        (-0.039, 225.003),
-    ),
-}
 
 
 def exact_face(theta: float) -> np.ndarray:
@@ -96,11 +69,11 @@ def test_section_meets_the_independent_reference(weight):
     """Loading, unloading and a partial loop, with friction: every row within 0.1 mm (1 mm asked)."""
     run = simulate(
         load_robot("chest_tube_section"),
-        rows_to_inputs([(tension,) for tension in REFERENCE_N]),
+        rows_to_inputs(REFERENCE_N),
         np.array([0.0, 0.0, weight]),
     )
     tips = np.array([posture.p_w[-1][[0, 2]] * 1e3 for posture in run.postures])
-    assert np.linalg.norm(tips - np.array(REFERENCE_MM[weight]), axis=1).max() < 0.1
+    assert np.linalg.norm(tips - REFERENCE_MM[weight], axis=1).max() < 0.1
 
 
 @pytest.mark.slow
