@@ -20,7 +20,11 @@ from catheter_sim.statics.rolling.rods import elastic_moments, spans, turns
 
 
 class Rolling:
-    """Keeps the hinges of a model at the contacts of its rolling joints."""
+    """Keeps the hinges of a model at the contacts of its rolling joints.
+
+    Attributes:
+        compressible: whether any link gives way along its axis.
+    """
 
     def __init__(self, robot: RollingRobot, model: mujoco.MjModel) -> None:
         self._model = model
@@ -31,7 +35,7 @@ class Rolling:
         self._qpos = model.jnt_qposadr[self._joint]
         self._length = self._chain.link_length.copy()
         self._compliance = 1.0 / self._chain.link_stiffness
-        self._compressible = bool((self._compliance > 0.0).any())
+        self.compressible = bool((self._compliance > 0.0).any())
         tops = [(joint.index, f"face_{joint.index}") for joint in joints] + [(joints[-1].index, "tip")]
         tops += [
             (k, f"hole_{rod.name}_{k}") for rod in rods(robot) for k in range(1, last_joint(robot, rod) + 1)
@@ -39,6 +43,11 @@ class Rolling:
         self._top_link = np.array([k - 1 for k, _ in tops])
         self._top_site = np.array([model.site(name).id for _, name in tops])
         self._top_depth = self._length[self._top_link] - model.site_pos[self._top_site, 2]
+
+    def reset(self) -> None:
+        """Give the links their own lengths back."""
+        self._length[:] = self._chain.link_length
+        self._model.site_pos[self._top_site, 2] = self._length[self._top_link] - self._top_depth
 
     def place(self, data: mujoco.MjData) -> None:
         """Put hinges and links where pure rolling has them at the present angles."""
@@ -63,8 +72,6 @@ class Rolling:
             span_tension: in the gap below each link, NaN beyond a rod's end, shape (t, n) [N].
             force_tip: on the tip, base frame, shape (3,) [N].
         """
-        if not self._compressible:
-            return
         tension = np.nan_to_num(span_tension).sum(axis=0)
         inside = 0.5 * (tension + np.append(tension[1:], tension[-1]))
         weight = (

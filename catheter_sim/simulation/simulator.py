@@ -118,6 +118,7 @@ class Simulator:
             self._friction.reset()
         self.data.qpos[:] = self.model.qpos_spring
         if self._rolling is not None:
+            self._rolling.reset()
             self._rolling.place(self.data)
         mujoco.mj_forward(self.model, self.data)
 
@@ -152,7 +153,8 @@ class Simulator:
             return
         for _ in range(count):
             if self._rolling is not None:
-                self._rolling.compress(data, self.span_tension(), self._force)
+                if self._rolling.compressible:
+                    self._rolling.compress(data, self.span_tension(), self._force)
                 self._rolling.place(data)
             mujoco.mj_step1(model, data)
             if not self._tension_driven:

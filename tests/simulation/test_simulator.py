@@ -185,13 +185,21 @@ def test_unknown_friction_route_names_the_choices():
         Simulator(section(), friction="grease")
 
 
-def test_reset_forgets_everything():
-    """After reset the same inputs give the same numbers, bit for bit."""
-    simulator = Simulator(load_robot("neuroendoscope_section"))
+@pytest.mark.parametrize(
+    ("name", "tension"),
+    [
+        ("neuroendoscope_section", (0.3, 0.1)),
+        ("chest_tube_section", (20.0,)),
+        ("chest_tube_section@prototype", (20.0,)),
+    ],
+)
+def test_reset_forgets_everything(name, tension):
+    """After reset the same inputs give the same numbers, bit for bit; soft links included."""
+    simulator = Simulator(load_robot(name))
     results = []
     for _ in range(2):
         simulator.reset()
-        simulator.set_inputs(np.array([0.3, 0.1]), force_tip=(0.01, 0, 0))
+        simulator.set_inputs(np.array(tension), force_tip=(0.01, 0, 0))
         simulator.step(300)
         results.append(simulator.posture().p_w.copy())
     assert (results[0] == results[1]).all()
