@@ -11,8 +11,8 @@ from catheter_sim.diagnosis.hypothesis import measured_of
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.robots.channels import posture_columns
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.simulation.replay import RAMP_S, simulate
 
 SMOOTH_RAMP_S = 0.4  # simulated time from row to row of a robot without friction
@@ -36,7 +36,7 @@ class Replay:
 
 
 def replay(
-    robot: ContinuumRobot, trial: Trial, columns: Sequence[str], gravity_mps2: Array, progress: bool = False
+    robot: Robot, trial: Trial, columns: Sequence[str], gravity_mps2: Array, progress: bool = False
 ) -> Replay:
     """Return a trial replayed with `robot`, its effects in force."""
     built = embodied(robot)

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.diagnosis.nuisance import calibration_numbers
 from catheter_sim.diagnosis.trials import Dataset, Trial, cycles, is_repeat, split, unit_of
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.catalogue import load_robot, read_toml
@@ -27,9 +28,8 @@ from catheter_sim.robots.channels import (
     output_channels,
     read_inputs,
 )
-from catheter_sim.robots.kinds import require_continuum
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.tables import read_table
 
 __all__ = ["Dataset", "Trial", "cycles", "is_repeat", "load_dataset", "split", "unit_of"]
@@ -60,7 +60,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     name, reference, source, licence = (
         _text(head[key], f"{path}: dataset.{key}") for key in _KEYS["dataset"]
     )
-    robot = require_continuum(load_robot(_robot_path(root, reference)), "the diagnosis")
+    robot = load_robot(_robot_path(root, reference))
     gravity = _gravity(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
     inputs = _channels(document["channels"]["inputs"], f"{path}: channels.inputs")
     outputs = _channels(document["channels"]["outputs"], f"{path}: channels.outputs")
@@ -79,14 +79,15 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
         input_channels=inputs,
         output_channels=outputs,
         trials=trials,
+        calibration=calibration_numbers(document.get("calibration", {}), robot, str(path)),
     )
 
 
 def _check_keys(document: Mapping[str, Any], where: str) -> None:
     tables = (*_KEYS, "trials")
     for table in document:
-        if table not in tables:
-            raise unknown("table", table, tables, where)
+        if table not in (*tables, "calibration"):
+            raise unknown("table", table, (*tables, "calibration"), where)
     for table in tables:
         if table not in document:
             raise InputError(f"{where}: the table [{table}] is missing")
@@ -129,7 +130,7 @@ def _channels(value: Any, where: str) -> tuple[str, ...]:
     return tuple(value)
 
 
-def _check_channels(robot: ContinuumRobot, inputs: Sequence[str], outputs: Sequence[str], where: str) -> None:
+def _check_channels(robot: Robot, inputs: Sequence[str], outputs: Sequence[str], where: str) -> None:
     for name in inputs:
         if name in outputs:
             raise InputError(f"{where}: channels: {name!r} is both an input and an output")
@@ -140,7 +141,7 @@ def _check_channels(robot: ContinuumRobot, inputs: Sequence[str], outputs: Seque
     check_output_channels(robot, outputs, f"{where}: channels.outputs")
 
 
-def _known_inputs(robot: ContinuumRobot) -> list[str]:
+def _known_inputs(robot: Robot) -> list[str]:
     own = [name for kind in ("tension", "displacement") for name in input_channels(robot, kind)]
     return [*own, *FORCE_CHANNELS, *MOMENT_CHANNELS]
 
@@ -173,7 +174,7 @@ def _trial_entries(value: Any, root: Path, where: str) -> list[tuple[str, str]]:
 
 
 def _read_trial(
-    robot: ContinuumRobot, root: Path, file: str, role: str, inputs: Sequence[str], outputs: Sequence[str]
+    robot: Robot, root: Path, file: str, role: str, inputs: Sequence[str], outputs: Sequence[str]
 ) -> Trial:
     table = read_table(root / file)
     for name in (*inputs, *outputs):
@@ -193,9 +194,7 @@ def _read_trial(
     return Trial(file, role, read_inputs(robot, commanded), measured)
 
 
-def _check_outputs(
-    robot: ContinuumRobot, trials: Iterable[Trial], outputs: Sequence[str], where: str
-) -> None:
+def _check_outputs(robot: Robot, trials: Iterable[Trial], outputs: Sequence[str], where: str) -> None:
     """Refuse columns that are empty, or whose size shows that they are not in their unit."""
     largest: dict[str, float] = {}
     files: dict[str, str] = {}

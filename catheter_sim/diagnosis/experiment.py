@@ -10,8 +10,8 @@ import numpy as np
 from catheter_sim.diagnosis.result import NextExperiment
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.robots.channels import channel_of, input_channels
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.tables import Table
 
 _ROW_S = 2.0  # time from row to row: slow enough to be quasi-static
@@ -47,7 +47,7 @@ _ADVICE: tuple[tuple[set[str], str], ...] = (
 
 
 def next_experiment(
-    robot: ContinuumRobot, trials: Sequence[Trial], causes: Sequence[str], groups: Sequence[Sequence[str]]
+    robot: Robot, trials: Sequence[Trial], causes: Sequence[str], groups: Sequence[Sequence[str]]
 ) -> NextExperiment:
     """Return what to measure next.
 
@@ -76,7 +76,7 @@ def next_experiment(
     return NextExperiment(" ".join(sentences), table)
 
 
-def loops(robot: ContinuumRobot, trials: Sequence[Trial]) -> Table:
+def loops(robot: Robot, trials: Sequence[Trial]) -> Table:
     """Return nested loops of each channel alone, up to what was reached so far, in file units."""
     kind = trials[0].inputs.actuation
     columns = input_channels(robot, kind)

@@ -16,13 +16,15 @@ from catheter_sim.diagnosis.evidence import (
     rmse_by_unit,
     tip_errors,
 )
-from catheter_sim.diagnosis.fit import Fit, fit, intervals
+from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.hypothesis import Problem, measured_of, robot_with
+from catheter_sim.diagnosis.intervals import intervals, profile_interval
 from catheter_sim.diagnosis.result import Candidate, Cause, FittedParameter, TrialFit, UnitResult
 from catheter_sim.diagnosis.select import Selection
 from catheter_sim.diagnosis.trials import Dataset, Trial, unit_of
+from catheter_sim.diagnosis.workers import each, workers
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.tables import Table
 
 
@@ -79,6 +81,31 @@ def named_causes(
     return tuple(sorted(causes, key=lambda cause: -cause.gain_percent))
 
 
+def calibrated_numbers(
+    problem: Problem, result: Fit, along_valleys: bool, jobs: int = 1
+) -> dict[str, FittedParameter]:
+    """Return the calibrated numbers of a fit, with intervals.
+
+    Args:
+        problem: what was fitted.
+        result: the fit.
+        along_valleys: intervals by refitting all other numbers (`profile_interval`); needs a thorough fit.
+        jobs: processes to do that with.
+    """
+    numbers = [free.parameter for free in result.frees if not free.effect]
+    names = [item.name for item in numbers]
+    if along_valleys:
+        with workers(jobs) as pool:
+            ends = each(pool, profile_interval, [(problem, result, name) for name in names])
+    else:
+        bounds = intervals(result)
+        ends = [bounds["", name] for name in names]
+    return {
+        item.name: FittedParameter(result.values["", item.name], end, item.null)
+        for item, end in zip(numbers, ends, strict=True)
+    }
+
+
 def ranking(test: Problem, selection: Selection, unit: str) -> tuple[Candidate, ...]:
     """Return every set of causes that was fitted with its held-out error, best first.
 
@@ -123,15 +150,6 @@ def figures(problem: Problem, fits: Sequence[TrialFit], after: Fit) -> tuple[dic
             "Before is the robot as its file specifies it: no calibration range is known for it, so that "
             "nothing was calibrated away, the tracker's frame included."
         )
-    else:
-        values = {name: value for (effect, name), value in after.values.items() if not effect}
-        notes.append(
-            "Calibrated, as factors on the specified values: "
-            + ", ".join(f"{name.replace('_', ' ')} {value:.3f}" for name, value in values.items())
-            + "."
-            if values
-            else "No nuisance parameter was left to calibrate."
-        )
     for free, stuck in zip(after.frees, after.held, strict=True):
         if stuck and free.effect:
             notes.append(f"{free.effect}.{free.parameter.name} stands at its bound: no interval.")
@@ -159,7 +177,7 @@ def doubts(causes: Sequence[Cause], by_unit: Mapping[str, UnitResult]) -> list[s
 def confirmed(
     dataset: Dataset,
     problem: Problem,
-    robot: ContinuumRobot,
+    robot: Robot,
     heldout: Sequence[Trial],
     fits: Sequence[TrialFit],
 ) -> tuple[dict[str, float], list[str]]:

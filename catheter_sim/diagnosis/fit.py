@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.optimize import least_squares
 
 from catheter_sim.diagnosis.hypothesis import (
     Free,
@@ -25,6 +25,8 @@ _MAX_STEPS = 12
 _CONVERGED = 2e-4  # relative decrease of the sum of squares that is not worth another step
 # Root mean square change of the residuals per scale, below which a number is left alone.
 _NO_INFLUENCE = 1e-2
+_NEAR_BOUND = 1e-3  # in units of a parameter's scale: as good as at the bound
+_MOST_TRIALS = 100  # of the thorough search
 _LONGEST_STEP = 20.0  # of one iteration, in units of a parameter's scale
 
 
@@ -76,6 +78,7 @@ def fit(
     terms: Sequence[Term],
     known: dict[tuple[str, str], float] | None = None,
     cross_validate: bool = True,
+    thorough: bool = False,
 ) -> Fit:
     """Return the least-squares fit of a hypothesis.
 
@@ -84,8 +87,7 @@ def fit(
         terms: the hypothesis.
         known: values to start from, by effect and parameter.
         cross_validate: whether to work out `left_out`; otherwise it is the residual.
-
-    Levenberg-Marquardt in a box: numbers at a bound that the gradient pushes outward are held.
+        thorough: search for the bottom of a valley in which numbers trade against one another.
     """
     frees = frees_of(problem, terms)
     block = blocks_of(problem)
@@ -97,14 +99,32 @@ def fit(
         error = residuals(problem, frees, x[None])[0]
         empty = np.zeros((len(error), 0))
         return Fit(tuple(terms), frees, x, error, empty, np.zeros(0, bool), block, error)
+    prior = prior_of(frees)
+    search = _bottom if thorough else _descended
+    x = search(problem, frees, x, (low, high), prior)
+    error, jacobian = _linearised(problem, frees, x, high)
+    held = _held(x, low, high, prior.gradient(x) + jacobian.T @ error)
+    left_out = error
+    if cross_validate:
+        left_out = _left_out(problem, frees, x, error, jacobian, block, (low, high))
+    return Fit(tuple(terms), frees, x, error, jacobian, held, block, left_out)
+
+
+def _descended(
+    problem: Problem, frees: Sequence[Free], x: Array, box: tuple[Array, Array], prior: Prior
+) -> Array:
+    """Return a smaller sum of squares than at `x` by Levenberg-Marquardt, five dampings at a time.
+
+    Numbers at a bound that the gradient pushes outward are held.
+    """
+    low, high = box
     damping = 1e-3
-    prior = _prior(frees)
     error, jacobian = _linearised(problem, frees, x, high)
     cost = float(error @ error) + prior.cost(x)
     for _ in range(_MAX_STEPS):
         candidates = np.array(
             [
-                np.clip(x + _step(jacobian, error, x, (low, high), factor, prior), low, high)
+                np.clip(x + _step(jacobian, error, x, box, factor, prior), low, high)
                 for factor in damping * np.array([0.1, 1.0, 10.0, 100.0, 1e4])
             ]
         )
@@ -116,14 +136,29 @@ def fit(
         gained = cost - float(costs[best])
         x, cost = candidates[best], float(costs[best])
         damping = float(np.clip(damping * 10.0 ** (best - 1), 1e-6, 1e6))
-        error, jacobian = _linearised(problem, frees, x, high)
         if gained < _CONVERGED * cost:
             break
-    held = _held(x, low, high, prior.gradient(x) + jacobian.T @ error)
-    left_out = error
-    if cross_validate:
-        left_out = _left_out(problem, frees, x, error, jacobian, block, (low, high))
-    return Fit(tuple(terms), frees, x, error, jacobian, held, block, left_out)
+        error, jacobian = _linearised(problem, frees, x, high)
+    return x
+
+
+def _bottom(
+    problem: Problem, frees: Sequence[Free], x: Array, box: tuple[Array, Array], prior: Prior
+) -> Array:
+    """Return the least sum of squares near `x` by a trust region in the box (`scipy.optimize`)."""
+    low, high = box
+    root = np.sqrt(prior.precision)
+    inside = np.clip(x, low + _NEAR_BOUND, high - _NEAR_BOUND)
+
+    def value(point: Array) -> Array:
+        return np.concatenate([residuals(problem, frees, point[None])[0], root * (point - prior.middle)])
+
+    def slope(point: Array) -> Array:
+        return np.concatenate([_linearised(problem, frees, point, high)[1], np.diag(root)])
+
+    found = least_squares(value, inside, slope, bounds=box, ftol=1e-7, xtol=1e-6, max_nfev=_MOST_TRIALS)
+    at_bound = np.where(found.x - low < 2.0 * _NEAR_BOUND, low, found.x)
+    return np.where(high - found.x < 2.0 * _NEAR_BOUND, high, at_bound)
 
 
 def probe(
@@ -151,7 +186,7 @@ def probe(
             jacobian[:, index] = current.jacobian[:, old[free.key]]
     for row, index in enumerate(new):
         jacobian[:, index] = (errors[row + 1] - errors[0]) / step[index]
-    prior = _prior(frees)
+    prior = prior_of(frees)
     points = np.array(
         [
             np.clip(x + _step(jacobian, errors[0], x, (low, high), factor, prior), low, high)
@@ -200,7 +235,7 @@ def _held(x: Array, low: Array, high: Array, gradient: Array) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class _Prior:
+class Prior:
     """Squares added for nuisances that leave their middle, in units of the residuals' weights.
 
     A nuisance is uniform in its range, so of the standard deviation half_range / sqrt(3). Beside
@@ -218,15 +253,12 @@ class _Prior:
         return self.precision * (x - self.middle)
 
 
-def _prior(frees: Sequence[Free]) -> _Prior:
+def prior_of(frees: Sequence[Free]) -> Prior:
     scale = np.array([free.parameter.scale for free in frees])
-    middle = np.array([0.0 if free.effect else free.parameter.null for free in frees])
-    spread = np.array([(free.parameter.upper - free.parameter.null) / np.sqrt(3.0) for free in frees])
-    precision = [
-        0.0 if free.effect else (unit / size) ** 2
-        for free, unit, size in zip(frees, scale, spread, strict=True)
-    ]
-    return _Prior(middle / scale, np.array(precision))
+    spread = np.array([free.spread for free in frees])
+    known = np.isfinite(spread)
+    middle = [free.parameter.to_fit(free.parameter.null) for free in frees]
+    return Prior(np.where(known, middle, 0.0) / scale, np.where(known, (scale / spread) ** 2, 0.0))
 
 
 def influential(jacobian: Array) -> np.ndarray:
@@ -235,7 +267,7 @@ def influential(jacobian: Array) -> np.ndarray:
 
 
 def _step(
-    jacobian: Array, error: Array, x: Array, box: tuple[Array, Array], damping: float, prior: _Prior
+    jacobian: Array, error: Array, x: Array, box: tuple[Array, Array], damping: float, prior: Prior
 ) -> Array:
     """Return the damped Gauss-Newton step from `x`; zero for what is held or changes nothing."""
     gradient = jacobian.T @ error + prior.gradient(x)
@@ -264,7 +296,7 @@ def _left_out(
     """
     fold = fold_of(block)
     chosen = np.unique(fold)
-    prior = _prior(frees)
+    prior = prior_of(frees)
     points = []
     for index in chosen:
         keep = fold != index
@@ -274,34 +306,3 @@ def _left_out(
     for position, index in enumerate(chosen):
         left_out[fold == index] = errors[position][fold == index]
     return left_out
-
-
-def intervals(result: Fit) -> dict[tuple[str, str], tuple[float, float]]:
-    """Return a 95 % interval of every fitted value, by effect and parameter.
-
-    Residuals of one block hang together, so that blocks count, not rows: the cluster-robust
-    covariance A^-1 (sum_b g_b g_b^T) A^-1 G / (G - 1), with g_b a block's gradient and G blocks, and
-    Student's t with G - 1 degrees of freedom (Liang and Zeger 1986; Cameron and Miller 2015).
-    A value held at a bound, or without influence, has the interval of its bounds.
-    """
-    found: dict[tuple[str, str], tuple[float, float]] = {}
-    labels = np.unique(result.block, return_inverse=True)[1]
-    groups = int(labels.max()) + 1 if len(labels) else 0
-    jacobian = result.jacobian
-    use = ~result.held & influential(jacobian)
-    half = np.full(len(result.frees), np.inf)
-    if use.any() and groups > 1:
-        part = jacobian[:, use]
-        precision = np.diag(_prior(result.frees).precision[use])
-        inverse = np.linalg.pinv(part.T @ part + precision, rcond=1e-12)
-        scores = np.zeros((groups, int(use.sum())))
-        np.add.at(scores, labels, part * result.residual[:, None])
-        covariance = inverse @ (scores.T @ scores) @ inverse * groups / (groups - 1)
-        half[use] = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * float(student.ppf(0.975, groups - 1))
-    for free, x, width in zip(result.frees, result.x, half, strict=True):
-        parameter = free.parameter
-        low, high = parameter.fit_bounds
-        ends = np.clip([(x - width) * parameter.scale, (x + width) * parameter.scale], low, high)
-        values = sorted(parameter.from_fit(float(end)) for end in ends)
-        found[free.key] = (values[0], values[1])
-    return found

@@ -7,6 +7,7 @@ weight. Every number is in units of a change that matters (`Parameter.scale`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -17,11 +18,10 @@ from catheter_sim.diagnosis.trials import Trial, cycles
 from catheter_sim.diagnosis.twin import Twin
 from catheter_sim.effects.face import Parameter
 from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
 
 FOLDS = 8  # of the cross-validation; a fold is a stretch of whole cycles
-_NUISANCE_SCALE = 0.25  # of a nuisance parameter's half range
 _FAILED = 1e3  # residual, in weights, of a robot that finds no equilibrium
 
 
@@ -35,10 +35,14 @@ class Term:
 
 @dataclass(frozen=True)
 class Free:
-    """One fitted number: a parameter of an effect, or a nuisance (then `effect` is empty)."""
+    """One fitted number: a parameter of an effect, or a nuisance (then `effect` is empty).
+
+    `spread` is its standard deviation about `parameter.null` known beforehand, inf where there is none.
+    """
 
     effect: str
     parameter: Parameter
+    spread: float = math.inf
 
     @property
     def key(self) -> tuple[str, str]:
@@ -60,7 +64,7 @@ class Problem:
         every: each so-many-th row is compared; the others still make the history.
     """
 
-    robot: ContinuumRobot
+    robot: Robot
     nuisances: tuple[Nuisance, ...]
     trials: tuple[Trial, ...]
     columns: tuple[str, ...]
@@ -69,7 +73,7 @@ class Problem:
     every: int = 1
 
 
-def terms_for(robot: ContinuumRobot, effect: str) -> tuple[Term, ...]:
+def terms_for(robot: Robot, effect: str) -> tuple[Term, ...]:
     """Return the ways in which `effect` may be freed for `robot`, simplest first."""
     parameters = EFFECTS[effect].parameters(robot)
     if not parameters:
@@ -84,17 +88,14 @@ def frees_of(problem: Problem, terms: Sequence[Term]) -> tuple[Free, ...]:
     named = {term.effect for term in terms}
     for nuisance in problem.nuisances:
         if named.isdisjoint(nuisance.superseded_by):
-            half = nuisance.half_range
-            found.append(
-                Free("", Parameter(nuisance.name, 1.0, 1.0 - half, 1.0 + half, half * _NUISANCE_SCALE, 1.0))
-            )
+            found.append(Free("", nuisance.parameter, nuisance.spread))
     for term in terms:
         by_name = {item.name: item for item in EFFECTS[term.effect].parameters(problem.robot)}
         found += [Free(term.effect, by_name[name]) for name in term.free]
     return tuple(found)
 
 
-def robot_with(problem: Problem, frees: Sequence[Free], x: Array) -> ContinuumRobot:
+def robot_with(problem: Problem, frees: Sequence[Free], x: Array) -> Robot:
     """Return the specified robot with calibrated nuisances built in and the effects attached."""
     robot = problem.robot
     effects: dict[str, dict[str, float]] = {name: dict(values) for name, values in robot.effects.items()}
@@ -148,7 +149,8 @@ def blocks_of(problem: Problem, fewest: int = 2 * FOLDS) -> np.ndarray:
     count = 0
     for index, part in stretches:
         rows = np.arange(part.start, part.stop)
-        for piece in np.array_split(rows, min(pieces, max(1, len(rows) // 4))):
+        shortest = 4 if len(rows) >= fewest else 1
+        for piece in np.array_split(rows, min(pieces, max(1, len(rows) // shortest))):
             labels[index][piece] = count
             count += 1
     parts = []

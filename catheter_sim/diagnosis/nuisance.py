@@ -1,56 +1,158 @@
 """Known-uncertain numbers of a specimen, calibrated before anything is called wrong.
 
-The ranges are those of the project's nominal specification: every specimen of these robots may
-differ by so much, and no cause is named for it. A robot from a `.toml` brings no such ranges, so
-that nothing of it is calibrated: what its file says is taken at its word.
+A data set that has a table `[calibration]` names them itself (`calibration_numbers`). For the others,
+the ranges are those of the project's nominal specification: every specimen of these robots may differ
+by so much, and no cause is named for it. Any other robot brings no such ranges, so that nothing of it
+is calibrated: what its file says is taken at its word.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
-from catheter_sim.robots.specification import ContinuumRobot, Friction
+from catheter_sim.effects.face import Parameter
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.robots.checks import check_robot
+from catheter_sim.robots.document import leaves, to_document, with_number
+from catheter_sim.robots.kinds import Robot, with_segments
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.robots.specification import Friction
+
+_SCALE = 0.125  # of a change that matters, of a number's range
+_RANGE_PARTS = 20.0  # of a calibrated number's whole range
 
 
 @dataclass(frozen=True)
 class Nuisance:
-    """One number of a specimen, as a factor on the specified one.
+    """One number of a specimen.
 
     Attributes:
-        name: of the factor, in reports.
-        half_range: the factor lies in 1 -+ this.
-        change_robot: the specification with the factor in it.
-        superseded_by: effects that free the same number; with one of them this factor is kept at 1.
+        parameter: its name in reports, its specified value (`null`) and its range.
+        change_robot: the specification with a value of it.
+        spread: standard deviation known beforehand; inf: nothing is known but the range.
+        superseded_by: effects that free the same number; with one of them this stays as specified.
+        stands_for: effects that are not tried, since this number is free already.
     """
 
-    name: str
-    half_range: float
-    change_robot: Callable[[ContinuumRobot, float], ContinuumRobot]
-    superseded_by: tuple[str, ...]
+    parameter: Parameter
+    change_robot: Callable[[Robot, float], Robot]
+    spread: float = math.inf
+    superseded_by: tuple[str, ...] = ()
+    stands_for: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The number's name."""
+        return self.parameter.name
 
 
-def _stiffness(robot: ContinuumRobot, factor: float) -> ContinuumRobot:
+def _factor(
+    name: str, half: float, change: Callable[[Robot, float], Robot], superseded_by: tuple[str, ...] = ()
+) -> Nuisance:
+    """Return a factor on a specified number, uniform in 1 -+ `half`."""
+    parameter = Parameter(name, 1.0, 1.0 - half, 1.0 + half, scale=2.0 * half * _SCALE, start=1.0)
+    return Nuisance(parameter, change, half / math.sqrt(3.0), superseded_by)
+
+
+def _stiffness(robot: Robot, factor: float) -> Robot:
     return replace(robot, stiffness_scale=robot.stiffness_scale * factor)
 
 
-def _friction(robot: ContinuumRobot, factor: float) -> ContinuumRobot:
+def _friction(robot: Robot, factor: float) -> Robot:
     return replace(robot, friction=Friction(robot.friction.mu * factor))
 
 
-def _arm(robot: ContinuumRobot, factor: float) -> ContinuumRobot:
+def _arm(robot: Robot, factor: float) -> Robot:
+    if isinstance(robot, RollingRobot):
+        arms = ("larger_arm_m", "smaller_arm_m")
+        return with_segments(
+            robot, ({arm: getattr(item, arm) * factor for arm in arms} for item in robot.segments)
+        )
     tendons = tuple(replace(item, radius_m=item.radius_m * factor) for item in robot.tendons)
     return replace(robot, tendons=tendons)
 
 
 _ONE_SECTION = (
-    Nuisance("elastic_constant", 0.03, _stiffness, ("stiffness",)),
-    Nuisance("friction_coefficient", 0.20, _friction, ("tendon_friction",)),
-    Nuisance("moment_arm", 0.01, _arm, ()),
+    _factor("elastic_constant", 0.03, _stiffness, ("stiffness",)),
+    _factor("friction_coefficient", 0.20, _friction, ("tendon_friction",)),
+    _factor("moment_arm", 0.01, _arm),
 )
-_BY_ROBOT = {"neuroendoscope_section": _ONE_SECTION, "neuroendoscope": _ONE_SECTION}
+_BY_ROBOT = dict.fromkeys(
+    ("neuroendoscope_section", "neuroendoscope", "chest_tube_section", "chest_tube"), _ONE_SECTION
+)
+# Effects that say the same as a calibrated number, by the last word of its key.
+_SAME_AS = {
+    "mu": "tendon_friction",
+    "stiffness_scale": "stiffness",
+    "bending_stiffness_N_mm2": "stiffness",
+    "stiffness_cubic_mm2": "nonlinear_stiffness",
+    "rest_curvature_x_per_m": "precurvature",
+    "rest_curvature_y_per_m": "precurvature",
+    "rest_twist_deg_per_m": "twist",
+    "axial_stiffness_N_per_mm": "axial_compression",
+    "stiffness_N_per_mm": "tendon_elongation",
+}
 
 
 def nuisances_of(robot_reference: str) -> tuple[Nuisance, ...]:
     """Return the nuisance parameters of a robot by its id; none for a path."""
     return _BY_ROBOT.get(robot_reference.partition("@")[0], ())
+
+
+def calibration_numbers(table: Any, robot: Robot, where: str) -> tuple[Nuisance, ...]:
+    """Return the numbers that a data set wants calibrated.
+
+    Args:
+        table: dotted key of the robot's specification -> [lower, upper], in file units; the fit
+            starts at the specified value. Either end, or the specified value, may be inf.
+        robot: as specified.
+        where: the table's file, for errors.
+
+    Raises:
+        InputError: a key that the robot does not have, a range that is none, or one whose ends are
+            impossible for the robot.
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: calibration: a table is needed, not {table!r}")
+    specified = dict(leaves(to_document(robot)))
+    found = []
+    for key, ends in table.items():
+        place = f"{where}: calibration.{key}"
+        if key not in specified:
+            raise unknown("number", key, specified, f"{where}: calibration")
+        if (
+            not isinstance(ends, list)
+            or len(ends) != 2
+            or not all(isinstance(end, int | float) and not isinstance(end, bool) for end in ends)
+            or not ends[0] < ends[1]
+        ):
+            raise InputError(f"{place}: [lower, upper] is needed, lower below upper, not {ends!r}")
+        low, high, value = float(ends[0]), float(ends[1]), specified[key]
+        if not low <= value <= high:
+            raise InputError(f"{place}: the specified value, {value:g}, lies outside {low:g} to {high:g}")
+        try:
+            for end in (low, high):
+                check_robot(with_number(robot, key, end), f"{place} = {end:g}")
+        except KeyError:
+            raise InputError(f"{place}: is a whole number, it cannot be calibrated") from None
+        found.append(_calibrated(key, low, high, value, place))
+    return tuple(found)
+
+
+def _calibrated(key: str, low: float, high: float, value: float, place: str) -> Nuisance:
+    inverse = math.isinf(high)
+    if inverse and low <= 0.0:
+        raise InputError(f"{place}: up to inf, the lower end must be above 0")
+    width = 1.0 / low if inverse else high - low
+    parameter = Parameter(key, value, low, high, scale=width / _RANGE_PARTS, start=value, inverse=inverse)
+    same = tuple(effect for name, effect in _SAME_AS.items() if key.split(".")[-1] == name)
+    return Nuisance(parameter, partial(_with_number, key), stands_for=same)
+
+
+def _with_number(key: str, robot: Robot, number: float) -> Robot:
+    changed: Robot = with_number(robot, key, number)
+    return changed

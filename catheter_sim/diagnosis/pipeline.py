@@ -1,7 +1,8 @@
 """From a folder of measurements to a diagnosis, step by step; each step is a function of its own.
 
 1. Split into training and held-out trials (`trials.split`).
-2. Calibrate the nuisance parameters on the training trials: the model "before" (`fit` without terms).
+2. Calibrate the nuisance parameters on the training trials, or the numbers that the data set names
+   under `[calibration]`: the model "before" (`fit` without terms).
 3. Estimate the noise, which weighs units against each other (`noise`).
 4. Choose causes inside the training trials (`select`).
 5. Fit the chosen hypothesis to every training row, with intervals (`fit`, `intervals`).
@@ -23,6 +24,7 @@ from tqdm import tqdm
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.experiment import next_experiment
 from catheter_sim.diagnosis.findings import (
+    calibrated_numbers,
     confirmed,
     doubts,
     figures,
@@ -88,10 +90,13 @@ def diagnose_dataset(
         train, heldout = split(dataset)
         problem = training_problem(dataset, train)
         bar.set_description("choosing causes")
-        selection = select(problem, candidates_for(problem.robot), jobs, bar.set_description)
+        selection = select(problem, candidates_for(problem), jobs, bar.set_description)
         bar.set_description("fitting the chosen causes")
-        before = fit(problem, (), cross_validate=False)
-        after = fit(problem, selection.chosen.terms, selection.chosen.values, cross_validate=False)
+        wanted = bool(dataset.calibration)  # numbers that may trade against one another
+        before = fit(problem, (), cross_validate=False, thorough=wanted)
+        after = fit(
+            problem, selection.chosen.terms, selection.chosen.values, cross_validate=False, thorough=wanted
+        )
         test = replace(problem, trials=heldout)
         # A cut trial's held-out part runs through all its rows; a whole trial stands for itself.
         noise = noise_floor(
@@ -110,6 +115,8 @@ def diagnose_dataset(
         fits = tuple(trial_fit(problem, trial, before, after) for trial in (*train, *heldout))
         extra, notes = figures(problem, fits, after)
         notes += doubts(causes, by_unit)
+        bar.set_description("measuring how sure the calibration is")
+        calibrated = calibrated_numbers(problem, after, wanted, jobs)
         if simulation:
             bar.set_description("replaying in MuJoCo")
             found, said = confirmed(dataset, problem, robot, heldout, fits)
@@ -130,6 +137,7 @@ def diagnose_dataset(
         fits=fits,
         notes=tuple(notes),
         extra=extra,
+        calibrated=calibrated,
     )
 
 
@@ -143,7 +151,7 @@ def training_problem(dataset: Dataset, train: Sequence[Trial]) -> Problem:
     columns = dataset.output_channels
     problem = Problem(
         robot=robot,
-        nuisances=nuisances_of(dataset.robot_reference),
+        nuisances=dataset.calibration or nuisances_of(dataset.robot_reference),
         trials=tuple(train),
         columns=columns,
         weight=np.ones(len(columns)),

@@ -20,6 +20,7 @@ from catheter_sim.diagnosis.result import (
     NEXT_EXPERIMENT_FILE,
     Candidate,
     Diagnosis,
+    FittedParameter,
     TrialFit,
     UnitResult,
     fit_file,
@@ -103,6 +104,7 @@ def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any
         "ranking": [_ranking_row(diagnosis, item, best) for item in shown],
         "ranking_left_out": len(best) - len(shown),
         "causes": _cause_rows(diagnosis),
+        "calibrated": [_parameter_row(name, item) for name, item in diagnosis.calibrated.items()],
         "indistinguishable": [
             listed([words(name) for name in group]) for group in diagnosis.indistinguishable
         ],
@@ -181,32 +183,29 @@ def _ranking_row(diagnosis: Diagnosis, candidate: Candidate, ranking: Sequence[C
 
 
 def _cause_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    rows = []
-    for cause in diagnosis.causes:
-        parameters = []
-        for name, parameter in cause.parameters.items():
-            text, unit = name_and_unit(name)
-            half = half_width(parameter.ci95)
-            null = parameter.null
-            parameters.append(
-                {
-                    "name": text,
-                    "value": rounded(parameter.value, half),
-                    "interval": interval(parameter.value, parameter.ci95),
-                    "null": "" if null is None else rounded(null, half) if null else "0",
-                    "unit": unit,
-                    "open": null is not None and parameter.ci95[0] <= null <= parameter.ci95[1],
-                }
-            )
-        rows.append(
-            {
-                "name": words(cause.name),
-                "summary": EFFECTS[cause.name].summary.replace("`", "") if cause.name in EFFECTS else "",
-                "gain": rounded(cause.gain_percent, 5.0),
-                "parameters": parameters,
-            }
-        )
-    return rows
+    return [
+        {
+            "name": words(cause.name),
+            "summary": EFFECTS[cause.name].summary.replace("`", "") if cause.name in EFFECTS else "",
+            "gain": rounded(cause.gain_percent, 5.0),
+            "parameters": [_parameter_row(name, item) for name, item in cause.parameters.items()],
+        }
+        for cause in diagnosis.causes
+    ]
+
+
+def _parameter_row(name: str, parameter: FittedParameter) -> dict[str, Any]:
+    text, unit = name_and_unit(name)
+    half = half_width(parameter.ci95)
+    null = parameter.null
+    return {
+        "name": text,
+        "value": rounded(parameter.value, half),
+        "interval": interval(parameter.value, parameter.ci95),
+        "null": "" if null is None else rounded(null, half) if null else "0",
+        "unit": unit,
+        "open": null is not None and parameter.ci95[0] <= null <= parameter.ci95[1],
+    }
 
 
 def _trial_row(diagnosis: Diagnosis, fit: TrialFit) -> dict[str, str]:

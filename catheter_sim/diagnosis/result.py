@@ -17,7 +17,7 @@ from typing import Any
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import robot_toml
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.tables import Array, Table, replaced_when_whole, write_table
 
 VERDICTS = ("cause_found", "no_discrepancy", "unexplained")
@@ -131,6 +131,7 @@ class Diagnosis:
         fits: every trial.
         notes: doubts and facts that a reader must know, a sentence each.
         extra: further figures by name, unit included ("tip_rmse_aligned_after_mm").
+        calibrated: numbers of this specimen, by name, beside the specified ones (`null`).
     """
 
     dataset: Dataset
@@ -141,10 +142,11 @@ class Diagnosis:
     ranking: tuple[Candidate, ...]
     indistinguishable: tuple[tuple[str, ...], ...]
     next_experiment: NextExperiment
-    extended_robot: ContinuumRobot
+    extended_robot: Robot
     fits: tuple[TrialFit, ...]
     notes: tuple[str, ...] = ()
     extra: Mapping[str, float] = field(default_factory=dict)
+    calibrated: Mapping[str, FittedParameter] = field(default_factory=dict)
 
     @property
     def headline(self) -> UnitResult:
@@ -169,10 +171,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "causes": [
             {
                 "name": cause.name,
-                "parameters": {
-                    name: {"value": parameter.value, "ci95": list(parameter.ci95)}
-                    for name, parameter in cause.parameters.items()
-                },
+                "parameters": _parameters(cause.parameters),
                 "gain_percent": cause.gain_percent,
             }
             for cause in diagnosis.causes
@@ -194,6 +193,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         },
         "notes": list(diagnosis.notes),
         "extra": dict(diagnosis.extra),
+        "calibrated": _parameters(diagnosis.calibrated),
     }
     undefined: dict[str, str] = {}
     finite: dict[str, Any] = _finite(document, "", undefined)
@@ -260,6 +260,10 @@ def fit_table(fit: TrialFit) -> Table:
     for prefix, table in (("before", fit.before), ("after", fit.after)):
         columns |= {f"{prefix}_{name}": table.columns[name] for name in fit.measured.columns}
     return Table(fit.time_s, columns, fit_file(fit))
+
+
+def _parameters(parameters: Mapping[str, FittedParameter]) -> dict[str, Any]:
+    return {name: {"value": item.value, "ci95": list(item.ci95)} for name, item in parameters.items()}
 
 
 def _heldout(result: UnitResult) -> dict[str, Any]:

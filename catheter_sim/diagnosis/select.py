@@ -10,20 +10,16 @@ Last, backward: a cause whose loss costs nothing is dropped. Nothing of the held
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
-from typing import Any, TypeVar
 
 import numpy as np
 
 from catheter_sim.diagnosis.fit import Fit, fit, probe
 from catheter_sim.diagnosis.hypothesis import Problem, Term, terms_for
+from catheter_sim.diagnosis.workers import each, workers
 from catheter_sim.effects.registry import EFFECTS
-from catheter_sim.robots.specification import ContinuumRobot
 
 PAYS_ERRORS = 2.0  # standard errors by which a cause must lower the squared error
 PAYS_SHARE = 0.02  # share of the root mean square by which it must lower it
@@ -33,7 +29,6 @@ _RIVAL_COST = 2.0  # a rival's squared error after one step, over that of the ch
 MOST_CAUSES = 8
 _ROWS = 600  # rows compared in the fits that choose
 
-T = TypeVar("T")
 Known = Mapping[tuple[str, str], float]
 
 
@@ -58,12 +53,15 @@ class Selection:
     alike: tuple[tuple[str, ...], ...]
 
 
-def candidates_for(robot: ContinuumRobot) -> tuple[str, ...]:
-    """Return the effects that a diagnosis tries: those that make sense for `robot`.
+def candidates_for(problem: Problem) -> tuple[str, ...]:
+    """Return the effects that a diagnosis tries: those that make sense for the robot.
 
-    `payload` is not among them yet: many rows with a load on the tip still take the twin minutes.
+    Left out are those whose number is calibrated already, and `payload`: many rows with a load on the
+    tip still take the twin minutes.
     """
-    return tuple(name for name in EFFECTS if name != "payload" and EFFECTS[name].parameters(robot))
+    calibrated = {name for item in problem.nuisances for name in item.stands_for}
+    left_out = calibrated | {"payload"}
+    return tuple(name for name in EFFECTS if name not in left_out and EFFECTS[name].parameters(problem.robot))
 
 
 def paired_gain(before: Fit, after: Fit) -> tuple[float, float]:
@@ -111,7 +109,7 @@ def select(
     rows = sum(len(trial.inputs) for trial in problem.trials)
     problem = replace(problem, every=max(1, round(rows / _ROWS)))
     say = on_fit or (lambda line: None)
-    with _pool(jobs) as pool:
+    with workers(jobs) as pool:
         null = fit(problem, ())
         tiers = [terms_for(problem.robot, name) for name in candidates]
         simple = [terms[0] for terms in tiers]
@@ -166,7 +164,7 @@ def _rivals(
         for rival in variants
         if rival.effect not in named
     ]
-    probes = _map(pool, probe, [(problem, chosen, terms) for _, terms in hypotheses])
+    probes = each(pool, probe, [(problem, chosen, terms) for _, terms in hypotheses])
     limit = _RIVAL_COST * float(chosen.residual @ chosen.residual)
     picked: list[int] = []
     for name in chosen.causes:
@@ -196,7 +194,7 @@ def _next_finalists(
 ) -> list[Fit]:
     """Return the fits of the most promising hypotheses one step beyond `current`, best first."""
     hypotheses = [terms for terms in (_beside(current.terms, term) for term in variants) if terms]
-    probes = _map(pool, probe, [(problem, current, terms) for terms in hypotheses])
+    probes = each(pool, probe, [(problem, current, terms) for terms in hypotheses])
     order = sorted(range(len(probes)), key=lambda index: probes[index][0])
     best = [(hypotheses[index], probes[index][1]) for index in order[:FINALISTS]]
     return _in_order(_fit_all(pool, problem, best))
@@ -232,36 +230,8 @@ def _in_order(fits: Sequence[Fit]) -> list[Fit]:
     return sorted(fits, key=lambda item: item.cross_validated_rms)
 
 
-@contextmanager
-def _pool(jobs: int) -> Iterator[Executor | None]:
-    if jobs <= 1:
-        yield None
-        return
-    # The matrices are small: threads of the linear algebra would only stand in one another's way. The
-    # libraries read these names when a process starts.
-    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update({name: os.environ.get(name, "1") for name in names})
-    try:
-        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-            yield pool
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
 def _fit_all(
     pool: Executor | None, problem: Problem, hypotheses: Sequence[tuple[Sequence[Term], Known]]
 ) -> list[Fit]:
     """Return the fits of several hypotheses, each from its known values, in order."""
-    return _map(pool, fit, [(problem, terms, dict(known)) for terms, known in hypotheses])
-
-
-def _map(pool: Executor | None, call: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> list[T]:
-    """Return the results of several calls, in order, made in the pool's processes where there is one."""
-    if pool is None:
-        return [call(*item) for item in arguments]
-    return [future.result() for future in [pool.submit(call, *item) for item in arguments]]
+    return each(pool, fit, [(problem, terms, dict(known)) for terms, known in hypotheses])

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.diagnosis.nuisance import Nuisance
 from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs, slice_inputs
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.tables import Table
 
 HELDOUT_SHARE = 0.3  # of the rows, where the data set gives no roles
@@ -53,11 +54,12 @@ class Dataset:
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
         input_channels, output_channels: the columns that the data set declares.
         trials: in the order of `dataset.toml`.
+        calibration: numbers of the specimen that it wants calibrated; (): those that are known to vary.
     """
 
     folder: Path
     name: str
-    robot: ContinuumRobot
+    robot: Robot
     robot_reference: str
     source: str
     licence: str
@@ -65,6 +67,7 @@ class Dataset:
     input_channels: tuple[str, ...]
     output_channels: tuple[str, ...]
     trials: tuple[Trial, ...]
+    calibration: tuple[Nuisance, ...] = ()
 
 
 def split(dataset: Dataset) -> tuple[tuple[Trial, ...], tuple[Trial, ...]]:

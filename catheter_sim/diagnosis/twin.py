@@ -2,9 +2,9 @@
 
 A diagnosis asks for the outputs of many robots that differ in a few numbers. Robots that bend in a
 plane and are driven by tension go through the exact-arm statics: those with one pair of tendons all at
-once (`statics.planar_batch`), others one by one (`fkm_exact_arm`). All other robots go through arcs of
-constant curvature, all at once (`statics.arc_equilibrium`), with tendons that run straight between
-disks, as in the simulation.
+once (`statics.planar_batch`), others one by one (`fkm_exact_arm`). All other continuum robots go
+through arcs of constant curvature, all at once (`statics.arc_equilibrium`), with tendons that run
+straight between disks, as in the simulation. Robots of rolling joints go through the complete balance.
 """
 
 from __future__ import annotations
@@ -12,15 +12,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from catheter_sim.effects.apply import arriving_inputs, embodied, observed, observed_frames
+from catheter_sim.diagnosis.outputs import output_columns, wanted_disks
+from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.errors import InputError
-from catheter_sim.robots.channels import Inputs, body_count, joint_names, posture_columns, slice_inputs
+from catheter_sim.robots.channels import Inputs, joint_names, posture_columns, slice_inputs
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.layout import links
 from catheter_sim.robots.posture import Array
+from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.statics.arc_equilibrium import solve_rows
 from catheter_sim.statics.arcs import points_on_arcs
@@ -29,17 +32,20 @@ from catheter_sim.statics.models import STATIC_MODELS
 from catheter_sim.statics.planar import hinge_chain
 from catheter_sim.statics.planar_batch import knows, solve_pairs
 from catheter_sim.statics.planar_chain import bends_in_plane
+from catheter_sim.statics.rolling.chain import rolling_chain
+from catheter_sim.statics.rolling.complete import solve_history
+from catheter_sim.statics.rolling.history import faces
 
 PLANAR_MODEL = "fkm_exact_arm"
-_QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
 
-# (robots with effects, commanded inputs, every how many rows) -> outputs in file units, (B, r, o)
-Twin = Callable[[Sequence[ContinuumRobot], Inputs, int], Array]
+# (robots with effects, of the kind that it was made for; commanded inputs; every how many rows)
+# -> outputs in file units, (B, r, o)
+Twin = Callable[[Sequence[Any], Inputs, int], Array]
 
 
 @dataclass(frozen=True)
 class ArcTwin:
-    """Constant-curvature twin of any robot, many at once.
+    """Constant-curvature twin of any continuum robot, many at once.
 
     Attributes:
         columns: the output columns wanted.
@@ -121,15 +127,22 @@ class PairTwin:
 
 
 @dataclass(frozen=True)
-class PlanarTwin:
-    """Twin of planar robots driven by tension: the exact-arm statics, friction history included."""
+class StaticTwin:
+    """Twin by any static model, one robot after another.
 
+    Attributes:
+        model: its name.
+        columns: the output columns wanted.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+    """
+
+    model: str
     columns: tuple[str, ...]
     gravity_mps2: Array
 
-    def __call__(self, robots: Sequence[ContinuumRobot], inputs: Inputs, every: int = 1) -> Array:
-        """Return the outputs of `robots` at each `every`-th row, shape (B, r, o)."""
-        solve = STATIC_MODELS[PLANAR_MODEL].solve
+    def __call__(self, robots: Sequence[Robot], inputs: Inputs, every: int = 1) -> Array:
+        """Return the outputs of `robots` at each `every`-th row, shape (B, r, o); NaN: no balance."""
+        solve = STATIC_MODELS[self.model].solve
         result = []
         for robot in robots:
             try:
@@ -142,67 +155,51 @@ class PlanarTwin:
         return np.array(result)
 
 
-def twin_for(
-    robot: ContinuumRobot, actuation: str, columns: Sequence[str], gravity_mps2: Array
-) -> ArcTwin | PairTwin | PlanarTwin:
+@dataclass(frozen=True)
+class RollingTwin:
+    """Twin of robots of rolling joints: the complete balance, with friction's history."""
+
+    columns: tuple[str, ...]
+    gravity_mps2: Array
+
+    def __call__(self, robots: Sequence[RollingRobot], inputs: Inputs, every: int = 1) -> Array:
+        """Return the outputs of `robots` at each `every`-th row, shape (B, r, o); NaN: no balance."""
+        shown = slice(None, None, every)
+        result = np.full((len(robots), len(inputs.time_s[shown]), len(self.columns)), np.nan)
+        for index, robot in enumerate(robots):
+            arrived = arriving_inputs(robot, inputs)
+            chain = rolling_chain(embodied(robot))
+            try:
+                solved = solve_history(chain, arrived, self.gravity_mps2)
+            except InputError:  # the robot folds with these numbers: a fit must turn back from them
+                continue
+            theta = solved.theta[shown]
+            p_w, R_w = faces(
+                chain, slice_inputs(arrived, shown), self.gravity_mps2, theta, solved.link_length[shown]
+            )
+            disks = wanted_disks(self.columns, chain.joints)
+            result[index] = output_columns(
+                robot,
+                self.columns,
+                (disks, p_w[:, disks], R_w[:, disks]),
+                partial(_identity, theta),
+                arrived.tendon[shown],
+            )
+        return result
+
+
+def twin_for(robot: Robot, actuation: str, columns: Sequence[str], gravity_mps2: Array) -> Twin:
     """Return the twin that fits `robot` driven by `actuation`."""
-    if bends_in_plane(robot) and actuation == "tension":
-        kind = PairTwin if knows(robot) else PlanarTwin
-        return kind(tuple(columns), gravity_mps2)
-    return ArcTwin(tuple(columns), gravity_mps2)
+    names = tuple(columns)
+    if isinstance(robot, RollingRobot):
+        return RollingTwin(names, gravity_mps2)
+    if not bends_in_plane(robot) or actuation != "tension":
+        return ArcTwin(names, gravity_mps2)
+    return PairTwin(names, gravity_mps2) if knows(robot) else StaticTwin(PLANAR_MODEL, names, gravity_mps2)
 
 
-def wanted_disks(columns: Sequence[str], count: int) -> list[int]:
-    """Return the indices of the disks whose frames the output columns show."""
-    found = {
-        count - 1 if name.startswith("tip_") else int(name.split("_")[1]) - 1
-        for name in columns
-        if name.startswith(("tip_", "body_"))
-    }
-    return sorted(found)
-
-
-def output_columns(
-    robot: ContinuumRobot,
-    columns: Sequence[str],
-    frames: tuple[Sequence[int], Array, Array],
-    joint_angles: Callable[[], Array],
-    tension: Array,
-) -> Array:
-    """Return output columns from a robot's state along r rows, shape (r, o), in file units.
-
-    Args:
-        robot: with effects; those that act on what is measured are applied.
-        columns: names of output columns.
-        frames: indices of disks, their positions (r, k, 3) [m] and orientations (r, k, 3, 3).
-        joint_angles: gives the hinges' angles in the order of `joint_names`, shape (r, j) [rad].
-        tension: at the actuator, shape (r, t) [N].
-    """
-    disks, p_w, R_w = frames
-    values: dict[str, Array] = {}
-    if len(disks):
-        last = body_count(robot) - 1
-        p_w, R_w = observed_frames(robot, p_w, R_w)
-        for place, index in enumerate(disks):
-            for axis, letter in enumerate("xyz"):
-                values[f"body_{index + 1}_{letter}_mm"] = p_w[:, place, axis] * 1e3
-                if index == last:
-                    values[f"tip_{letter}_mm"] = p_w[:, place, axis] * 1e3
-            if index == last and any(name in _QUATERNION for name in columns):
-                values |= _quaternions(R_w[:, place])
-    if any(name.startswith("joint_") for name in columns):
-        angles = np.degrees(joint_angles())
-        values |= {f"joint_{name}_deg": angles[:, i] for i, name in enumerate(joint_names(robot))}
-    values |= {f"tension_{item.name}_N": tension[:, i] for i, item in enumerate(robot.tendons)}
-    return np.stack([values[name] for name in columns], axis=1)
-
-
-def _quaternions(R_w: Array) -> dict[str, Array]:
-    parts = np.full((len(R_w), 4), np.nan)
-    balanced = np.isfinite(R_w).all(axis=(1, 2))
-    if balanced.any():
-        parts[balanced] = Rotation.from_matrix(R_w[balanced]).as_quat(canonical=True, scalar_first=True)
-    return {name: parts[:, index] for index, name in enumerate(_QUATERNION)}
+def _identity(theta: Array) -> Array:
+    return theta
 
 
 def _hinge_columns(robot: ContinuumRobot, angles: Array) -> Array:

@@ -6,22 +6,23 @@ from collections.abc import Callable
 
 import numpy as np
 
+from catheter_sim.effects._scales import tension_N
 from catheter_sim.effects.face import Parameter, Values
 from catheter_sim.robots.channels import channel_of
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
 
 UNIT = {"tension": "N", "displacement": "mm"}
 TO_SI = {"N": 1.0, "mm": 1e-3}
 
 
-def channels(robot: ContinuumRobot) -> list[str]:
+def channels(robot: Robot) -> list[str]:
     """Return the robot's actuator channels, each once."""
     return list(dict.fromkeys(channel_of(robot)))
 
 
 def common_and_each(
-    robot: ContinuumRobot, common: str, each: str, make: Callable[[str], Parameter]
+    robot: Robot, common: str, each: str, make: Callable[[str], Parameter]
 ) -> tuple[Parameter, ...]:
     """Return a parameter named `common`, and for several channels one named by `each` (with `{}`)."""
     names = channels(robot)
@@ -30,7 +31,7 @@ def common_and_each(
     return (make(common), *(make(each.format(name)) for name in names))
 
 
-def common_then_each(robot: ContinuumRobot, common: str, each: str) -> tuple[tuple[str, ...], ...]:
+def common_then_each(robot: Robot, common: str, each: str) -> tuple[tuple[str, ...], ...]:
     """Return the variants: the common parameter alone, or one for each channel."""
     names = channels(robot)
     if len(names) == 1:
@@ -38,11 +39,16 @@ def common_then_each(robot: ContinuumRobot, common: str, each: str) -> tuple[tup
     return ((common,), tuple(each.format(name) for name in names))
 
 
-def per_tendon(robot: ContinuumRobot, each: str, values: Values, null: float) -> Array:
+def per_tendon(robot: Robot, each: str, values: Values, null: float) -> Array:
     """Return each tendon's own channel value, `null` where none is given, shape (t,)."""
     return np.array([values.get(each.format(name), null) for name in channel_of(robot)])
 
 
-def scale_of(robot: ContinuumRobot) -> str:
+def actuation_unit(robot: Robot) -> float:
+    """Return 1 mm, or the tension that bends the robot by a radian [N], to one digit: what drives it."""
+    return float(f"{tension_N(robot):.1g}") if robot.actuation == "tension" else 1.0
+
+
+def scale_of(robot: Robot) -> str:
     """Return the unit in files of the robot's actuator inputs."""
     return UNIT[robot.actuation]

@@ -7,7 +7,7 @@ from dataclasses import replace
 from catheter_sim.effects._channels import common_and_each, common_then_each, per_tendon
 from catheter_sim.effects.face import Effect, Parameter, Values
 from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.robots.kinds import Robot
 
 _COMMON = "scale"
 _EACH = "scale_{}"
@@ -17,7 +17,7 @@ def _parameter(name: str) -> Parameter:
     return Parameter(name, null=1.0, lower=0.5, upper=2.0, scale=0.03, start=1.0)
 
 
-def _change_inputs(robot: ContinuumRobot, inputs: Inputs, values: Values) -> Inputs:
+def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
     gain = values[_COMMON] * per_tendon(robot, _EACH, values, 1.0)
     return replace(inputs, tendon=inputs.tendon * gain)
 

@@ -6,25 +6,33 @@ from dataclasses import replace
 
 import numpy as np
 
-from catheter_sim.effects._channels import TO_SI, common_and_each, common_then_each, per_tendon, scale_of
+from catheter_sim.effects._channels import (
+    TO_SI,
+    actuation_unit,
+    common_and_each,
+    common_then_each,
+    per_tendon,
+    scale_of,
+)
 from catheter_sim.effects.face import Effect, Parameter, Values
 from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.robots.kinds import Robot
 
-_SIZE = {"N": (20.0, 0.05), "mm": (5.0, 0.1)}  # bound, and a change that matters
+# Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian.
+_SIZE = {"N": (100.0, 0.25), "mm": (5.0, 0.1)}
 
 
-def _names(robot: ContinuumRobot) -> tuple[str, str]:
+def _names(robot: Robot) -> tuple[str, str]:
     unit = scale_of(robot)
     return f"offset_{unit}", f"offset_{{}}_{unit}"
 
 
-def _parameter(robot: ContinuumRobot, name: str) -> Parameter:
-    bound, scale = _SIZE[scale_of(robot)]
+def _parameter(robot: Robot, name: str) -> Parameter:
+    bound, scale = (round(size * actuation_unit(robot), 9) for size in _SIZE[scale_of(robot)])
     return Parameter(name, null=0.0, lower=-bound, upper=bound, scale=scale, start=0.0)
 
 
-def _change_inputs(robot: ContinuumRobot, inputs: Inputs, values: Values) -> Inputs:
+def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
     common, each = _names(robot)
     offset = (values[common] + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)]
     tendon = inputs.tendon + offset

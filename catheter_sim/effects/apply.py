@@ -9,20 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import overload
+from typing import cast
 
 from catheter_sim.effects.face import Effect, Parameter
 from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.kinds import R, Robot
 from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.specification import ContinuumRobot
 
 
 def parameters_of(robot: Robot, effect: Effect) -> tuple[Parameter, ...]:
     """Return the parameters that `effect` has for `robot`; none where it makes no sense for it."""
-    return effect.parameters(robot) if isinstance(robot, ContinuumRobot) else ()
+    return effect.parameters(robot)
 
 
 def check_effects(robot: Robot) -> None:
@@ -46,38 +45,25 @@ def check_effects(robot: Robot) -> None:
 
 def active(robot: Robot) -> Iterator[tuple[Effect, dict[str, float]]]:
     """Yield the effects of `robot` with every parameter's value, in the order in which they act."""
-    if not isinstance(robot, ContinuumRobot):
-        return  # no effect makes sense for the other kinds yet
     for name, effect in EFFECTS.items():
         if name in robot.effects:
             yield effect, effect.complete(robot, robot.effects[name])
 
 
-@overload
-def embodied(robot: ContinuumRobot) -> ContinuumRobot: ...
-
-
-@overload
-def embodied(robot: Robot) -> Robot: ...
-
-
-def embodied(robot: Robot) -> Robot:
+def embodied(robot: R) -> R:
     """Return `robot` with its effects put into the specification, and none left to apply.
 
     What acts on inputs and outputs is not in it: see `arriving_inputs` and `observed`.
     """
-    if not isinstance(robot, ContinuumRobot):
-        return robot
-    changed: ContinuumRobot = robot
+    changed: Robot = robot
     for effect, values in active(robot):
         changed = effect.change_robot(changed, values)
-    return replace(changed, effects={})
+    return cast(R, replace(changed, effects={}))
 
 
 def arriving_inputs(robot: Robot, inputs: Inputs) -> Inputs:
     """Return what arrives at the robot when `inputs` are commanded."""
     for effect, values in active(robot):
-        assert isinstance(robot, ContinuumRobot)
         inputs = effect.change_inputs(robot, inputs, values)
     return inputs
 
@@ -85,12 +71,11 @@ def arriving_inputs(robot: Robot, inputs: Inputs) -> Inputs:
 def observed(robot: Robot, postures: tuple[Posture, ...]) -> tuple[Posture, ...]:
     """Return what is measured when the robot is in `postures`."""
     for effect, values in active(robot):
-        assert isinstance(robot, ContinuumRobot)
         postures = effect.change_postures(robot, postures, values)
     return postures
 
 
-def observed_frames(robot: ContinuumRobot, p_w: Array, R_w: Array) -> tuple[Array, Array]:
+def observed_frames(robot: Robot, p_w: Array, R_w: Array) -> tuple[Array, Array]:
     """Return what is measured of bare positions (..., 3) [m] and orientations (..., 3, 3)."""
     for effect, values in active(robot):
         if effect.change_frames is not None:
@@ -98,6 +83,6 @@ def observed_frames(robot: ContinuumRobot, p_w: Array, R_w: Array) -> tuple[Arra
     return p_w, R_w
 
 
-def with_effects(robot: ContinuumRobot, effects: Mapping[str, Mapping[str, float]]) -> ContinuumRobot:
+def with_effects(robot: R, effects: Mapping[str, Mapping[str, float]]) -> R:
     """Return `robot` with exactly these effects; values as in `robot.effects`."""
     return replace(robot, effects={name: dict(values) for name, values in effects.items()})

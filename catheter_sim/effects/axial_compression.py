@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.specification import ContinuumRobot, Mount
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.specification import Mount
 
 
 def in_series(first_N_per_m: float, second_N_per_m: float) -> float:
@@ -14,7 +15,7 @@ def in_series(first_N_per_m: float, second_N_per_m: float) -> float:
     return 1.0 / compliance if compliance > 0.0 else float("inf")
 
 
-def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     return (
         Parameter(
             "stiffness_N_per_mm",
@@ -28,7 +29,7 @@ def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
     )
 
 
-def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
+def _change_robot(robot: Robot, values: Values) -> Robot:
     added = values["stiffness_N_per_mm"] * 1e3
     return replace(
         robot, mount=Mount(axial_stiffness_N_per_m=in_series(robot.mount.axial_stiffness_N_per_m, added))

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from catheter_sim.effects._channels import TO_SI, scale_of
+from catheter_sim.effects._channels import TO_SI, actuation_unit, scale_of
 from catheter_sim.effects.face import Effect, Parameter, Values
 from catheter_sim.robots.channels import Inputs
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
 
-_SIZE = {"N": (5.0, 0.02), "mm": (5.0, 0.1)}  # bound, and a change that matters
+# Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian.
+_SIZE = {"N": (25.0, 0.1), "mm": (5.0, 0.1)}
 
 
 def play(values: Array, width: float) -> Array:
@@ -32,13 +33,13 @@ def play(values: Array, width: float) -> Array:
     return result
 
 
-def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     unit = scale_of(robot)
-    bound, scale = _SIZE[unit]
+    bound, scale = (round(size * actuation_unit(robot), 9) for size in _SIZE[unit])
     return (Parameter(f"width_{unit}", null=0.0, lower=0.0, upper=bound, scale=scale, start=2.0 * scale),)
 
 
-def _change_inputs(robot: ContinuumRobot, inputs: Inputs, values: Values) -> Inputs:
+def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
     unit = scale_of(robot)
     width = values[f"width_{unit}"] * TO_SI[unit]
     tendon = play(inputs.tendon, width) if width > 0.0 else inputs.tendon

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.robots.channels import Inputs
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.specification import ContinuumRobot
 
 Values = Mapping[str, float]  # parameter name (with file unit) -> value in that unit
 
@@ -60,24 +60,22 @@ class Parameter:
         return ends[0], ends[1]
 
 
-def same_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
+def same_robot(robot: Robot, values: Values) -> Robot:
     """Leave the robot's specification as it is."""
     return robot
 
 
-def same_inputs(robot: ContinuumRobot, inputs: Inputs, values: Values) -> Inputs:
+def same_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
     """Leave the inputs as they are."""
     return inputs
 
 
-def same_postures(
-    robot: ContinuumRobot, postures: tuple[Posture, ...], values: Values
-) -> tuple[Posture, ...]:
+def same_postures(robot: Robot, postures: tuple[Posture, ...], values: Values) -> tuple[Posture, ...]:
     """Leave the outputs as they are."""
     return postures
 
 
-def all_together(robot: ContinuumRobot) -> tuple[tuple[str, ...], ...]:
+def all_together(robot: Robot) -> tuple[tuple[str, ...], ...]:
     """Return the one variant that frees every parameter."""
     return ((),)
 
@@ -103,15 +101,13 @@ class Effect:
     name: str
     summary: str
     trace: str
-    parameters: Callable[[ContinuumRobot], tuple[Parameter, ...]]
-    change_robot: Callable[[ContinuumRobot, Values], ContinuumRobot] = same_robot
-    change_inputs: Callable[[ContinuumRobot, Inputs, Values], Inputs] = same_inputs
-    change_postures: Callable[[ContinuumRobot, tuple[Posture, ...], Values], tuple[Posture, ...]] = (
-        same_postures
-    )
+    parameters: Callable[[Robot], tuple[Parameter, ...]]
+    change_robot: Callable[[Robot, Values], Robot] = same_robot
+    change_inputs: Callable[[Robot, Inputs, Values], Inputs] = same_inputs
+    change_postures: Callable[[Robot, tuple[Posture, ...], Values], tuple[Posture, ...]] = same_postures
     change_frames: Callable[[Values, Array, Array], tuple[Array, Array]] | None = None
-    variants: Callable[[ContinuumRobot], tuple[tuple[str, ...], ...]] = all_together
+    variants: Callable[[Robot], tuple[tuple[str, ...], ...]] = all_together
 
-    def complete(self, robot: ContinuumRobot, values: Values) -> dict[str, float]:
+    def complete(self, robot: Robot, values: Values) -> dict[str, float]:
         """Return every parameter's value: the given one, or the one that does nothing."""
         return {item.name: float(values.get(item.name, item.null)) for item in self.parameters(robot)}

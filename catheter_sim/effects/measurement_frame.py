@@ -8,14 +8,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.effects.face import Effect, Parameter, Values
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.specification import ContinuumRobot
 
 _ROTATION = ("rotation_x_deg", "rotation_y_deg", "rotation_z_deg")
 _TRANSLATION = ("translation_x_mm", "translation_y_mm", "translation_z_mm")
 
 
-def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     return (
         *(Parameter(name, 0.0, -50.0, 50.0, scale=1.0, start=0.0) for name in _TRANSLATION),
         *(Parameter(name, 0.0, -180.0, 180.0, scale=1.0, start=0.0) for name in _ROTATION),
@@ -28,9 +28,7 @@ def _change_frames(values: Values, p_w: Array, R_w: Array) -> tuple[Array, Array
     return p_w @ turn.T + shift, turn @ R_w
 
 
-def _change_postures(
-    robot: ContinuumRobot, postures: tuple[Posture, ...], values: Values
-) -> tuple[Posture, ...]:
+def _change_postures(robot: Robot, postures: tuple[Posture, ...], values: Values) -> tuple[Posture, ...]:
     changed = []
     for posture in postures:
         p_w, R_w = _change_frames(values, posture.p_w, posture.R_w)

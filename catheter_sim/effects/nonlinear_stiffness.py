@@ -2,34 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
+from catheter_sim.effects._scales import sharpest_curvature_per_m
 from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.robots.kinds import Robot, with_segments
 
 
-def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
-    # At a bend of one radian over the shortest segment the moment changes by c3 / L^2.
-    unit = min(segment.length_m for segment in robot.segments) ** 2 * 1e6
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+    unit = 1e6 / sharpest_curvature_per_m(robot) ** 2  # the moment doubles there
     return (
         Parameter("cubic_mm2", null=0.0, lower=-0.3 * unit, upper=5.0 * unit, scale=0.05 * unit, start=0.0),
     )
 
 
-def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
+def _change_robot(robot: Robot, values: Values) -> Robot:
     added = values["cubic_mm2"] * 1e-6
-    return replace(
-        robot,
-        segments=tuple(
-            replace(segment, stiffness_cubic_m2=segment.stiffness_cubic_m2 + added)
-            for segment in robot.segments
-        ),
+    return with_segments(
+        robot, ({"stiffness_cubic_m2": segment.stiffness_cubic_m2 + added} for segment in robot.segments)
     )
 
 
 EFFECT = Effect(
     name="nonlinear_stiffness",
-    summary="moment EI (k + cubic k^3) of the curvature k, added to the specified law",
+    summary="moment EI (k + cubic k^3) of the bend per length k, added to the specified law",
     trace="an error that grows faster than the bending, alike in all directions",
     parameters=_parameters,
     change_robot=_change_robot,

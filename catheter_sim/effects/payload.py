@@ -6,16 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.effects._scales import tip_force_N
 from catheter_sim.effects.face import Effect, Parameter, Values
 from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.robots.kinds import Robot
 
 
-def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
-    # What bends a straight robot of this stiffness by about one radian: F L^2 / 2 = EI.
-    length = sum(segment.length_m for segment in robot.segments)
-    softest = min(segment.bending_stiffness_N_m2 for segment in robot.segments) * robot.stiffness_scale
-    unit = 2.0 * softest / length**2
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+    unit = tip_force_N(robot)
     planar = all(segment.bending_axes == "x" for segment in robot.segments)
     return tuple(
         Parameter(f"force_{axis}_N", 0.0, -3.0 * unit, 3.0 * unit, scale=0.05 * unit, start=0.0)
@@ -23,7 +21,7 @@ def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
     )
 
 
-def _change_inputs(robot: ContinuumRobot, inputs: Inputs, values: Values) -> Inputs:
+def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
     force = np.array([values.get(f"force_{axis}_N", 0.0) for axis in "xyz"])
     return replace(inputs, force_tip=inputs.force_tip + force)
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.specification import ContinuumRobot, Segment
+from catheter_sim.robots.kinds import Robot, with_segments
+from catheter_sim.robots.rolling import RollingSegment
+from catheter_sim.robots.specification import Segment
 
 
-def _axes(robot: ContinuumRobot) -> str:
+def _axes(robot: Robot) -> str:
     return "xy" if any(segment.bending_axes == "xy" for segment in robot.segments) else "x"
 
 
-def _common(robot: ContinuumRobot) -> dict[str, str]:
+def _common(robot: Robot) -> dict[str, str]:
     return {axis: f"curvature_{axis}_per_m" for axis in _axes(robot)}
 
 
-def _each(segment: Segment) -> dict[str, str]:
+def _each(segment: Segment | RollingSegment) -> dict[str, str]:
     return {axis: f"curvature_{segment.name}_{axis}_per_m" for axis in segment.bending_axes}
 
 
@@ -25,7 +25,7 @@ def _parameter(name: str, length_m: float) -> Parameter:
     return Parameter(name, 0.0, -bound, bound, scale=0.02 / length_m, start=0.0)
 
 
-def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     length = sum(segment.length_m for segment in robot.segments)
     found = [_parameter(name, length) for name in _common(robot).values()]
     if len(robot.segments) > 1:
@@ -37,29 +37,28 @@ def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
     return tuple(found)
 
 
-def _variants(robot: ContinuumRobot) -> tuple[tuple[str, ...], ...]:
+def _variants(robot: Robot) -> tuple[tuple[str, ...], ...]:
     common = tuple(_common(robot).values())
     if len(robot.segments) == 1:
         return (common,)
     return (common, tuple(name for segment in robot.segments for name in _each(segment).values()))
 
 
-def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
+def _change_robot(robot: Robot, values: Values) -> Robot:
     common = _common(robot)
-    segments = []
+    changes = []
     for segment in robot.segments:
         added = {
             axis: values.get(common[axis], 0.0) + values.get(name, 0.0)
             for axis, name in _each(segment).items()
         }
-        segments.append(
-            replace(
-                segment,
-                rest_curvature_x_per_m=segment.rest_curvature_x_per_m + added["x"],
-                rest_curvature_y_per_m=segment.rest_curvature_y_per_m + added.get("y", 0.0),
-            )
+        changes.append(
+            {
+                "rest_curvature_x_per_m": segment.rest_curvature_x_per_m + added["x"],
+                "rest_curvature_y_per_m": segment.rest_curvature_y_per_m + added.get("y", 0.0),
+            }
         )
-    return replace(robot, segments=tuple(segments))
+    return with_segments(robot, changes)
 
 
 EFFECT = Effect(

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.robots.kinds import Robot
 
 
-def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     return (Parameter("scale", null=1.0, lower=0.1, upper=10.0, scale=0.05, start=1.0),)
 
 
-def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
+def _change_robot(robot: Robot, values: Values) -> Robot:
     return replace(robot, stiffness_scale=robot.stiffness_scale * values["scale"])
 
 

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 from catheter_sim.effects.axial_compression import in_series
 from catheter_sim.effects.face import Effect, Parameter, Values
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.specification import ContinuumRobot
 
 
-def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
-    if robot.actuation == "tension":
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+    if robot.actuation == "tension" or not isinstance(robot, ContinuumRobot):
         return ()  # a tension arrives whatever the tendon's length
     return (
         Parameter(
@@ -25,7 +26,8 @@ def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
     )
 
 
-def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
+def _change_robot(robot: Robot, values: Values) -> Robot:
+    assert isinstance(robot, ContinuumRobot)
     added = values["stiffness_N_per_mm"] * 1e3
     return replace(
         robot,

@@ -5,15 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.specification import ContinuumRobot, Friction
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.specification import Friction
 
 
-def _parameters(robot: ContinuumRobot) -> tuple[Parameter, ...]:
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     null = robot.friction.mu
-    return (Parameter("mu", null=null, lower=0.0, upper=1.5, scale=0.05, start=null + 0.1),)
+    return (Parameter("mu", null=null, lower=0.0, upper=1.5, scale=0.05, start=round(null + 0.1, 9)),)
 
 
-def _change_robot(robot: ContinuumRobot, values: Values) -> ContinuumRobot:
+def _change_robot(robot: Robot, values: Values) -> Robot:
     return replace(robot, friction=Friction(mu=values["mu"]))
 
 

@@ -175,6 +175,30 @@ def _descend(table: Any, part: str, where: str, create: bool) -> Any:
     raise unknown("key", part, list(_names(table)) if isinstance(table, dict | list) else [], where)
 
 
+def with_number(value: Any, key: str, number: float) -> Any:
+    """Return the dataclass `value` with the number at a dotted key changed, in file units.
+
+    Raises:
+        KeyError: no such key, or what it names takes no fractions.
+    """
+    head, _, rest = key.partition(".")
+    if isinstance(value, tuple):
+        labels = [getattr(item, "name", str(index)) for index, item in enumerate(value)]
+        index = labels.index(head) if head in labels else -1
+        if index < 0 or not rest:
+            raise KeyError(key)
+        return (*value[:index], with_number(value[index], rest, number), *value[index + 1 :])
+    for item in dataclasses.fields(value):
+        name, factor = file_name(item.name)
+        if name == head:
+            now = getattr(value, item.name)
+            if not rest and not isinstance(now, float):
+                raise KeyError(key)
+            changed = with_number(now, rest, number) if rest else number / factor
+            return dataclasses.replace(value, **{item.name: changed})
+    raise KeyError(key)
+
+
 def leaves(document: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
     """Yield the dotted key and value of every number in `document`, effects and sources left out."""
     if isinstance(document, Mapping):

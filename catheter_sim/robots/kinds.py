@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, TypeVar, cast
 
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.document import Document, from_document, to_document
@@ -10,6 +12,7 @@ from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
 
 Robot = ContinuumRobot | RollingRobot
+R = TypeVar("R", bound=Robot)
 
 KINDS: dict[str, type[ContinuumRobot] | type[RollingRobot]] = {
     "continuum": ContinuumRobot,
@@ -35,6 +38,14 @@ def robot_from_document(document: Document, where: str) -> Robot:
 def complete_document(document: Document, where: str) -> dict[str, Any]:
     """Return `document` with every key that it leaves out, so that --set reaches them all."""
     return to_document(robot_from_document(document, where))
+
+
+def with_segments(robot: R, changes: Iterable[Mapping[str, float]]) -> R:
+    """Return `robot` with fields of its segments changed: by name, one mapping for each segment."""
+    parts: Sequence[Any] = robot.segments
+    segments = tuple(replace(part, **change) for part, change in zip(parts, changes, strict=True))
+    changed: Any = replace(cast(Any, robot), segments=segments)
+    return cast(R, changed)
 
 
 def require_continuum(robot: Robot, what: str) -> ContinuumRobot:

@@ -38,7 +38,8 @@ class RollingSegment:
     larger_arm_side: str = "alternate"
     bending_axes: str = "x"  # "x": every joint bends toward +x; "xy": toward +x and +y in turn
     link_modulus_Pa: float = math.inf  # of the links' compression along their axis; inf: rigid
-    # Elastic law of every rod in these joints: M = EI (k + c3 k^3 + c5 k^5) of its curvature k.
+    # Every rod's moment in these joints is EI times its curvature in the gap, times 1 + c3 k^2 + c5 k^4
+    # of the joint's bend per length k. (The curvature in the gap grows without bound as the gap closes.)
     stiffness_cubic_m2: float = 0.0
     stiffness_quintic_m4: float = 0.0
     rest_curvature_x_per_m: float = 0.0  # bend per length of the joints toward +x, without load

@@ -13,6 +13,7 @@ from catheter_sim.diagnosis.trials import Dataset, Trial
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed, with_effects
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs, input_channels, posture_columns
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
@@ -72,6 +73,17 @@ def displacement_history(seed: int, cycles: int = 5) -> Inputs:
     return as_inputs(np.array(rows), "displacement")
 
 
+def rod_history(seed: int, cycles: int = 3) -> Inputs:
+    """Return tensions of one rod: out, partly back, out again, home."""
+    generator = np.random.default_rng(seed)
+    rows = [0.0]
+    for _ in range(cycles):
+        top, valley = generator.uniform(25.0, 50.0), generator.uniform(4.0, 12.0)
+        for a, b, count in ((0.0, top, 6), (top, valley, 5), (valley, 0.9 * top, 4), (0.9 * top, 0.0, 5)):
+            rows += list(np.linspace(a, b, count)[1:])
+    return as_inputs(np.array(rows)[:, np.newaxis], "tension")
+
+
 def as_inputs(tendon: np.ndarray, actuation: str) -> Inputs:
     """Return inputs two seconds apart, without loads on the tip."""
     zeros = np.zeros((len(tendon), 3))
@@ -79,7 +91,7 @@ def as_inputs(tendon: np.ndarray, actuation: str) -> Inputs:
 
 
 def data_set(
-    robot: ContinuumRobot,
+    robot: Robot,
     reference: str,
     effects: Effects,
     histories: Sequence[Inputs],
@@ -102,6 +114,7 @@ def data_set(
     """
     hidden = with_effects(robot, effects)
     if links:
+        assert isinstance(hidden, ContinuumRobot)
         hidden = replace(hidden, links_per_subsegment=links)
     generator = np.random.default_rng(seed)
     trials = []
@@ -134,6 +147,18 @@ def section_data(effects: Effects, seed: int = 1) -> Dataset:
         effects,
         [pair_history(seed), pair_history(seed), pair_history(seed + 1)],
         ("tip_x_mm", "tip_z_mm", "body_15_x_mm", "body_15_z_mm"),
+        seed=seed,
+    )
+
+
+def chest_data(effects: Effects, seed: int = 1) -> Dataset:
+    """Return a data set of the chest-tube section, one training trial repeated."""
+    return data_set(
+        load_robot("chest_tube_section"),
+        "chest_tube_section",
+        effects,
+        [rod_history(seed), rod_history(seed), rod_history(seed + 1), rod_history(seed + 2)],
+        ("tip_x_mm", "tip_z_mm", "body_7_x_mm", "body_7_z_mm"),
         seed=seed,
     )
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from planted import as_inputs, displacement_history, pair_history, small_robot
 
-from catheter_sim.diagnosis.fit import Fit, carried, fit, intervals, probe
+from catheter_sim.diagnosis.fit import Fit, carried, fit, probe
 from catheter_sim.diagnosis.hypothesis import Problem, Term, blocks_of, fold_of, frees_of, residuals
+from catheter_sim.diagnosis.intervals import intervals
 from catheter_sim.diagnosis.nuisance import nuisances_of
 from catheter_sim.diagnosis.select import as_good, pays
 from catheter_sim.diagnosis.trials import Trial

@@ -18,8 +18,12 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import load_robot, robot_toml
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.checks import check_robot
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
 from catheter_sim.statics.constant_curvature import constant_curvature
+from catheter_sim.statics.rolling.chain import rolling_chain
+from catheter_sim.statics.rolling.rods import elastic_moments, spans
 
 CLOSED_LIST = {
     "tendon_friction",
@@ -61,20 +65,24 @@ ROBOTS = {
     "neuroendoscope_section": load_robot("neuroendoscope_section"),
     "spacer_disk": load_robot("spacer_disk"),
     "three_tendons": three_tendons(),
+    "chest_tube_section": load_robot("chest_tube_section"),
+    "chest_tube": load_robot("chest_tube"),
 }
 EACH = [(effect, name) for effect in EFFECTS for name in ROBOTS if EFFECTS[effect].parameters(ROBOTS[name])]
 
 
-def some_inputs(robot: ContinuumRobot, rows: int = 6) -> Inputs:
+def some_inputs(robot: Robot, rows: int = 6) -> Inputs:
     """Return a wandering series of inputs that the robot can bear."""
     generator = np.random.default_rng(7)
     size = 0.3 if robot.actuation == "tension" else 2e-3
+    if isinstance(robot, RollingRobot):
+        size = 6.0
     tendon = np.abs(np.cumsum(generator.normal(size=(rows, len(robot.tendons))), axis=0)) * size / 3.0
     zeros = np.zeros((rows, 3))
     return Inputs(np.arange(rows, dtype=float), robot.actuation, tendon, zeros, zeros)
 
 
-def outputs(robot: ContinuumRobot, inputs: Inputs) -> np.ndarray:
+def outputs(robot: Robot, inputs: Inputs) -> np.ndarray:
     """Return the analytic twin's outputs with the robot's effects, shape (rows, columns)."""
     return twin_for(robot, inputs.actuation, COLUMNS, np.zeros(3))([robot], inputs)[0]
 
@@ -229,6 +237,27 @@ def test_measurement_frame_turns_about_the_base_then_shifts():
     np.testing.assert_allclose(seen.p_w[-1], [-y + 5e-3, x, z], atol=1e-12)
     np.testing.assert_allclose(seen.R_w[-1][2], postures[0].R_w[-1][2], atol=1e-12)
     np.testing.assert_array_equal(seen.joint_angles, postures[0].joint_angles)
+
+
+def test_joints_of_rolling_links_share_a_precurvature():
+    """A rest curvature bends every unloaded rolling joint by itself times a link's length."""
+    robot = with_effects(load_robot("chest_tube_section"), {"precurvature": {"curvature_x_per_m": 2.0}})
+    columns = [f"joint_x{k}_deg" for k in (1, 2, 15)]
+    twin = twin_for(robot, "tension", columns, np.zeros(3))
+    angles = twin([robot], replace(some_inputs(robot, 1), tendon=np.zeros((1, 1))), 1)[0, 0]
+    np.testing.assert_allclose(angles, math.degrees(2.0 * 15e-3), atol=1e-9)
+
+
+def test_rods_stiffen_with_the_bend_of_their_joint():
+    """The cubic term multiplies a rolling joint's elastic moment by 1 + c k^2, k its bend per length."""
+    plain = load_robot("chest_tube_section")
+    law = embodied(with_effects(plain, {"nonlinear_stiffness": {"cubic_mm2": 500.0}}))
+    theta = np.linspace(-0.2, 0.3, 15)
+    moments = []
+    for robot in (plain, law):
+        chain = rolling_chain(robot)
+        moments.append(elastic_moments(chain, theta, spans(chain, theta))[0])
+    np.testing.assert_allclose(moments[1], moments[0] * (1.0 + 500.0 * (theta / 15.0) ** 2), rtol=1e-12)
 
 
 def test_payload_pulls_the_tip():

@@ -89,6 +89,28 @@ def stretches(
         drive, acting = next_drive, following
 
 
+def faces(
+    chain: RollingChain,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    theta: Array,
+    link_length: Array | None = None,
+) -> tuple[Array, Array]:
+    """Return every link's flat top in every row, the base pressed into the mount by all that acts.
+
+    Arguments as in `postures`.
+
+    Returns:
+        Positions, shape (r, n, 3) [m], and orientations, shape (r, n, 3, 3), in the base frame.
+    """
+    links = frames(chain, theta, link_length)
+    weight = float(chain.mass.sum() * gravity_mps2[2])
+    pressed = weight + inputs.force_tip[:, 2] - inputs.tendon.sum(axis=1)
+    shift = np.zeros((len(inputs), 1, 3))
+    shift[:, 0, 2] = pressed / chain.robot.mount.axial_stiffness_N_per_m
+    return links.face + shift, links.R_w
+
+
 def postures(
     chain: RollingChain,
     inputs: Inputs,
@@ -107,17 +129,12 @@ def postures(
         at_joint: tension of the pulled rods in each joint's gap, shape (r, t, n) [N].
         link_length: as compressed, shape (r, n) [m].
     """
-    links = frames(chain, theta, link_length)
-    weight = float(chain.mass.sum() * gravity_mps2[2])
-    pressed = weight + inputs.force_tip[:, 2] - inputs.tendon.sum(axis=1)
-    shift = np.zeros((len(inputs), 1, 3))
-    shift[:, 0, 2] = pressed / chain.robot.mount.axial_stiffness_N_per_m
-    face = links.face + shift
+    face, R_w = faces(chain, inputs, gravity_mps2, theta, link_length)
     inside = np.where(chain.passes[: chain.pulled], at_joint, np.nan)
     return [
         Posture(
             p_w=face[row],
-            R_w=links.R_w[row],
+            R_w=R_w[row],
             joint_angles=theta[row],
             actuator_tension=inputs.tendon[row],
             tendon_tension=inside[row],

@@ -165,12 +165,14 @@ def _rods(
             along_slope = radius * t - offset - across
             curvature = sine / along
             bent = curvature - rod[r, k, REST_CURVATURE]
-            square = bent * bent
-            elastic[k] += (
-                stiffness[r] * bent * (1.0 + square * (joint[k, CUBIC] + square * joint[k, QUINTIC]))
+            mean = (t - joint[k, REST]) / joint[k, LENGTH]
+            square = mean * mean
+            law = 1.0 + square * (joint[k, CUBIC] + square * joint[k, QUINTIC])
+            steeper = mean * (2.0 * joint[k, CUBIC] + 4.0 * square * joint[k, QUINTIC]) / joint[k, LENGTH]
+            elastic[k] += stiffness[r] * bent * law
+            jacobian[k, k] -= stiffness[r] * (
+                law * (cosine - curvature * along_slope) / along + bent * steeper
             )
-            law = 1.0 + square * (3.0 * joint[k, CUBIC] + 5.0 * square * joint[k, QUINTIC])
-            jacobian[k, k] -= stiffness[r] * law * (cosine - curvature * along_slope) / along
             if r >= pulled:
                 continue
             length = math.hypot(across, along)

@@ -61,9 +61,11 @@ def elastic_moments(chain: RollingChain, theta: Array, span: geometry.Span) -> t
     curvature, slope = geometry.rod_curvature(theta[..., None, :], span.along, span.along_slope)
     bent = curvature - chain.rest_curvature
     stiffness = np.where(chain.passes, chain.stiffness[:, None], 0.0)
-    square = bent**2
-    moment = stiffness * bent * (1.0 + square * (chain.cubic + square * chain.quintic))
-    tangent = stiffness * slope * (1.0 + square * (3.0 * chain.cubic + 5.0 * square * chain.quintic))
+    mean = (theta - chain.rest_angle) / chain.link_length
+    law = 1.0 + mean**2 * (chain.cubic + mean**2 * chain.quintic)
+    steeper = mean * (2.0 * chain.cubic + 4.0 * mean**2 * chain.quintic) / chain.link_length
+    moment = stiffness * bent * law[..., None, :]
+    tangent = stiffness * (slope * law[..., None, :] + bent * steeper[..., None, :])
     sleeve = chain.sleeve_stiffness * (theta - chain.rest_angle)
     return moment.sum(axis=-2) + sleeve, tangent.sum(axis=-2) + chain.sleeve_stiffness
 

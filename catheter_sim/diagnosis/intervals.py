@@ -1,0 +1,162 @@
+"""How sure fitted numbers are: 95 % intervals from the curvature at the fit, or along its valley."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import t as student
+
+from catheter_sim.diagnosis.fit import Fit, fit, influential, prior_of
+from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.robots.posture import Array
+
+Interval = tuple[float, float]
+
+_TOLERANCE = 0.05  # of the way between the two values that enclose an interval's end
+
+
+def intervals(result: Fit) -> dict[tuple[str, str], Interval]:
+    """Return a 95 % interval of every fitted value, by effect and parameter.
+
+    The wider of two. Where residuals are white, that of least squares: s^2 A^-1 with A = J^T J and
+    Student's t with as many degrees of freedom as residuals are left. Where residuals of one block
+    hang together, blocks count, not rows: the cluster-robust A^-1 (sum_b g_b g_b^T) A^-1 G / (G - 1),
+    with g_b a block's gradient and G blocks, and Student's t with G - 1 degrees of freedom (Liang and
+    Zeger 1986; Cameron and Miller 2015). A number known beforehand brings its own precision to A, also
+    where it stands at a bound. Another value held at a bound, or one without influence, has the
+    interval of its bounds.
+    """
+    half = half_widths(result)
+    found: dict[tuple[str, str], Interval] = {}
+    for free, x, width in zip(result.frees, result.x, half, strict=True):
+        parameter = free.parameter
+        low, high = parameter.fit_bounds
+        ends = np.clip([(x - width) * parameter.scale, (x + width) * parameter.scale], low, high)
+        values = sorted(parameter.from_fit(float(end)) for end in ends)
+        found[free.key] = (values[0], values[1])
+    return found
+
+
+def half_widths(result: Fit) -> Array:
+    """Return half the interval of every fitted number, in units of its scale, inf where unknown, (p,)."""
+    half = np.full(len(result.frees), np.inf)
+    precision = prior_of(result.frees).precision
+    use = influential(result.jacobian) & (~result.held | (precision > 0.0))
+    if not use.any():
+        return half
+    part = result.jacobian[:, use]
+    inverse = _inverse(part, precision[use])
+    widths = [_white(result, inverse), _by_blocks(result, inverse, part)]
+    half[use] = np.maximum(*widths)
+    return half
+
+
+def _inverse(part: Array, precision: Array) -> Array:
+    return np.asarray(np.linalg.pinv(part.T @ part + np.diag(precision), rcond=1e-12), dtype=np.float64)
+
+
+def _white(result: Fit, inverse: Array) -> Array:
+    count = len(result.residual) - len(inverse)
+    if count < 1:
+        return np.full(len(inverse), np.inf)
+    variance = float(result.residual @ result.residual) / count
+    return np.sqrt(np.maximum(variance * np.diag(inverse), 0.0)) * float(student.ppf(0.975, count))
+
+
+def _by_blocks(result: Fit, inverse: Array, part: Array) -> Array:
+    labels = np.unique(result.block, return_inverse=True)[1]
+    groups = int(labels.max()) + 1
+    if groups < 2:
+        return np.full(len(inverse), np.inf)
+    scores = np.zeros((groups, len(inverse)))
+    np.add.at(scores, labels, part * result.residual[:, None])
+    covariance = inverse @ (scores.T @ scores) @ inverse * groups / (groups - 1)
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0)) * float(student.ppf(0.975, groups - 1))
+
+
+def profile_interval(problem: Problem, result: Fit, name: str) -> Interval:
+    """Return the 95 % interval of a calibrated number along the valley of the other numbers.
+
+    All others are fitted anew at each value of it. The interval ends where the sum of squares has
+    risen by s^2 t^2, with s^2 the residuals' variance and t Student's (Bates and Watts 1988, Section
+    6.1): right also where numbers trade against one another far from where a parabola would hold.
+    Where the residuals' blocks hang together the rise is scaled up to the wider width of `intervals`.
+
+    Args:
+        problem: what `result` was fitted to.
+        result: a fit.
+        name: of one of the problem's nuisance numbers.
+
+    Returns:
+        Lower and upper end in the number's unit; a bound where the data do not end the interval
+        before it.
+    """
+    index = [free.key for free in result.frees].index(("", name))
+    parameter = result.frees[index].parameter
+    low, high = (bound / parameter.scale for bound in parameter.fit_bounds)
+    count = len(result.residual) - len(result.frees)
+    if count < 1 or not influential(result.jacobian)[index]:
+        return parameter.lower, parameter.upper
+    allowed = math.sqrt(_allowed_rise(result, index, count))
+    cost = _cost(result)
+    start = float(result.x[index])
+    rises = {start: 0.0}
+    values = {start: result.values}
+
+    def beyond_allowed(x: float) -> float:
+        """Return the root of the rise, which is nearly linear, less its allowed size."""
+        if x not in rises:
+            nearest = min(values, key=lambda other: abs(other - x))
+            pinned = _pinned(problem, name, parameter.from_fit(x * parameter.scale))
+            found = fit(pinned, result.terms, values[nearest], cross_validate=False, thorough=True)
+            values[x] = found.values
+            rises[x] = math.sqrt(max(_cost(found) - cost, 0.0))
+        return rises[x] - allowed
+
+    ends = []
+    for bound, direction in ((low, -1.0), (high, 1.0)):
+        inside, step, end = start, _first_step(result, index), bound
+        while inside != bound:
+            outside = inside + direction * step
+            outside = bound if direction * (outside - bound) >= 0.0 else outside
+            if beyond_allowed(outside) > 0.0:
+                end = brentq(beyond_allowed, inside, outside, xtol=_TOLERANCE * abs(outside - inside))
+                break
+            inside, step = outside, 2.0 * step
+        ends.append(parameter.from_fit(float(end) * parameter.scale))
+    lowest, highest = sorted(ends)
+    return lowest, highest
+
+
+def _first_step(result: Fit, index: int) -> float:
+    half = half_widths(result)[index]
+    return float(half) if math.isfinite(half) and half > 0.0 else 1.0
+
+
+def _allowed_rise(result: Fit, index: int, count: int) -> float:
+    """Return the rise of the sum of squares at the end of an interval."""
+    rise = float(result.residual @ result.residual) / count * float(student.ppf(0.975, count)) ** 2
+    use = influential(result.jacobian) & ~result.held
+    if not use[index]:
+        return rise
+    part = result.jacobian[:, use]
+    inverse = _inverse(part, prior_of(result.frees).precision[use])
+    place = int(use[:index].sum())
+    white, blocks = (widths[place] for widths in (_white(result, inverse), _by_blocks(result, inverse, part)))
+    if not math.isfinite(blocks) or blocks <= white:
+        return rise
+    return rise * float(blocks / white) ** 2
+
+
+def _cost(result: Fit) -> float:
+    return float(result.residual @ result.residual) + prior_of(result.frees).cost(result.x)
+
+
+def _pinned(problem: Problem, name: str, value: float) -> Problem:
+    """Return `problem` with one calibrated number built into its robot."""
+    (number,) = (item for item in problem.nuisances if item.name == name)
+    others = tuple(item for item in problem.nuisances if item.name != name)
+    return replace(problem, robot=number.change_robot(problem.robot, value), nuisances=others)

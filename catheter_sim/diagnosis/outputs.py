@@ -1,0 +1,69 @@
+"""From a robot's state along a trial to the output columns that a data set asks for, in file units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from catheter_sim.effects.apply import observed_frames
+from catheter_sim.robots.channels import body_count, joint_names
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.posture import Array
+
+_QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
+
+
+def wanted_disks(columns: Sequence[str], count: int) -> list[int]:
+    """Return the indices of the disks whose frames the output columns show."""
+    found = {
+        count - 1 if name.startswith("tip_") else int(name.split("_")[1]) - 1
+        for name in columns
+        if name.startswith(("tip_", "body_"))
+    }
+    return sorted(found)
+
+
+def output_columns(
+    robot: Robot,
+    columns: Sequence[str],
+    frames: tuple[Sequence[int], Array, Array],
+    joint_angles: Callable[[], Array],
+    tension: Array,
+) -> Array:
+    """Return output columns from a robot's state along r rows, shape (r, o), in file units.
+
+    Args:
+        robot: with effects; those that act on what is measured are applied.
+        columns: names of output columns.
+        frames: indices of disks, their positions (r, k, 3) [m] and orientations (r, k, 3, 3).
+        joint_angles: gives the hinges' angles in the order of `joint_names`, shape (r, j) [rad].
+        tension: at the actuator, shape (r, t) [N].
+    """
+    disks, p_w, R_w = frames
+    values: dict[str, Array] = {}
+    if len(disks):
+        last = body_count(robot) - 1
+        p_w, R_w = observed_frames(robot, p_w, R_w)
+        for place, index in enumerate(disks):
+            for axis, letter in enumerate("xyz"):
+                values[f"body_{index + 1}_{letter}_mm"] = p_w[:, place, axis] * 1e3
+                if index == last:
+                    values[f"tip_{letter}_mm"] = p_w[:, place, axis] * 1e3
+            if index == last and any(name in _QUATERNION for name in columns):
+                values |= _quaternions(R_w[:, place])
+    if any(name.startswith("joint_") for name in columns):
+        angles = np.degrees(joint_angles())
+        values |= {f"joint_{name}_deg": angles[:, i] for i, name in enumerate(joint_names(robot))}
+    names = [tendon.name for tendon in robot.tendons]
+    values |= {f"tension_{name}_N": tension[:, i] for i, name in enumerate(names)}
+    return np.stack([values[name] for name in columns], axis=1)
+
+
+def _quaternions(R_w: Array) -> dict[str, Array]:
+    parts = np.full((len(R_w), 4), np.nan)
+    balanced = np.isfinite(R_w).all(axis=(1, 2))
+    if balanced.any():
+        parts[balanced] = Rotation.from_matrix(R_w[balanced]).as_quat(canonical=True, scalar_first=True)
+    return {name: parts[:, index] for index, name in enumerate(_QUATERNION)}

@@ -1,0 +1,123 @@
+"""Intervals: as wide as the noise says, and along a valley where numbers trade against one another."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planted import as_inputs, small_robot
+from scipy.stats import t as student
+
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.intervals import intervals, profile_interval
+from catheter_sim.diagnosis.nuisance import calibration_numbers
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.effects.face import Parameter
+from catheter_sim.tables import Table
+
+ROWS = 120
+DRAWS = 100
+X = np.linspace(0.0, 1.0, ROWS)
+
+
+def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return a curve in which a and b trade against one another: nearly a function of a b alone."""
+    return (a * b)[:, None] * X + 0.02 * b[:, None] * X**2
+
+
+def problem_of(measured: np.ndarray, model=product) -> Problem:
+    """Return the fit of stiffness_scale a and friction b, read from the robot, to a measured column."""
+    robot = replace(small_robot(), friction=replace(small_robot().friction, mu=1.5))
+    numbers = calibration_numbers({"stiffness_scale": [0.2, 8.0], "friction.mu": [0.2, 8.0]}, robot, "test")
+
+    def twin(robots, inputs, every):
+        a = np.array([item.stiffness_scale for item in robots])
+        b = np.array([item.friction.mu for item in robots])
+        return model(a, b)[:, ::every, None]
+
+    inputs = as_inputs(np.zeros((ROWS, 3)), "displacement")
+    table = Table(inputs.time_s, {"tip_x_mm": measured}, "made")
+    return Problem(
+        robot, numbers, (Trial("a.csv", "train", inputs, table),), ("tip_x_mm",), np.full(1, 0.05), twin
+    )
+
+
+def noisy(
+    generator: np.random.Generator, a: float, b: float, model=product, size: float = 0.05
+) -> np.ndarray:
+    return model(np.array([a]), np.array([b]))[0] + size * generator.normal(size=ROWS)
+
+
+def line(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[:, None] + b[:, None] * X
+
+
+def test_white_noise_gives_the_interval_of_a_straight_line():
+    """For a line under white noise the interval is no narrower than the textbook's, and of its size."""
+    generator = np.random.default_rng(1)
+    measured = noisy(generator, 2.0, 3.0, line)
+    found = fit(problem_of(measured, line), (), cross_validate=False, thorough=True)
+    design = np.stack([np.ones(ROWS), X], axis=1)
+    best, squares, *_ = np.linalg.lstsq(design, measured, rcond=None)
+    error = np.sqrt(squares[0] / (ROWS - 2) * np.diag(np.linalg.inv(design.T @ design)))
+    half = error * student.ppf(0.975, ROWS - 2)
+    for name, value, width in zip(("stiffness_scale", "friction.mu"), best, half, strict=True):
+        low, high = intervals(found)["", name]
+        assert found.values["", name] == pytest.approx(value, abs=0.02 * width)
+        assert low <= value - 0.98 * width
+        assert high >= value + 0.98 * width
+        assert high - low < 3.2 * width
+
+
+def test_profile_of_a_straight_line_is_its_parabola():
+    """Where the model is linear both intervals are the same."""
+    generator = np.random.default_rng(2)
+    problem = problem_of(noisy(generator, 2.0, 3.0, line), line)
+    found = fit(problem, (), cross_validate=False, thorough=True)
+    for name in ("stiffness_scale", "friction.mu"):
+        straight, along = intervals(found)["", name], profile_interval(problem, found, name)
+        assert along == pytest.approx(straight, abs=0.03 * (straight[1] - straight[0]))
+
+
+@pytest.mark.slow
+def test_profile_covers_in_a_valley():
+    """Where two numbers nearly only act as a product, the profile covers both in 90 of 100 draws at least.
+
+    The parabola at the fit does not follow the valley's bend; the data leave a factor of two open.
+    """
+    generator = np.random.default_rng(3)
+    covered = {"stiffness_scale": 0, "friction.mu": 0}
+    truth = {"stiffness_scale": 1.2, "friction.mu": 2.0}
+    widths = []
+    for _ in range(DRAWS):
+        problem = problem_of(noisy(generator, 1.2, 2.0, size=0.03))
+        found = fit(problem, (), cross_validate=False, thorough=True)
+        for name in covered:
+            low, high = profile_interval(problem, found, name)
+            covered[name] += low <= truth[name] <= high
+            widths.append(high / low)
+    assert min(covered.values()) >= 90, covered
+    assert np.median(widths) > 2.0
+
+
+def test_a_number_known_beforehand_keeps_its_own_width():
+    """A nuisance that the data hardly see has the interval of what is known of it, not a point."""
+    generator = np.random.default_rng(4)
+    problem = problem_of(
+        noisy(generator, 2.0, 3.0, lambda a, b: line(b * 0.0 + 2.0 + 1e-3 * a, b)),
+        lambda a, b: line(b * 0.0 + 2.0 + 1e-3 * a, b),
+    )
+    spread = 0.05 / math.sqrt(3.0)
+    first = problem.nuisances[0]
+    known = replace(
+        first,
+        parameter=Parameter("stiffness_scale", 1.0, 0.95, 1.05, 0.0125, 1.0),
+        spread=spread,
+    )
+    problem = replace(problem, nuisances=(known, problem.nuisances[1]))
+    found = fit(problem, (), cross_validate=False)
+    low, high = intervals(found)["", "stiffness_scale"]
+    assert high - low > 2.0 * spread
