@@ -45,8 +45,8 @@ def main() -> int:
         draws.append(draw)
         missed = [name for name, held in draw.recovered().items() if not held]
         print(
-            f"draw {seed:2d}: {draw.diagnosis.verdict}, error on held-out tensions {draw.error_percent:.2f} % "
-            f"(noise alone {draw.floor_percent:.2f} %), of the true shape {draw.true_error_percent:.2f} %, "
+            f"draw {seed:2d}: {draw.diagnosis.verdict}, error on held-out tensions "
+            f"{draw.error_percent:.2f} % (noise alone {draw.floor_percent:.2f} %), of the true shape {draw.true_error_percent:.2f} %, "
             f"PCC {draw.pcc_error_percent:.1f} %" + (f", missed: {', '.join(missed)}" if missed else "")
         )
     write_table(draws, options.output / "calibration.csv")
@@ -70,9 +70,8 @@ def write_table(draws: Sequence[Draw], path: Path) -> None:
         writer.writerow(["draw", "number", "hidden", "value", "ci95_low", "ci95_high"])
         for draw in draws:
             for name, item in draw.diagnosis.calibrated.items():
-                writer.writerow(
-                    [draw.seed, name, f"{truth[name]:.6g}", *map(_text, (item.value, *item.ci95))]
-                )
+                numbers = (truth[name], item.value, *item.ci95)
+                writer.writerow([draw.seed, name, *(f"{number:.6g}" for number in numbers)])
 
 
 def picture(draws: Sequence[Draw], path: Path) -> None:
@@ -93,10 +92,6 @@ def picture(draws: Sequence[Draw], path: Path) -> None:
     figure.tight_layout()
     figure.savefig(path, dpi=120)
     plt.close(figure)
-
-
-def _text(value: float) -> str:
-    return f"{value:.6g}"
 
 
 if __name__ == "__main__":

@@ -15,6 +15,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+# Of a span whose length no joint changes, as of a rod that crosses a joint on the joint's own line: its
+# tension does nothing and keeps its value. Small against that of any span with an arm (1e-6 to 1e-3).
+LEAST_RESPONSE = 1e-12  # m/s/N
+
 
 @njit(cache=True)
 def planar_turns(qpos: Array, joint_index: Index, turn: Array) -> None:
@@ -75,7 +79,7 @@ def span_tensions(
             one step [N s/m]; 0 where the tension is given.
         factor: exp(mu turn) at each hole, shape (n,).
         rate: length rates of the spans under the old tensions [m/s], shape (n,).
-        response: fall of a span's length rate per unit of its own tension [m/s/N], shape (n,).
+        response: fall of a span's length rate per unit of its own tension, above zero [m/s/N], shape (n,).
         count: number of spans of this tendon.
         tension: in: old tensions; out: new ones, shape (n,) [N].
         scratch: workspace, shape (3, 2 n + 2).
@@ -192,7 +196,7 @@ def confine(
             for k in range(count):
                 factor[k] = math.exp(mu * turn[j, k])
                 rate[k] = 0.0
-                response[k] = 0.0
+                response[k] = LEAST_RESPONSE
             for place in range(row_start[j], row_start[j + 1]):
                 i, arm = dof[place], ten_J[entry[place]]
                 rate[span[place]] += arm * ahead[i]

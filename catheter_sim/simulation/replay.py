@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from catheter_sim.robots.channels import Inputs, slice_inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.statics.rolling.loads import LinkForce
 
 RAMP_S = 2.0  # simulated time from one held row to the next
 
@@ -47,6 +48,7 @@ def simulate(
     ramp_s: float = RAMP_S,
     progress: bool = False,
     on_row: Callable[[Simulator, int], None] | None = None,
+    others: Sequence[LinkForce] = (),
 ) -> SimulationRun:
     """Return the robot's postures under `inputs`, starting from rest with zero inputs.
 
@@ -59,6 +61,10 @@ def simulate(
         ramp_s: simulated time from one held row to the next [s].
         progress: show a progress bar where standard error is a terminal.
         on_row: called with the simulator and the row's index when a row is reached.
+        others: further forces, at points of elements, steady from the start (`Simulator.set_inputs`).
+
+    Raises:
+        InputError: the robot cannot be built, or a force acts on an element that it does not have.
 
     A simulation that diverges ends there; `failure` says at which row and time, and the rows before
     it are returned.
@@ -76,9 +82,10 @@ def simulate(
         if dynamic:
             duration = float(inputs.time_s[row] - (inputs.time_s[row - 1] if row else inputs.time_s[0]))
         try:
-            if row == 0 and gravity.any():
+            if row == 0 and (gravity.any() or others):
+                simulator.set_inputs(before[: len(robot.tendons)], others=others)
                 simulator.settle()
-            _ramp(simulator, before, wrench[row], duration, eased=not dynamic)
+            _ramp(simulator, before, wrench[row], others, duration, eased=not dynamic)
             at_rest.append(True if dynamic else simulator.settle())
             simulator.require_finite()
         except SimulationDiverged as error:
@@ -98,7 +105,14 @@ def simulate(
     )
 
 
-def _ramp(simulator: Simulator, start: Array, end: Array, duration_s: float, eased: bool) -> None:
+def _ramp(
+    simulator: Simulator,
+    start: Array,
+    end: Array,
+    others: Sequence[LinkForce],
+    duration_s: float,
+    eased: bool,
+) -> None:
     """Move the inputs along the straight line from `start` to `end`.
 
     Eased, they slow down toward the end, so that the robot has caught up with them when they stop: dry
@@ -109,7 +123,7 @@ def _ramp(simulator: Simulator, start: Array, end: Array, duration_s: float, eas
     for i in range(1, steps + 1):
         share = 1.0 - (1.0 - i / steps) ** 3 if eased else i / steps
         now = start + (end - start) * share
-        simulator.set_inputs(now[:tendons], now[tendons : tendons + 3], now[tendons + 3 :])
+        simulator.set_inputs(now[:tendons], now[tendons : tendons + 3], now[tendons + 3 :], others)
         simulator.step()
-    simulator.set_inputs(end[:tendons], end[tendons : tendons + 3], end[tendons + 3 :])
+    simulator.set_inputs(end[:tendons], end[tendons : tendons + 3], end[tendons + 3 :], others)
     simulator.require_finite()

@@ -61,24 +61,26 @@ class Rolling:
         model.body_pos[self._body, 2] = -rise
         model.body_pos[self._body[1:], 2] += self._length[:-1]
 
-    def compress(self, data: mujoco.MjData, span_tension: Array, force_tip: Array) -> None:
+    def compress(
+        self, data: mujoco.MjData, span_tension: Array, force_tip: Array, force_on_link: Array
+    ) -> None:
         """Shorten the links as the present tensions and loads press them together.
 
         A link carries the mean of its rods' tensions below and above its holes' friction, and the
-        weight and tip force beyond it. It follows one step behind.
+        weight and forces beyond it. It follows one step behind.
 
         Args:
             data: the state.
             span_tension: in the gap below each link, NaN beyond a rod's end, shape (t, n) [N].
             force_tip: on the tip, base frame, shape (3,) [N].
+            force_on_link: other forces on each link, base frame, shape (n, 3) [N].
         """
         tension = np.nan_to_num(span_tension).sum(axis=0)
         inside = 0.5 * (tension + np.append(tension[1:], tension[-1]))
-        weight = (
-            np.cumsum(self._model.body_mass[self._body][::-1])[::-1, np.newaxis] * self._model.opt.gravity
-        )
+        own = self._model.body_mass[self._body][:, np.newaxis] * self._model.opt.gravity + force_on_link
+        beyond = np.cumsum(own[::-1], axis=0)[::-1] + force_tip
         along = data.xmat[self._body].reshape(-1, 3, 3)[:, :, 2]
-        pressed = inside - np.einsum("nk,nk->n", along, weight + force_tip)
+        pressed = inside - np.einsum("nk,nk->n", along, beyond)
         self._length[:] = self._chain.link_length - pressed * self._compliance
         self._model.site_pos[self._top_site, 2] = self._length[self._top_link] - self._top_depth
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +16,9 @@ from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.simulation.elastic_law import ElasticRemainder
 from catheter_sim.simulation.friction import CapstanFriction, Friction, NestedFriction
+from catheter_sim.simulation.link_forces import LinkForces
 from catheter_sim.simulation.rolling import RodElasticity, Rolling
+from catheter_sim.statics.rolling.loads import LinkForce
 
 FRICTION_ROUTES = ("capstan", "nested", "none")
 # Reference friction law only. MuJoCo softens a friction constraint by R = (1 - d)/d A, where d is at
@@ -87,6 +91,7 @@ class Simulator:
         self._tip_body = int(self.model.site("tip").bodyid.item())
         self._tip = int(self.model.site("tip").id)
         self._force, self._moment = np.zeros(3), np.zeros(3)
+        self._others = LinkForces(robot, self.model)
         self._pushed = False
         self._tendons = np.array([self.model.tendon(f"tendon_{tendon.name}").id for tendon in robot.tendons])
         self._gain = self.model.actuator_gainprm[:, 0].copy()
@@ -113,6 +118,7 @@ class Simulator:
     def reset(self) -> None:
         """Return to rest: the unloaded shape, zero inputs, no friction history."""
         mujoco.mj_resetData(self.model, self.data)
+        self.set_inputs(np.zeros(self.model.nu))
         self._ctrl_before[:] = 0.0
         if self._friction is not None:
             self._friction.reset()
@@ -127,6 +133,7 @@ class Simulator:
         tendon: Array,
         force_tip: ArrayLike = ZERO_WRENCH,
         moment_tip: ArrayLike = ZERO_WRENCH,
+        others: Sequence[LinkForce] = (),
     ) -> None:
         """Set the inputs of the following steps.
 
@@ -134,10 +141,16 @@ class Simulator:
             tendon: tension [N] or displacement [m] of each tendon, shape (t,).
             force_tip: on the tip, base frame, shape (3,) [N].
             moment_tip: on the tip, base frame, shape (3,) [N m].
+            others: further forces, at points of elements (`LinkForces` says in which frame).
+
+        Raises:
+            InputError: a force on an element that the robot does not have.
         """
         self.data.ctrl[:] = tendon
         self._force[:], self._moment[:] = force_tip, moment_tip
-        self._pushed = bool(self._force.any() or self._moment.any())
+        if others or self._others:
+            self._others.set(others)
+        self._pushed = bool(self._force.any() or self._moment.any() or others)
 
     def actuator_tension(self) -> Array:
         """Return the tendons' tensions at the actuator, shape (t,) [N]."""
@@ -154,7 +167,7 @@ class Simulator:
         for _ in range(count):
             if self._rolling is not None:
                 if self._rolling.compressible:
-                    self._rolling.compress(data, self.span_tension(), self._force)
+                    self._rolling.compress(data, self.span_tension(), self._force, self._others.per_element)
                 self._rolling.place(data)
             mujoco.mj_step1(model, data)
             if not self._tension_driven:
@@ -170,6 +183,7 @@ class Simulator:
                     self._tip_body,
                     data.qfrc_applied,
                 )
+                self._others.apply(model, data)
             if self._elastic.needed:
                 self._elastic.apply(data)
             if friction is not None:

@@ -14,6 +14,8 @@ from catheter_sim.tables import replaced_when_whole
 from catheter_sim.validation.body_stages import Stage
 
 if TYPE_CHECKING:
+    from catheter_sim.validation.chest_tube_full import Against
+    from catheter_sim.validation.chest_tube_terms import TermCurves
     from catheter_sim.validation.neuroendoscope import Loop, Profiles
 
 BLUE, ORANGE, GREY = "#1f5f99", "#d1682a", "#8a8f98"
@@ -115,6 +117,45 @@ def joint_angles(tensions: np.ndarray, printed: np.ndarray, complete: np.ndarray
     figure.axes[0].plot([], [], color=BLUE, label="even joints")
     figure.axes[0].legend(frameon=False, fontsize=8)
     figure.axes[0].set_ylabel("joint angle [deg]")
+    _save(figure, path)
+
+
+def histories(items: Sequence[Against], path: Path) -> None:
+    """Draw tip x over the rows of histories with friction, simulation over complete statics."""
+    figure = Figure(figsize=(4.6 * len(items), 3.4), layout="constrained")
+    for axes, item in zip(figure.subplots(1, len(items), squeeze=False)[0], items, strict=True):
+        for postures, style, label in (
+            (item.analytic, {"color": ORANGE}, "complete, each rod's own history"),
+            (item.simulated, {"color": BLUE, "ls": "none", "marker": "o", "ms": 3}, "simulation"),
+        ):
+            axes.plot([posture.p_w[-1][0] * 1e3 for posture in postures], label=label, **style)
+        axes.set_title(item.name, fontsize=8)
+        axes.set_xlabel("row")
+        axes.set_ylabel("tip x [mm]")
+    figure.axes[0].legend(frameon=False, fontsize=7)
+    _save(figure, path)
+
+
+def missing_terms(
+    items: Sequence[TermCurves], tensions: np.ndarray, simulated: np.ndarray, path: Path
+) -> None:
+    """Draw the even joints' median bend over the tension by choice of terms (chest_tube_2025, Fig. 13)."""
+    figure = Figure(figsize=(5.2 * len(items), 4.4), layout="constrained")
+    colours = (ORANGE, "#2f8f5b", "#8d5aa8", "#c2a32f", "#b03060", "black")
+    for axes, item in zip(figure.subplots(1, len(items), sharey=True), items, strict=True):
+        axes.plot(tensions, np.median(item.complete[:, 1::2], axis=1), color=BLUE, lw=5, alpha=0.35)
+        for colour, (name, angles) in zip(colours, item.balances.items(), strict=True):
+            style = "--" if name == "with all three" else "-"
+            axes.plot(tensions, np.median(angles[:, 1::2], axis=1), style, color=colour, lw=1.2, label=name)
+        axes.plot([], [], color=BLUE, lw=5, alpha=0.35, label="complete balance")
+        at = simulated[: len(item.simulated)]
+        axes.plot(at, np.median(item.simulated[:, 1::2], axis=1), "o", ms=4, color=BLUE, label="simulation")
+        axes.axhline(0.0, color=GREY, lw=0.8)
+        axes.set_title(item.weight, fontsize=9)
+        axes.set_xlabel("tension of the active rod [N]")
+    figure.axes[0].set_ylabel("bend of the even joints, median [deg]")
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
     _save(figure, path)
 
 

@@ -7,6 +7,17 @@ from pathlib import Path
 
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.validation.chest_tube import validate_section as validate_chest_tube
+from catheter_sim.validation.chest_tube_full import validate_full as validate_full_chest_tube
+from catheter_sim.validation.chest_tube_loads import (
+    validate_full_sleeve,
+    validate_loads,
+    validate_section_sleeve,
+)
+from catheter_sim.validation.chest_tube_requirements import (
+    validate_full_requirements,
+    validate_section_requirements,
+)
+from catheter_sim.validation.chest_tube_terms import validate_terms
 from catheter_sim.validation.lines import Validation, merge
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
 from catheter_sim.validation.render import validate_render
@@ -18,7 +29,14 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
     "neuroendoscope_section": (validate_section, validate_render),
     "neuroendoscope": (validate_full,),
     "spacer_disk": (validate_spacer_disk,),
-    "chest_tube_section": (validate_chest_tube,),
+    "chest_tube_section": (
+        validate_chest_tube,
+        validate_terms,
+        validate_loads,
+        validate_section_sleeve,
+        validate_section_requirements,
+    ),
+    "chest_tube": (validate_full_chest_tube, validate_full_sleeve, validate_full_requirements),
 }
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.errors import InputError
 from catheter_sim.robots.posture import Array
 from catheter_sim.statics.rolling.chain import RollingChain
 from catheter_sim.statics.rolling.kinematics import Frames
@@ -45,6 +46,13 @@ class Loads:
     tip_moment: Array
 
 
+def check_links(others: Sequence[LinkForce], links: int) -> None:
+    """Raise `InputError` where one of `others` names a link that a robot of `links` links does not have."""
+    for item in others:
+        if not 1 <= item.link <= links:
+            raise InputError(f"force on link {item.link}: the robot's links are 1 to {links}")
+
+
 def loads(
     chain: RollingChain,
     gravity_mps2: Array,
@@ -60,8 +68,12 @@ def loads(
         force_tip: on the centre of the last link's top, base frame, shape (3,) [N].
         moment_tip: on the last link, base frame, shape (3,) [N m].
         others: further forces.
+
+    Raises:
+        InputError: a link that the robot does not have.
     """
     n = chain.joints
+    check_links(others, n)
     centres = np.zeros((n, 3))
     centres[:, 2] = chain.mass_height
     link = np.concatenate([np.arange(n), [n - 1], np.array([item.link - 1 for item in others], dtype=int)])
