@@ -46,8 +46,9 @@ def main() -> int:
         missed = [name for name, held in draw.recovered().items() if not held]
         print(
             f"draw {seed:2d}: {draw.diagnosis.verdict}, error on held-out tensions "
-            f"{draw.error_percent:.2f} % (noise alone {draw.floor_percent:.2f} %), of the true shape {draw.true_error_percent:.2f} %, "
-            f"PCC {draw.pcc_error_percent:.1f} %" + (f", missed: {', '.join(missed)}" if missed else "")
+            f"{draw.error_percent:.2f} % (noise alone {draw.floor_percent:.2f} %), "
+            f"of the true shape {draw.true_error_percent:.2f} %, PCC {draw.pcc_error_percent:.1f} %"
+            + (f", missed: {', '.join(missed)}" if missed else "")
         )
     write_table(draws, options.output / "calibration.csv")
     picture(draws, options.output / "calibration.png")

@@ -36,14 +36,12 @@ def run(options: argparse.Namespace) -> int:
     from catheter_sim.errors import SimulationDiverged
     from catheter_sim.render.images import suffix_of
     from catheter_sim.render.offscreen import render
-    from catheter_sim.robots.kinds import require_continuum
 
     suffix_of(options.output)
     driven = drive(options)
-    robot = require_continuum(driven.robot, "rendering")
     with file_named(options.inputs, SimulationDiverged):
         render(
-            robot,
+            driven.robot,
             driven.arriving,
             tuple(driven.gravity_mps2),
             options.output,

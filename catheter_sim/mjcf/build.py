@@ -15,7 +15,6 @@ from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.rolling import RollingRobot
 
 MAX_TENSION_N = 100.0  # control range of a tension actuator
-ROD_WIDTH_M = 0.3e-3  # of a drawn rod
 
 
 def build_mjcf(robot: Robot, actuation: str | None = None, friction_tails: bool = False) -> str:
@@ -42,15 +41,14 @@ def build_mjcf(robot: Robot, actuation: str | None = None, friction_tails: bool 
     root.option.gravity = (0.0, 0.0, 0.0)
     root.option.flag.contact = "disable"
     root.custom.add("numeric", name="friction_mu", data=[robot.friction.mu])
+    if isinstance(robot, RollingRobot) and actuation != "tension":
+        raise InputError(f"{robot.name}: its rods are pulled by tension; choices: tension")
+    add_scene(root, robot)
     if isinstance(robot, RollingRobot):
-        if actuation != "tension":
-            raise InputError(f"{robot.name}: its rods are pulled by tension; choices: tension")
-        add_rolling_chain(root, robot)
-        add_rods(root, robot, ROD_WIDTH_M)
+        add_visuals(root, robot, add_rolling_chain(root, robot))
+        add_rods(root, robot)
     else:
-        add_scene(root, robot)
-        bodies = add_chain(root, robot)
-        add_visuals(root, robot, bodies)
+        add_visuals(root, robot, add_chain(root, robot))
         add_tendons(root, robot)
         if friction_tails:
             add_friction_tails(root, robot)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from catheter_sim.mjcf._backend import mjcf
+from catheter_sim.mjcf.scene import tendon_colour
 from catheter_sim.robots.rolling import Rod, RollingRobot
 from catheter_sim.robots.rolling_layout import (
     RollingJoint,
@@ -27,6 +28,7 @@ from catheter_sim.robots.rolling_layout import (
 from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
 from catheter_sim.statics.rolling.rods import elastic_moments, spans
 
+_PASSIVE = (0.10, 0.11, 0.13, 1.0)  # colour of a rod that nobody pulls
 _HINGE_AXIS = ((0, 1, 0), (-1, 0, 0))  # bends toward +x, toward +y
 
 
@@ -57,11 +59,11 @@ def add_rolling_chain(root: mjcf.RootElement, robot: RollingRobot) -> list[mjcf.
     return bodies
 
 
-def add_rods(root: mjcf.RootElement, robot: RollingRobot, width: float) -> None:
-    """Add the spatial tendons of the pulled rods, and of the passive ones to be seen."""
-    for rod in rods(robot):
-        element = root.tendon.add("spatial", name=f"tendon_{rod.name}", width=width)
-        element.rgba = (0.75, 0.35, 0.2, 1.0) if rod in robot.tendons else (0.55, 0.58, 0.62, 1.0)
+def add_rods(root: mjcf.RootElement, robot: RollingRobot) -> None:
+    """Add the rods as spatial tendons: the pulled ones in the tendons' colours, passive ones dark grey."""
+    for index, rod in enumerate(rods(robot)):
+        element = root.tendon.add("spatial", name=f"tendon_{rod.name}", width=rod.rod_radius_m)
+        element.rgba = tendon_colour(index) if index < len(robot.tendons) else _PASSIVE
         element.add("site", site=f"hole_{rod.name}_0")
         for k in range(1, last_joint(robot, rod) + 1):
             element.add("site", site=f"mouth_{rod.name}_{k}")

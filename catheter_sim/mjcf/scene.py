@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.robots.checks import disks
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.rolling import RollingRobot
 
 if TYPE_CHECKING:
     from dm_control import mjcf
@@ -63,12 +64,12 @@ class View:
         return np.stack([right, np.cross(self.backward, right)])
 
 
-def robot_length(robot: ContinuumRobot) -> float:
+def robot_length(robot: Robot) -> float:
     """Return the length of the straight robot [m]."""
     return sum(segment.length_m for segment in robot.segments)
 
 
-def views(robot: ContinuumRobot) -> tuple[View, ...]:
+def views(robot: Robot) -> tuple[View, ...]:
     """Return the cameras: `side` on the xz plane, `overview` from above its front, `detail` of the base.
 
     `side` and `overview` hold everything that the robot reaches up to a half circle to either side.
@@ -77,13 +78,19 @@ def views(robot: ContinuumRobot) -> tuple[View, ...]:
     radius = max(segment.outer_radius_m for segment in robot.segments)
     middle = np.array([0.0, 0.0, 0.46 * length])
     oblique = np.array([0.55, -1.0, 0.38])
-    first = robot.segments[0]
-    cells = 6.0 * first.length_m / disks(robot, first)
+    close = _close_up_height(robot)
     return (
         View("side", middle, np.array([0.0, -1.0, 0.0]), 1.14 * length + 4.0 * radius, SIDE_FOVY_DEG),
         View("overview", middle, oblique / np.linalg.norm(oblique), 1.2 * length + 4.0 * radius),
-        View("detail", np.array([0.0, 0.0, 0.45 * cells]), oblique / np.linalg.norm(oblique), cells),
+        View("detail", np.array([0.0, 0.0, 0.45 * close]), oblique / np.linalg.norm(oblique), close),
     )
+
+
+def _close_up_height(robot: Robot) -> float:
+    """Return how much of the robot the close-up shows: six cells, or two joints and a half [m]."""
+    if isinstance(robot, RollingRobot):
+        return 2.5 * robot.segments[0].length_m / robot.segments[0].joints
+    return 6.0 * robot.segments[0].length_m / disks(robot, robot.segments[0])
 
 
 def tendon_colour(index: int) -> tuple[float, float, float, float]:
@@ -91,7 +98,7 @@ def tendon_colour(index: int) -> tuple[float, float, float, float]:
     return TENDON_COLOURS[index % len(TENDON_COLOURS)]
 
 
-def add_scene(root: mjcf.RootElement, robot: ContinuumRobot) -> None:
+def add_scene(root: mjcf.RootElement, robot: Robot) -> None:
     """Add visual settings, materials, background, lights and cameras for `robot` to the model `root`."""
     length = robot_length(robot)
     root.statistic.extent = 1.2 * length

@@ -35,11 +35,7 @@ def prism(outline: Array, holes: Sequence[Array], z_from: float, z_to: float) ->
     rings = [np.asarray(outline), *(np.asarray(hole)[::-1] for hole in holes)]
     ends = np.cumsum([len(ring) for ring in rings])
     flat = np.asarray(np.concatenate(rings), dtype=np.float64).round(9)
-    cap = mapbox_earcut.triangulate_float64(flat, ends.astype(np.uint32)).reshape(-1, 3).astype(np.int64)
-    corner = flat[cap]
-    first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    clockwise = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] < 0
-    cap[clockwise] = cap[clockwise][:, ::-1]
+    cap = triangles(flat, ends)
     count = len(flat)
     walls = []
     for begin, end in zip([0, *ends[:-1]], ends, strict=True):
@@ -50,6 +46,21 @@ def prism(outline: Array, holes: Sequence[Array], z_from: float, z_to: float) ->
         [np.column_stack([flat, np.full(count, z_from)]), np.column_stack([flat, np.full(count, z_to)])]
     )
     return trimesh.Trimesh(vertices, np.concatenate([cap[:, ::-1], cap + count, *walls]), process=False)
+
+
+def triangles(flat: Array, ends: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return counter-clockwise triangles over a polygon with holes, shape (m, 3).
+
+    Args:
+        flat: corners of the outline and then of the holes, shape (n, 2).
+        ends: where each of them ends.
+    """
+    cap = mapbox_earcut.triangulate_float64(flat, ends.astype(np.uint32)).reshape(-1, 3).astype(np.int64)
+    corner = flat[cap]
+    first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    clockwise = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] < 0
+    cap[clockwise] = cap[clockwise][:, ::-1]
+    return cap
 
 
 def across_y(profile: Array, y_from: float, y_to: float) -> trimesh.Trimesh:

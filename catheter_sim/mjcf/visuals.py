@@ -5,26 +5,31 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from catheter_sim.mjcf import meshes, rolling_links
 from catheter_sim.mjcf._backend import mjcf
-from catheter_sim.mjcf.meshes import element_meshes, element_parts, inline
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.mjcf.meshes import Part
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.rolling import RollingRobot
 
 GROUP = 2  # MuJoCo's habit for what is only to be seen
 
 
-def add_visuals(root: mjcf.RootElement, robot: ContinuumRobot, bodies: Sequence[mjcf.Element]) -> None:
-    """Add the meshes of `robot` to the model `root`, and geoms `<guide|backbone|disk>_<link>`.
+def add_visuals(root: mjcf.RootElement, robot: Robot, bodies: Sequence[mjcf.Element]) -> None:
+    """Add the meshes of `robot` to the model `root`, and geoms `<part>_<link>` (`Part.name_prefix`).
 
     Args:
         root: the model; its materials are those of `scene.add_scene`.
         robot: the robot.
         bodies: what carries the base (link 0), then the links' bodies from base to tip.
     """
-    for key, mesh in element_meshes(robot).items():
-        vertex, face = inline(mesh)
+    solids = (
+        rolling_links.link_meshes(robot) if isinstance(robot, RollingRobot) else meshes.element_meshes(robot)
+    )
+    for key, mesh in solids.items():
+        vertex, face = meshes.inline(mesh)
         root.asset.add("mesh", name=key, vertex=vertex, face=face)
     for index, body in enumerate(bodies):
-        for part in element_parts(robot, index):
+        for part in _parts(robot, index):
             body.add(
                 "geom",
                 name=f"{part.name_prefix}_{index}",
@@ -39,3 +44,9 @@ def add_visuals(root: mjcf.RootElement, robot: ContinuumRobot, bodies: Sequence[
                 conaffinity=0,
                 mass=0.0,
             )
+
+
+def _parts(robot: Robot, index: int) -> tuple[Part, ...]:
+    if isinstance(robot, RollingRobot):
+        return rolling_links.link_parts(robot, index)
+    return meshes.element_parts(robot, index)

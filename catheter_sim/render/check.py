@@ -1,9 +1,9 @@
-"""Render check: do the backbone's pixels lie where an analytic model says that the backbone is?
+"""Render check: do the robot's pixels lie where an analytic model says that its centreline is?
 
 The chain from a posture through the written model, the engine's kinematics and meshes to pixels is
 closed independently: the analytic centreline is projected by the camera's known matrix
-(`catheter_sim.render.projection`), and the pixels come from a segmentation render of the geoms named
-`backbone_<i>` alone.
+(`catheter_sim.render.projection`), and the pixels come from a segmentation render of the geoms that
+show the centreline alone (`catheter_sim.render.centreline`).
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.render.backend import open_renderer
+from catheter_sim.render.centreline import centreline, shows_centreline
 from catheter_sim.render.projection import model_camera, project, projection_matrix
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
 
-BACKBONE_PREFIX = "backbone_"
 WIDTH, HEIGHT = 640, 480  # pixels
 TOLERANCE_PX = 1.0  # largest mean distance of a right model
 _BIN_PX = 8.0  # length of centreline over which pixels are averaged
 _END_PX = 2.0  # an end face's pixels lie within this length
-_POINTS = 4  # interpolated points between two faces
 
 
 @dataclass(frozen=True)
 class RenderCheck:
-    """How far the rendered backbone lies from the analytic one.
+    """How far the rendered centreline lies from the analytic one.
 
     Attributes:
         mean_px: mean distance between points at the same share of both centrelines' lengths.
         largest_px: the largest such distance.
         length_ratio: rendered by analytic length in the picture.
-        pixels: how many pixels show the backbone.
+        pixels: how many pixels show the centreline's geoms.
         rendered: its centreline in the picture, shape (m, 2) [pixels].
         expected: the analytic points that belong to it, shape (m, 2) [pixels].
     """
@@ -54,6 +54,7 @@ class RenderCheck:
 
 
 def check_render(
+    robot: Robot,
     model: mujoco.MjModel,
     data: mujoco.MjData,
     posture: Posture,
@@ -64,7 +65,8 @@ def check_render(
     """Return how far the model as it stands in `data` is drawn from the analytic `posture`.
 
     Args:
-        model, data: the simulated robot, its kinematics up to date.
+        robot: the robot.
+        model, data: its simulation, kinematics up to date.
         posture: of the analytic model under the same inputs.
         camera: a camera of the model that sees the whole robot.
         width, height: of the picture [pixels].
@@ -73,17 +75,20 @@ def check_render(
         InputError: unknown camera, or nothing to draw with.
     """
     matrix = projection_matrix(model_camera(model, data, camera, width, height))
-    mask = backbone_mask(model, data, camera, width, height)
-    return compare(mask, project(matrix, backbone_curve(posture)))
+    mask = centreline_mask(robot, model, data, camera, width, height)
+    return compare(mask, project(matrix, centreline(robot, posture)))
 
 
-def backbone_mask(
-    model: mujoco.MjModel, data: mujoco.MjData, camera: str, width: int, height: int
+def centreline_mask(
+    robot: Robot, model: mujoco.MjModel, data: mujoco.MjData, camera: str, width: int, height: int
 ) -> NDArray:
-    """Return which pixels show the backbone when nothing else is drawn, shape (height, width), bool."""
+    """Return which pixels show what the centreline is the middle of, shape (height, width), bool.
+
+    Nothing else is drawn, so that nothing is hidden.
+    """
     alone = copy.copy(model)
     names = [alone.geom(k).name for k in range(alone.ngeom)]
-    alone.geom_group[:] = [0 if name.startswith(BACKBONE_PREFIX) else 1 for name in names]
+    alone.geom_group[:] = [0 if shows_centreline(robot, name) else 1 for name in names]
     options = mujoco.MjvOption()
     options.geomgroup[:] = [1, 0, 0, 0, 0, 0]
     for groups in (options.sitegroup, options.tendongroup, options.skingroup, options.actuatorgroup):
@@ -95,26 +100,6 @@ def backbone_mask(
     return kinds == int(mujoco.mjtObj.mjOBJ_GEOM)
 
 
-def backbone_curve(posture: Posture) -> Array:
-    """Return points on the smooth centreline from the base through the faces' centres, shape (n, 3) [m].
-
-    Cubic between two faces, along their normals there: the centreline of a bent backbone does not
-    cut the corner between two disks.
-    """
-    points = np.concatenate([np.zeros((1, 3)), posture.p_w])
-    normals = np.concatenate([[(0.0, 0.0, 1.0)], posture.R_w[:, :, 2]])
-    chord = np.linalg.norm(np.diff(points, axis=0), axis=1)[:, np.newaxis]
-    pieces = [points[:1]]
-    for t in np.arange(1, _POINTS + 1) / _POINTS:
-        pieces.append(
-            (1.0 + 2.0 * t) * (1.0 - t) ** 2 * points[:-1]
-            + t * (1.0 - t) ** 2 * chord * normals[:-1]
-            + t**2 * (3.0 - 2.0 * t) * points[1:]
-            - t**2 * (1.0 - t) * chord * normals[1:]
-        )
-    return np.concatenate([pieces[0], np.stack(pieces[1:], axis=1).reshape(-1, 3)])
-
-
 def compare(mask: NDArray, curve: Array) -> RenderCheck:
     """Return the distance between the centreline of the pixels in `mask` and the polyline `curve`.
 
@@ -123,7 +108,7 @@ def compare(mask: NDArray, curve: Array) -> RenderCheck:
     same share of the length, so that a robot drawn too short or too long counts like one bent wrongly.
 
     Args:
-        mask: pixels that show the backbone, shape (height, width), bool.
+        mask: pixels whose middle is the centreline, shape (height, width), bool.
         curve: image coordinates, shape (n, 2) [pixels].
     """
     row, column = np.nonzero(mask)

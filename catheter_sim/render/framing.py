@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.mjcf.scene import FOVY_DEG, View
+from catheter_sim.render.state import State, put
 
 Array = NDArray[np.float64]
 
@@ -16,20 +18,19 @@ _MARGIN = 1.12  # picture over what is to be seen
 _VISIBLE_GROUPS = 3  # MuJoCo shows the geom groups 0 to 2
 
 
-def swept_points(model: mujoco.MjModel, states: Array) -> Array:
+def swept_points(model: mujoco.MjModel, states: Iterable[State]) -> Array:
     """Return points that enclose what is drawn in all `states`, shape (n, 3) [m].
 
     Args:
-        model: the robot.
-        states: joint positions, shape (r, nq).
+        model: the robot; it is left in the last state.
+        states: of its simulator.
     """
     data = mujoco.MjData(model)
     shown = model.geom_group < _VISIBLE_GROUPS
     radius = model.geom_rbound[shown, np.newaxis]
     clouds = []
     for state in states:
-        data.qpos[:] = state
-        mujoco.mj_kinematics(model, data)
+        put(state, model, data)
         for side in np.concatenate([np.eye(3), -np.eye(3)]):
             clouds.append(data.geom_xpos[shown] + radius * side)
     return np.concatenate(clouds)

@@ -24,22 +24,23 @@ from catheter_sim.render.images import (
 )
 from catheter_sim.render.images import write_picture as write_picture_file
 from catheter_sim.render.images import write_video as write_video_file
+from catheter_sim.render.state import State, put, state_of
 from catheter_sim.robots.channels import Inputs, channel_of, input_channels
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
-from catheter_sim.simulation.replay import simulate
+from catheter_sim.simulation.replay import RAMP_S, simulate
 from catheter_sim.simulation.simulator import Simulator
 
 CAMERAS = ("overview", "side")
 FPS = 25
 LONGEST_VIDEO_S = 8.0  # longer inputs are played faster
 _INSET = 0.42  # side of the close-up over the picture's height
-_CAPTION_LINES = 8
+_CAPTION_LINES = 10
 _SHOWN = {"tension": ("N", 1.0), "displacement": ("mm", 1e3)}
 
 
 def render(
-    robot: ContinuumRobot,
+    robot: Robot,
     inputs: Inputs,
     gravity_mps2: Sequence[float],
     path: str | os.PathLike[str],
@@ -54,7 +55,7 @@ def render(
 
 
 def render_picture(
-    robot: ContinuumRobot,
+    robot: Robot,
     inputs: Inputs,
     gravity_mps2: Sequence[float],
     path: str | os.PathLike[str],
@@ -78,14 +79,14 @@ def render_picture(
         InputError: bad path, size or camera, nothing to draw with, or the simulation diverged.
     """
     _check(path, PICTURE, camera, width, height)
-    model, states = _simulated(robot, inputs, gravity_mps2, progress)
-    captions = [caption(robot, inputs, len(inputs) - 1)]
-    (image,) = draw(robot, model, states[-1:], captions, width, height, camera)
+    last = len(inputs) - 1
+    model, states = _simulated(robot, inputs, gravity_mps2, [last], RAMP_S, progress)
+    (image,) = draw(robot, model, states, [caption(robot, inputs, last)], width, height, camera)
     write_picture_file(path, image)
 
 
 def render_video(
-    robot: ContinuumRobot,
+    robot: Robot,
     inputs: Inputs,
     gravity_mps2: Sequence[float],
     path: str | os.PathLike[str],
@@ -103,17 +104,19 @@ def render_video(
     require_even(path, width, height)
     times = frame_times(inputs)
     every = resampled(inputs, np.union1d(inputs.time_s, times))
-    model, states = _simulated(robot, every, gravity_mps2, progress)
-    rows = np.searchsorted(every.time_s, times)
-    captions = [caption(robot, every, int(row)) for row in rows]
-    frames = draw(robot, model, states[rows], captions, width, height, camera)
+    rows = [int(row) for row in np.searchsorted(every.time_s, times)]
+    # Frames lie closer than rows: the inputs move no faster than from row to row otherwise.
+    ramp_s = RAMP_S * len(inputs) / len(every)
+    model, states = _simulated(robot, every, gravity_mps2, rows, ramp_s, progress)
+    captions = [caption(robot, every, row) for row in rows]
+    frames = draw(robot, model, states, captions, width, height, camera)
     write_video_file(path, frames, FPS, len(rows), progress)
 
 
 def draw(
-    robot: ContinuumRobot,
+    robot: Robot,
     model: mujoco.MjModel,
-    states: Array,
+    states: Sequence[State],
     captions: Sequence[Sequence[str]],
     width: int,
     height: int,
@@ -124,8 +127,8 @@ def draw(
 
     Args:
         robot: the robot.
-        model: its model.
-        states: joint positions, shape (r, nq).
+        model: its model; it is left in the last state.
+        states: of its simulator.
         captions: lines of text for each state.
         width, height: [pixels].
         camera: one of `CAMERAS`.
@@ -143,8 +146,7 @@ def draw(
         large = opened.enter_context(open_renderer(model, width, height))
         inset = opened.enter_context(open_renderer(model, side, side)) if close_up else None
         for state, lines in zip(states, captions, strict=True):
-            data.qpos[:] = state
-            mujoco.mj_fwdPosition(model, data)
+            put(state, model, data)
             large.update_scene(data, free_camera(view), options)
             image = large.render()
             if inset is not None:
@@ -181,23 +183,30 @@ def _check(path: str | os.PathLike[str], suffix: str, camera: str, width: int, h
 
 
 def _simulated(
-    robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Sequence[float], progress: bool
-) -> tuple[mujoco.MjModel, Array]:
-    """Return the model, and its joint positions at each row of `inputs`, shape (r, nq)."""
-    states: list[Array] = []
+    robot: Robot,
+    inputs: Inputs,
+    gravity_mps2: Sequence[float],
+    rows: Sequence[int],
+    ramp_s: float,
+    progress: bool,
+) -> tuple[mujoco.MjModel, list[State]]:
+    """Return the model, and its state at each of the given rows of `inputs`."""
+    wanted, states = set(rows), {}
     models: list[mujoco.MjModel] = []
 
     def keep(simulator: Simulator, row: int) -> None:
         models[:] = [simulator.model]
-        states.append(simulator.data.qpos.copy())
+        if row in wanted:
+            states[row] = state_of(simulator)
 
-    run = simulate(robot, inputs, np.asarray(gravity_mps2, dtype=float), progress=progress, on_row=keep)
+    gravity = np.asarray(gravity_mps2, dtype=float)
+    run = simulate(robot, inputs, gravity, ramp_s=ramp_s, progress=progress, on_row=keep)
     if run.failure is not None:
         raise SimulationDiverged(run.failure)
-    return models[0], np.array(states)
+    return models[0], [states[row] for row in rows]
 
 
-def caption(robot: ContinuumRobot, inputs: Inputs, row: int) -> list[str]:
+def caption(robot: Robot, inputs: Inputs, row: int) -> list[str]:
     """Return the row's time and inputs as lines of text."""
     unit, factor = _SHOWN[inputs.actuation]
     channels = channel_of(robot)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.validation.chest_tube import validate_section as validate_chest_tube
+from catheter_sim.validation.chest_tube_calibration import validate_calibration
 from catheter_sim.validation.chest_tube_full import validate_full as validate_full_chest_tube
 from catheter_sim.validation.chest_tube_loads import (
     validate_full_sleeve,
@@ -20,7 +21,7 @@ from catheter_sim.validation.chest_tube_requirements import (
 from catheter_sim.validation.chest_tube_terms import validate_terms
 from catheter_sim.validation.lines import Validation, merge
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
-from catheter_sim.validation.render import validate_render
+from catheter_sim.validation.render import validate_render, validate_render_chest_tube
 from catheter_sim.validation.spacer_disk import validate_spacer_disk
 
 Check = Callable[[Path], Validation]
@@ -35,6 +36,8 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_loads,
         validate_section_sleeve,
         validate_section_requirements,
+        validate_calibration,
+        validate_render_chest_tube,
     ),
     "chest_tube": (validate_full_chest_tube, validate_full_sleeve, validate_full_requirements),
 }

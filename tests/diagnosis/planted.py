@@ -14,8 +14,10 @@ from catheter_sim.effects.apply import arriving_inputs, embodied, observed, with
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs, input_channels, posture_columns
 from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.posture import Posture
 from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
+from catheter_sim.statics.models import STATIC_MODELS
 from catheter_sim.tables import Table
 
 NO_GRAVITY = np.zeros(3)
@@ -73,7 +75,7 @@ def displacement_history(seed: int, cycles: int = 5) -> Inputs:
     return as_inputs(np.array(rows), "displacement")
 
 
-def rod_history(seed: int, cycles: int = 3) -> Inputs:
+def rod_history(seed: int, cycles: int = 2) -> Inputs:
     """Return tensions of one rod: out, partly back, out again, home."""
     generator = np.random.default_rng(seed)
     rows = [0.0]
@@ -99,6 +101,7 @@ def data_set(
     noise_mm: float = 0.1,
     seed: int = 1,
     links: int = 0,
+    solver: str = "simulation",
 ) -> Dataset:
     """Return what the simulation of `robot` with `effects` shows, the last history held out.
 
@@ -111,6 +114,7 @@ def data_set(
         noise_mm: standard deviation of the white noise added.
         seed: of the noise.
         links: hinges per subsegment of the simulation that makes the data; 0: the robot's own.
+        solver: "simulation", or the static model that makes the data.
     """
     hidden = with_effects(robot, effects)
     if links:
@@ -119,8 +123,8 @@ def data_set(
     generator = np.random.default_rng(seed)
     trials = []
     for index, inputs in enumerate(histories):
-        run = simulate(embodied(hidden), arriving_inputs(hidden, inputs), NO_GRAVITY)
-        values = posture_columns(hidden, observed(hidden, run.postures))
+        postures = postures_of(embodied(hidden), arriving_inputs(hidden, inputs), solver)
+        values = posture_columns(hidden, observed(hidden, postures))
         noisy = {name: values[name] + noise_mm * generator.normal(size=len(inputs)) for name in columns}
         role = "heldout" if index == len(histories) - 1 else "train"
         file = f"trial_{index}.csv"
@@ -139,6 +143,13 @@ def data_set(
     )
 
 
+def postures_of(robot: Robot, inputs: Inputs, solver: str) -> tuple[Posture, ...]:
+    """Return the postures of a robot without effects."""
+    if solver == "simulation":
+        return simulate(robot, inputs, NO_GRAVITY).postures
+    return STATIC_MODELS[solver].solve(robot, inputs, NO_GRAVITY).postures
+
+
 def section_data(effects: Effects, seed: int = 1) -> Dataset:
     """Return a data set of the measured neuroendoscope section, one training trial repeated."""
     return data_set(
@@ -151,16 +162,20 @@ def section_data(effects: Effects, seed: int = 1) -> Dataset:
     )
 
 
-def chest_data(effects: Effects, seed: int = 1) -> Dataset:
-    """Return a data set of the chest-tube section, one training trial repeated."""
-    return data_set(
-        load_robot("chest_tube_section"),
+def chest_data(effects: Effects, seed: int = 1, solver: str = "virtual_work") -> Dataset:
+    """Return a data set of a chest-tube section with its own small calibration errors."""
+    specified = load_robot("chest_tube_section")
+    built = replace(specified, stiffness_scale=1.02, friction=Friction(0.29))
+    found = data_set(
+        built,
         "chest_tube_section",
         effects,
-        [rod_history(seed), rod_history(seed), rod_history(seed + 1), rod_history(seed + 2)],
+        [rod_history(seed + trial) for trial in range(4)],
         ("tip_x_mm", "tip_z_mm", "body_7_x_mm", "body_7_z_mm"),
         seed=seed,
+        solver=solver,
     )
+    return replace(found, robot=specified)
 
 
 def small_data(effects: Effects, seed: int = 1) -> Dataset:

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from planted import section_data, small_data
+from planted import chest_data, section_data, small_data
 
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 
@@ -43,6 +43,45 @@ def test_cause_in_the_section_is_found(effect, parameter, value, tolerance):
     assert found.headline.gain_percent > 50.0
     assert found.headline.gain_percent_ci95[0] > 0.0
     assert found.headline.rmse_after < 2.0 * found.headline.noise_floor
+
+
+def test_nothing_planted_in_the_chest_tube():
+    """A chest-tube section with small errors of calibration: they are found, and no cause is named."""
+    found = diagnose_dataset(chest_data({}, solver="simulation"), simulation=False)
+    assert found.verdict == "no_discrepancy"
+    assert found.causes == ()
+    assert found.headline.rmse_before < 0.13
+    for name, value in (("elastic_constant", 1.02), ("friction_coefficient", 0.29 / 0.316)):
+        low, high = found.calibrated[name].ci95
+        assert low - 0.01 <= value <= high + 0.01
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        ("tendon_friction", {"mu": 0.5}),
+        ("backlash", {"width_N": 2.0}),
+        ("precurvature", {"curvature_x_per_m": 0.3}),
+        ("nonlinear_stiffness", {"cubic_mm2": 1000.0}),
+    ],
+)
+def test_cause_in_the_chest_tube_is_found(effect, values):
+    """A planted cause is named alone, its numbers within their intervals, and the error is the noise's."""
+    found = diagnose_dataset(chest_data({effect: values}), simulation=False)
+    assert found.verdict == "cause_found"
+    assert [cause.name for cause in found.causes] == [effect]
+    for name, value in values.items():
+        low, high = found.causes[0].parameters[name].ci95
+        slack = 0.02 * abs(value)
+        assert low - slack <= value <= high + slack, name
+    assert found.headline.rmse_after < 1.3 * found.headline.noise_floor
+
+
+def test_gain_and_stiffness_of_the_chest_tube_are_not_told_apart():
+    """Without weight only tension over stiffness counts: both names are given as one group."""
+    found = diagnose_dataset(chest_data({"stiffness": {"scale": 0.8}}), simulation=False)
+    assert found.verdict == "cause_found"
+    assert {"stiffness", "actuation_gain"} in [set(group) for group in found.indistinguishable]
 
 
 def test_nothing_planted_in_a_small_robot():

@@ -12,7 +12,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
+from solid_points import surface, winding_number
 
 from catheter_sim.mjcf import cells, meshes
 from catheter_sim.robots import layout
@@ -20,23 +20,7 @@ from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.checks import check_robot
 from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
 
-Array = NDArray[np.float64]
-
 ROBOTS = ("neuroendoscope", "neuroendoscope_section", "spacer_disk")
-
-
-def winding_number(mesh: trimesh.Trimesh, points: Array) -> Array:
-    """Return how often the closed mesh surrounds each point: 0 outside (solid angle over 4 pi)."""
-    a, b, c = (mesh.triangles[:, corner] - points[:, np.newaxis] for corner in range(3))
-    la, lb, lc = (np.linalg.norm(edge, axis=2) for edge in (a, b, c))
-    numerator = np.einsum("pti,pti->pt", a, np.cross(b, c))
-    denominator = (
-        la * lb * lc
-        + np.einsum("pti,pti->pt", a, b) * lc
-        + np.einsum("pti,pti->pt", b, c) * la
-        + np.einsum("pti,pti->pt", c, a) * lb
-    )
-    return np.arctan2(numerator, denominator).sum(axis=1) / (2.0 * math.pi)
 
 
 def turned_about_hinge(mesh: trimesh.Trimesh, angle_rad: float, raised: float = 0.0) -> trimesh.Trimesh:
@@ -46,13 +30,6 @@ def turned_about_hinge(mesh: trimesh.Trimesh, angle_rad: float, raised: float = 
     return trimesh.Trimesh(
         (mesh.vertices + np.array((0.0, 0.0, raised))) @ rotation.T, mesh.faces, process=False
     )
-
-
-def surface(mesh: trimesh.Trimesh) -> Array:
-    """Return points spread over the surface: corners, edges and middles of the triangles."""
-    corner = mesh.triangles
-    shares = np.array([(i, j, 3 - i - j) for i in range(4) for j in range(4 - i)]) / 3.0
-    return np.einsum("sk,tki->tsi", shares, corner).reshape(-1, 3)
 
 
 def shape_of(name: str, segment: int = 0) -> cells.CellShape:

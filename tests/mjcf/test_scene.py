@@ -22,7 +22,9 @@ def scene_model(name: str) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(root.to_xml_string())
 
 
-@pytest.mark.parametrize("name", ["neuroendoscope", "neuroendoscope_section", "spacer_disk"])
+@pytest.mark.parametrize(
+    "name", ["neuroendoscope", "neuroendoscope_section", "spacer_disk", "chest_tube", "chest_tube_section"]
+)
 @pytest.mark.parametrize("camera", ["side", "overview"])
 def test_cameras_hold_the_robot_up_to_a_half_circle(name: str, camera: str) -> None:
     """Straight, or bent evenly by up to 180 deg to either side, the centreline stays in a 4:3 picture."""

@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.render.check import TOLERANCE_PX, backbone_curve, check_render, compare
+from catheter_sim.render.centreline import backbone_curve
+from catheter_sim.render.check import TOLERANCE_PX, check_render, compare
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import read_inputs
 from catheter_sim.robots.posture import Posture
@@ -37,7 +38,7 @@ def stretched(posture: Posture, factor: float) -> Posture:
 def test_right_model_is_drawn_within_a_pixel(posed_chain: Pose) -> None:
     """Ten analytic postures of the measured section, drawn with their own hinge angles."""
     robot = load_robot("neuroendoscope_section")
-    checks = [check_render(*posed_chain(robot, item.joint_angles), item) for item in statics(robot)]
+    checks = [check_render(robot, *posed_chain(robot, item.joint_angles), item) for item in statics(robot)]
     assert all(item.passed for item in checks)
     assert max(item.mean_px for item in checks) < 0.5 * TOLERANCE_PX  # leaves room for a simulation's error
     assert all(item.length_ratio == pytest.approx(1.0, abs=0.003) for item in checks)
@@ -48,7 +49,7 @@ def test_stiffness_wrong_by_two_percent_fails(posed_chain: Pose) -> None:
     robot = load_robot("neuroendoscope_section")
     wrong = statics(replace(robot, stiffness_scale=1.02))
     checks = [
-        check_render(*posed_chain(robot, right.joint_angles), item)
+        check_render(robot, *posed_chain(robot, right.joint_angles), item)
         for right, item in zip(statics(robot), wrong, strict=True)
     ]
     assert np.mean([item.mean_px for item in checks]) > TOLERANCE_PX
@@ -61,7 +62,7 @@ def test_length_wrong_by_two_percent_fails(posed_chain: Pose, factor: float) -> 
     """A robot drawn 2 % too long or too short fails, though its backbone covers the expected line."""
     robot = load_robot("neuroendoscope_section")
     for posture in (statics(robot)[0], statics(robot)[-1]):
-        check = check_render(*posed_chain(robot, posture.joint_angles), stretched(posture, factor))
+        check = check_render(robot, *posed_chain(robot, posture.joint_angles), stretched(posture, factor))
         assert not check.passed
         assert check.length_ratio == pytest.approx(1.0 / factor, abs=0.01)
 
@@ -70,7 +71,7 @@ def test_mirrored_model_fails(posed_chain: Pose) -> None:
     """A sign error (bending to the other side) is far outside."""
     robot = load_robot("neuroendoscope_section")
     posture = statics(robot)[4]
-    assert check_render(*posed_chain(robot, -posture.joint_angles), posture).mean_px > 20.0
+    assert check_render(robot, *posed_chain(robot, -posture.joint_angles), posture).mean_px > 20.0
 
 
 def test_nothing_drawn_is_not_a_pass() -> None:

@@ -11,6 +11,7 @@ from PIL import Image
 
 from catheter_sim.errors import InputError
 from catheter_sim.render import offscreen
+from catheter_sim.render.state import state_of
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs, read_inputs
 from catheter_sim.simulation.simulator import Simulator
@@ -29,8 +30,8 @@ def drawn(right: float) -> tuple[np.ndarray, np.ndarray]:
     simulator = Simulator(ROBOT)
     simulator.set_inputs(np.array([right, 0.0]))
     simulator.settle()
-    state = simulator.data.qpos[np.newaxis]
-    (image,) = offscreen.draw(ROBOT, simulator.model, state, [()], 480, 360, "side", close_up=False)
+    states = [state_of(simulator)]
+    (image,) = offscreen.draw(ROBOT, simulator.model, states, [()], 480, 360, "side", close_up=False)
     # The background is a pale blue-grey everywhere; PEEK, metal and tendons are not.
     return np.nonzero(np.abs(image.astype(int) - image[2, 2]).max(axis=2) > 30)
 

@@ -80,13 +80,18 @@ def test_with_all_terms_it_is_the_complete_balance(reference: str, gravity: Arra
         assert np.degrees(np.abs(one.joint_angles - other.joint_angles)).max() < 1e-6
 
 
-def test_without_the_next_joints_moment_even_joints_buckle_whatever_else_is_added() -> None:
-    """That moment alone ends the buckling; the other terms without it do not."""
-    for span_forces in (False, True):
-        with_it, _ = solve_printed(SECTION, pulls([6.0]), NO_GRAVITY, Terms(True, False, span_forces))
-        without, _ = solve_printed(SECTION, pulls([6.0]), NO_GRAVITY, Terms(False, False, span_forces))
+def test_the_next_joints_moment_ends_the_buckling_of_the_even_joints() -> None:
+    """With that moment nothing buckles, whatever else is added; without it even joints do.
+
+    One exception: the balance across alone hides the buckling, one fault against another, for with the
+    rods' span forces beside it the even joints buckle more than ever.
+    """
+    for across, span_forces in itertools.product([False, True], repeat=2):
+        with_it, _ = solve_printed(SECTION, pulls([6.0]), NO_GRAVITY, Terms(True, across, span_forces))
+        without, _ = solve_printed(SECTION, pulls([6.0]), NO_GRAVITY, Terms(False, across, span_forces))
         assert np.median(np.degrees(with_it[0, 1::2])) > 0.0
-        assert np.median(np.degrees(without[0, 1::2])) < -1.0
+        hidden = across and not span_forces
+        assert bool(np.median(np.degrees(without[0, 1::2])) > -1.0) is hidden
 
 
 @pytest.mark.parametrize("terms", [Terms(*flags) for flags in itertools.product([False, True], repeat=3)])
