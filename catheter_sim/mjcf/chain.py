@@ -17,12 +17,12 @@ import numpy as np
 
 from catheter_sim.mjcf._backend import mjcf
 from catheter_sim.mjcf.meshes import tendon_width
+from catheter_sim.mjcf.mount import add_feed, add_mount, pass_feed
 from catheter_sim.mjcf.scene import tendon_colour
 from catheter_sim.robots.channels import joint_names
 from catheter_sim.robots.layout import (
     Link,
     disk_heights,
-    has_mount_slide,
     hole_angle_rad,
     last_disk,
     links,
@@ -32,7 +32,6 @@ from catheter_sim.robots.specification import ContinuumRobot, Tendon
 # An inextensible tendon driven by displacement is a spring this many times stiffer than the
 # robot's bending seen from that tendon: its stretch stays below 0.1 % of the bending's share.
 INEXTENSIBLE_RATIO = 1000.0
-FEED_LENGTH_M = 0.02  # straight run of a tendon before the base, where the mount gives way
 
 
 def add_chain(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Element]:
@@ -47,8 +46,7 @@ def add_tendons(root: mjcf.RootElement, robot: ContinuumRobot) -> None:
     for index, tendon in enumerate(robot.tendons):
         element = root.tendon.add("spatial", name=f"tendon_{tendon.name}", width=tendon_width(robot))
         element.rgba = tendon_colour(index)
-        if has_mount_slide(robot):
-            element.add("site", site=f"feed_{tendon.name}")
+        pass_feed(element, robot, tendon.name)
         for k in range(last_disk(robot, tendon) + 1):
             element.add("site", site=f"hole_{tendon.name}_{k}")
 
@@ -68,20 +66,7 @@ def rest_angles(robot: ContinuumRobot) -> np.ndarray:
 
 def _add_bodies(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Element]:
     """Add the bodies and joints; return the base and the links' bodies."""
-    base = root.worldbody
-    if has_mount_slide(robot):
-        base = root.worldbody.add("body", name="mount")
-        stiffness = robot.mount.axial_stiffness_N_per_m
-        base.add(
-            "joint",
-            name="mount",
-            type="slide",
-            axis=(0, 0, 1),
-            stiffness=stiffness,
-            damping=stiffness * robot.dynamics.relaxation_time_s,
-            armature=stiffness * robot.dynamics.inertia_time_s**2,
-        )
-        base.add("inertial", pos=(0, 0, 0), mass=1e-3, diaginertia=(1e-9, 1e-9, 1e-9))
+    base = add_mount(root, robot)
     chain = links(robot)
     bodies = [base]
     hinge_z = 0.0
@@ -144,8 +129,7 @@ def _add_holes(root: mjcf.RootElement, robot: ContinuumRobot, bodies: list[mjcf.
         body.add("site", name=name, pos=pos, size=(1e-4,), group=5)
 
     for tendon in robot.tendons:
-        if has_mount_slide(robot):
-            hole(root.worldbody, f"feed_{tendon.name}", (*xy(tendon, 0.0), -FEED_LENGTH_M))
+        add_feed(root, robot, tendon.name, xy(tendon, 0.0))
         hole(bodies[0], f"hole_{tendon.name}_0", (*xy(tendon, 0.0), 0.0))
         for link in disk_links[: last_disk(robot, tendon)]:
             position = (*xy(tendon, float(heights[link.disk])), link.face_z_m - link.hinge_z_m)

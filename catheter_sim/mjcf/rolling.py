@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from catheter_sim.mjcf._backend import mjcf
+from catheter_sim.mjcf.mount import add_feed, add_mount, pass_feed
 from catheter_sim.mjcf.scene import tendon_colour
 from catheter_sim.robots.rolling import Rod, RollingRobot
 from catheter_sim.robots.rolling_layout import (
@@ -36,7 +37,7 @@ def add_rolling_chain(root: mjcf.RootElement, robot: RollingRobot) -> list[mjcf.
     """Add the links, joints and holes of `robot`; return the base and the links' bodies."""
     chain = rolling_chain(robot)
     stiffness = rest_stiffness(chain)
-    bodies = [root.worldbody]
+    bodies = [add_mount(root, robot)]
     height = 0.0
     for joint in rolling_joints(robot):
         body = bodies[-1].add("body", name=f"link_{joint.index}", pos=(0, 0, height))
@@ -55,6 +56,9 @@ def add_rolling_chain(root: mjcf.RootElement, robot: RollingRobot) -> list[mjcf.
         bodies.append(body)
     _site(bodies[-1], "tip", (0.0, 0.0, height))
     for index, rod in enumerate(rods(robot)):
+        if index < chain.pulled:
+            first = hole_position(rod, robot.segments[0])
+            add_feed(root, robot, rod.name, (float(first[0]), float(first[1])))
         _add_holes(bodies, robot, rod, chain.mouth[index])
     return bodies
 
@@ -64,6 +68,8 @@ def add_rods(root: mjcf.RootElement, robot: RollingRobot) -> None:
     for index, rod in enumerate(rods(robot)):
         element = root.tendon.add("spatial", name=f"tendon_{rod.name}", width=rod.rod_radius_m)
         element.rgba = tendon_colour(index) if index < len(robot.tendons) else _PASSIVE
+        if index < len(robot.tendons):
+            pass_feed(element, robot, rod.name)
         element.add("site", site=f"hole_{rod.name}_0")
         for k in range(1, last_joint(robot, rod) + 1):
             element.add("site", site=f"mouth_{rod.name}_{k}")

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.robots.checks import disks
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.specification import ContinuumRobot, Segment, Tendon
 
 
@@ -89,7 +90,7 @@ def hole_angle_rad(robot: ContinuumRobot, tendon: Tendon, height_m: float) -> fl
     return angle
 
 
-def has_mount_slide(robot: ContinuumRobot) -> bool:
+def has_mount_slide(robot: Robot) -> bool:
     """Return whether the mount gives way along the axis."""
     return bool(np.isfinite(robot.mount.axial_stiffness_N_per_m))
 

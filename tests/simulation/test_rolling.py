@@ -107,3 +107,17 @@ def test_compressed_links_follow_the_complete_statics():
     far = [np.linalg.norm(a.p_w[-1] - b.p_w[-1]) for a, b in zip(ours, theirs, strict=True)]
     assert max(far) < 0.25e-3
     assert np.linalg.norm(ours[2].p_w[-1] - stiff[2].p_w[-1]) > 2e-3
+
+
+def test_a_soft_mount_sinks_as_in_the_statics():
+    """Tension and weight press a mount of 20 N/mm alike, 1 mm at 20 N, and the shape is the rigid one's."""
+    robot = load_robot("chest_tube_section", ("mount.axial_stiffness_N_per_mm=20",))
+    inputs, gravity = rows_to_inputs([(10,), (20,)]), np.array([0.0, 0.0, -9.81])
+    ours = simulate(robot, inputs, gravity, ramp_s=1.0).postures
+    theirs = STATIC_MODELS["complete"].solve(robot, inputs, gravity).postures
+    rigid = STATIC_MODELS["complete"].solve(load_robot("chest_tube_section"), inputs, gravity).postures
+    for mine, exact, unmoved in zip(ours, theirs, rigid, strict=True):
+        assert mine.p_w == pytest.approx(exact.p_w, abs=5e-6)
+        assert mine.joint_angles == pytest.approx(unmoved.joint_angles, abs=1e-5)
+    sunk = ours[1].p_w[0, 2] - rigid[1].p_w[0, 2]
+    assert sunk == pytest.approx(-(20.0 + 15 * 0.38e-3 * 9.81) / 20e3, rel=1e-2)

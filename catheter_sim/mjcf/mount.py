@@ -1,0 +1,44 @@
+"""What carries a robot's base, where it gives way along the axis: a body `mount` on a slide `mount`.
+
+A tendon's straight run before the base is then part of its path, so that its tension presses on the
+mount.
+"""
+
+from __future__ import annotations
+
+from catheter_sim.mjcf._backend import mjcf
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.layout import has_mount_slide
+
+FEED_LENGTH_M = 0.02
+
+
+def add_mount(root: mjcf.RootElement, robot: Robot) -> mjcf.Element:
+    """Return the body that carries the base: a new one where the mount gives way, or the world."""
+    if not has_mount_slide(robot):
+        return root.worldbody
+    mount = root.worldbody.add("body", name="mount", gravcomp=1.0)
+    stiffness = robot.mount.axial_stiffness_N_per_m
+    mount.add(
+        "joint",
+        name="mount",
+        type="slide",
+        axis=(0, 0, 1),
+        stiffness=stiffness,
+        damping=stiffness * robot.dynamics.relaxation_time_s,
+        armature=stiffness * robot.dynamics.inertia_time_s**2,
+    )
+    mount.add("inertial", pos=(0, 0, 0), mass=1e-3, diaginertia=(1e-9, 1e-9, 1e-9))
+    return mount
+
+
+def add_feed(root: mjcf.RootElement, robot: Robot, name: str, xy: tuple[float, float]) -> None:
+    """Add the site `feed_<name>` in the world, below the first hole of a tendon at `xy` [m]."""
+    if has_mount_slide(robot):
+        root.worldbody.add("site", name=f"feed_{name}", pos=(*xy, -FEED_LENGTH_M), size=(1e-4,), group=5)
+
+
+def pass_feed(element: mjcf.Element, robot: Robot, name: str) -> None:
+    """Let a tendon's path begin at its feed, where there is one."""
+    if has_mount_slide(robot):
+        element.add("site", site=f"feed_{name}")
