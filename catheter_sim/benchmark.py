@@ -7,6 +7,7 @@ import gc
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 from statistics import median
 from typing import Any
 
@@ -15,11 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.kinds import require_continuum
+from catheter_sim.robots.channels import body_count
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot, Friction
 from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.statics.rolling.chain import rolling_chain
+from catheter_sim.statics.rolling.rods import elastic_moments, spans
 
-ROBOTS = ("neuroendoscope_section", "neuroendoscope", "spacer_disk")
+ROBOTS = ("neuroendoscope_section", "neuroendoscope", "spacer_disk", "chest_tube_section", "chest_tube")
 FRICTION_MU = 0.3  # used where a robot is specified without friction
 _BEND_RAD = 1.0  # bending that the tensions ask of each segment: well away from straight
 _LEVELS = 40  # tensions in one cycle to and fro
@@ -33,7 +38,9 @@ class Speed:
     Attributes:
         robot: its id.
         timestep_s: simulated time in a step [s].
-        links: bending links in the chain.
+        links: links in the chain.
+        plain_pulled: whether the plain loop is fed with the tensions and follows them; else the model
+            is at rest in it.
         steps_per_s_friction: of `Simulator.step` with friction, median.
         steps_per_s_frictionless: of `Simulator.step` without friction, median.
         steps_per_s_plain: of a loop of `mj_step` on the frictionless model, median.
@@ -45,6 +52,7 @@ class Speed:
     robot: str
     timestep_s: float
     links: int
+    plain_pulled: bool
     steps_per_s_friction: float
     steps_per_s_frictionless: float
     steps_per_s_plain: float
@@ -69,15 +77,16 @@ def measure(reference: str, turns: int = 9) -> Speed:
     Raises:
         InputError: unknown robot.
     """
-    robot = require_continuum(load_robot(reference), "the benchmark")
+    robot = load_robot(reference)
     mu = robot.friction.mu or FRICTION_MU
     rubbing = Simulator(dataclasses.replace(robot, friction=Friction(mu)))
     smooth = Simulator(dataclasses.replace(robot, friction=Friction(0.0)))
     tensions = tension_cycle(robot)
+    pulled = not isinstance(robot, RollingRobot)
     loops = (
         lambda: _run_simulator(rubbing, tensions),
         lambda: _run_simulator(smooth, tensions),
-        lambda: _run_plain(smooth, tensions),
+        lambda: _run_plain(smooth, tensions) if pulled else _run_plain_at_rest(smooth, len(tensions)),
     )
     for loop in loops:  # caches warm, robots past their start
         loop()
@@ -87,7 +96,8 @@ def measure(reference: str, turns: int = 9) -> Speed:
     return Speed(
         robot=reference,
         timestep_s=float(smooth.model.opt.timestep),
-        links=len(smooth.posture().p_w) * robot.links_per_subsegment,
+        links=body_count(robot) * (1 if isinstance(robot, RollingRobot) else robot.links_per_subsegment),
+        plain_pulled=pulled,
         steps_per_s_friction=friction,
         steps_per_s_frictionless=frictionless,
         steps_per_s_plain=plain,
@@ -97,21 +107,50 @@ def measure(reference: str, turns: int = 9) -> Speed:
     )
 
 
-def tension_cycle(robot: ContinuumRobot) -> NDArray[np.float64]:
+def tension_cycle(robot: Robot) -> NDArray[np.float64]:
     """Return tensions that bend every segment to and fro, shape (levels, tendons) [N].
 
-    Each tendon's peak bends its last segment by about a radian: T r = EI (1 rad) / length.
+    Each tendon's peak bends its last segment by about a radian.
     """
-    segments = {segment.name: segment for segment in robot.segments}
     phase = np.linspace(0.0, 2.0 * np.pi, _LEVELS, endpoint=False)
     cycle = np.zeros((_LEVELS, len(robot.tendons)))
-    for index, tendon in enumerate(robot.tendons):
-        segment = segments[tendon.ends_at]
-        stiffness = segment.bending_stiffness_N_m2 * robot.stiffness_scale
-        peak = stiffness * _BEND_RAD / segment.length_m / tendon.radius_m
-        side = 1.0 if np.cos(tendon.angle_rad) + np.sin(tendon.angle_rad) > 0 else -1.0
+    for index, (peak, side) in enumerate(_peaks(robot)):
         cycle[:, index] = peak * np.maximum(0.0, side * np.sin(phase))
     return cycle
+
+
+@singledispatch
+def _peaks(robot: Robot) -> list[tuple[float, float]]:
+    """Return each tendon's tension that bends its last segment by a radian [N], and its side, 1 or -1."""
+    raise TypeError(f"no benchmark for a {type(robot).__name__}")
+
+
+@_peaks.register
+def _(robot: ContinuumRobot) -> list[tuple[float, float]]:
+    """T r = EI (1 rad) / length."""
+    segments = {segment.name: segment for segment in robot.segments}
+    peaks = []
+    for tendon in robot.tendons:
+        segment = segments[tendon.ends_at]
+        stiffness = segment.bending_stiffness_N_m2 * robot.stiffness_scale
+        side = 1.0 if np.cos(tendon.angle_rad) + np.sin(tendon.angle_rad) > 0 else -1.0
+        peaks.append((stiffness * _BEND_RAD / segment.length_m / tendon.radius_m, side))
+    return peaks
+
+
+@_peaks.register
+def _(robot: RollingRobot) -> list[tuple[float, float]]:
+    """T sum(-dl/dtheta / K) = 1 rad over the segment's joints in the rod's plane, K at rest."""
+    chain = rolling_chain(robot)
+    span = spans(chain, chain.rest_angle)
+    per_newton = -span.slope[: chain.pulled] / elastic_moments(chain, chain.rest_angle, span)[1]
+    segment = np.repeat([item.name for item in robot.segments], [item.joints for item in robot.segments])
+    peaks = []
+    for index, rod in enumerate(robot.tendons):
+        own = (segment == rod.ends_at) & (chain.axis == "xy".index(rod.side[1]))
+        side = 1.0 if rod.side[0] == "+" else -1.0
+        peaks.append((_BEND_RAD / abs(float(per_newton[index, own].sum())), side))
+    return peaks
 
 
 def _run_simulator(simulator: Simulator, tensions: NDArray[np.float64]) -> None:
@@ -127,6 +166,14 @@ def _run_plain(simulator: Simulator, tensions: NDArray[np.float64]) -> None:
         simulator.set_inputs(tension)
         for _ in range(_STEPS_PER_LEVEL):
             mujoco.mj_step(model, data)
+
+
+def _run_plain_at_rest(simulator: Simulator, levels: int) -> None:
+    """Step the model of `simulator` by MuJoCo alone, straight and unpulled, as many steps as `levels` ask."""
+    simulator.reset()
+    simulator.set_inputs(np.zeros(simulator.model.nu))
+    for _ in range(levels * _STEPS_PER_LEVEL):
+        mujoco.mj_step(simulator.model, simulator.data)
 
 
 def _seconds(loop: Callable[[], None]) -> float:
@@ -161,6 +208,12 @@ def table_text(speeds: Sequence[Speed]) -> str:
             f"{'':<24} {'mj_step':<8} {speed.steps_per_s_plain:>9.0f} "
             f"{speed.steps_per_s_plain * speed.timestep_s:>8.1f}x {1.0:>8.2f}x",
         ]
+    still = [speed.robot for speed in speeds if not speed.plain_pulled]
+    if still:
+        lines.append(
+            f"mj_step of {', '.join(still)}: at rest, unpulled;\n"
+            "         by MuJoCo alone its links do not roll and its rods do not resist"
+        )
     lines.append(
         "targets: friction cost at most 2x; neuroendoscope_section with friction at least 20x real time"
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,15 +12,18 @@ import pytest
 from catheter_sim import benchmark
 from catheter_sim.benchmark import as_dict, measure, table_text, tension_cycle
 from catheter_sim.cli.main import main
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.catalogue import CONTINUUM_ROBOTS, ROLLING_ROBOTS, load_robot
+from catheter_sim.robots.specification import Friction
+from catheter_sim.statics.rolling.chain import rolling_chain
+from catheter_sim.statics.rolling.complete import solve_loaded
 
 ROBOT = "neuroendoscope_section"
 
 
-@pytest.mark.parametrize("reference", benchmark.ROBOTS)
+@pytest.mark.parametrize("reference", [name for name in benchmark.ROBOTS if name in CONTINUUM_ROBOTS])
 def test_tensions_bend_by_a_radian_to_and_fro(reference: str) -> None:
     """No tendon pushes, antagonists take turns, and a peak asks a radian of its last segment."""
-    robot = load_robot(reference)
+    robot = CONTINUUM_ROBOTS[reference]()
     cycle = tension_cycle(robot)
     assert cycle.min() == 0.0
     segments = {segment.name: segment for segment in robot.segments}
@@ -32,10 +36,29 @@ def test_tensions_bend_by_a_radian_to_and_fro(reference: str) -> None:
                 assert not (cycle[:, index] * cycle[:, other]).any()
 
 
+@pytest.mark.parametrize("reference", ["chest_tube_section", "chest_tube"])
+def test_tensions_of_rolling_joints_bend_by_a_radian_in_first_order(reference: str) -> None:
+    """At a thousandth of its peak a rod alone bends its last segment by a thousandth of a radian."""
+    robot = ROLLING_ROBOTS[reference]()
+    cycle = tension_cycle(robot)
+    assert cycle.min() == 0.0
+    chain = rolling_chain(replace(robot, friction=Friction(0.0)))
+    theta = solve_loaded(chain, np.diag(1e-3 * cycle.max(axis=0)), np.zeros(3)).theta
+    segment = np.repeat([item.name for item in robot.segments], [item.joints for item in robot.segments])
+    for index, rod in enumerate(robot.tendons):
+        own = (segment == rod.ends_at) & (chain.axis == "xy".index(rod.side[1]))
+        toward = 1.0 if rod.side[0] == "+" else -1.0
+        assert toward * theta[index, own].sum() == pytest.approx(1e-3, rel=2e-3)
+        for other, opposite in enumerate(robot.tendons):
+            if rod.side[1] == opposite.side[1] and rod.side[0] != opposite.side[0]:
+                assert not (cycle[:, index] * cycle[:, other]).any()
+
+
 def test_ratios_belong_to_the_measured_times() -> None:
     """With one turn the ratios follow from the speeds, and the real-time factor from the time step."""
     speed = measure(ROBOT, turns=1)
     assert speed.links == 30
+    assert speed.plain_pulled
     assert speed.friction_cost == pytest.approx(speed.steps_per_s_frictionless / speed.steps_per_s_friction)
     assert speed.python_cost == pytest.approx(speed.steps_per_s_plain / speed.steps_per_s_frictionless)
     assert speed.of_plain == pytest.approx(speed.friction_cost * speed.python_cost)
@@ -59,6 +82,22 @@ def test_all_three_loops_move_the_robot() -> None:
     assert bends[1] == pytest.approx(bends[2], rel=1e-9)
 
 
+def test_the_plain_loop_of_rolling_joints_is_measured_at_rest_and_the_table_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Rods resist in the simulator only: the plain loop leaves the links straight, after bending too."""
+    monkeypatch.setattr(benchmark, "_STEPS_PER_LEVEL", 2)
+    speed = measure("chest_tube_section", turns=1)
+    assert not speed.plain_pulled
+    assert speed.links == 15
+    assert "mj_step of chest_tube_section: at rest, unpulled" in table_text([speed])
+    simulator = benchmark.Simulator(load_robot("chest_tube_section", ["friction.mu=0"]))
+    benchmark._run_simulator(simulator, tension_cycle(simulator.robot)[:10])
+    assert float(np.sum(simulator.posture().joint_angles)) > 0.05
+    benchmark._run_plain_at_rest(simulator, 10)
+    assert simulator.data.qpos == pytest.approx(np.zeros(15), abs=1e-12)
+
+
 @pytest.mark.slow
 def test_bench_prints_a_table_and_json(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -77,9 +116,10 @@ def test_bench_prints_a_table_and_json(
 
 def test_table_shows_the_figures() -> None:
     """The table's figures are those of the result, rounded."""
-    speed = benchmark.Speed(ROBOT, 0.005, 30, 2000.0, 3000.0, 3300.0, 1.5, 1.1, 1.65)
+    speed = benchmark.Speed(ROBOT, 0.005, 30, True, 2000.0, 3000.0, 3300.0, 1.5, 1.1, 1.65)
     on, off, plain = table_text([speed]).splitlines()[2:5]
     assert on.split() == [ROBOT, "on", "2000", "10.0x", "1.65x", "1.50x"]
     assert off.split() == ["off", "3000", "15.0x", "1.10x", "1.10x"]
     assert plain.split() == ["mj_step", "3300", "16.5x", "1.00x"]
     assert as_dict(speed)["real_time_frictionless"] == 15.0
+    assert "at rest" not in table_text([speed])

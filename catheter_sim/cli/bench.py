@@ -8,7 +8,8 @@ For each robot, with tendon friction on and off, tensions that bend it to and fr
   steps/s         steps of the simulator in a second
   real time       simulated seconds in a wall-clock second, on one core
   of plain        simulator's time over that of a plain loop of mj_step on the same model without
-                  friction, fed with the same tensions: what this package adds in all
+                  friction, fed with the same tensions: what this package adds in all (robots of rolling
+                  joints: the model at rest, as by mj_step alone links do not roll nor rods resist)
   friction cost   simulator with friction over simulator without; to be at most 2
   Python cost     simulator without friction over the plain loop
 

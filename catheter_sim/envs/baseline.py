@@ -18,7 +18,7 @@ def resolved_rate(env: ReachEnv, observation: Observation) -> Action:
     Actions add up in the drives' levels, so that it goes on pulling where friction holds the robot.
 
     Args:
-        env: for the robot's lengths and drives; its state is not read.
+        env: for the robot's lengths, drives and quick model; its state is not read.
         observation: of `env`.
     """
     part = {name: observation[place].astype(float) for name, place in env.layout.items()}
@@ -27,9 +27,8 @@ def resolved_rate(env: ReachEnv, observation: Observation) -> Action:
     largest = RATE_PER_S * CONTROL_STEP_S
     change = change_toward(
         GAIN * way,
-        bend,
-        env.plant.segment_length,
-        env.drives.bend,
+        env.plant.quick.tip_slopes(part["level"], bend),
+        env.length_m,
         np.clip(env.drives.lowest - part["level"], -largest, 0.0),
         np.clip(1.0 - part["level"], 0.0, largest),
     )

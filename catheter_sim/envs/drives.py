@@ -1,8 +1,7 @@
 """What an action moves: a robot's inputs as independent drives, each with a range of its own.
 
-Ranges follow from one angle, the largest bend that is asked of a segment, through the frictionless
-robot of constant curvature: a tension T of a tendon at the distance r bends a segment by T r L / EI,
-and a bend b shortens the tendon's path by r b.
+Ranges follow from one angle, the largest bend that is asked of a segment, through the robot's
+frictionless model (`arc_model`, `rolling_model`).
 
 Under tension every input channel is a drive, antagonists too, from slack to the largest tension.
 Under displacement a drive is a segment's bend in one direction, and pulls or pays out every tendon
@@ -16,13 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.errors import InputError, unknown
-from catheter_sim.robots.channels import channel_of, input_channels
+from catheter_sim.errors import InputError
+from catheter_sim.robots.channels import channel_of
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
-from catheter_sim.statics.constant_curvature import arc_robots
-
-_NO_ARM_M = 1e-9  # a tendon nearer to the neutral plane bends nothing
 
 
 @dataclass(frozen=True)
@@ -35,8 +31,8 @@ class Drives:
         lowest: level at the range's lower end, 0 for a tension and -1 for a bend, shape (d,); the
             upper end is 1, and rest is 0.
         tendon: tension [N] or displacement [m] of each tendon at level 1 of each drive, shape (t, d).
-        bend: frictionless bend of each segment, toward +x and +y, at level 1 of each drive, shape
-            (s, 2, d) [rad].
+        bend: frictionless bend of each segment, toward +x and +y, at level 1 of each drive alone,
+            shape (s, 2, d) [rad].
         tension: of each tendon at the end of its range as a tension drive, shape (t,) [N].
     """
 
@@ -48,77 +44,22 @@ class Drives:
     tension: Array
 
 
-def make_drives(robot: ContinuumRobot, actuation: str, largest_bend_rad: float) -> Drives:
-    """Return the drives of `robot`.
+def channel_shares(robot: Robot) -> Array:
+    """Return each tendon's share of each channel's tension, shape (t, c).
 
-    Args:
-        robot: the robot; its `effects` are not read.
-        actuation: "tension" or "displacement".
-        largest_bend_rad: what one drive alone may ask of a segment, without friction.
+    A channel's tension is the sum of its tendons'.
 
     Raises:
-        InputError: unknown actuation, or tendons that bend nothing.
+        InputError: nothing drives the robot.
     """
-    if actuation not in ("tension", "displacement"):
-        raise unknown("action_type", actuation, ("tension", "displacement"))
-    arcs = arc_robots([robot])
-    arm = np.where(arcs.free, arcs.arm[0], 0.0)  # (t, s, 2)
-    arm[np.abs(arm) < _NO_ARM_M] = 0.0
-    compliance = (arcs.length / arcs.bending)[0, :, np.newaxis]  # (s, 1) [rad per N m]
     channels = channel_of(robot)
+    if not channels:
+        raise InputError(f"{robot.name}: has no tendons, so that nothing drives it")
     each = list(dict.fromkeys(channels))
     member = np.array([[channel == name for name in each] for channel in channels], dtype=float)
-    member /= member.sum(axis=0)  # a channel's tension is the sum of its tendons'
-    per_newton = np.einsum("tsa,td->sad", arm * compliance, member)  # bend by 1 N in a channel
-    largest = np.sqrt((per_newton**2).sum(axis=1)).max(axis=0, initial=0.0)
-    for name, value in zip(input_channels(robot, "tension"), largest, strict=True):
-        if value == 0.0:
-            raise InputError(f"{robot.name}: {name}: bends no segment, so that it cannot drive the robot")
-    if not each:
-        raise InputError(f"{robot.name}: has no tendons, so that nothing drives it")
-    limit = largest_bend_rad / largest  # (d,) [N]
-    tension = member * limit
-    if actuation == "tension":
-        return Drives(
-            actuation=actuation,
-            names=tuple(input_channels(robot, "tension")),
-            lowest=np.zeros(len(each)),
-            tendon=tension,
-            bend=per_newton * limit,
-            tension=tension.sum(axis=1),
-        )
-    names, bends = _segment_bends(robot, arcs.length[0], arm, largest_bend_rad)
-    return Drives(
-        actuation=actuation,
-        names=names,
-        lowest=-np.ones(len(names)),
-        tendon=np.einsum("tsa,sad->td", arm, bends),
-        bend=bends,
-        tension=tension.sum(axis=1),
-    )
+    return member / member.sum(axis=0)
 
 
-def _segment_bends(
-    robot: ContinuumRobot, length: Array, arm: Array, largest_bend_rad: float
-) -> tuple[tuple[str, ...], Array]:
-    """Return the bends that the tendons can ask for one by one: names, and shape (s, 2, d) [rad].
-
-    Segments between two tendons' ends bend together, in proportion to their lengths.
-    """
-    names: list[str] = []
-    bends: list[Array] = []
-    ends = {tendon.ends_at for tendon in robot.tendons}
-    first = 0
-    for last, segment in enumerate(robot.segments):
-        if segment.name not in ends:
-            continue
-        together = np.arange(first, last + 1)
-        fixed_here = [tendon.ends_at == segment.name for tendon in robot.tendons]
-        for axis, letter in enumerate("xy"):
-            if arm[fixed_here][:, together, axis].any():
-                bend = np.zeros((len(robot.segments), 2))
-                bend[together, axis] = largest_bend_rad * length[together] / length[together].max()
-                names.append(f"bend_{segment.name}_{letter}")
-                bends.append(bend)
-        first = last + 1
-    return tuple(names), np.stack(bends, axis=-1)
+def bends_nothing(robot: Robot, channel: str) -> InputError:
+    """Return the error for an input channel that cannot drive the robot."""
+    return InputError(f"{robot.name}: {channel}: bends no segment, so that it cannot drive the robot")

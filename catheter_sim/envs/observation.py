@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.envs.plant import Plant
+from catheter_sim.render.state import State, state_of
 from catheter_sim.robots.posture import Array
 
 Observation = NDArray[np.float32]
@@ -33,7 +34,7 @@ class Look:
         level: of the drives, shape (d,).
         tension: at the actuators, shape (t,) [N].
         bends: of the segments toward +x and +y, shape (s, 2) [rad].
-        qpos: joint positions.
+        state: what a picture of the robot needs.
     """
 
     tip: Array
@@ -44,7 +45,7 @@ class Look:
     level: Array
     tension: Array
     bends: Array
-    qpos: Array
+    state: State
 
 
 def look(plant: Plant, before: Look | None = None, step_s: float = 1.0) -> Look:
@@ -61,7 +62,7 @@ def look(plant: Plant, before: Look | None = None, step_s: float = 1.0) -> Look:
         level=plant.level.copy(),
         tension=posture.actuator_tension,
         bends=plant.segment_bends(),
-        qpos=plant.simulator.data.qpos.copy(),
+        state=state_of(plant.simulator),
     )
 
 

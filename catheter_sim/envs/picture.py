@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import mujoco
 import numpy as np
 
@@ -9,6 +11,7 @@ from catheter_sim.mjcf.scene import View
 from catheter_sim.render.backend import open_renderer
 from catheter_sim.render.framing import free_camera
 from catheter_sim.render.images import Picture
+from catheter_sim.render.state import State, put
 from catheter_sim.robots.posture import Array
 
 _ROUND = 16  # corners of the target's outline: the model's thin tendons do with fewer
@@ -16,19 +19,20 @@ _TARGET_RGBA = (0.10, 0.62, 0.25, 0.75)
 
 
 class TargetPicture:
-    """An open renderer; it has a state of its own, so that drawing leaves the simulation alone."""
+    """An open renderer; model and state are its own, so that drawing leaves the simulation alone."""
 
     def __init__(self, model: mujoco.MjModel, view: View, width: int, height: int) -> None:
         """Open the renderer.
 
         Args:
-            model: the robot; its offscreen buffer is enlarged where the picture needs it.
+            model: the robot; a copy of it is drawn.
             view: where to look from.
             width, height: [pixels].
 
         Raises:
             InputError: the size is no picture's, or no OpenGL context can be had.
         """
+        model = copy.copy(model)
         quality = model.vis.quality
         quality.numslices = max(quality.numslices, _ROUND)
         quality.numstacks = max(quality.numstacks, _ROUND // 2)
@@ -39,10 +43,9 @@ class TargetPicture:
         self._options = mujoco.MjvOption()
         self._options.sitegroup[:] = 0
 
-    def draw(self, qpos: Array, target_m: Array, radius_m: float) -> Picture:
-        """Return the robot at the joint positions `qpos` with a sphere at `target_m`, (height, width, 3)."""
-        self._data.qpos[:] = qpos
-        mujoco.mj_fwdPosition(self._model, self._data)
+    def draw(self, state: State, target_m: Array, radius_m: float) -> Picture:
+        """Return the robot in `state` with a sphere at `target_m`, shape (height, width, 3)."""
+        put(state, self._model, self._data)
         self._renderer.update_scene(self._data, self._camera, self._options)
         scene = self._renderer.scene
         if scene.ngeom < scene.maxgeom:

@@ -10,12 +10,12 @@ import numpy as np
 
 from catheter_sim.effects.apply import active, arriving_inputs, check_effects, embodied, observed_frames
 from catheter_sim.effects.face import same_inputs, same_postures
-from catheter_sim.envs.drives import make_drives
+from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.checks import check_robot, disks
+from catheter_sim.robots.checks import check_robot
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.simulation.simulator import Simulator
 
 START_S = 1.0  # simulated time in which a load that acts at rest (an offset, a payload) comes on
@@ -30,6 +30,7 @@ class Plant:
     Attributes:
         specified: the robot with its effects named.
         simulator: the robot with its effects built in.
+        quick: the robot without its effects, friction and load.
         drives: what moves it.
         segment_length: shape (s,) [m].
         rest_bends: bend of each segment of the unloaded robot, toward +x and +y, shape (s, 2) [rad].
@@ -38,7 +39,7 @@ class Plant:
 
     def __init__(
         self,
-        robot: ContinuumRobot,
+        robot: Robot,
         actuation: str | None,
         gravity_mps2: Sequence[float],
         largest_bend_rad: float,
@@ -50,14 +51,15 @@ class Plant:
             actuation: "tension" or "displacement"; default: the robot's own. Effects on the inputs
                 are in its unit.
             gravity_mps2: in the base frame, shape (3,) [m/s^2].
-            largest_bend_rad: see `make_drives`.
+            largest_bend_rad: see `quick_model`.
 
         Raises:
-            InputError: an effect is unknown or cannot be followed step by step, or there is nothing
-                to drive.
+            InputError: the robot knows no such actuation, an effect is unknown or cannot be followed
+                step by step, or there is nothing to drive.
         """
         actuation = actuation or robot.actuation
-        self.drives = make_drives(robot, actuation, largest_bend_rad)
+        self.quick = quick_model(robot, actuation, largest_bend_rad)
+        self.drives = self.quick.drives
         self.specified = replace(robot, actuation=actuation)
         check_effects(self.specified)
         _require_stepwise(self.specified)
@@ -69,17 +71,13 @@ class Plant:
         self._changes_inputs = any(
             effect.change_inputs is not same_inputs for effect, _ in active(self.specified)
         )
-        self.segment_length = np.array([segment.length_m for segment in robot.segments])
-        ends = np.cumsum([disks(robot, segment) for segment in robot.segments])
+        self.segment_length = self.quick.segment_length
         names = [self.simulator.model.joint(index).name for index in range(self.simulator.model.njnt)]
-        segment_of_link = np.repeat(
-            np.arange(len(ends)), np.diff(ends, prepend=0) * robot.links_per_subsegment
-        )
         # Hinges x<i> and y<i> add up to a segment's bend.
-        self._bend_of = np.zeros((len(ends), 2, self.simulator.model.nq))
+        self._bend_of = np.zeros((len(self.segment_length), 2, self.simulator.model.nq))
         for name in names:
             if name[0] in "xy" and name[1:].isdigit():
-                place = segment_of_link[int(name[1:]) - 1], "xy".index(name[0])
+                place = self.quick.segment_of_link[int(name[1:]) - 1], "xy".index(name[0])
                 self._bend_of[(*place, int(self.simulator.model.joint(name).qposadr[0]))] = 1.0
         self.rest_bends = self._bend_of @ self.simulator.model.qpos_spring
         self.reset()
@@ -156,7 +154,7 @@ class Plant:
         simulator.require_finite()
 
 
-def _require_stepwise(robot: ContinuumRobot) -> None:
+def _require_stepwise(robot: Robot) -> None:
     """Raise `InputError` for an effect on the outputs that is not one of bare frames.
 
     Others may depend on the whole history of postures, which an episode does not hold.

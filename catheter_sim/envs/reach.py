@@ -21,10 +21,7 @@ from catheter_sim.mjcf.scene import views
 from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
 from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.kinds import require_continuum
-from catheter_sim.robots.layout import is_planar
 from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot
 
 Action = NDArray[np.float32]
 
@@ -37,7 +34,7 @@ DIVERGED_REWARD = -2.0 * EPISODE_STEPS  # the tip is never farther than two leng
 
 
 class ReachEnv(gymnasium.Env[Any, Any]):
-    """Bring the tip of a tendon-driven continuum robot to a target, and rest there.
+    """Bring the tip of a tendon- or rod-driven robot to a target, and rest there.
 
     ## The robot
 
@@ -45,7 +42,7 @@ class ReachEnv(gymnasium.Env[Any, Any]):
     the same inputs give other postures on the way out and on the way back), with its effects. A
     control step is 0.1 s of simulated time. The robot follows its inputs with a lag (the relaxation
     time of its dynamics, 0.05 s by default) and without overshoot: its mass has weight, but no
-    inertia. There is no contact: not with surroundings, not with itself.
+    inertia. There is no contact: not with surroundings, not with itself (but for the rolling joints').
 
     ## Action
 
@@ -55,14 +52,18 @@ class ReachEnv(gymnasium.Env[Any, Any]):
 
     - `action_type="tension"`: a drive is an input channel of the robot, each antagonist its own. Level
       0 is slack, level 1 the tension at which it alone would bend a segment by `largest_bend_rad` if
-      there were no friction.
-    - `action_type="displacement"`: a drive is the bend asked of one segment in one direction, level
-      -1 to 1 for minus to plus `largest_bend_rad`. Each tendon is pulled in or paid out by what these
-      bends shorten or lengthen its path (constant curvature), antagonists together.
+      there were no friction; for rolling joints 100 N at most (chest_tube_2025, Table I).
+    - `action_type="displacement"` (not for robots of rolling joints, whose rods know tension only): a
+      drive is the bend asked of one segment in one direction, level -1 to 1 for minus to plus
+      `largest_bend_rad`. Each tendon is pulled in or paid out by what these bends shorten or lengthen
+      its path (constant curvature), antagonists together.
 
     `drives.names` names the drives, `drives.tendon` holds the tendons' inputs at level 1.
     `NeuroendoscopeReach-v0` has four tension drives: distal right and left up to 0.32 N, proximal
-    right and left up to 0.39 N (a side's two tendons together).
+    right and left up to 0.39 N (a side's two tendons together). `ChestTubeReach-v0` has eight, its
+    rods: base and middle right up to 24.0 N and left up to 26.6 N, tip right and left up to 19.5 N,
+    tip front and back up to 44.3 N. Rods bend what they pass too: the middle's ranges end where the
+    base is bent so far. `ChestTubeSectionReach-v0` has one, up to 50.2 N (`largest_bend_rad` is 3).
 
     ## Observation
 
@@ -77,7 +78,7 @@ class ReachEnv(gymnasium.Env[Any, Any]):
     | `tip_velocity` | 3 | mean velocity of the tip over the last step | L/s |
     | `level` | d | levels of the drives | range |
     | `tension` | t | tensions at the actuators | ranges of the tension drives |
-    | `bend` | 2 s | bend of each segment toward +x and +y | half turns |
+    | `bend` | 2 s | bend of each segment toward +x and +y, its joints' sums | half turns |
 
     Tip, direction and velocity are as measured, effects on the outputs included. What lies beyond the bounds
     of the space is cut off (only displacement drives reach them, by tension). Friction has a memory
@@ -97,7 +98,9 @@ class ReachEnv(gymnasium.Env[Any, Any]):
     the last finite observation. The registered environments are truncated after 100 steps (10 s).
 
     The default tolerance is the target value of Kato 2016 (doi 10.1007/s11548-015-1310-2): a mean
-    error of 5 mm leaves good margins in aiming at a tumour of 2 cm.
+    error of 5 mm leaves good margins in aiming at a tumour of 2 cm. `ChestTubeReach-v0` keeps it (1.3 %
+    of the robot's length). `ChestTubeSectionReach-v0` asks for 2 mm: with one drive the tip moves on a
+    curve, where random actions come to rest within 5 mm of the target too often.
 
     ## Reset
 
@@ -117,7 +120,9 @@ class ReachEnv(gymnasium.Env[Any, Any]):
     - `action_type`: "tension" or "displacement"; default: the robot's own.
     - `gravity_mps2`: in the base frame, default none.
     - `tolerance_m`: see Episode.
-    - `largest_bend_rad`: sets the drives' ranges; default a quarter turn (assumed).
+    - `largest_bend_rad`: sets the drives' ranges; default a quarter turn (assumed), but 3 rad in
+      `ChestTubeSectionReach-v0`, so that its rod goes through the tensions of the prototype's published
+      measurement, up to 47.9 N. With friction it bends by 2.5 rad there.
     - `render_mode`: None or "rgb_array".
     - `width`, `height`: of the picture [pixels]. The target is a green sphere of the tolerance's radius.
     """
@@ -155,10 +160,7 @@ class ReachEnv(gymnasium.Env[Any, Any]):
             raise InputError(f"gravity_mps2 = {gravity_mps2!r}: three finite numbers are needed")
         self.render_mode = render_mode
         self.tolerance_m = float(tolerance_m)
-        specified = load_robot(robot, settings)
-        if not isinstance(specified, ContinuumRobot):
-            raise InputError(f"{os.fspath(robot)}: no environment drives a robot of this kind")
-        self.plant = Plant(specified, action_type, tuple(gravity), largest_bend_rad)
+        self.plant = Plant(load_robot(robot, settings), action_type, tuple(gravity), largest_bend_rad)
         self.drives = self.plant.drives
         self.length_m = float(self.plant.segment_length.sum())
         self.target_m = np.zeros(3)
@@ -226,12 +228,11 @@ class ReachEnv(gymnasium.Env[Any, Any]):
             return None
         simulator = self.plant.simulator
         if self._picture is None:
-            robot = require_continuum(simulator.robot, "an environment")
-            camera = "side" if is_planar(robot) else "overview"
-            view = next(view for view in views(robot) if view.name == camera)
+            camera = "side" if self.plant.quick.planar else "overview"
+            view = next(view for view in views(simulator.robot) if view.name == camera)
             reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
             self._picture = TargetPicture(simulator.model, fitted_view(view, reach, *self._size), *self._size)
-        return self._picture.draw(self._now.qpos, self.target_m, self.tolerance_m)
+        return self._picture.draw(self._now.state, self.target_m, self.tolerance_m)
 
     def close(self) -> None:
         """Free the renderer; may be called again."""

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.steering import arc_tips, change_toward
+from catheter_sim.envs.steering import change_toward
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.robots.layout import is_planar
 from catheter_sim.robots.posture import Array
 
 RAMP_S = 1.0  # simulated time from rest to the drives' goal, before the robot settles
@@ -25,6 +24,7 @@ _STARTS = 4  # places in the range of the drives from which a given point is sou
 _APART_RAD = 1.0  # between their segments' bends
 _TRIALS = 12  # simulated postures on the way from each of them
 _GAIN = 0.95  # a trial that leaves more than this share of the miss is the last from its start
+_CORRECTED = 8  # trials from the best posture with slopes corrected by what they showed
 _CLOUD = 4000  # draws among which the starts are chosen
 
 
@@ -88,7 +88,7 @@ def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
     Raises:
         SimulationDiverged: the robot does not stand even at rest.
     """
-    drives, length = plant.drives, plant.segment_length
+    drives, length = plant.drives, float(plant.segment_length.sum())
     plant.reset()
     best = Found(plant.level.copy(), plant.posture().p_w[-1])
     best_miss = float(np.linalg.norm(best.tip_m - target_m))
@@ -108,8 +108,35 @@ def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
                 break
             least_miss = miss
             room = drives.lowest - level, 1.0 - level
-            level = level + change_toward(target_m - tip, plant.segment_bends(), length, drives.bend, *room)
-    return best
+            slopes = plant.quick.tip_slopes(level, plant.segment_bends())
+            level = level + change_toward(target_m - tip, slopes, length, *room)
+    return _corrected(plant, target_m, best, enough_m)
+
+
+def _corrected(plant: Plant, target_m: Array, found: Found, enough_m: float) -> Found:
+    """Return `found`, or a nearer posture by slopes that learn from every trial (Broyden's update).
+
+    Friction turns and shortens the tip's way; where a robot has many drives, the quick model's slopes
+    alone may lead no nearer.
+    """
+    drives, length = plant.drives, float(plant.segment_length.sum())
+    tip_at(plant, found.level)
+    slopes = plant.quick.tip_slopes(found.level, plant.segment_bends())
+    for _ in range(_CORRECTED):
+        room = drives.lowest - found.level, 1.0 - found.level
+        change = change_toward(target_m - found.tip_m, slopes, length, *room)
+        if not change.any():
+            break
+        try:
+            tip = tip_at(plant, found.level + change)
+        except SimulationDiverged:
+            break
+        slopes = slopes + np.outer(tip - found.tip_m - slopes @ change, change) / (change @ change)
+        if np.linalg.norm(tip - target_m) < np.linalg.norm(found.tip_m - target_m):
+            found = Found(found.level + change, tip)
+        if np.linalg.norm(found.tip_m - target_m) <= enough_m:
+            break
+    return found
 
 
 def require_reachable(plant: Plant, target_m: Sequence[float], tolerance_m: float) -> Array:
@@ -128,7 +155,7 @@ def require_reachable(plant: Plant, target_m: Sequence[float], tolerance_m: floa
     away, longest = float(np.linalg.norm(target)), float(plant.segment_length.sum())
     if away > longest + tolerance_m:
         raise InputError(f"{out_of_reach}{away * 1e3:.1f} mm from the base, it is {longest * 1e3:g} mm long")
-    if is_planar(plant.specified) and abs(target[1]) > tolerance_m:
+    if plant.quick.planar and abs(target[1]) > tolerance_m:
         raise InputError(f"{out_of_reach}y must be 0, as it bends in the xz plane only")
     found = nearest(plant, target, tolerance_m)
     miss = float(np.linalg.norm(found.tip_m - target))
@@ -141,7 +168,7 @@ def require_reachable(plant: Plant, target_m: Sequence[float], tolerance_m: floa
 
 
 def frictionless_reach(plant: Plant) -> tuple[Array, Array, Array]:
-    """Return where the robot of arcs without friction goes all over the range of its drives.
+    """Return where the robot without friction and load goes all over the range of its drives.
 
     Returns:
         Levels, shape (n, d), tips, shape (n, 3) [m], and bends of the segments, shape (n, s, 2) [rad].
@@ -150,8 +177,7 @@ def frictionless_reach(plant: Plant) -> tuple[Array, Array, Array]:
     rng = np.random.default_rng(0)  # the same points every time
     level = rng.uniform(lowest, 1.0, (_CLOUD, len(lowest)))
     level[::2] *= rng.random(level[::2].shape) < PULLED_SHARE
-    bend = plant.rest_bends + np.einsum("sad,nd->nsa", plant.drives.bend, level)
-    return level, arc_tips(bend, plant.segment_length), bend
+    return level, *plant.quick.reach(level, plant.rest_bends)
 
 
 def _starts(plant: Plant, target_m: Array) -> list[Array]:

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim.envs.drives import make_drives
+from catheter_sim.envs.arc_model import tip_jacobian
 from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.steering import arc_tips, change_toward, tip_jacobian
+from catheter_sim.envs.quick_model import quick_model
+from catheter_sim.envs.steering import change_toward
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
@@ -50,7 +51,7 @@ def settled_bends(plant: Plant, level: list[float]) -> np.ndarray:
 
 def test_tension_ranges_of_the_neuroendoscope() -> None:
     """A channel's range ends where T r = K theta for a quarter turn in 30 cells of 8.6e-3 N m/rad."""
-    drives = make_drives(load_robot("neuroendoscope"), "tension", QUARTER)
+    drives = quick_model(load_robot("neuroendoscope"), "tension", QUARTER).drives
     moment = 8.6e-3 * QUARTER / 30
     distal, proximal = moment / 1.4e-3, moment / (1.4e-3 * math.cos(math.radians(35.0)))
     assert drives.names == (
@@ -112,7 +113,7 @@ def test_tendons_that_end_together_bend_their_segments_together() -> None:
     """With tendons at the tip only, one drive bends both sections, in proportion to their lengths."""
     robot = load_robot("neuroendoscope")
     distal_only = replace(robot, tendons=robot.tendons[:2])
-    drives = make_drives(distal_only, "displacement", QUARTER)
+    drives = quick_model(distal_only, "displacement", QUARTER).drives
     assert drives.names == ("bend_distal_x",)
     assert drives.bend[:, 0, 0] == pytest.approx([QUARTER, QUARTER])
     assert drives.tendon[:, 0] == pytest.approx([1.4e-3 * math.pi, -1.4e-3 * math.pi])
@@ -123,9 +124,9 @@ def test_a_tendon_in_the_neutral_plane_is_refused() -> None:
     robot = load_robot("neuroendoscope_section")
     neutral = replace(robot, tendons=(replace(robot.tendons[0], angle_rad=QUARTER), robot.tendons[1]))
     with pytest.raises(InputError, match="tension_right_N: bends no segment"):
-        make_drives(neutral, "tension", QUARTER)
+        quick_model(neutral, "tension", QUARTER)
     with pytest.raises(InputError, match="action_type 'force'; choices: tension, displacement"):
-        make_drives(robot, "force", QUARTER)
+        quick_model(robot, "force", QUARTER)
 
 
 def test_straight_robot_moves_its_tip_by_the_lever_to_each_segments_middle() -> None:
@@ -138,16 +139,18 @@ def test_straight_robot_moves_its_tip_by_the_lever_to_each_segments_middle() -> 
 
 def test_steering_stays_in_its_bounds_and_rests_at_the_target() -> None:
     """No way to go, no change; else the tip comes nearer, and no drive leaves its room."""
-    drives = make_drives(load_robot("neuroendoscope"), "tension", QUARTER)
-    length, bend = np.array([0.06, 0.06]), np.array([[0.5, 0.0], [-0.3, 0.0]])
+    model = quick_model(load_robot("neuroendoscope"), "tension", QUARTER)
+    bend, level = np.array([[0.5, 0.0], [-0.3, 0.0]]), np.full(4, 0.5)
+    slopes = model.tip_slopes(level, bend)
     room = np.array([-0.02, 0.0, -0.05, 0.0]), np.array([0.03, 0.05, 0.0, 0.05])
-    still = change_toward(np.zeros(3), bend, length, drives.bend, *room)
+    still = change_toward(np.zeros(3), slopes, 0.12, *room)
     assert still == pytest.approx(np.zeros(4), abs=1e-12)
     rng = np.random.default_rng(1)
     for _ in range(20):
         way = rng.normal(size=3) * [0.01, 0.0, 0.01]
-        change = change_toward(way, bend, length, drives.bend, *room)
+        change = change_toward(way, slopes, 0.12, *room)
         assert (change >= room[0]).all()
         assert (change <= room[1]).all()
-        moved = arc_tips(bend + drives.bend @ change, length) - arc_tips(bend, length)
+        tips, _ = model.reach(np.array([np.zeros(4), change]), bend)
+        moved = tips[1] - tips[0]
         assert np.linalg.norm(way - moved) <= np.linalg.norm(way) + 1e-9

@@ -12,7 +12,12 @@ import pytest
 
 from catheter_sim.envs import EPISODE_STEPS, register_environments
 
-IDS = ("catheter_sim/NeuroendoscopeReach-v0", "catheter_sim/NeuroendoscopeSectionReach-v0")
+IDS = (
+    "catheter_sim/NeuroendoscopeReach-v0",
+    "catheter_sim/NeuroendoscopeSectionReach-v0",
+    "catheter_sim/ChestTubeReach-v0",
+    "catheter_sim/ChestTubeSectionReach-v0",
+)
 
 
 def fresh(code: str) -> str:
@@ -61,13 +66,13 @@ def test_entry_point_registers_as_a_plug_in_loader_calls_it() -> None:
         "with namespace(None):\n"
         "    plugin.load()()\n"
         "    plugin.load()()\n"
-        "print(*(name for name in gymnasium.registry if 'Neuroendoscope' in name))"
+        "print(*(name for name in gymnasium.registry if name.startswith('catheter_sim/')))"
     )
     assert fresh(code) == " ".join(IDS)
 
 
 def test_registration_is_idempotent_and_limits_episodes(recwarn: pytest.WarningsRecorder) -> None:
-    """Registering again changes nothing; both environments are truncated after 100 steps."""
+    """Registering again changes nothing; every environment is truncated after 100 steps."""
     before = {name: gymnasium.registry[name] for name in IDS}
     register_environments()
     assert all(gymnasium.registry[name] is spec for name, spec in before.items())

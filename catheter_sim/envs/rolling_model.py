@@ -1,0 +1,133 @@
+"""The quick model of a robot of rolling joints: its complete statics, without friction and load.
+
+Joints stiffen as their gaps close, so that bends are not linear in the tensions: every posture is
+solved, some 0.05 ms each in a batch, and slopes are differences of solved postures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from catheter_sim.envs.drives import Drives, bends_nothing, channel_shares
+from catheter_sim.mjcf.build import MAX_TENSION_N
+from catheter_sim.robots.channels import input_channels
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.robots.specification import Friction
+from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
+from catheter_sim.statics.rolling.complete import Solved, solve_loaded
+from catheter_sim.statics.rolling.kinematics import frames
+
+_NO_BEND_RAD = 1e-6  # a rod whose largest tension bends every segment less bends nothing
+_DIFFERENCE = 1e-3  # of a level, to either side
+_HALVINGS = 40  # of the interval in which a range's end lies: to 1e-10 N
+_NO_GRAVITY = np.zeros(3)
+
+
+@dataclass(frozen=True)
+class RollingModel:
+    """A `quick_model.QuickModel` of rolling joints; see there.
+
+    Attributes:
+        chain: the robot without friction.
+        member: 1 where a joint belongs to a segment and bends toward +x or +y, shape (s, 2, n).
+    """
+
+    drives: Drives
+    segment_length: Array
+    segment_of_link: np.ndarray
+    planar: bool
+    chain: RollingChain
+    member: Array
+
+    def reach(self, level: Array, rest_bends: Array) -> tuple[Array, Array]:
+        """Return tips and bends at `level`; rest bends beyond the model's own are added evenly."""
+        solved = _solved(self.chain, level @ self.drives.tendon.T)
+        at_rest = _bends(self.member, self.chain.rest_angle)
+        theta = solved.theta + self._evenly(rest_bends - at_rest)
+        tips = frames(self.chain, theta, solved.link_length).face[:, -1]
+        return tips, _bends(self.member, theta)
+
+    def tip_slopes(self, level: Array, bends: Array) -> Array:
+        """Return how the tip moves with the levels.
+
+        Angles change as the frictionless robot's do at `level`; the robot that they move stands bent
+        by `bends`: what the frictionless one lacks of them is shared evenly by a segment's joints.
+        """
+        drives = self.drives
+        level = np.clip(level, drives.lowest, 1.0)
+        below = np.maximum(level - _DIFFERENCE, drives.lowest)
+        above = np.minimum(level + _DIFFERENCE, 1.0)
+        own = np.eye(len(level), dtype=bool)
+        rows = np.concatenate([np.where(own, below, level), np.where(own, above, level), level[np.newaxis]])
+        theta = _solved(self.chain, rows @ drives.tendon.T).theta
+        low, high, here = theta[: len(level)], theta[len(level) : -1], theta[-1]
+        here = here + self._evenly(bends - _bends(self.member, here))
+        change = 0.5 * (high - low)
+        tips = frames(self.chain, np.stack([here - change, here + change])).face[:, :, -1]  # (2, d, 3)
+        return ((tips[1] - tips[0]) / (above - below)[:, np.newaxis]).T
+
+    def _evenly(self, bends: Array) -> Array:
+        """Return angles of the joints that add up to `bends`, equal within a segment and plane, (n,)."""
+        count = np.maximum(self.member.sum(axis=2), 1.0)
+        return np.einsum("san,sa->n", self.member, bends / count)
+
+
+def rolling_model(robot: RollingRobot, actuation: str, largest_bend_rad: float) -> RollingModel:
+    """Return the quick model of `robot`; arguments and errors as in `quick_model.quick_model`."""
+    chain = rolling_chain(replace(robot, friction=Friction(0.0)))
+    segment = np.repeat(np.arange(len(robot.segments)), [item.joints for item in robot.segments])
+    numbers = np.arange(len(robot.segments))[:, np.newaxis, np.newaxis]
+    axes = np.arange(2)[np.newaxis, :, np.newaxis]
+    member = ((segment == numbers) & (chain.axis == axes)).astype(float)
+    return RollingModel(
+        drives=_drives(robot, chain, member, actuation, largest_bend_rad),
+        segment_length=np.array([item.length_m for item in robot.segments]),
+        segment_of_link=segment,
+        planar=bool((chain.axis == 0).all()),
+        chain=chain,
+        member=member,
+    )
+
+
+def _drives(
+    robot: RollingRobot, chain: RollingChain, member: Array, actuation: str, largest_bend_rad: float
+) -> Drives:
+    share = channel_shares(robot)
+    names = tuple(input_channels(robot, "tension"))
+    at_rest = _bends(member, chain.rest_angle)
+
+    def bends(tensions: Array) -> Array:
+        """Return how far each channel's tension alone bends the segments, shape (c, s, 2) [rad]."""
+        return _bends(member, _solved(chain, tensions[:, np.newaxis] * share.T).theta) - at_rest
+
+    def largest(tensions: Array) -> Array:
+        return np.hypot(*np.moveaxis(bends(tensions), -1, 0)).max(axis=-1)
+
+    low, end = np.zeros(len(names)), MAX_TENSION_N / share.max(axis=0)
+    for name, value in zip(names, largest(end), strict=True):
+        if value < _NO_BEND_RAD:
+            raise bends_nothing(robot, name)
+    for _ in range(_HALVINGS):  # the end stays where the largest tension asks too little
+        middle = 0.5 * (low + end)
+        beyond = largest(middle) > largest_bend_rad
+        low, end = np.where(beyond, low, middle), np.where(beyond, middle, end)
+    return Drives(
+        actuation=actuation,
+        names=names,
+        lowest=np.zeros(len(names)),
+        tendon=share * end,
+        bend=np.moveaxis(bends(end), 0, -1),
+        tension=(share * end).sum(axis=1),
+    )
+
+
+def _solved(chain: RollingChain, tension: Array) -> Solved:
+    return solve_loaded(chain, tension, _NO_GRAVITY)
+
+
+def _bends(member: Array, theta: Array) -> Array:
+    """Return the bends of the segments, shape (..., s, 2) [rad]."""
+    return np.einsum("san,...n->...sa", member, theta)
