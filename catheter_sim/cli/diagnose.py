@@ -5,7 +5,7 @@ example:
 
 DATASET is a folder with dataset.toml (robot, conditions, channels, trials) and one CSV per trial:
 time_s [s] and channels whose names end in their unit; an empty cell is a missing value.
-A table [calibration] in dataset.toml, "friction.mu" = [0.0, 0.5] say, names numbers of the robot that are
+A table [calibration] in dataset.toml, friction.mu = [0.0, 0.5] say, names numbers of the robot that are
 fitted within these bounds before anything is called wrong; their 95 % intervals are reported.
 The output folder gets diagnosis.json, report.html (opens without a network), model.xml and
 robot.toml (the extended robot, accepted wherever a robot id is), and the fitted series as CSV.

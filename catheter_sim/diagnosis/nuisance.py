@@ -9,7 +9,7 @@ is calibrated: what its file says is taken at its word.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -107,8 +107,9 @@ def calibration_numbers(table: Any, robot: Robot, where: str) -> tuple[Nuisance,
     """Return the numbers that a data set wants calibrated.
 
     Args:
-        table: dotted key of the robot's specification -> [lower, upper], in file units; the fit
-            starts at the specified value. Either end, or the specified value, may be inf.
+        table: dotted key of the robot's specification -> [lower, upper], in file units, nested or
+            flat; the fit starts at the specified value. The upper end may be inf, and so may the
+            specified value.
         robot: as specified.
         where: the table's file, for errors.
 
@@ -120,7 +121,7 @@ def calibration_numbers(table: Any, robot: Robot, where: str) -> tuple[Nuisance,
         raise InputError(f"{where}: calibration: a table is needed, not {table!r}")
     specified = dict(leaves(to_document(robot)))
     found = []
-    for key, ends in table.items():
+    for key, ends in _flat(table):
         place = f"{where}: calibration.{key}"
         if key not in specified:
             raise unknown("number", key, specified, f"{where}: calibration")
@@ -141,6 +142,15 @@ def calibration_numbers(table: Any, robot: Robot, where: str) -> tuple[Nuisance,
             raise InputError(f"{place}: is a whole number, it cannot be calibrated") from None
         found.append(_calibrated(key, low, high, value, place))
     return tuple(found)
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values: in TOML, `friction.mu = ...` without quotes is a nested table."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
 
 
 def _calibrated(key: str, low: float, high: float, value: float, place: str) -> Nuisance:

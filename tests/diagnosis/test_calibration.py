@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,13 @@ def test_what_is_calibrated_is_not_named_a_cause(tmp_path):
     assert {"tendon_friction", "stiffness"}.isdisjoint(candidates_for(problem))
     assert {"backlash", "actuation_gain", "measurement_frame"} <= set(candidates_for(problem))
     assert len(train[0].inputs) + len(HELD_OUT) == len(TENSIONS_N)
+
+
+def test_keys_may_be_written_with_or_without_quotes():
+    """TOML reads a dotted key without quotes as nested tables: it means the same."""
+    flat = calibration_numbers(tomllib.loads('"friction.mu" = [0.0, 1.0]'), SECTION, "test")
+    nested = calibration_numbers(tomllib.loads("friction.mu = [0.0, 1.0]"), SECTION, "test")
+    assert [item.parameter for item in flat] == [item.parameter for item in nested]
 
 
 @pytest.mark.parametrize(
