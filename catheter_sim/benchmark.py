@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import body_count
-from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.kinds import Robot, require_no_catheter
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot, Friction
 from catheter_sim.simulation.simulator import Simulator
@@ -77,7 +77,7 @@ def measure(reference: str, turns: int = 9) -> Speed:
     Raises:
         InputError: unknown robot.
     """
-    robot = load_robot(reference)
+    robot = require_no_catheter(load_robot(reference), "the benchmark")
     mu = robot.friction.mu or FRICTION_MU
     rubbing = Simulator(dataclasses.replace(robot, friction=Friction(mu)))
     smooth = Simulator(dataclasses.replace(robot, friction=Friction(0.0)))

@@ -17,6 +17,8 @@ from catheter_sim.robots.specification import Friction
 from catheter_sim.statics.rolling.chain import rolling_chain
 from catheter_sim.statics.rolling.complete import solve_loaded
 
+pytestmark = pytest.mark.slow
+
 ROBOT = "neuroendoscope_section"
 
 
@@ -98,7 +100,6 @@ def test_the_plain_loop_of_rolling_joints_is_measured_at_rest_and_the_table_says
     assert simulator.data.qpos == pytest.approx(np.zeros(15), abs=1e-12)
 
 
-@pytest.mark.slow
 def test_bench_prints_a_table_and_json(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -17,8 +17,8 @@ from typing import Any
 from catheter_sim.effects.face import Parameter
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.checks import check_robot
-from catheter_sim.robots.document import leaves, to_document, with_number
-from catheter_sim.robots.kinds import Robot, with_segments
+from catheter_sim.robots.document import leaves, number_at, to_document, with_number
+from catheter_sim.robots.kinds import Robot, require_continuum, with_segments
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import Friction
 
@@ -72,8 +72,14 @@ def _arm(robot: Robot, factor: float) -> Robot:
         return with_segments(
             robot, ({arm: getattr(item, arm) * factor for arm in arms} for item in robot.segments)
         )
-    tendons = tuple(replace(item, radius_m=item.radius_m * factor) for item in robot.tendons)
-    return replace(robot, tendons=tendons)
+    disked = require_continuum(robot, "the moment arm")
+    tendons = tuple(replace(item, radius_m=item.radius_m * factor) for item in disked.tendons)
+    return replace(disked, tendons=tendons)
+
+
+def _scaled(key: str, robot: Robot, factor: float) -> Robot:
+    changed: Robot = with_number(robot, key, number_at(robot, key) * factor)
+    return changed
 
 
 _ONE_SECTION = (
@@ -81,9 +87,14 @@ _ONE_SECTION = (
     _factor("friction_coefficient", 0.20, _friction, ("tendon_friction",)),
     _factor("moment_arm", 0.01, _arm),
 )
+_TRANSSEPTAL = (
+    _factor("arm_bending", 0.01, partial(_scaled, "segments.bending.arm_mm")),
+    _factor("radius_torsion_proximal", 0.01, partial(_scaled, "segments.torsion_proximal.tendon_radius_mm")),
+    _factor("radius_torsion_distal", 0.01, partial(_scaled, "segments.torsion_distal.tendon_radius_mm")),
+)
 _BY_ROBOT = dict.fromkeys(
     ("neuroendoscope_section", "neuroendoscope", "chest_tube_section", "chest_tube"), _ONE_SECTION
-)
+) | {"mitral_transseptal": _TRANSSEPTAL}
 # Effects that say the same as a calibrated number, by the last word of its key.
 _SAME_AS = {
     "mu": "tendon_friction",

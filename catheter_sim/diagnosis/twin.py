@@ -19,6 +19,7 @@ import numpy as np
 from catheter_sim.diagnosis.outputs import output_columns, wanted_disks
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.errors import InputError
+from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.channels import Inputs, joint_names, posture_columns, slice_inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.layout import links
@@ -37,6 +38,7 @@ from catheter_sim.statics.rolling.complete import solve_history
 from catheter_sim.statics.rolling.history import faces
 
 PLANAR_MODEL = "fkm_exact_arm"
+CATHETER_MODEL = "pk"
 
 # (robots with effects, of the kind that it was made for; commanded inputs; every how many rows)
 # -> outputs in file units, (B, r, o)
@@ -193,6 +195,8 @@ def twin_for(robot: Robot, actuation: str, columns: Sequence[str], gravity_mps2:
     names = tuple(columns)
     if isinstance(robot, RollingRobot):
         return RollingTwin(names, gravity_mps2)
+    if isinstance(robot, CatheterRobot):
+        return StaticTwin(CATHETER_MODEL, names, gravity_mps2)
     if not bends_in_plane(robot) or actuation != "tension":
         return ArcTwin(names, gravity_mps2)
     return PairTwin(names, gravity_mps2) if knows(robot) else StaticTwin(PLANAR_MODEL, names, gravity_mps2)

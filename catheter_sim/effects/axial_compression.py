@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from catheter_sim.effects.face import Effect, Parameter, Values
+from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.specification import Mount
 
@@ -16,6 +17,8 @@ def in_series(first_N_per_m: float, second_N_per_m: float) -> float:
 
 
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+    if isinstance(robot, CatheterRobot):
+        return ()  # its routing is not modelled
     return (
         Parameter(
             "stiffness_N_per_mm",

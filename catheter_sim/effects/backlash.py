@@ -6,8 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from catheter_sim.effects._channels import TO_SI, actuation_unit, scale_of
+from catheter_sim.effects._channels import (
+    TO_SI,
+    actuation_unit,
+    common_and_each,
+    common_then_each,
+    per_tendon,
+    scale_of,
+)
 from catheter_sim.effects.face import Effect, Parameter, Values
+from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
@@ -16,12 +24,12 @@ from catheter_sim.robots.posture import Array
 _SIZE = {"N": (25.0, 0.1), "mm": (5.0, 0.1)}
 
 
-def play(values: Array, width: float) -> Array:
+def play(values: Array, width: float | Array) -> Array:
     """Return the output of a play of the whole dead-band `width`, starting centred at zero.
 
     Args:
         values: input, row by row, shape (r, ...).
-        width: of the dead-band, in the unit of `values`; zero returns `values`.
+        width: of the dead-band, or one for each column, in the unit of `values`; zero returns `values`.
 
     The output follows y = clip(y_before, u - width/2, u + width/2) (Krasnosel'skii's play operator).
     """
@@ -33,16 +41,32 @@ def play(values: Array, width: float) -> Array:
     return result
 
 
-def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+def _names(robot: Robot) -> tuple[str, str]:
     unit = scale_of(robot)
-    bound, scale = (round(size * actuation_unit(robot), 9) for size in _SIZE[unit])
-    return (Parameter(f"width_{unit}", null=0.0, lower=0.0, upper=bound, scale=scale, start=2.0 * scale),)
+    return f"width_{unit}", f"width_{{}}_{unit}"
+
+
+def _parameter(robot: Robot, name: str) -> Parameter:
+    bound, scale = (round(size * actuation_unit(robot), 9) for size in _SIZE[scale_of(robot)])
+    return Parameter(name, null=0.0, lower=0.0, upper=bound, scale=scale, start=2.0 * scale)
+
+
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+    common, each = _names(robot)
+    if isinstance(robot, CatheterRobot):  # each joint has a drive of its own kind
+        return common_and_each(robot, common, each, lambda name: _parameter(robot, name))
+    return (_parameter(robot, common),)
+
+
+def _variants(robot: Robot) -> tuple[tuple[str, ...], ...]:
+    common, each = _names(robot)
+    return common_then_each(robot, common, each) if isinstance(robot, CatheterRobot) else ((common,),)
 
 
 def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
-    unit = scale_of(robot)
-    width = values[f"width_{unit}"] * TO_SI[unit]
-    tendon = play(inputs.tendon, width) if width > 0.0 else inputs.tendon
+    common, each = _names(robot)
+    width = (values[common] + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)]
+    tendon = play(inputs.tendon, width) if width.any() else inputs.tendon
     if inputs.actuation == "tension":
         tendon = np.maximum(tendon, 0.0)  # a tendon cannot push
     return replace(inputs, tendon=tendon)
@@ -50,8 +74,9 @@ def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
 
 EFFECT = Effect(
     name="backlash",
-    summary="dead-band of the given whole width between each actuator and its tendon",
+    summary="dead-band between each actuator and its tendon; whole widths, of all and of each, add up",
     trace="a loop of constant width in the input, and a standstill after each reversal",
     parameters=_parameters,
     change_inputs=_change_inputs,
+    variants=_variants,
 )

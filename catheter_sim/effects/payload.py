@@ -8,11 +8,14 @@ import numpy as np
 
 from catheter_sim.effects._scales import tip_force_N
 from catheter_sim.effects.face import Effect, Parameter, Values
+from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.kinds import Robot
 
 
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+    if isinstance(robot, CatheterRobot):
+        return ()  # its joints are held by tendons that do not yield to it
     unit = tip_force_N(robot)
     planar = all(segment.bending_axes == "x" for segment in robot.segments)
     return tuple(

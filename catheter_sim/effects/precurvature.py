@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.kinds import Robot, with_segments
-from catheter_sim.robots.rolling import RollingSegment
-from catheter_sim.robots.specification import Segment
+from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.kinds import Robot, require_no_catheter, with_segments
+from catheter_sim.robots.rolling import RollingRobot, RollingSegment
+from catheter_sim.robots.specification import ContinuumRobot, Segment
+
+Curved = ContinuumRobot | RollingRobot
 
 
-def _axes(robot: Robot) -> str:
+def _axes(robot: Curved) -> str:
     return "xy" if any(segment.bending_axes == "xy" for segment in robot.segments) else "x"
 
 
-def _common(robot: Robot) -> dict[str, str]:
+def _common(robot: Curved) -> dict[str, str]:
     return {axis: f"curvature_{axis}_per_m" for axis in _axes(robot)}
 
 
@@ -26,6 +29,8 @@ def _parameter(name: str, length_m: float) -> Parameter:
 
 
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+    if isinstance(robot, CatheterRobot):
+        return ()  # has no rest curvature yet
     length = sum(segment.length_m for segment in robot.segments)
     found = [_parameter(name, length) for name in _common(robot).values()]
     if len(robot.segments) > 1:
@@ -38,6 +43,8 @@ def _parameters(robot: Robot) -> tuple[Parameter, ...]:
 
 
 def _variants(robot: Robot) -> tuple[tuple[str, ...], ...]:
+    if isinstance(robot, CatheterRobot):
+        return ((),)
     common = tuple(_common(robot).values())
     if len(robot.segments) == 1:
         return (common,)
@@ -45,6 +52,7 @@ def _variants(robot: Robot) -> tuple[tuple[str, ...], ...]:
 
 
 def _change_robot(robot: Robot, values: Values) -> Robot:
+    robot = require_no_catheter(robot, "a rest curvature")
     common = _common(robot)
     changes = []
     for segment in robot.segments:

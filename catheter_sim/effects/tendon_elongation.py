@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TypeVar
 
 from catheter_sim.effects.axial_compression import in_series
 from catheter_sim.effects.face import Effect, Parameter, Values
+from catheter_sim.robots.catheter import CatheterRobot, TendonPair
+from catheter_sim.robots.catheter_layout import bent_by
 from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.robots.specification import Tendon
+
+T = TypeVar("T", Tendon, TendonPair)
 
 
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
-    if robot.actuation == "tension" or not isinstance(robot, ContinuumRobot):
+    if robot.actuation == "tension" or isinstance(robot, RollingRobot):
         return ()  # a tension arrives whatever the tendon's length
     return (
         Parameter(
@@ -27,15 +33,17 @@ def _parameters(robot: Robot) -> tuple[Parameter, ...]:
 
 
 def _change_robot(robot: Robot, values: Values) -> Robot:
-    assert isinstance(robot, ContinuumRobot)
+    assert not isinstance(robot, RollingRobot)
     added = values["stiffness_N_per_mm"] * 1e3
-    return replace(
-        robot,
-        tendons=tuple(
-            replace(tendon, stiffness_N_per_m=in_series(tendon.stiffness_N_per_m, added))
-            for tendon in robot.tendons
-        ),
-    )
+
+    def longer(tendon: T) -> T:
+        return replace(tendon, stiffness_N_per_m=in_series(tendon.stiffness_N_per_m, added))
+
+    if isinstance(robot, CatheterRobot):  # its torsion joints need no tension
+        bending = bent_by(robot)
+        pairs = (longer(pair) if pair.name in bending else pair for pair in robot.tendons)
+        return replace(robot, tendons=tuple(pairs))
+    return replace(robot, tendons=tuple(longer(tendon) for tendon in robot.tendons))
 
 
 EFFECT = Effect(

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 from catheter_sim.effects.face import Effect, Parameter, Values
+from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.specification import Friction
 
 
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+    if isinstance(robot, CatheterRobot):
+        return ()  # its joints' angles follow the tendons' lengths
     null = robot.friction.mu
     return (Parameter("mu", null=null, lower=0.0, upper=1.5, scale=0.05, start=round(null + 0.1, 9)),)
 

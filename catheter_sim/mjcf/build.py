@@ -6,13 +6,17 @@ import mujoco
 
 from catheter_sim.errors import InputError
 from catheter_sim.mjcf._backend import mjcf
+from catheter_sim.mjcf.catheter import add_catheter, add_catheter_tendons
+from catheter_sim.mjcf.catheter_drive import add_catheter_actuators
 from catheter_sim.mjcf.chain import add_chain, add_displacement_actuators, add_tendons
 from catheter_sim.mjcf.friction_tails import add_friction_tails
 from catheter_sim.mjcf.rolling import add_rods, add_rolling_chain
 from catheter_sim.mjcf.scene import add_scene
 from catheter_sim.mjcf.visuals import add_visuals
+from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.robots.specification import ContinuumRobot
 
 MAX_TENSION_N = 100.0  # control range of a tension actuator
 
@@ -21,7 +25,8 @@ def build_mjcf(robot: Robot, actuation: str | None = None, friction_tails: bool 
     """Return a self-contained MJCF model of `robot` as text.
 
     An actuator's control is the tendon's tension [N], or its displacement [m] from just taut at rest
-    (pull positive); neither can push. Names are explained in `mjcf.chain` and `mjcf.rolling`.
+    (pull positive); neither can push. Names are explained in `mjcf.chain`, `mjcf.rolling`
+    and `mjcf.catheter`.
 
     Args:
         robot: the robot; its `effects` are not read.
@@ -43,10 +48,16 @@ def build_mjcf(robot: Robot, actuation: str | None = None, friction_tails: bool 
     root.custom.add("numeric", name="friction_mu", data=[robot.friction.mu])
     if isinstance(robot, RollingRobot) and actuation != "tension":
         raise InputError(f"{robot.name}: its rods are pulled by tension; choices: tension")
+    if isinstance(robot, CatheterRobot) and actuation != "displacement":
+        raise InputError(f"{robot.name}: its pulleys are turned by a displacement; choices: displacement")
     add_scene(root, robot)
     if isinstance(robot, RollingRobot):
         add_visuals(root, robot, add_rolling_chain(root, robot))
         add_rods(root, robot)
+    elif isinstance(robot, CatheterRobot):
+        add_visuals(root, robot, add_catheter(root, robot))
+        add_catheter_tendons(root, robot)
+        add_catheter_actuators(root, robot)
     else:
         add_visuals(root, robot, add_chain(root, robot))
         add_tendons(root, robot)
@@ -56,7 +67,7 @@ def build_mjcf(robot: Robot, actuation: str | None = None, friction_tails: bool 
         for tendon in robot.tendons:
             name = f"tendon_{tendon.name}"
             root.actuator.add("motor", name=name, tendon=name, gear=(-1,), ctrlrange=(0, MAX_TENSION_N))
-    elif not isinstance(robot, RollingRobot):
+    elif isinstance(robot, ContinuumRobot):
         add_displacement_actuators(root, robot)
     text = root.to_xml_string(precision=9)
     try:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.catheter_layout import base_heights_m
 from catheter_sim.robots.checks import disks
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.rolling import RollingRobot
@@ -65,8 +67,11 @@ class View:
 
 
 def robot_length(robot: Robot) -> float:
-    """Return the length of the straight robot [m]."""
-    return sum(segment.length_m for segment in robot.segments)
+    """Return the length of the straight robot, its tubes fully advanced [m]."""
+    length = sum(segment.length_m for segment in robot.segments)
+    if isinstance(robot, CatheterRobot):
+        length += sum(segment.stroke_m for segment in robot.segments)
+    return length
 
 
 def views(robot: Robot) -> tuple[View, ...]:
@@ -78,19 +83,30 @@ def views(robot: Robot) -> tuple[View, ...]:
     radius = max(segment.outer_radius_m for segment in robot.segments)
     middle = np.array([0.0, 0.0, 0.46 * length])
     oblique = np.array([0.55, -1.0, 0.38])
-    close = _close_up_height(robot)
+    level, close = _close_up(robot)
     return (
         View("side", middle, np.array([0.0, -1.0, 0.0]), 1.14 * length + 4.0 * radius, SIDE_FOVY_DEG),
         View("overview", middle, oblique / np.linalg.norm(oblique), 1.2 * length + 4.0 * radius),
-        View("detail", np.array([0.0, 0.0, 0.45 * close]), oblique / np.linalg.norm(oblique), close),
+        View("detail", np.array([0.0, 0.0, level]), oblique / np.linalg.norm(oblique), close),
     )
 
 
-def _close_up_height(robot: Robot) -> float:
-    """Return how much of the robot the close-up shows: six cells, or two joints and a half [m]."""
-    if isinstance(robot, RollingRobot):
-        return 2.5 * robot.segments[0].length_m / robot.segments[0].joints
-    return 6.0 * robot.segments[0].length_m / disks(robot, robot.segments[0])
+def _close_up(robot: Robot) -> tuple[float, float]:
+    """Return the height of the close-up's middle, and how much of the robot it shows [m].
+
+    Six cells, or two joints and a half, at the base; six rings of a catheter's first bending joint.
+    """
+    if isinstance(robot, CatheterRobot):
+        for start, segment in zip(base_heights_m(robot), robot.segments, strict=False):
+            if segment.joint == "bending":
+                size = 6.0 * segment.length_m / segment.rings
+                return start + 0.3 * size, size
+        size = 6.0 * robot.segments[0].outer_radius_m
+    elif isinstance(robot, RollingRobot):
+        size = 2.5 * robot.segments[0].length_m / robot.segments[0].joints
+    else:
+        size = 6.0 * robot.segments[0].length_m / disks(robot, robot.segments[0])
+    return 0.45 * size, size
 
 
 def tendon_colour(index: int) -> tuple[float, float, float, float]:

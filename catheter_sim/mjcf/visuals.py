@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from catheter_sim.mjcf import meshes, rolling_links
+from catheter_sim.mjcf import catheter_visuals, meshes, rolling_links
 from catheter_sim.mjcf._backend import mjcf
 from catheter_sim.mjcf.meshes import Part
-from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.kinds import Robot, require_continuum
 from catheter_sim.robots.rolling import RollingRobot
 
 GROUP = 2  # MuJoCo's habit for what is only to be seen
@@ -22,9 +23,12 @@ def add_visuals(root: mjcf.RootElement, robot: Robot, bodies: Sequence[mjcf.Elem
         robot: the robot.
         bodies: what carries the base (link 0), then the links' bodies from base to tip.
     """
-    solids = (
-        rolling_links.link_meshes(robot) if isinstance(robot, RollingRobot) else meshes.element_meshes(robot)
-    )
+    if isinstance(robot, RollingRobot):
+        solids = rolling_links.link_meshes(robot)
+    elif isinstance(robot, CatheterRobot):
+        solids = catheter_visuals.body_meshes(robot)
+    else:
+        solids = meshes.element_meshes(require_continuum(robot, "the scene"))
     for key, mesh in solids.items():
         vertex, face = meshes.inline(mesh)
         root.asset.add("mesh", name=key, vertex=vertex, face=face)
@@ -49,4 +53,6 @@ def add_visuals(root: mjcf.RootElement, robot: Robot, bodies: Sequence[mjcf.Elem
 def _parts(robot: Robot, index: int) -> tuple[Part, ...]:
     if isinstance(robot, RollingRobot):
         return rolling_links.link_parts(robot, index)
-    return meshes.element_parts(robot, index)
+    if isinstance(robot, CatheterRobot):
+        return catheter_visuals.body_parts(robot, index)
+    return meshes.element_parts(require_continuum(robot, "the scene"), index)

@@ -67,7 +67,9 @@ def free_camera(view: View) -> mujoco.MjvCamera:
     return camera
 
 
-def emptiest_corner(view: View, points: Array, width: int, height: int, side: int) -> tuple[int, int]:
+def emptiest_corner(
+    view: View, points: Array, width: int, height: int, side: int, taken: tuple[int, int] | None = None
+) -> tuple[int, int]:
     """Return the corner (row, column: 0 first, 1 last) where a small square hides the fewest points.
 
     Args:
@@ -75,6 +77,7 @@ def emptiest_corner(view: View, points: Array, width: int, height: int, side: in
         points: shape (n, 3) [m].
         width, height: of the picture [pixels].
         side: of the square [pixels].
+        taken: a corner that is no choice.
     """
     right, up = view.axes
     scale = height / view.height
@@ -88,5 +91,6 @@ def emptiest_corner(view: View, points: Array, width: int, height: int, side: in
         )
         for row in (0, 1)
         for column in (0, 1)
+        if (row, column) != taken
     }
     return min(hidden, key=lambda corner: hidden[corner])

@@ -36,6 +36,7 @@ FPS = 25
 LONGEST_VIDEO_S = 8.0  # longer inputs are played faster
 _INSET = 0.42  # side of the close-up over the picture's height
 _CAPTION_LINES = 10
+_CAPTION_WIDTH = 0.3  # of a long one, over the picture's width
 _SHOWN = {"tension": ("N", 1.0), "displacement": ("mm", 1e3)}
 
 
@@ -139,6 +140,7 @@ def draw(
     view = fitted_view(named[camera], points, width, height)
     side = max(SMALLEST_SIDE, round(_INSET * min(width, height)))
     corner = emptiest_corner(view, points, width, height, side)
+    beside = emptiest_corner(view, points, width, height, round(_CAPTION_WIDTH * width), taken=corner)
     data = mujoco.MjData(model)
     options = mujoco.MjvOption()
     options.sitegroup[:] = 0
@@ -152,7 +154,7 @@ def draw(
             if inset is not None:
                 inset.update_scene(data, free_camera(named["detail"]), options)
                 image = with_inset(image, inset.render(), corner)
-            yield with_caption(image, lines, (corner[0], 1 - corner[1]))
+            yield with_caption(image, lines, beside)
 
 
 def frame_times(inputs: Inputs) -> Array:

@@ -16,8 +16,10 @@ import tomli_w
 
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots import chest_tube as _chest_tube
+from catheter_sim.robots import mitral as _mitral
 from catheter_sim.robots import neuroendoscope as _neuroendoscope
 from catheter_sim.robots import spacer_disk as _spacer_disk
+from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.checks import check_robot
 from catheter_sim.robots.document import override, parse_override, to_document
 from catheter_sim.robots.kinds import Robot, complete_document, robot_from_document
@@ -35,7 +37,11 @@ ROLLING_ROBOTS: Mapping[str, Callable[[], RollingRobot]] = {
     "chest_tube_section@table2": _chest_tube.chest_tube_section,
     "chest_tube_section@prototype": _chest_tube.chest_tube_section_prototype,
 }
-ROBOTS: Mapping[str, Callable[[], Robot]] = {**CONTINUUM_ROBOTS, **ROLLING_ROBOTS}
+CATHETER_ROBOTS: Mapping[str, Callable[[], CatheterRobot]] = {
+    "mitral_transseptal": _mitral.mitral_transseptal,
+    "mitral_4dof": _mitral.mitral_4dof,
+}
+ROBOTS: Mapping[str, Callable[[], Robot]] = {**CONTINUUM_ROBOTS, **ROLLING_ROBOTS, **CATHETER_ROBOTS}
 
 
 def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) -> Robot:

@@ -14,6 +14,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.catheter_layout import elements, hinge_counts, hinge_names, moved_segment, turning
 from catheter_sim.robots.checks import disks
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
@@ -36,7 +38,8 @@ class Inputs:
     Attributes:
         time_s: shape (r,), strictly increasing.
         actuation: "tension" or "displacement".
-        tendon: tension [N] or displacement [m] of each tendon in the robot's order, shape (r, t).
+        tendon: tension [N] or displacement [m] of each tendon in the robot's order, shape (r, t); of
+            a catheter each pair's displacement and the tube's advance.
         force_tip: on the tip, base frame, shape (r, 3) [N].
         moment_tip: on the tip, base frame, shape (r, 3) [N m].
     """
@@ -53,15 +56,33 @@ class Inputs:
 
 def channel_of(robot: Robot) -> list[str]:
     """Return each tendon's channel, in the tendons' order; several tendons may share one."""
+    if isinstance(robot, CatheterRobot):
+        return [pair.name for pair in robot.tendons]
     return [tendon.channel or tendon.name for tendon in robot.tendons]
 
 
 def input_channels(robot: Robot, actuation: str | None = None) -> list[str]:
     """Return the names of the robot's actuator columns (`tension_right_N`), each once."""
-    kind = actuation or robot.actuation
+    return list(dict.fromkeys(_tendon_columns(robot, actuation or robot.actuation)))
+
+
+def _tendon_columns(robot: Robot, kind: str) -> list[str]:
+    """Return the column that drives each tendon; none where the robot takes no such inputs."""
     if kind not in actuations(robot):
         return []
-    return [f"{kind}_{channel}_{_UNIT[kind]}" for channel in dict.fromkeys(channel_of(robot))]
+    tubes = _tubes(robot)
+    return [
+        f"{channel}_mm" if index in tubes else f"{kind}_{channel}_{_UNIT[kind]}"
+        for index, channel in enumerate(channel_of(robot))
+    ]
+
+
+def _tubes(robot: Robot) -> dict[int, float]:
+    """Return the stroke [m] of what is advanced rather than pulled, by its place among the tendons."""
+    if not isinstance(robot, CatheterRobot):
+        return {}
+    moved = [robot.segments[moved_segment(robot, index)] for index in range(len(robot.tendons))]
+    return {index: part.stroke_m for index, part in enumerate(moved) if part.joint == "prismatic"}
 
 
 @singledispatch
@@ -80,6 +101,11 @@ def _(robot: RollingRobot) -> tuple[str, ...]:
     return ("tension",)
 
 
+@actuations.register
+def _(robot: CatheterRobot) -> tuple[str, ...]:
+    return ("displacement",)
+
+
 @singledispatch
 def body_count(robot: Robot) -> int:
     """Return the number of elements (cells, links or disks), the base's fixed one not counted."""
@@ -96,9 +122,17 @@ def _(robot: RollingRobot) -> int:
     return sum(segment.joints for segment in robot.segments)
 
 
+@body_count.register
+def _(robot: CatheterRobot) -> int:
+    return len(elements(robot))
+
+
 @singledispatch
 def joint_names(robot: Robot) -> list[str]:
-    """Return the joints' names, base to tip: `x<k>` bends toward +x, `y<k>` toward +y, `t<k>` twists."""
+    """Return the joints' names, base to tip: `x<k>` bends toward +x, `y<k>` toward +y, `t<k>` twists.
+
+    A catheter's bear its segments' names (`catheter_layout.hinge_names`).
+    """
     raise TypeError(f"no channels for a {type(robot).__name__}")
 
 
@@ -122,14 +156,36 @@ def _(robot: RollingRobot) -> list[str]:
     return [joint.name for joint in rolling_joints(robot)]
 
 
+@joint_names.register
+def _(robot: CatheterRobot) -> list[str]:
+    return hinge_names(robot)
+
+
+def _angles(robot: Robot) -> dict[str, slice]:
+    """Return the columns of angles that several hinges share, with their hinges."""
+    if not isinstance(robot, CatheterRobot):
+        return {}
+    ends = np.cumsum([0, *hinge_counts(robot)]).tolist()
+    names = [f"angle_{segment.name}_deg" for segment in turning(robot)]
+    return {name: slice(*ends[index : index + 2]) for index, name in enumerate(names)}
+
+
+def _tensioned(robot: Robot) -> dict[int, str]:
+    """Return the names of what has a tension, by its place among the tendons."""
+    tubes = _tubes(robot)
+    names = [item.name for item in robot.tendons]
+    return {index: name for index, name in enumerate(names) if index not in tubes}
+
+
 def output_channels(robot: Robot) -> list[str]:
     """Return the names of every output column that the robot has."""
     return [
         *(f"tip_{axis}_mm" for axis in "xyz"),
         *_QUATERNION,
         *(f"body_{k}_{axis}_mm" for k in range(1, body_count(robot) + 1) for axis in "xyz"),
+        *_angles(robot),
         *(f"joint_{name}_deg" for name in joint_names(robot)),
-        *(f"tension_{tendon.name}_N" for tendon in robot.tendons),
+        *(f"tension_{name}_N" for name in _tensioned(robot).values()),
     ]
 
 
@@ -139,8 +195,8 @@ def read_inputs(robot: Robot, table: Table) -> Inputs:
     A tendon whose channel the table leaves out has tension or displacement zero.
 
     Raises:
-        InputError: unknown or mixed channels, a missing value, a tension below zero, or time that
-            does not increase; the message names the file and the row.
+        InputError: unknown or mixed channels, a missing value, a tension below zero, an advance
+            beyond its stroke, or time that does not increase; the message names the file and the row.
     """
     kinds = {kind: input_channels(robot, kind) for kind in _UNIT}
     choices = [*kinds["tension"], *kinds["displacement"], *FORCE_CHANNELS, *MOMENT_CHANNELS]
@@ -164,11 +220,17 @@ def read_inputs(robot: Robot, table: Table) -> Inputs:
             if (values < 0).any():
                 row = int(np.argmax(values < 0))
                 raise InputError(f"{table.row(row)}: {name} = {values[row]:g}: a tendon cannot push")
-    channels = channel_of(robot)
-    tendon = np.zeros((rows, len(channels)))
-    for index, channel in enumerate(channels):
-        share = channels.count(channel) if kind == "tension" else 1  # a tension is their sum
-        tendon[:, index] = per_channel[f"{kind}_{channel}_{_UNIT[kind]}"] / share
+    columns = _tendon_columns(robot, kind)
+    tendon = np.zeros((rows, len(columns)))
+    for index, name in enumerate(columns):
+        share = columns.count(name) if kind == "tension" else 1  # a tension is their sum
+        tendon[:, index] = per_channel[name] / share
+    for index, stroke_m in _tubes(robot).items():
+        outside = (tendon[:, index] < 0.0) | (tendon[:, index] > stroke_m)
+        if outside.any():
+            row = int(np.argmax(outside))
+            shown = f"{columns[index]} = {tendon[row, index] * 1e3:g}"
+            raise InputError(f"{table.row(row)}: {shown}: must lie in 0 to the stroke, {stroke_m * 1e3:g} mm")
     return Inputs(
         time_s=table.time_s,
         actuation=kind,
@@ -212,10 +274,12 @@ def posture_columns(robot: Robot, postures: Sequence[Posture]) -> dict[str, Arra
         for axis, letter in enumerate("xyz"):
             columns[f"body_{k + 1}_{letter}_mm"] = p_w[:, k, axis]
     angles = np.degrees([posture.joint_angles for posture in postures])
+    for name, hinges in _angles(robot).items():
+        columns[name] = angles[:, hinges].sum(axis=1)
     for index, name in enumerate(joint_names(robot)):
         columns[f"joint_{name}_deg"] = angles[:, index]
     tensions = np.array([posture.actuator_tension for posture in postures])
-    for index, name in enumerate([tendon.name for tendon in robot.tendons]):
+    for index, name in _tensioned(robot).items():
         columns[f"tension_{name}_N"] = tensions[:, index]
     return columns
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.catheter_checks import check_catheter_robot
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.requirements import check_name, need, positive
 from catheter_sim.robots.rolling import RollingRobot
@@ -23,6 +25,8 @@ def check_robot(robot: Robot, where: str) -> None:
     """
     if isinstance(robot, RollingRobot):
         check_rolling_robot(robot, where)
+    elif isinstance(robot, CatheterRobot):
+        check_catheter_robot(robot, where)
     else:
         _check_continuum_robot(robot, where)
 

@@ -175,6 +175,29 @@ def _descend(table: Any, part: str, where: str, create: bool) -> Any:
     raise unknown("key", part, list(_names(table)) if isinstance(table, dict | list) else [], where)
 
 
+def number_at(value: Any, key: str) -> float:
+    """Return the number of the dataclass `value` at a dotted key, in file units.
+
+    Raises:
+        KeyError: no such key, or what it names takes no fractions.
+    """
+    head, _, rest = key.partition(".")
+    if isinstance(value, tuple):
+        for index, item in enumerate(value):
+            if rest and getattr(item, "name", str(index)) == head:
+                return number_at(item, rest)
+        raise KeyError(key)
+    for field in dataclasses.fields(value):
+        name, factor = file_name(field.name)
+        if name == head:
+            now = getattr(value, field.name)
+            if rest:
+                return number_at(now, rest)
+            if isinstance(now, float):
+                return now * factor
+    raise KeyError(key)
+
+
 def with_number(value: Any, key: str, number: float) -> Any:
     """Return the dataclass `value` with the number at a dotted key changed, in file units.
 

@@ -7,16 +7,18 @@ from dataclasses import replace
 from typing import Any, TypeVar, cast
 
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.document import Document, from_document, to_document
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
 
-Robot = ContinuumRobot | RollingRobot
+Robot = ContinuumRobot | RollingRobot | CatheterRobot
 R = TypeVar("R", bound=Robot)
 
-KINDS: dict[str, type[ContinuumRobot] | type[RollingRobot]] = {
+KINDS: dict[str, type[ContinuumRobot] | type[RollingRobot] | type[CatheterRobot]] = {
     "continuum": ContinuumRobot,
     "rolling": RollingRobot,
+    "catheter": CatheterRobot,
 }
 
 
@@ -62,4 +64,22 @@ def require_continuum(robot: Robot, what: str) -> ContinuumRobot:
         return robot
     raise InputError(
         f"{robot.name}: {what} does not know robots of kind {robot.kind!r}; choices: a continuum robot"
+    )
+
+
+def require_no_catheter(robot: Robot, what: str) -> ContinuumRobot | RollingRobot:
+    """Return `robot`, which must be of a kind that MuJoCo models are made of.
+
+    Args:
+        robot: any robot.
+        what: what does not know catheters yet, for the message ("the simulation").
+
+    Raises:
+        InputError: it is a catheter.
+    """
+    if not isinstance(robot, CatheterRobot):
+        return robot
+    choices = ", ".join(kind for kind in KINDS if kind != robot.kind)
+    raise InputError(
+        f"{robot.name}: {what} does not know robots of kind {robot.kind!r} yet; choices: {choices}"
     )

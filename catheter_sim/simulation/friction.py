@@ -30,8 +30,9 @@ import mujoco
 import numpy as np
 
 from catheter_sim.mjcf.friction_tails import SMALLEST_LIMIT
+from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.channels import body_count
-from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.kinds import Robot, require_continuum
 from catheter_sim.robots.layout import is_planar, last_disk, links
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.rolling import RollingRobot
@@ -109,6 +110,16 @@ class TendonRows:
         self.starts = np.array(starts, dtype=int)
 
 
+def span_counts(robot: Robot) -> np.ndarray:
+    """Return how many spans between holes every tendon has, shape (t,); none of a catheter's pair."""
+    if isinstance(robot, CatheterRobot):
+        return np.zeros(len(robot.tendons), dtype=int)
+    if isinstance(robot, RollingRobot):
+        return np.array([last_joint(robot, rod) for rod in robot.tendons], dtype=int)
+    disked = require_continuum(robot, "the tendons' spans")
+    return np.array([last_disk(disked, tendon) for tendon in disked.tendons], dtype=int)
+
+
 def hinge_spans(robot: ContinuumRobot, model: mujoco.MjModel) -> dict[int, int]:
     """Return, for each hinge's degree of freedom, the span (from 0) whose length it changes."""
     spans: dict[int, int] = {}
@@ -139,12 +150,12 @@ class CapstanFriction:
         self._turns: Turns | RodTurns
         if isinstance(robot, RollingRobot):
             self._turns = RodTurns(robot, model)
-            self._ends = np.array([last_joint(robot, rod) for rod in robot.tendons])
             span_of_dof = {int(model.joint(j.name).dofadr[0]): j.index - 1 for j in rolling_joints(robot)}
         else:
-            self._turns = Turns(robot, model)
-            self._ends = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
-            span_of_dof = hinge_spans(robot, model)
+            disked = require_continuum(robot, "friction")
+            self._turns = Turns(disked, model)
+            span_of_dof = hinge_spans(disked, model)
+        self._ends = span_counts(robot)
         self._inside = np.arange(1, spans + 1) <= self._ends[:, np.newaxis]  # (t, n)
         names = [f"tendon_{tendon.name}" for tendon in robot.tendons]
         self._rows = TendonRows(model, names, set(span_of_dof))

@@ -4,6 +4,8 @@ Rolling. With the arc's radius R (that of the side it leans to) and the bend ang
 lies at line + R theta on the flat below and at (line + R sin theta, R (1 - cos theta)) in the link's
 own frame; a link hung there on a hinge must be shifted by (R (theta - sin theta), -R (1 - cos theta))
 against the flat for the hinge to put it where pure rolling does. See `catheter_sim.mjcf.rolling`.
+
+What runs at every step is compiled, in `rolling_kernel`.
 """
 
 from __future__ import annotations
@@ -14,9 +16,13 @@ import numpy as np
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.rolling_layout import last_joint, rods, rolling_joints
+from catheter_sim.simulation import rolling_kernel
 from catheter_sim.statics.rolling.chain import rolling_chain
-from catheter_sim.statics.rolling.joint import active_radius
-from catheter_sim.statics.rolling.rods import elastic_moments, spans, turns
+
+
+def _joint_ids(robot: RollingRobot, model: mujoco.MjModel) -> rolling_kernel.Index:
+    """Return MuJoCo's numbers of the hinges, base to tip, shape (n,)."""
+    return np.array([model.joint(joint.name).id for joint in rolling_joints(robot)], dtype=np.int64)
 
 
 class Rolling:
@@ -28,38 +34,44 @@ class Rolling:
 
     def __init__(self, robot: RollingRobot, model: mujoco.MjModel) -> None:
         self._model = model
-        self._chain = rolling_chain(robot)
+        chain = rolling_chain(robot)
         joints = rolling_joints(robot)
-        self._joint = np.array([model.joint(joint.name).id for joint in joints])
-        self._body = np.array([model.body(f"link_{joint.index}").id for joint in joints])
-        self._qpos = model.jnt_qposadr[self._joint]
-        self._length = self._chain.link_length.copy()
-        self._compliance = 1.0 / self._chain.link_stiffness
+        self._constants, _ = rolling_kernel.pack(chain)
+        self._axis = chain.axis.astype(np.int64)
+        self._joint = _joint_ids(robot, model)
+        self._body = np.array([model.body(f"link_{joint.index}").id for joint in joints], dtype=np.int64)
+        self._qpos = model.jnt_qposadr[self._joint].astype(np.int64)
+        self._ends = chain.last.astype(np.int64)
+        self._free_length = chain.link_length
+        self._length = chain.link_length.copy()
+        self._compliance = 1.0 / chain.link_stiffness
         self.compressible = bool((self._compliance > 0.0).any())
         tops = [(joint.index, f"face_{joint.index}") for joint in joints] + [(joints[-1].index, "tip")]
         tops += [
             (k, f"hole_{rod.name}_{k}") for rod in rods(robot) for k in range(1, last_joint(robot, rod) + 1)
         ]
-        self._top_link = np.array([k - 1 for k, _ in tops])
-        self._top_site = np.array([model.site(name).id for _, name in tops])
+        self._top_link = np.array([k - 1 for k, _ in tops], dtype=np.int64)
+        self._top_site = np.array([model.site(name).id for _, name in tops], dtype=np.int64)
         self._top_depth = self._length[self._top_link] - model.site_pos[self._top_site, 2]
 
     def reset(self) -> None:
         """Give the links their own lengths back."""
-        self._length[:] = self._chain.link_length
-        self._model.site_pos[self._top_site, 2] = self._length[self._top_link] - self._top_depth
+        self._length[:] = self._free_length
+        self._place_tops()
 
     def place(self, data: mujoco.MjData) -> None:
         """Put hinges and links where pure rolling has them at the present angles."""
-        chain, model = self._chain, self._model
-        theta = data.qpos[self._qpos]
-        radius = active_radius(theta, chain.radius_positive, chain.radius_negative)
-        sine, rise = np.sin(theta), radius * (1.0 - np.cos(theta))
-        model.jnt_pos[self._joint, chain.axis] = chain.line + radius * sine
-        model.jnt_pos[self._joint, 2] = rise
-        model.body_pos[self._body, chain.axis] = radius * (theta - sine)
-        model.body_pos[self._body, 2] = -rise
-        model.body_pos[self._body[1:], 2] += self._length[:-1]
+        rolling_kernel.place(
+            data.qpos,
+            self._qpos,
+            self._constants,
+            self._axis,
+            self._length,
+            self._joint,
+            self._body,
+            self._model.jnt_pos,
+            self._model.body_pos,
+        )
 
     def compress(
         self, data: mujoco.MjData, span_tension: Array, force_tip: Array, force_on_link: Array
@@ -75,14 +87,26 @@ class Rolling:
             force_tip: on the tip, base frame, shape (3,) [N].
             force_on_link: other forces on each link, base frame, shape (n, 3) [N].
         """
-        tension = np.nan_to_num(span_tension).sum(axis=0)
-        inside = 0.5 * (tension + np.append(tension[1:], tension[-1]))
-        own = self._model.body_mass[self._body][:, np.newaxis] * self._model.opt.gravity + force_on_link
-        beyond = np.cumsum(own[::-1], axis=0)[::-1] + force_tip
-        along = data.xmat[self._body].reshape(-1, 3, 3)[:, :, 2]
-        pressed = inside - np.einsum("nk,nk->n", along, beyond)
-        self._length[:] = self._chain.link_length - pressed * self._compliance
-        self._model.site_pos[self._top_site, 2] = self._length[self._top_link] - self._top_depth
+        rolling_kernel.compress(
+            span_tension,
+            self._ends,
+            force_tip,
+            force_on_link,
+            self._model.opt.gravity,
+            self._model.body_mass,
+            data.xmat,
+            self._body,
+            self._free_length,
+            self._compliance,
+            self._length,
+        )
+        self._place_tops()
+
+    def _place_tops(self) -> None:
+        """Put the sites near the links' tops at their depths below them."""
+        rolling_kernel.place_tops(
+            self._length, self._top_link, self._top_depth, self._top_site, self._model.site_pos
+        )
 
 
 class RodElasticity:
@@ -91,29 +115,30 @@ class RodElasticity:
     needed = True
 
     def __init__(self, robot: RollingRobot, model: mujoco.MjModel) -> None:
-        self._chain = rolling_chain(robot)
-        names = [joint.name for joint in rolling_joints(robot)]
-        self._qpos = np.array([model.joint(name).qposadr[0] for name in names])
-        self._dofs = np.array([model.joint(name).dofadr[0] for name in names])
+        self._joint, self._rod = rolling_kernel.pack(rolling_chain(robot))
+        ids = _joint_ids(robot, model)
+        self._qpos = model.jnt_qposadr[ids].astype(np.int64)
+        self._dofs = model.jnt_dofadr[ids].astype(np.int64)
 
     def apply(self, data: mujoco.MjData) -> None:
         """Add the moments to `data.qfrc_applied`."""
-        theta = np.clip(data.qpos[self._qpos], self._chain.low, self._chain.high)
-        moment, _ = elastic_moments(self._chain, theta, spans(self._chain, theta))
-        data.qfrc_applied[self._dofs] -= moment
+        rolling_kernel.resist(data.qpos, self._qpos, self._joint, self._rod, self._dofs, data.qfrc_applied)
 
 
 class RodTurns:
     """The angles by which the pulled rods turn in the links (chest_tube_2025, Eqs 2-4)."""
 
     def __init__(self, robot: RollingRobot, model: mujoco.MjModel) -> None:
-        self._chain = rolling_chain(robot)
-        names = [joint.name for joint in rolling_joints(robot)]
-        self._qpos = np.array([model.joint(name).qposadr[0] for name in names])
-        self._turn = np.zeros((self._chain.pulled, self._chain.joints))
+        chain = rolling_chain(robot)
+        self._joint, self._rod = rolling_kernel.pack(chain)
+        self._ends = chain.last.astype(np.int64)
+        self._qpos = model.jnt_qposadr[_joint_ids(robot, model)].astype(np.int64)
+        self._turn = np.zeros((chain.pulled, chain.joints))
 
     def __call__(self, data: mujoco.MjData) -> Array:
-        """Return the turn before each gap, shape (t, n) [rad]: that in the link below; none in the base."""
-        angle, _ = turns(self._chain, data.qpos[self._qpos])
-        self._turn[:, 1:] = np.abs(angle[: self._chain.pulled, :-1])
+        """Return the turn before each gap, shape (t, n) [rad], in a reused array.
+
+        That is the turn in the link below; none in the base, and none beyond a rod's end.
+        """
+        rolling_kernel.turns(data.qpos, self._qpos, self._joint, self._rod, self._ends, self._turn)
         return self._turn

@@ -10,12 +10,15 @@ from numpy.typing import ArrayLike
 
 from catheter_sim.errors import SimulationDiverged, unknown
 from catheter_sim.mjcf.build import build_mjcf
+from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
+from catheter_sim.robots.catheter_layout import moving
 from catheter_sim.robots.channels import body_count, joint_names
 from catheter_sim.robots.kinds import Robot, require_continuum
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.simulation.catheter import CatheterDrive, require_frictionless
 from catheter_sim.simulation.elastic_law import ElasticRemainder
-from catheter_sim.simulation.friction import CapstanFriction, Friction, NestedFriction
+from catheter_sim.simulation.friction import CapstanFriction, Friction, NestedFriction, span_counts
 from catheter_sim.simulation.link_forces import LinkForces
 from catheter_sim.simulation.rolling import RodElasticity, Rolling
 from catheter_sim.statics.rolling.loads import LinkForce
@@ -37,6 +40,11 @@ def _take_inertia_away(model: mujoco.MjModel) -> None:
     model.body_inertia[:] /= LIGHTER
     model.opt.gravity[:] *= LIGHTER
     mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def _slides(robot: CatheterRobot) -> list[CatheterSegment]:
+    """Return the segments that are pushed out along their axes."""
+    return [robot.segments[k] for k in moving(robot) if robot.segments[k].joint == "prismatic"]
 
 
 class Simulator:
@@ -67,10 +75,12 @@ class Simulator:
                 meant to be quasi-static.
 
         Raises:
-            InputError: the robot cannot be built, or `friction` is unknown.
+            InputError: the robot cannot be built, `friction` is unknown, or not for this kind of robot.
         """
         if friction not in FRICTION_ROUTES:
             raise unknown("friction route", friction, FRICTION_ROUTES)
+        if isinstance(robot, CatheterRobot) and friction != "none":
+            require_frictionless(robot)
         nested = friction == "nested" and robot.friction.mu > 0
         if nested:
             require_continuum(robot, "the nested reference of friction")
@@ -85,25 +95,35 @@ class Simulator:
         self.model.tendon_invweight0[:] *= FRICTION_SOFTNESS
         self.data = mujoco.MjData(self.model)
         self._tension_driven = self.actuation == "tension"
-        self._angles = np.array([self.model.joint(name).qposadr[0] for name in joint_names(robot)])
-        self._dofs = np.array([self.model.joint(name).dofadr[0] for name in joint_names(robot)])
+        names = joint_names(robot)
+        self._angles = np.array([self.model.joint(name).qposadr[0] for name in names])
+        if isinstance(robot, CatheterRobot):
+            names = names + [segment.name for segment in _slides(robot)]
+        self._dofs = np.array([self.model.joint(name).dofadr[0] for name in names])
         self._faces = np.array([self.model.site(f"face_{k}").id for k in range(1, body_count(robot) + 1)])
+        self._inside = np.arange(1, len(self._faces) + 1) <= span_counts(robot)[:, np.newaxis]
         self._tip_body = int(self.model.site("tip").bodyid.item())
         self._tip = int(self.model.site("tip").id)
         self._force, self._moment = np.zeros(3), np.zeros(3)
         self._others = LinkForces(robot, self.model)
         self._pushed = False
-        self._tendons = np.array([self.model.tendon(f"tendon_{tendon.name}").id for tendon in robot.tendons])
-        self._gain = self.model.actuator_gainprm[:, 0].copy()
-        self._bias, self._length_gain = self.model.actuator_biasprm[:, :2].T.copy()
-        self._ctrl_before = np.zeros(self.model.nu)
+        self._catheter: CatheterDrive | None = None
+        if isinstance(robot, CatheterRobot):
+            self._catheter = CatheterDrive(robot, self.model)
+        # A catheter has other actuators too.
+        pulls = np.flatnonzero(self.model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
+        self._pulls, self._tendons = pulls, self.model.actuator_trnid[pulls, 0]
+        self._gain = self.model.actuator_gainprm[pulls, 0].copy()
+        self._bias, self._length_gain = self.model.actuator_biasprm[pulls, :2].T.copy()
+        self._ctrl_before = np.zeros(len(pulls))
         self._rolling: Rolling | None = None
-        self._elastic: ElasticRemainder | RodElasticity
+        self._elastic: ElasticRemainder | RodElasticity | None = None
         if isinstance(robot, RollingRobot):
             self._rolling = Rolling(robot, self.model)
             self._elastic = RodElasticity(robot, self.model)
-        else:
-            self._elastic = ElasticRemainder(robot, self.model)
+        elif not isinstance(robot, CatheterRobot):
+            remainder = ElasticRemainder(robot, self.model)
+            self._elastic = remainder if remainder.needed else None
         # Control ranges are for sliders; a simulation takes what it is given.
         self.model.actuator_ctrllimited[:] = 0
         self._friction: Friction | None = None
@@ -118,7 +138,7 @@ class Simulator:
     def reset(self) -> None:
         """Return to rest: the unloaded shape, zero inputs, no friction history."""
         mujoco.mj_resetData(self.model, self.data)
-        self.set_inputs(np.zeros(self.model.nu))
+        self.set_inputs(np.zeros(len(self.robot.tendons)))
         self._ctrl_before[:] = 0.0
         if self._friction is not None:
             self._friction.reset()
@@ -138,28 +158,31 @@ class Simulator:
         """Set the inputs of the following steps.
 
         Args:
-            tendon: tension [N] or displacement [m] of each tendon, shape (t,).
+            tendon: tension [N] or displacement [m] of each tendon, of a catheter each pair's displacement
+                and the tube's advance, shape (t,).
             force_tip: on the tip, base frame, shape (3,) [N].
             moment_tip: on the tip, base frame, shape (3,) [N m].
             others: further forces, at points of elements (`LinkForces` says in which frame).
 
         Raises:
-            InputError: a force on an element that the robot does not have.
+            InputError: a force on an element that the robot does not have, or a catheter's displacement
+                beyond its joint's range.
         """
-        self.data.ctrl[:] = tendon
+        self.data.ctrl[:] = tendon if self._catheter is None else self._catheter.controls(tendon)
         self._force[:], self._moment[:] = force_tip, moment_tip
         if others or self._others:
             self._others.set(others)
         self._pushed = bool(self._force.any() or self._moment.any() or others)
 
     def actuator_tension(self) -> Array:
-        """Return the tendons' tensions at the actuator, shape (t,) [N]."""
-        return np.maximum(self._tension_now(), 0.0)
+        """Return the tendons' tensions at the actuator, shape (t,) [N]; of a pair the tauter one's."""
+        tension = np.maximum(self._tension_now(), 0.0)
+        return tension if self._catheter is None else self._catheter.pair_tension(self.data, tension)
 
     def step(self, count: int = 1) -> None:
         """Take `count` steps under the present inputs."""
         model, data, friction = self.model, self.data, self._friction
-        if self._tension_driven and friction is None and not self._pushed and not self._elastic.needed:
+        if self._tension_driven and friction is None and not self._pushed and self._elastic is None:
             data.qfrc_applied[:] = 0.0
             for _ in range(count):
                 mujoco.mj_step(model, data)
@@ -172,6 +195,8 @@ class Simulator:
             mujoco.mj_step1(model, data)
             if not self._tension_driven:
                 self._let_taut_tendons_slacken()
+            if self._catheter is not None:
+                self._catheter.turn(data)
             data.qfrc_applied[:] = 0.0
             if self._pushed:
                 mujoco.mj_applyFT(
@@ -184,7 +209,7 @@ class Simulator:
                     data.qfrc_applied,
                 )
                 self._others.apply(model, data)
-            if self._elastic.needed:
+            if self._elastic is not None:
                 self._elastic.apply(data)
             if friction is not None:
                 friction.apply(data, self._tension_now())
@@ -199,15 +224,19 @@ class Simulator:
         """
         before = self._gain * self._ctrl_before + self._bias
         before += self._length_gain * self.data.ten_length[self._tendons]
-        self.model.actuator_forcerange[:, 1] = np.where(before < 0.0, 1e9, 0.0)
-        self._ctrl_before[:] = self.data.ctrl
+        self.model.actuator_forcerange[self._pulls, 1] = np.where(before < 0.0, 1e9, 0.0)
+        self._ctrl_before[:] = self.data.ctrl[self._pulls]
 
     def _tension_now(self) -> Array:
-        """Return the actuators' tensions, below zero where a driven tendon is slack, shape (t,) [N]."""
+        """Return the tensions of what actuators pull, below zero where a driven tendon is slack [N]."""
         data = self.data
         if self._tension_driven:
             return data.ctrl
-        force = self._gain * data.ctrl + self._bias + self._length_gain * data.ten_length[self._tendons]
+        force = (
+            self._gain * data.ctrl[self._pulls]
+            + self._bias
+            + self._length_gain * data.ten_length[self._tendons]
+        )
         return -force
 
     def require_finite(self) -> None:
@@ -222,7 +251,7 @@ class Simulator:
         """Step under the present inputs until the robot is at rest; return whether it came to rest.
 
         At rest is a robot whose fastest hinge would move by less than `SETTLED_ANGLE_RAD` in one
-        relaxation time.
+        relaxation time, and a tube that is advanced by as many meters.
         """
         steps = max(1, round(0.05 / self.model.opt.timestep))
         slowest = SETTLED_ANGLE_RAD / self.robot.dynamics.relaxation_time_s
@@ -238,7 +267,7 @@ class Simulator:
         tension = self.actuator_tension()
         if self._friction is not None:
             return self._friction.span_tension(self.data, tension)
-        return np.repeat(tension[:, np.newaxis], len(self._faces), axis=1)
+        return np.where(self._inside, tension[:, np.newaxis], np.nan)
 
     def posture(self) -> Posture:
         """Return where the robot is now."""

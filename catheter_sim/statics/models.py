@@ -10,6 +10,9 @@ from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.statics import constant_curvature
+from catheter_sim.statics.catheter.corrected import hybrid, is_transseptal, mk, pi
+from catheter_sim.statics.catheter.pure import is_catheter, pk
+from catheter_sim.statics.catheter.stretching import is_four_dof, te
 from catheter_sim.statics.exact_arm import fkm_exact_arm
 from catheter_sim.statics.kato import fkm, fkm_stick, pcca
 from catheter_sim.statics.planar_chain import bends_in_plane
@@ -98,6 +101,37 @@ _MODELS = (
         "piecewise constant curvature, no friction, no weight (as compared in chest_tube_2025)",
         pcc,
         is_rolling,
+    ),
+    # Catheters of torsion, bending and prismatic joints, driven by displacement.
+    StaticModel(
+        "pk",
+        "pure kinematics (Nayar 2022, Eqs 3-15; 2023, Eqs 7, 12-13), no friction, no weight, no tip load",
+        pk,
+        is_catheter,
+    ),
+    StaticModel(
+        "mk",
+        "modified kinematics: measured dead-bands of all joints (Nayar 2022, Eqs 23-28), displacement >= 0",
+        mk,
+        is_transseptal,
+    ),
+    StaticModel(
+        "pi",
+        "Prandtl-Ishlinskii models (Nayar 2022, Eqs 29-34), weights from the MK loops: none are printed",
+        pi,
+        is_transseptal,
+    ),
+    StaticModel(
+        "hybrid",
+        "mk for the bending joint, pi for the torsion joints (Nayar 2022, Section IV-C)",
+        hybrid,
+        is_transseptal,
+    ),
+    StaticModel(
+        "te",
+        "tendons that stretch, measured joint forces, both with history (Nayar 2023, Algorithms 1-2)",
+        te,
+        is_four_dof,
     ),
 )
 

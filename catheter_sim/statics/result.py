@@ -17,7 +17,8 @@ class StaticRun:
         inputs: the inputs that it was given.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         postures: one per row of the inputs.
-        residual: largest unbalanced moment at any element, per row, shape (r,) [N m].
+        residual: largest unbalanced moment at any element, per row, shape (r,) [N m]; of `pk`, what its
+            angles miss of the displacements [m].
     """
 
     model: str

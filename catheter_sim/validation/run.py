@@ -20,6 +20,8 @@ from catheter_sim.validation.chest_tube_requirements import (
 )
 from catheter_sim.validation.chest_tube_terms import validate_terms
 from catheter_sim.validation.lines import Validation, merge
+from catheter_sim.validation.mitral import validate_4dof, validate_transseptal
+from catheter_sim.validation.mitral_render import validate_render_4dof, validate_render_transseptal
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
 from catheter_sim.validation.spacer_disk import validate_spacer_disk
@@ -40,6 +42,8 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_render_chest_tube,
     ),
     "chest_tube": (validate_full_chest_tube, validate_full_sleeve, validate_full_requirements),
+    "mitral_transseptal": (validate_transseptal, validate_render_transseptal),
+    "mitral_4dof": (validate_4dof, validate_render_4dof),
 }
 
 

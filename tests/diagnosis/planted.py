@@ -13,6 +13,7 @@ from catheter_sim.diagnosis.trials import Dataset, Trial
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed, with_effects
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs, input_channels, posture_columns
+from catheter_sim.robots.document import with_number
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Posture
 from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
@@ -189,3 +190,33 @@ def small_data(effects: Effects, seed: int = 1) -> Dataset:
         seed=seed,
         links=2,
     )
+
+
+def catheter_data(effects: Effects, seed: int = 1) -> Dataset:
+    """Return a data set of the transseptal catheter with small errors of calibration, made by statics."""
+    specified = load_robot("mitral_transseptal")
+    built = with_number(specified, "segments.bending.arm_mm", 1.8 * 1.006)
+    built = with_number(built, "segments.torsion_distal.tendon_radius_mm", 2.85 * 0.994)
+    found = data_set(
+        built,
+        "mitral_transseptal",
+        effects,
+        [joint_history(seed), joint_history(seed), joint_history(seed + 1)],
+        ("tip_x_mm", "tip_y_mm", "tip_z_mm", "body_11_x_mm", "body_11_y_mm", "body_11_z_mm"),
+        seed=seed,
+        solver="pk",
+    )
+    return replace(found, robot=specified)
+
+
+def joint_history(seed: int, cycles: int = 4) -> Inputs:
+    """Return displacements that move every joint of the transseptal catheter to and fro."""
+    generator = np.random.default_rng(seed)
+    share = np.concatenate([np.linspace(0, 1, 7), np.linspace(1, -1, 12)[1:], np.linspace(-1, 0, 7)[1:]])
+    rows = []
+    for _ in range(cycles):
+        size = generator.uniform([1.5, 0.8, 0.8, 0.0], [3.2, 2.0, 2.0, 0.0])
+        advance = generator.uniform(5.0, 40.0)
+        moves = np.stack([np.roll(share, shift) for shift in (0, 5, 11)], axis=1) * size[:3]
+        rows.append(np.column_stack([moves, advance * np.abs(share)]))
+    return as_inputs(1e-3 * np.concatenate(rows), "displacement")

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from planted import chest_data, section_data, small_data
+from planted import catheter_data, chest_data, section_data, small_data
 
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 
@@ -82,6 +82,35 @@ def test_gain_and_stiffness_of_the_chest_tube_are_not_told_apart():
     found = diagnose_dataset(chest_data({"stiffness": {"scale": 0.8}}), simulation=False)
     assert found.verdict == "cause_found"
     assert {"stiffness", "actuation_gain"} in [set(group) for group in found.indistinguishable]
+
+
+def test_nothing_planted_in_the_catheter():
+    """A transseptal catheter with small errors of calibration: they are found, and no cause is named."""
+    found = diagnose_dataset(catheter_data({}), simulation=False)
+    assert found.verdict == "no_discrepancy"
+    assert found.causes == ()
+    assert found.calibrated["arm_bending"].value == pytest.approx(1.006, abs=0.001)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        ("backlash", {"width_bending_mm": 0.6}),
+        ("actuation_gain", {"scale_bending": 1.08}),
+        ("tendon_elongation", {"stiffness_N_per_mm": 8.0}),
+        ("measurement_frame", {"rotation_y_deg": 2.0, "translation_x_mm": 1.0}),
+    ],
+)
+def test_cause_in_the_catheter_is_found(effect, values):
+    """A planted cause is named alone, its numbers within their intervals, and the error is the noise's."""
+    found = diagnose_dataset(catheter_data({effect: values}), simulation=False)
+    assert found.verdict == "cause_found"
+    assert [cause.name for cause in found.causes] == [effect]
+    for name, value in values.items():
+        low, high = found.causes[0].parameters[name].ci95
+        slack = 0.01 * abs(value)
+        assert low - slack <= value <= high + slack, name
+    assert found.headline.rmse_after < 1.3 * found.headline.noise_floor
 
 
 def test_nothing_planted_in_a_small_robot():

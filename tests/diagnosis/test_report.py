@@ -173,6 +173,7 @@ def test_folder_that_cannot_be_written(tmp_path: Path, below: str) -> None:
     assert obstacle.read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_report_stands_alone() -> None:
     """Nothing in the report points to another machine, and every picture is inlined."""
     diagnosis = made_up()

@@ -16,6 +16,8 @@ from catheter_sim.effects.backlash import play
 from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import load_robot, robot_toml
+from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.catheter_layout import bent_by
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.checks import check_robot
 from catheter_sim.robots.kinds import Robot
@@ -67,6 +69,8 @@ ROBOTS = {
     "three_tendons": three_tendons(),
     "chest_tube_section": load_robot("chest_tube_section"),
     "chest_tube": load_robot("chest_tube"),
+    "mitral_transseptal": load_robot("mitral_transseptal"),
+    "mitral_4dof": load_robot("mitral_4dof"),
 }
 EACH = [(effect, name) for effect in EFFECTS for name in ROBOTS if EFFECTS[effect].parameters(ROBOTS[name])]
 
@@ -84,7 +88,10 @@ def some_inputs(robot: Robot, rows: int = 6) -> Inputs:
 
 def outputs(robot: Robot, inputs: Inputs) -> np.ndarray:
     """Return the analytic twin's outputs with the robot's effects, shape (rows, columns)."""
-    return twin_for(robot, inputs.actuation, COLUMNS, np.zeros(3))([robot], inputs)[0]
+    columns = COLUMNS
+    if isinstance(robot, CatheterRobot):  # its stiffness sets the tendons' tension and nothing else
+        columns += tuple(f"tension_{name}_N" for name in bent_by(robot))
+    return twin_for(robot, inputs.actuation, columns, np.zeros(3))([robot], inputs)[0]
 
 
 def test_names_are_of_the_closed_list():
@@ -265,6 +272,25 @@ def test_payload_pulls_the_tip():
     robot = with_effects(load_robot("spacer_disk"), {"payload": {"force_y_N": 0.02}})
     inputs = some_inputs(robot, 3)
     np.testing.assert_allclose(arriving_inputs(robot, inputs).force_tip, [[0.0, 0.02, 0.0]] * 3)
+
+
+def test_catheters_stretch_where_they_bend():
+    """Tendon elongation acts on the bending pairs alone: torsion joints need no tension."""
+    robot = with_effects(load_robot("mitral_4dof"), {"tendon_elongation": {"stiffness_N_per_mm": 8.0}})
+    stiffness = {pair.name: pair.stiffness_N_per_m for pair in embodied(robot).tendons}
+    assert stiffness["bending_proximal"] == stiffness["bending_distal"] == 8e3
+    assert stiffness["torsion"] == stiffness["advance"] == math.inf
+
+
+def test_catheters_name_their_channels_and_refuse_what_makes_no_sense():
+    """Gain, offset and dead-band are in mm, one gain for each channel; a twist of the holes is refused."""
+    robot = load_robot("mitral_transseptal")
+    names = [item.name for item in EFFECTS["actuation_gain"].parameters(robot)]
+    channels = ("bending", "torsion_proximal", "torsion_distal", "advance")
+    assert names == ["scale", *(f"scale_{channel}" for channel in channels)]
+    assert EFFECTS["backlash"].parameters(robot)[0].name == "width_mm"
+    with pytest.raises(InputError, match="makes no sense"):
+        check_effects(with_effects(robot, {"twist": {"rate_deg_per_m": 1.0}}))
 
 
 @pytest.mark.parametrize(

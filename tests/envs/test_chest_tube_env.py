@@ -19,6 +19,8 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.statics.models import STATIC_MODELS
 
+pytestmark = pytest.mark.slow
+
 FULL = "catheter_sim/ChestTubeReach-v0"
 SECTION = "catheter_sim/ChestTubeSectionReach-v0"
 SLOW_FULL = pytest.param(FULL, marks=pytest.mark.slow)
@@ -59,7 +61,6 @@ def same(one: list[np.ndarray], other: list[np.ndarray]) -> bool:
     return len(one) == len(other) and all(map(np.array_equal, one, other))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [SECTION, FULL])
 def test_gymnasium_finds_nothing_to_complain_about(name: str) -> None:
     """`check_env` passes, warnings taken as errors."""
@@ -139,7 +140,6 @@ def test_random_steps_of_the_full_robot_stay_finite() -> None:
         assert not info["diverged"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [SECTION, FULL])
 def test_the_baseline_reaches_targets_and_chance_does_not(name: str) -> None:
     """Resolved rates reach 19 of 20 targets or more, random actions 1 in 20 at most."""
@@ -209,7 +209,6 @@ def test_random_targets_of_the_section_are_where_theory_puts_them(section: Reach
         assert np.linalg.norm(static.postures[0].p_w[-1] - found.tip_m) < 0.25e-3, found
 
 
-@pytest.mark.slow
 def test_every_reachable_point_of_the_full_robot_is_found_again() -> None:
     """The search refuses none of 15 points that the robot has been to, to 5 mm."""
     plant = reach(FULL).plant

@@ -28,6 +28,7 @@ def fresh(code: str) -> str:
     return ran.stdout.strip()
 
 
+@pytest.mark.slow
 def test_fresh_interpreter_makes_the_environment_by_an_id_that_names_the_package() -> None:
     """`gymnasium.make("catheter_sim:...")` needs no import before it, and warns of nothing."""
     code = (

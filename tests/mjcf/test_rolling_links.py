@@ -251,6 +251,7 @@ def test_mujoco_keeps_the_meshes_in_place(name: str) -> None:
             assert np.abs(vertices - solids[part.mesh_key].vertices - (0.0, 0.0, z)).max() < 3e-8
 
 
+@pytest.mark.slow
 @given(
     link_mm=st.floats(2.0, 30.0),
     outer_mm=st.floats(1.0, 8.0),

@@ -44,6 +44,7 @@ def test_right_model_is_drawn_within_a_pixel(posed_chain: Pose) -> None:
     assert all(item.length_ratio == pytest.approx(1.0, abs=0.003) for item in checks)
 
 
+@pytest.mark.slow
 def test_stiffness_wrong_by_two_percent_fails(posed_chain: Pose) -> None:
     """Analytic stiffness 2 % off: over the ten postures the mean distance is above a pixel."""
     robot = load_robot("neuroendoscope_section")

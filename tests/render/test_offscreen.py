@@ -17,6 +17,8 @@ from catheter_sim.robots.channels import Inputs, read_inputs
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table
 
+pytestmark = pytest.mark.slow
+
 ROBOT = load_robot("neuroendoscope_section")
 STILL = (0.0, 0.0, 0.0)
 

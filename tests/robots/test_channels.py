@@ -185,7 +185,8 @@ def test_columns_are_the_posture_in_file_units(reference: str) -> None:
         for index, name in enumerate(joint_names(robot)):
             assert columns[f"joint_{name}_deg"][row] == pytest.approx(np.degrees(now.joint_angles[index]))
         for index, tendon in enumerate(robot.tendons):
-            assert columns[f"tension_{tendon.name}_N"][row] == now.actuator_tension[index]
+            if tendon.name != "advance":  # a tube that is pushed
+                assert columns[f"tension_{tendon.name}_N"][row] == now.actuator_tension[index]
 
 
 def test_quaternion_of_a_known_turn() -> None:

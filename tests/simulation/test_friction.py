@@ -14,6 +14,8 @@ from catheter_sim.simulation import capstan
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 
+pytestmark = pytest.mark.slow
+
 NO_GRAVITY = np.zeros(3)
 PUSHES = [(0, 0, 0), (0.02, 0, 0), (0.05, 0, 0), (0, 0, 0), (-0.03, 0, 0), (-0.06, 0, 0), (0, 0, 0)]
 
@@ -169,7 +171,6 @@ def test_posture_does_not_depend_on_step_or_ramp(rows):
     assert np.linalg.norm(slower - base, axis=1).max() < 0.05
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rows", "force"),
     [(SINGLE, None), (ANTAGONISTIC, None), (PARTIAL, None), ([(0.3, 0.1)] * 7, PUSHES)],
@@ -183,7 +184,6 @@ def test_shipped_friction_agrees_with_the_nested_reference(rows, force):
     assert np.linalg.norm(ours - reference, axis=1).max() < 0.1
 
 
-@pytest.mark.slow
 def test_tip_pushed_while_the_tendons_are_held_in_place():
     """Displacements held, tip pushed: against the nested reference at a fine step, at most 0.1 mm."""
     inputs = rows_to_inputs([(1e-3, -1e-3)] * 7, "displacement", PUSHES)
@@ -195,7 +195,6 @@ def test_tip_pushed_while_the_tendons_are_held_in_place():
     assert np.linalg.norm(ours - reference, axis=1).max() < 0.1
 
 
-@pytest.mark.slow
 def test_two_sections_agree_with_the_nested_reference():
     """S shapes of the full robot, distal tendons slipping through the bent proximal section."""
     rows = [

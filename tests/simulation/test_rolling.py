@@ -121,3 +121,20 @@ def test_a_soft_mount_sinks_as_in_the_statics():
         assert mine.joint_angles == pytest.approx(unmoved.joint_angles, abs=1e-5)
     sunk = ours[1].p_w[0, 2] - rigid[1].p_w[0, 2]
     assert sunk == pytest.approx(-(20.0 + 15 * 0.38e-3 * 9.81) / 20e3, rel=1e-2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mu", [0.0, 0.316])
+def test_soft_links_carry_rods_that_end_before_the_tip(mu):
+    """A rod presses the links up to the one that it ends in, and no others: within 0.02 mm of the statics."""
+    soft = [f"segments.{name}.link_modulus_Pa=25e6" for name in ("base", "middle", "tip")]
+    robot = load_robot("chest_tube", (*soft, f"friction.mu={mu}"))
+    tension = np.zeros((1, len(robot.tendons)))
+    tension[0, 0] = 20.0
+    inputs = rows_to_inputs(tension)
+    ours = simulate(robot, inputs, NO_GRAVITY).postures[0]
+    theirs = STATIC_MODELS["complete"].solve(robot, inputs, NO_GRAVITY).postures[0]
+    assert np.linalg.norm(ours.p_w[-1] - theirs.p_w[-1]) < 2e-5
+    passed = np.isfinite(theirs.tendon_tension)
+    assert (np.isfinite(ours.tendon_tension) == passed).all()
+    assert not passed.all()

@@ -13,6 +13,8 @@ from catheter_sim.statics.identify import (
 )
 from catheter_sim.statics.kato import fkm, fkm_stick
 
+pytestmark = pytest.mark.slow
+
 
 def test_second_opening_follows_from_the_first():
     """With full reversal, mu from 9.8 mm predicts the published 13.2 mm to 3 % (printed mapping)."""
@@ -42,7 +44,6 @@ def test_distances_in_arching_leave_an_interval():
     assert high == pytest.approx(0.34, abs=0.01)
 
 
-@pytest.mark.slow
 def test_identified_tension_gives_the_opening_back():
     """The maximum tension found for mu = 0.3 reproduces the published opening."""
     (highest,) = highest_tension_from_opening(fkm_stick, SINGLE_LOOP, 0.3)
@@ -50,7 +51,6 @@ def test_identified_tension_gives_the_opening_back():
     assert loop_opening(fkm_stick, SINGLE_LOOP, 0.3, highest) == pytest.approx(9.8e-3, abs=2e-5)
 
 
-@pytest.mark.slow
 def test_exact_arms_tell_the_same_story():
     """With exact arms both openings fit one mu as well, some 10 % smaller than the printed mapping's."""
     exact, printed = identify(fkm_exact_arm), identify(fkm)

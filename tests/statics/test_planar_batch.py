@@ -13,6 +13,8 @@ from catheter_sim.statics import planar_batch, planar_chain
 from catheter_sim.statics.exact_arm import fkm_exact_arm
 from catheter_sim.statics.planar import hinge_chain
 
+pytestmark = pytest.mark.slow
+
 # Out, back a little, out, all the way back to the other side, a partial loop there, slack.
 LOOP = [(0.0, 0.0), (0.12, 0.12), (0.5, 0.12), (0.4, 0.12), (0.55, 0.12), (0.12, 0.12)]
 LOOP += [(0.12, 0.5), (0.12, 0.3), (0.12, 0.45), (0.3, 0.3), (0.0, 0.0)]

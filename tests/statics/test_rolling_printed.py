@@ -80,6 +80,7 @@ def test_with_all_terms_it_is_the_complete_balance(reference: str, gravity: Arra
         assert np.degrees(np.abs(one.joint_angles - other.joint_angles)).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_the_next_joints_moment_ends_the_buckling_of_the_even_joints() -> None:
     """With that moment nothing buckles, whatever else is added; without it even joints do.
 

@@ -13,6 +13,8 @@ from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.statics.rolling.complete import complete
 from catheter_sim.statics.rolling.sensing import sense_shape
 
+pytestmark = pytest.mark.slow
+
 TENSION_N = [2.0, 5.0, 10.0, 20.0, 35.0, 50.0, 45.0, 20.0]
 
 

@@ -9,6 +9,8 @@ from catheter_sim.statics import sliding
 from catheter_sim.statics.exact_arm import fkm_exact_arm
 from catheter_sim.statics.sliding import fkm_sliding
 
+pytestmark = pytest.mark.slow
+
 K = CELL_STIFFNESS_N_M_PER_RAD
 PRE_SLIDING_M = 1e-4 * 1.4e-3
 
@@ -36,7 +38,6 @@ def test_motion_and_tension_rules_agree_for_a_pair():
     np.testing.assert_allclose(motion, tension, atol=0.1)
 
 
-@pytest.mark.slow
 def test_motion_and_tension_rules_stay_close_under_a_steady_weight():
     """Weight sideways, the rules differ by at most 0.2 mm on the nominal rows."""
     motion, tension = (
@@ -171,7 +172,6 @@ def test_two_sections_take_the_motion_rule():
     assert ours.model == "fkm_exact_arm"
 
 
-@pytest.mark.slow
 def test_an_upright_robot_that_buckles_is_followed():
     """Two sections standing upright buckle under weight and tension; every row still balances."""
     rows = [

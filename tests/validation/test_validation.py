@@ -22,6 +22,8 @@ from catheter_sim.validation.neuroendoscope import ANTAGONISTIC, PARTIAL, PUSHES
 from catheter_sim.validation.render import mean_distances_px
 from catheter_sim.validation.run import validate
 
+pytestmark = pytest.mark.slow
+
 
 def line(error, tolerance=1.0):
     return Line("robot", "tip", "mm", error, tolerance, "a test")
@@ -103,7 +105,6 @@ def test_coulomb_count_notices_a_wrong_friction():
     assert violations(postures, 0.3) > 20
 
 
-@pytest.mark.slow
 def test_only_the_body_with_tendons_shows_a_loop():
     """Pulled to 44 mm and back: no discrepancy without tendon friction, mN with it (Kato 2016, Fig. 5)."""
     backbone, guides, tendons = body_stages()
@@ -114,7 +115,6 @@ def test_only_the_body_with_tendons_shows_a_loop():
     assert tendons.discrepancy_mN.min() > 1.0
 
 
-@pytest.mark.slow
 def test_render_check_passes_and_fails_when_the_model_is_two_percent_off():
     """Ten postures: at most 1 px from the right model, more from one that is 2 % too stiff."""
     assert np.mean(mean_distances_px()) <= 1.0

@@ -24,6 +24,8 @@ from catheter_sim.statics.models import STATIC_MODELS
 from catheter_sim.tables import Table
 from catheter_sim.validation.render import CHEST_TUBE, mean_distances_px
 
+pytestmark = pytest.mark.slow
+
 Posed = Callable[[np.ndarray, Posture], RenderCheck]
 
 
@@ -97,7 +99,6 @@ def test_links_that_do_not_roll_are_noticed() -> None:
     assert fixed.mean_px > TOLERANCE_PX
 
 
-@pytest.mark.slow
 def test_simulated_section_passes_and_fails_when_the_model_is_two_percent_off() -> None:
     """Ten simulated postures: at most 1 px from the complete statics, more where those are 2 % too stiff."""
     assert np.mean(mean_distances_px(case=CHEST_TUBE)) <= 0.5 * TOLERANCE_PX

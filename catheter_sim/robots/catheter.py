@@ -1,0 +1,75 @@
+"""What a robot of torsion, bending and prismatic joints in a row is, as a value: frozen data, SI units.
+
+The third kind beside `specification.py` and `rolling.py`; `segments`, `tendons`, `friction` and
+`dynamics` mean what they mean there. Along +z lie the segments, each with one joint at its base end.
+A joint is moved by an antagonistic pair of tendons on one pulley: what one is pulled the other is
+let go; or, a prismatic one, by an advance.
+
+Joints. "torsion": the segment turns about its axis; the pair is wrapped around it. "bending": rings on
+two wires, `rings` + 1 gaps that open and close, each a hinge in its middle. "prismatic": the segment
+is pushed out along its axis. "rigid": none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from catheter_sim.robots.specification import Dynamics, Friction, Mount
+
+
+@dataclass(frozen=True)
+class CatheterSegment:
+    """One stretch of the catheter; numbers that its joint does not have stay at zero."""
+
+    name: str
+    joint: str  # "torsion", "bending", "prismatic" or "rigid"
+    length_m: float  # at rest: rings and gaps of a bending joint, else what lies beyond the joint
+    outer_radius_m: float
+    limit_rad: float = 0.0  # of a torsion or bending joint, to either side
+    stroke_m: float = 0.0  # of a prismatic joint
+    # torsion: each tendon is wrapped `wrap_rad` around the module, over the height
+    tendon_radius_m: float = 0.0
+    wrap_rad: float = 0.0
+    wrap_height_m: float = 0.0  # 0: wound on a drum
+    # bending
+    bends_toward: str = "x"  # "x" or "y"
+    rings: int = 0
+    half_gap_m: float = 0.0
+    arm_m: float = 0.0  # of the tendons
+    rim_radius_m: float = 0.0  # at which the rings touch when a gap has closed
+    bending_stiffness_N_m_per_rad: float = 0.0  # of the whole joint
+    mass_kg: float = 0.0
+
+
+@dataclass(frozen=True)
+class TendonPair:
+    """An antagonistic pair on one pulley, or a tube that is advanced.
+
+    Positive displacement pulls the tendon that bends toward + or turns counter-clockwise about +z.
+    """
+
+    name: str  # of the channel
+    moves: str  # name of a segment
+    length_m: float = 0.0  # of each tendon, from the joint to its drive; 0: not known
+    stiffness_N_per_m: float = math.inf  # of each tendon and its drive; inf: inextensible
+
+
+@dataclass(frozen=True)
+class CatheterRobot:
+    """A steerable catheter of joints in a row."""
+
+    name: str
+    description: str
+    segments: tuple[CatheterSegment, ...]
+    tendons: tuple[TendonPair, ...]
+    friction: Friction
+    kind: str = "catheter"  # tells the file of such a robot from that of another
+    mount: Mount = field(default_factory=Mount)
+    dynamics: Dynamics = field(default_factory=Dynamics)
+    actuation: str = "displacement"  # the only one
+    channel_radius_m: float = 0.0  # of the free lumen
+    stiffness_scale: float = 1.0  # multiplies every bending joint's stiffness
+    effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # in file units
+    sources: Mapping[str, str] = field(default_factory=dict)  # dotted file name -> source

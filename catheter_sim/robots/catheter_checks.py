@@ -1,0 +1,123 @@
+"""Is this catheter possible? One line says which number is not."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment, TendonPair
+from catheter_sim.robots.catheter_layout import closing_angle_rad
+from catheter_sim.robots.requirements import check_name, need, positive
+
+_MAX_RINGS = 500  # no robot of this kind has as many
+# What each kind of joint has besides a length, an outer radius and a mass.
+_NUMBERS = {
+    "torsion": ("limit_rad", "tendon_radius_m", "wrap_rad", "wrap_height_m"),
+    "bending": (
+        "limit_rad",
+        "rings",
+        "half_gap_m",
+        "arm_m",
+        "rim_radius_m",
+        "bending_stiffness_N_m_per_rad",
+    ),
+    "prismatic": ("stroke_m",),
+    "rigid": (),
+}
+_MAY_BE_ZERO = ("wrap_height_m", "bending_stiffness_N_m_per_rad")
+_ALL = tuple(dict.fromkeys(name for names in _NUMBERS.values() for name in names))
+
+
+def check_catheter_robot(robot: CatheterRobot, where: str) -> None:
+    """Raise `InputError` where a number of `robot` is impossible.
+
+    Args:
+        robot: the robot.
+        where: what to call it in the message (file or robot id).
+    """
+    top = f"{where}: "
+    if robot.kind != "catheter":
+        raise InputError(f"{top}kind = {robot.kind!r}: must be catheter; it cannot be set")
+    if robot.actuation != "displacement":
+        raise unknown("actuation", robot.actuation, ("displacement",), where)
+    _check_names(robot, where)
+    for segment in robot.segments:
+        _check_segment(segment, f"{top}segments.{segment.name}.")
+    for pair in robot.tendons:
+        _check_pair(pair, robot, f"{top}tendons.{pair.name}.")
+    for segment in robot.segments:
+        movers = [pair.name for pair in robot.tendons if pair.moves == segment.name]
+        wanted = 0 if segment.joint == "rigid" else 1
+        if len(movers) != wanted:
+            by = ", ".join(movers) or "none"
+            raise InputError(f"{top}segments.{segment.name}: moved by {wanted} of the tendons, not by {by}")
+    need(robot.friction, "mu", f"{top}friction.", lambda mu: 0 <= mu < 10, "must lie in 0 to 10")
+    positive(robot.mount, "axial_stiffness_N_per_m", f"{top}mount.", finite=False)
+    positive(robot, "stiffness_scale", top)
+    smallest_m = min(segment.outer_radius_m for segment in robot.segments)
+    what = f"must lie in 0 to the smallest outer radius, {smallest_m * 1e3:g} mm"
+    need(robot, "channel_radius_m", top, lambda radius: 0 <= radius < smallest_m, what)
+    for name in ("timestep_s", "relaxation_time_s", "inertia_time_s"):
+        positive(robot.dynamics, name, f"{top}dynamics.")
+
+
+def _check_names(robot: CatheterRobot, where: str) -> None:
+    for kind, names in (
+        ("segment", [segment.name for segment in robot.segments]),
+        ("tendon", [pair.name for pair in robot.tendons]),
+    ):
+        for name in names:
+            check_name(name, f"{where}: {kind}")
+            if names.count(name) > 1:
+                raise InputError(f"{where}: {kind} {name!r} stands twice")
+
+
+def _check_segment(segment: CatheterSegment, prefix: str) -> None:
+    if segment.joint not in _NUMBERS:
+        raise unknown("joint", segment.joint, _NUMBERS, prefix.removesuffix("."))
+    own = _NUMBERS[segment.joint]
+    for name in ("length_m", "outer_radius_m", *(name for name in own if name not in _MAY_BE_ZERO)):
+        positive(segment, name, prefix)
+    for name in ("mass_kg", *(name for name in own if name in _MAY_BE_ZERO)):
+        need(segment, name, prefix, lambda value: 0 <= value < math.inf, "must not be negative")
+    for name in _ALL:
+        if name not in own:
+            what = f"must be 0 for a {segment.joint} joint"
+            need(segment, name, prefix, lambda value: value == 0, what)
+    if segment.bends_toward not in ("x", "y"):
+        raise unknown("direction", segment.bends_toward, ("x", "y"), f"{prefix}bends_toward")
+    if segment.joint == "bending":
+        _check_bending(segment, prefix)
+    if segment.joint == "torsion":
+        _check_limit(segment, segment.wrap_rad, "the tendon's wrap", prefix)
+        within = partial(_at_most, segment.outer_radius_m)
+        need(segment, "tendon_radius_m", prefix, within, "lies outside the module")
+
+
+def _check_bending(segment: CatheterSegment, prefix: str) -> None:
+    need(segment, "rings", prefix, lambda count: count <= _MAX_RINGS, f"more than {_MAX_RINGS}")
+    gaps_m = 2.0 * segment.half_gap_m * (segment.rings + 1)
+    what = f"nothing is left for the rings between gaps of {gaps_m * 1e3:g} mm in all"
+    need(segment, "length_m", prefix, lambda length: length > gaps_m, what)
+    for name in ("arm_m", "rim_radius_m"):
+        need(segment, name, prefix, partial(_at_most, segment.outer_radius_m), "lies outside the rings")
+    need(segment, "arm_m", prefix, partial(_at_most, segment.rim_radius_m), "lies outside rim_radius_mm")
+    _check_limit(segment, closing_angle_rad(segment), "the bend that closes the gaps", prefix)
+
+
+def _check_limit(segment: CatheterSegment, most_rad: float, what: str, prefix: str) -> None:
+    above = f"above {what}, {math.degrees(most_rad):.4g} deg"
+    need(segment, "limit_rad", prefix, partial(_at_most, most_rad), above)
+
+
+def _at_most(most: float, value: float) -> bool:
+    return value <= most
+
+
+def _check_pair(pair: TendonPair, robot: CatheterRobot, prefix: str) -> None:
+    names = [segment.name for segment in robot.segments]
+    if pair.moves not in names:
+        raise unknown("segment", pair.moves, names, f"{prefix}moves")
+    need(pair, "length_m", prefix, lambda length: 0 <= length < math.inf, "must not be negative")
+    positive(pair, "stiffness_N_per_m", prefix, finite=False)

@@ -1,0 +1,105 @@
+"""Where everything of a catheter lies when it is straight: elements, joints, their order. Derived.
+
+Elements, counted from 1 at the base, are what `body_<k>` names: every rigid, torsion or prismatic
+segment, and every ring of a bending one. A bending segment begins and ends with a gap.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
+
+TRANSSEPTAL = ("torsion", "bending", "prismatic", "torsion")
+FOUR_DOF = ("bending", "rigid", "bending", "rigid", "prismatic", "torsion")
+
+
+@dataclass(frozen=True)
+class Element:
+    """A rigid piece of the catheter.
+
+    Attributes:
+        segment: index of its segment.
+        ring: 0, or the number of the ring in its segment, from 1.
+        face_m: from the segment's base end to the element's distal face at rest [m].
+    """
+
+    segment: int
+    ring: int
+    face_m: float
+
+
+def ring_length_m(segment: CatheterSegment) -> float:
+    """Return the length of one ring of a bending segment [m]."""
+    return segment.length_m / segment.rings - 2.0 * segment.half_gap_m * (segment.rings + 1) / segment.rings
+
+
+def elements(robot: CatheterRobot) -> list[Element]:
+    """Return the robot's elements, base to tip."""
+    result = []
+    for index, segment in enumerate(robot.segments):
+        if segment.joint == "bending":
+            pitch = ring_length_m(segment) + 2.0 * segment.half_gap_m
+            result += [Element(index, ring, ring * pitch) for ring in range(1, segment.rings + 1)]
+        else:
+            result.append(Element(index, 0, segment.length_m))
+    return result
+
+
+def base_heights_m(robot: CatheterRobot) -> list[float]:
+    """Return the height of each segment's base end in the straight robot, then the tip's [m]."""
+    heights = [0.0]
+    for segment in robot.segments:
+        heights.append(heights[-1] + segment.length_m)
+    return heights
+
+
+def moving(robot: CatheterRobot) -> list[int]:
+    """Return the indices of the segments that have a joint, base to tip: the order of joint values."""
+    return [index for index, segment in enumerate(robot.segments) if segment.joint != "rigid"]
+
+
+def moved_segment(robot: CatheterRobot, pair: int) -> int:
+    """Return the index of the segment that the pair of this index moves."""
+    return [segment.name for segment in robot.segments].index(robot.tendons[pair].moves)
+
+
+def bent_by(robot: CatheterRobot) -> dict[str, CatheterSegment]:
+    """Return the bending segments, by the name of the pair that moves each, in the order of the pairs."""
+    moved = {pair.name: robot.segments[moved_segment(robot, k)] for k, pair in enumerate(robot.tendons)}
+    return {name: segment for name, segment in moved.items() if segment.joint == "bending"}
+
+
+def turning(robot: CatheterRobot) -> list[CatheterSegment]:
+    """Return the segments whose joint has an angle (torsion, bending), base to tip."""
+    return [segment for segment in robot.segments if segment.joint in ("torsion", "bending")]
+
+
+def hinge_counts(robot: CatheterRobot) -> list[int]:
+    """Return how many hinges each of `turning` has: one, or one in every gap."""
+    return [segment.rings + 1 if segment.joint == "bending" else 1 for segment in turning(robot)]
+
+
+def hinge_names(robot: CatheterRobot) -> list[str]:
+    """Return the hinges' names, base to tip: a torsion joint's own; `<name>_<k>`, a gap of a bending one."""
+    names = []
+    for segment in turning(robot):
+        if segment.joint == "bending":
+            names += [f"{segment.name}_{gap}" for gap in range(1, segment.rings + 2)]
+        else:
+            names.append(segment.name)
+    return names
+
+
+def closing_angle_rad(segment: CatheterSegment) -> float:
+    """Return the bend at which the rings' rims touch in every gap [rad].
+
+    Nayar 2022, Section II-A: tan(bend / (2 (n + 1))) = t / rim radius.
+    """
+    return 2.0 * (segment.rings + 1) * math.atan2(segment.half_gap_m, segment.rim_radius_m)
+
+
+def design(robot: CatheterRobot) -> tuple[str, ...]:
+    """Return the robot's joints in a row: `TRANSSEPTAL`, `FOUR_DOF` or another."""
+    return tuple(segment.joint for segment in robot.segments)

@@ -1,0 +1,196 @@
+"""Inner loops of a rolling-joint robot's step, compiled: placing links, rods' moments and turns.
+
+The same as `catheter_sim.statics.rolling.rods` and `joint` in plain NumPy, which the tests hold it to,
+but without derivatives; `catheter_sim.simulation.rolling` says what the loops are for. Index k counts
+joints and links from 0 at the base, j rods, the pulled ones first.
+
+Arrays. `joint`, shape (n, 10), and `rod`, shape (n, m, 6): see `pack` and the columns' names below.
+The compiled form is kept on disk and renewed when this file changes, not when another does: so what
+it takes from elsewhere must come as an argument.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from catheter_sim.statics.rolling.chain import RollingChain
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+# Columns of `joint`: as in `RollingChain`.
+RADIUS_POSITIVE, RADIUS_NEGATIVE, LINE, LENGTH = range(4)
+REST, SLEEVE, CUBIC, QUINTIC, LOW, HIGH = range(4, 10)
+# Columns of `rod`: STIFFNESS is 0 where the rod does not pass, CLEARANCE has the sign of its side.
+STIFFNESS, REST_CURVATURE, OFFSET, MOUTH, SINK, CLEARANCE = range(6)
+
+
+def pack(chain: RollingChain) -> tuple[Array, Array]:
+    """Return `chain` in the loops' arrays: `joint`, shape (n, 10), and `rod`, shape (n, m, 6)."""
+    joint = np.stack(
+        [
+            chain.radius_positive,
+            chain.radius_negative,
+            chain.line,
+            chain.link_length,
+            chain.rest_angle,
+            chain.sleeve_stiffness,
+            chain.cubic,
+            chain.quintic,
+            chain.low,
+            chain.high,
+        ],
+        axis=1,
+    )
+    rod = np.stack(
+        [
+            np.where(chain.passes, chain.stiffness[:, None], 0.0),
+            chain.rest_curvature,
+            chain.offset,
+            chain.mouth,
+            chain.countersink,
+            chain.side * chain.clearance,
+        ],
+        axis=2,
+    )
+    return joint, np.ascontiguousarray(rod.transpose(1, 0, 2))
+
+
+@njit(cache=True)
+def place(
+    qpos: Array,
+    qpos_index: Index,
+    joint: Array,
+    axis: Index,
+    length: Array,
+    joint_index: Index,
+    body_index: Index,
+    jnt_pos: Array,
+    body_pos: Array,
+) -> None:
+    """Move hinges and links in the model to where pure rolling has them.
+
+    Args:
+        qpos: MuJoCo's positions; `qpos_index` picks the bend angles, shape (n,).
+        joint: see `pack`.
+        axis: 0: the joint bends toward +x, 1: toward +y, shape (n,).
+        length: of the links as compressed, shape (n,) [m].
+        joint_index, body_index: of the hinges and links in MuJoCo, shape (n,).
+        jnt_pos, body_pos: out: MuJoCo's, shapes (njnt, 3) and (nbody, 3) [m].
+    """
+    face = 0.0  # height of the flat below in the frame of the link below
+    for k in range(joint.shape[0]):
+        theta = qpos[qpos_index[k]]
+        radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
+        sine, rise = math.sin(theta), radius * (1.0 - math.cos(theta))
+        jnt_pos[joint_index[k], axis[k]] = joint[k, LINE] + radius * sine
+        jnt_pos[joint_index[k], 2] = rise
+        body_pos[body_index[k], axis[k]] = radius * (theta - sine)
+        body_pos[body_index[k], 2] = face - rise
+        face = length[k]
+
+
+@njit(cache=True)
+def resist(qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: Index, torque: Array) -> None:
+    """Take the moments with which rods and sleeve resist bending from `torque`, shape (nv,) [N m].
+
+    chest_tube_2025, Eq. 8, as in `rods.elastic_moments`. Beyond the angle at which the first gap closes
+    they stay what they are there.
+    """
+    for k in range(joint.shape[0]):
+        theta = qpos[qpos_index[k]]
+        if theta < joint[k, LOW]:
+            theta = joint[k, LOW]
+        elif theta > joint[k, HIGH]:
+            theta = joint[k, HIGH]
+        radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
+        sine, cosine = math.sin(theta), math.cos(theta)
+        rise = radius * (1.0 - cosine)
+        moment = 0.0
+        for j in range(rod.shape[1]):
+            if rod[k, j, STIFFNESS] != 0.0:
+                height = rise - rod[k, j, OFFSET] * sine + rod[k, j, MOUTH] * cosine + rod[k, j, SINK]
+                moment += rod[k, j, STIFFNESS] * (sine / height - rod[k, j, REST_CURVATURE])
+        mean = (theta - joint[k, REST]) / joint[k, LENGTH]
+        square = mean * mean
+        moment *= 1.0 + square * (joint[k, CUBIC] + square * joint[k, QUINTIC])
+        torque[dof_index[k]] -= moment + joint[k, SLEEVE] * (theta - joint[k, REST])
+
+
+@njit(cache=True)
+def turns(qpos: Array, qpos_index: Index, joint: Array, rod: Array, ends: Index, turn: Array) -> None:
+    """Write the turn of each pulled rod before each gap into `turn`, shape (t, n) [rad].
+
+    chest_tube_2025, Eqs 2-4, as in `joint.turn`: the size of the turn in the link below the gap. Nothing
+    is written for the base's hole, nor beyond the last joint that a rod passes, `ends[j]` joints.
+    """
+    for k in range(joint.shape[0] - 1):
+        theta = qpos[qpos_index[k]]
+        radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
+        sine, cosine = math.sin(theta), math.cos(theta)
+        rise = radius * (1.0 - cosine)
+        below = joint[k - 1, LENGTH] if k > 0 else joint[0, LENGTH]
+        for j in range(turn.shape[0]):
+            if k + 1 >= ends[j]:
+                continue
+            offset, clearance = rod[k, j, OFFSET], rod[k, j, CLEARANCE]
+            reach = offset + clearance - radius * theta
+            x3 = radius * sine + reach * cosine + below * sine
+            z3 = rise + reach * sine - below * cosine
+            x1, z1 = offset + clearance - x3, joint[k, LENGTH] - rod[k, j, SINK] - z3
+            x2, z2 = offset - clearance - x3, rod[k, j, MOUTH] - z3
+            turn[j, k + 1] = 2.0 * abs(math.atan2(x1 * z2 - z1 * x2, x1 * x2 + z1 * z2))
+
+
+@njit(cache=True)
+def place_tops(length: Array, link: Index, depth: Array, site_index: Index, site_pos: Array) -> None:
+    """Move what lies at fixed depths below the links' tops, shapes (s,) [m], in MuJoCo's `site_pos`."""
+    for i in range(link.shape[0]):
+        site_pos[site_index[i], 2] = length[link[i]] - depth[i]
+
+
+@njit(cache=True)
+def compress(
+    span_tension: Array,
+    ends: Index,
+    force_tip: Array,
+    force_on_link: Array,
+    gravity: Array,
+    body_mass: Array,
+    xmat: Array,
+    body_index: Index,
+    free_length: Array,
+    compliance: Array,
+    length: Array,
+) -> None:
+    """Write the lengths that the links have under tensions and loads into `length`, shape (n,) [m].
+
+    Args:
+        span_tension: in the gap below each link, NaN beyond a rod's end, shape (t, n) [N].
+        force_tip: base frame, shape (3,) [N].
+        force_on_link: base frame, shape (n, 3) [N].
+        gravity: base frame, shape (3,) [m/s^2].
+        body_mass: MuJoCo's, shape (nbody,) [kg].
+        xmat: MuJoCo's orientations, shape (nbody, 9).
+        body_index: of the links, shape (n,).
+        free_length: of the links without load, shape (n,) [m].
+        compliance: of the links along their axes, shape (n,) [m/N].
+        length: out.
+    """
+    last = length.shape[0] - 1
+    x, y, z = force_tip[0], force_tip[1], force_tip[2]  # all forces on this link and beyond
+    for k in range(last, -1, -1):
+        body = body_index[k]
+        x += body_mass[body] * gravity[0] + force_on_link[k, 0]
+        y += body_mass[body] * gravity[1] + force_on_link[k, 1]
+        z += body_mass[body] * gravity[2] + force_on_link[k, 2]
+        inside = -(x * xmat[body, 2] + y * xmat[body, 5] + z * xmat[body, 8])
+        for j in range(span_tension.shape[0]):
+            if k < ends[j]:
+                above = span_tension[j, k + 1] if k + 1 < ends[j] else span_tension[j, k]
+                inside += 0.5 * (span_tension[j, k] + above)
+        length[k] = free_length[k] - inside * compliance[k]

@@ -1,0 +1,148 @@
+"""Pure kinematics (PK) as a static model: displacements to angles, angles to the tool; no history.
+
+Nayar 2022, Eqs 5, 7, 15; Nayar 2023, Eqs 7, 12-13. Inextensible tendons unless the robot's say otherwise.
+
+A bending pair's tension balances the joint's elastic moment at the tendons' arm in the straight joint,
+K |theta| / a_b. The arm at the angle, `tendons.arm_m`, is up to 2.3 % larger within 120 deg (2022
+robot). Torsion joints turn freely, so their pairs carry none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from catheter_sim.errors import InputError
+from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
+from catheter_sim.robots.catheter_layout import hinge_counts, moved_segment, moving
+from catheter_sim.robots.channels import Inputs, body_count, input_channels
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.statics.catheter.kinematics import element_frames
+from catheter_sim.statics.catheter.tendons import elastic_angle_rad, largest_angle_rad, pulled_m
+from catheter_sim.statics.planar_chain import row_name
+from catheter_sim.statics.result import StaticRun
+
+MODEL = "pk"
+
+
+def is_catheter(robot: Robot) -> bool:
+    """Return whether `robot` is a row of torsion, bending and prismatic joints."""
+    return isinstance(robot, CatheterRobot)
+
+
+def pk(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return the postures by pure kinematics; every row stands alone.
+
+    The run's residual is a displacement here: what the angles' displacement differs by from the
+    input's, the largest of the pairs [m].
+
+    Args:
+        robot: a catheter.
+        inputs: displacements and advance; no tip force or moment.
+        gravity_mps2: none where the robot has a mass, shape (3,) [m/s^2].
+
+    Raises:
+        InputError: a load that the model does not have, or a displacement beyond the joint's range.
+    """
+    require_unloaded(robot, inputs, gravity_mps2, MODEL)
+    columns, residual = [], np.zeros(len(inputs))
+    for pair in range(len(robot.tendons)):
+        values, left = pure_joint(robot, inputs, pair, MODEL)
+        columns.append(values)
+        residual = np.maximum(residual, left)
+    return run_of(robot, inputs, gravity_mps2, MODEL, columns, residual)
+
+
+def pure_joint(robot: CatheterRobot, inputs: Inputs, pair: int, model: str) -> tuple[Array, Array]:
+    """Return the value of the joint that a pair moves, and the displacement left over, per row.
+
+    Returns:
+        Angle [rad] or advance [m], shape (r,), and |displacement left over|, shape (r,) [m].
+
+    Raises:
+        InputError: a displacement to which no angle belongs.
+    """
+    segment = robot.segments[moved_segment(robot, pair)]
+    displacement = inputs.tendon[:, pair]
+    if segment.joint == "prismatic":
+        return displacement, np.zeros(len(inputs))
+    compliance_m = 0.0
+    if segment.joint == "bending":
+        compliance_m = _tension_N_per_rad(robot, segment) / robot.tendons[pair].stiffness_N_per_m
+    angle = elastic_angle_rad(segment, displacement, compliance_m)
+    if np.isnan(angle).any():
+        raise beyond(robot, inputs, int(np.argmax(np.isnan(angle))), pair, segment, model)
+    return angle, np.abs(pulled_m(segment, angle) + compliance_m * angle - displacement)
+
+
+def beyond(
+    robot: CatheterRobot, inputs: Inputs, row: int, pair: int, segment: CatheterSegment, model: str
+) -> InputError:
+    """Return the error for a displacement to which no angle of the joint belongs."""
+    name = f"{input_channels(robot)[pair]} = {inputs.tendon[row, pair] * 1e3:g}"
+    reach = f"beyond the range of its joint, which ends at {math.degrees(largest_angle_rad(segment)):.4g} deg"
+    return InputError(f"{row_name(inputs, row)}: static model {model!r}: {name}: {reach}")
+
+
+def require_unloaded(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array, model: str) -> None:
+    """Raise `InputError` where something acts that a kinematic model does not know."""
+    weighs = any(segment.mass_kg > 0.0 for segment in robot.segments)
+    if weighs and np.any(np.asarray(gravity_mps2)):
+        raise InputError(f"static model {model!r}: has no weight, so gravity or the masses must be 0")
+    loaded = inputs.force_tip.any(axis=1) | inputs.moment_tip.any(axis=1)
+    if loaded.any():
+        row = row_name(inputs, int(np.argmax(loaded)))
+        raise InputError(f"{row}: static model {model!r}: has no tip force or moment; it is kinematic")
+
+
+def run_of(
+    robot: CatheterRobot,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    model: str,
+    values: Sequence[Array],
+    residual: Array,
+    tension_N: Array | None = None,
+) -> StaticRun:
+    """Return the run of a kinematic model.
+
+    Args:
+        robot, inputs, gravity_mps2, model: as they were given.
+        values: of the joint that each pair moves, each of shape (r,) [rad or m].
+        residual: shape (r,).
+        tension_N: of each pair, shape (r, t) [N]; default: the elastic moment's.
+    """
+    pair_of = {moved_segment(robot, pair): pair for pair in range(len(robot.tendons))}
+    order = [pair_of[index] for index in moving(robot)]
+    q = np.stack([values[pair] for pair in order], axis=-1)
+    p_w, R_w = element_frames(robot, q)
+    if tension_N is None:
+        tension_N = np.stack([elastic_tension_N(robot, k, value) for k, value in enumerate(values)], axis=-1)
+    angles = _hinge_angles(robot, q)
+    inside = np.full((len(robot.tendons), body_count(robot)), np.nan)
+    postures = tuple(
+        Posture(p_w[row], R_w[row], angles[row], tension_N[row], inside) for row in range(len(inputs))
+    )
+    return StaticRun(model, inputs, np.asarray(gravity_mps2, dtype=float), postures, residual)
+
+
+def elastic_tension_N(robot: CatheterRobot, pair: int, value: Array) -> Array:
+    """Return the pulled tendon's tension at a joint value, same shape [N]; 0 of torsion and advance."""
+    segment = robot.segments[moved_segment(robot, pair)]
+    if segment.joint != "bending":
+        return np.zeros(value.shape)
+    return _tension_N_per_rad(robot, segment) * np.abs(value)
+
+
+def _tension_N_per_rad(robot: CatheterRobot, segment: CatheterSegment) -> float:
+    return robot.stiffness_scale * segment.bending_stiffness_N_m_per_rad / segment.arm_m
+
+
+def _hinge_angles(robot: CatheterRobot, q: Array) -> Array:
+    """Return every hinge's angle, shape (r, hinges) [rad]: the gaps of a bending joint share its bend."""
+    turns = [k for k, index in enumerate(moving(robot)) if robot.segments[index].joint != "prismatic"]
+    counts = hinge_counts(robot)
+    return np.repeat(q[:, turns] / np.array(counts), counts, axis=1)
