@@ -68,15 +68,20 @@ def free_camera(view: View) -> mujoco.MjvCamera:
 
 
 def emptiest_corner(
-    view: View, points: Array, width: int, height: int, side: int, taken: tuple[int, int] | None = None
+    view: View,
+    points: Array,
+    width: int,
+    height: int,
+    size: tuple[int, int],
+    taken: tuple[int, int] | None = None,
 ) -> tuple[int, int]:
-    """Return the corner (row, column: 0 first, 1 last) where a small square hides the fewest points.
+    """Return the corner (row, column: 0 first, 1 last) where a small rectangle hides the fewest points.
 
     Args:
         view: what the picture shows.
         points: shape (n, 3) [m].
         width, height: of the picture [pixels].
-        side: of the square [pixels].
+        size: width and height of the rectangle [pixels].
         taken: a corner that is no choice.
     """
     right, up = view.axes
@@ -86,7 +91,8 @@ def emptiest_corner(
     hidden = {
         (row, column): int(
             (
-                ((v > height - side) if row else (v < side)) & ((u > width - side) if column else (u < side))
+                ((v > height - size[1]) if row else (v < size[1]))
+                & ((u > width - size[0]) if column else (u < size[0]))
             ).sum()
         )
         for row in (0, 1)

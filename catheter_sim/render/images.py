@@ -101,15 +101,27 @@ def with_inset(image: Picture, inset: Picture, corner: tuple[int, int]) -> Pictu
     return result
 
 
+def caption_size(lines: Iterable[str], height: int) -> tuple[int, int]:
+    """Return width and height that `with_caption` takes, margins included, in a picture so high [pixels]."""
+    draw = ImageDraw.Draw(Image.new("L", (1, 1)))
+    left, top, right, bottom = draw.multiline_textbbox((0, 0), "\n".join(lines), font=_font(height))
+    return round(right - left) + 2 * _gap(height), round(bottom - top) + 2 * _gap(height)
+
+
+def _font(height: int) -> ImageFont.ImageFont | ImageFont.FreeTypeFont:
+    return ImageFont.load_default(max(10, height // 36))
+
+
+def _gap(height: int) -> int:
+    return height // 40
+
+
 def with_caption(image: Picture, lines: Iterable[str], corner: tuple[int, int]) -> Picture:
     """Return `image` with lines of text in a corner (row, column: 0 first, 1 last)."""
     canvas = Image.fromarray(image)
     draw = ImageDraw.Draw(canvas)
-    size = max(10, image.shape[0] // 36)
-    font = ImageFont.load_default(size)
-    text = "\n".join(lines)
+    font, text, gap = _font(image.shape[0]), "\n".join(lines), _gap(image.shape[0])
     left, top, right, bottom = draw.multiline_textbbox((0, 0), text, font=font)
-    gap = image.shape[0] // 40
     x = image.shape[1] - gap - right if corner[1] else gap - left
     y = image.shape[0] - gap - bottom if corner[0] else gap - top
     draw.multiline_text((x, y), text, fill=_INK, font=font)

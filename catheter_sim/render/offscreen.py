@@ -17,6 +17,7 @@ from catheter_sim.render.images import (
     PICTURE,
     VIDEO,
     Picture,
+    caption_size,
     require_even,
     suffix_of,
     with_caption,
@@ -36,7 +37,6 @@ FPS = 25
 LONGEST_VIDEO_S = 8.0  # longer inputs are played faster
 _INSET = 0.42  # side of the close-up over the picture's height
 _CAPTION_LINES = 10
-_CAPTION_WIDTH = 0.3  # of a long one, over the picture's width
 _SHOWN = {"tension": ("N", 1.0), "displacement": ("mm", 1e3)}
 
 
@@ -139,8 +139,9 @@ def draw(
     named = {view.name: view for view in views(robot)}
     view = fitted_view(named[camera], points, width, height)
     side = max(SMALLEST_SIDE, round(_INSET * min(width, height)))
-    corner = emptiest_corner(view, points, width, height, side)
-    beside = emptiest_corner(view, points, width, height, round(_CAPTION_WIDTH * width), taken=corner)
+    corner = emptiest_corner(view, points, width, height, (side, side))
+    text = caption_size(captions[-1], height)
+    beside = emptiest_corner(view, points, width, height, text, taken=corner)
     data = mujoco.MjData(model)
     options = mujoco.MjvOption()
     options.sitegroup[:] = 0

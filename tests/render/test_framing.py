@@ -59,4 +59,13 @@ def test_close_up_goes_where_the_robot_is_not() -> None:
     corners = {(0, 0): (-1.5, 0.9), (0, 1): (1.5, 0.9), (1, 0): (-1.5, -0.9), (1, 1): (1.5, -0.9)}
     for free in corners:
         points = np.array([(x, 0.0, z) for corner, (x, z) in corners.items() if corner != free])
-        assert emptiest_corner(view, points, 1600, 1000, 300) == free
+        assert emptiest_corner(view, points, 1600, 1000, (300, 300)) == free
+
+
+def test_a_flat_rectangle_fits_where_a_square_does_not():
+    """What stands below a flat rectangle in a corner is not hidden by it."""
+    view = View("any", np.zeros(3), np.array([0.0, -1.0, 0.0]), 2.0)
+    others = [(1.5, 0.9), (1.5, 0.9), (-1.5, -0.9), (1.5, -0.9)]
+    points = np.array([(x, 0.0, z) for x, z in [(-1.5, 0.6), (-1.5, 0.6), (-1.5, 0.6), *others]])
+    assert emptiest_corner(view, points, 1600, 1000, (300, 100)) == (0, 0)
+    assert emptiest_corner(view, points, 1600, 1000, (300, 300)) != (0, 0)

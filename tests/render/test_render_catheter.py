@@ -65,6 +65,6 @@ def test_caption_takes_the_emptiest_corner_that_is_left() -> None:
     """The close-up's corner is no choice for it, nor is the one in which the robot is."""
     view = View("side", np.zeros(3), np.array([0.0, -1.0, 0.0]), 2.0)
     upper_right = np.array([(1.5, 0.0, 0.9)])
-    first = emptiest_corner(view, upper_right, 1600, 1000, 300)
+    first = emptiest_corner(view, upper_right, 1600, 1000, (300, 300))
     assert first == (0, 0)
-    assert emptiest_corner(view, upper_right, 1600, 1000, 300, taken=first) == (1, 0)
+    assert emptiest_corner(view, upper_right, 1600, 1000, (300, 300), taken=first) == (1, 0)
