@@ -23,6 +23,8 @@ from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.statics.rolling import joint as geometry
 from catheter_sim.statics.rolling.chain import rolling_chain
 
+pytestmark = pytest.mark.slow
+
 ROBOTS = ("chest_tube_section", "chest_tube_section@prototype", "chest_tube")
 STRIPS = 8  # of each arc
 
@@ -251,7 +253,6 @@ def test_mujoco_keeps_the_meshes_in_place(name: str) -> None:
             assert np.abs(vertices - solids[part.mesh_key].vertices - (0.0, 0.0, z)).max() < 3e-8
 
 
-@pytest.mark.slow
 @given(
     link_mm=st.floats(2.0, 30.0),
     outer_mm=st.floats(1.0, 8.0),

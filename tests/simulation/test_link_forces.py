@@ -14,6 +14,8 @@ from catheter_sim.statics.rolling.complete import complete
 from catheter_sim.statics.rolling.loads import LinkForce
 from catheter_sim.validation.chest_tube_loads import LINK_FORCES
 
+pytestmark = pytest.mark.slow
+
 NO_GRAVITY = np.zeros(3)
 
 
@@ -39,7 +41,6 @@ def test_steady_forces_on_links_give_the_complete_balance(name):
     assert np.linalg.norm(free - pushed) > 5.0  # they do move the robot
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", LINK_FORCES)
 def test_with_friction_forces_on_links_stay_near_the_history_rule(name):
     """There and back with friction: tip within 1 mm, joints 0.2 deg."""

@@ -15,6 +15,8 @@ from catheter_sim.statics.rolling.complete import complete
 from catheter_sim.validation.chest_tube_full import ACROSS, SETS_N
 from catheter_sim.validation.chest_tube_loads import in_outer_tube
 
+pytestmark = pytest.mark.slow
+
 NO_GRAVITY = np.zeros(3)
 
 

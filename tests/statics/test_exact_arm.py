@@ -14,6 +14,8 @@ from catheter_sim.statics import planar_chain
 from catheter_sim.statics.exact_arm import fkm_exact_arm
 from catheter_sim.statics.kato import fkm, pcca
 
+pytestmark = pytest.mark.slow
+
 K, D, A = CELL_STIFFNESS_N_M_PER_RAD, 1.4e-3, 1e-3
 
 # The nominal specification's table, made with a model written independently of this one:
@@ -245,7 +247,6 @@ def test_what_acts_across_the_plane_bends_nothing():
     np.testing.assert_allclose(tips_mm(across), tips_mm(plain), atol=1e-9)
 
 
-@pytest.mark.slow
 def test_one_hundred_rows_take_less_than_half_a_second():
     """A weightless history of 100 rows is solved within 0.5 s (best of three, for a busy machine)."""
     inputs = single(*(0.4 * np.abs(np.sin(np.linspace(0, 6, 100)))))

@@ -9,6 +9,8 @@ from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import joint_names
 from catheter_sim.statics.models import STATIC_MODELS
 
+pytestmark = pytest.mark.slow
+
 PLANAR = ("fkm", "fkm_stick", "fkm_exact_arm", "fkm_sliding", "pcca")
 planar_models = pytest.mark.parametrize("model", [STATIC_MODELS[name] for name in PLANAR], ids=PLANAR)
 

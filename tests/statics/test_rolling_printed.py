@@ -19,6 +19,8 @@ from catheter_sim.statics.rolling.pcc import pcc
 from catheter_sim.statics.rolling.printed import Terms, printed, printed_balance, solve_printed
 from catheter_sim.statics.rolling.printed_rods import rod_tensions
 
+pytestmark = pytest.mark.slow
+
 SECTION = rolling_chain(load_robot("chest_tube_section"))
 SWEEP_N = np.arange(0.0, 30.01, 0.25)
 
@@ -80,7 +82,6 @@ def test_with_all_terms_it_is_the_complete_balance(reference: str, gravity: Arra
         assert np.degrees(np.abs(one.joint_angles - other.joint_angles)).max() < 1e-6
 
 
-@pytest.mark.slow
 def test_the_next_joints_moment_ends_the_buckling_of_the_even_joints() -> None:
     """With that moment nothing buckles, whatever else is added; without it even joints do.
 
