@@ -9,6 +9,7 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment, TendonPair
 from catheter_sim.robots.catheter_layout import closing_angle_rad
 from catheter_sim.robots.requirements import check_name, need, positive
+from catheter_sim.robots.shared_checks import check_shared
 
 _MAX_RINGS = 500  # no robot of this kind has as many
 # What each kind of joint has besides a length, an outer radius and a mass.
@@ -52,14 +53,7 @@ def check_catheter_robot(robot: CatheterRobot, where: str) -> None:
         if len(movers) != wanted:
             by = ", ".join(movers) or "none"
             raise InputError(f"{top}segments.{segment.name}: moved by {wanted} of the tendons, not by {by}")
-    need(robot.friction, "mu", f"{top}friction.", lambda mu: 0 <= mu < 10, "must lie in 0 to 10")
-    positive(robot.mount, "axial_stiffness_N_per_m", f"{top}mount.", finite=False)
-    positive(robot, "stiffness_scale", top)
-    smallest_m = min(segment.outer_radius_m for segment in robot.segments)
-    what = f"must lie in 0 to the smallest outer radius, {smallest_m * 1e3:g} mm"
-    need(robot, "channel_radius_m", top, lambda radius: 0 <= radius < smallest_m, what)
-    for name in ("timestep_s", "relaxation_time_s", "inertia_time_s"):
-        positive(robot.dynamics, name, f"{top}dynamics.")
+    check_shared(robot, where)
 
 
 def _check_names(robot: CatheterRobot, where: str) -> None:

@@ -11,6 +11,7 @@ from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.requirements import check_name, need, positive
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.rolling_checks import check_rolling_robot
+from catheter_sim.robots.shared_checks import check_shared
 from catheter_sim.robots.specification import ContinuumRobot, Segment, Tendon
 
 _MAX_LINKS = 2000  # beyond it MuJoCo's build takes minutes; no robot of this kind has as many
@@ -41,24 +42,12 @@ def _check_continuum_robot(robot: ContinuumRobot, where: str) -> None:
             raise unknown("segment", tendon.ends_at, names, f"{where}: tendons.{tendon.name}.ends_at")
         _check_tendon(tendon, robot, f"{where}: tendons.{tendon.name}.")
     top = f"{where}: "
-    need(robot.friction, "mu", f"{top}friction.", lambda mu: 0 <= mu < 10, "must lie in 0 to 10")
-    positive(robot.mount, "axial_stiffness_N_per_m", f"{top}mount.", finite=False)
-    positive(robot, "stiffness_scale", top)
+    check_shared(robot, where)
     need(robot, "links_per_subsegment", top, lambda count: count >= 1, "must be 1 or more")
     need(robot, "disks_per_segment", top, lambda count: count >= 0, "must not be negative")
     count = sum(disks(robot, segment) for segment in robot.segments) * robot.links_per_subsegment
     if count > _MAX_LINKS:
         raise InputError(f"{top}disks times links_per_subsegment = {count}: more than {_MAX_LINKS} links")
-    smallest_m = min(segment.outer_radius_m for segment in robot.segments)
-    need(
-        robot,
-        "channel_radius_m",
-        top,
-        lambda radius: 0 <= radius < smallest_m,
-        f"must lie in 0 to the smallest outer radius, {smallest_m * 1e3:g} mm",
-    )
-    for name in ("timestep_s", "relaxation_time_s", "inertia_time_s"):
-        positive(robot.dynamics, name, f"{top}dynamics.")
     for key, value, choices in (
         ("actuation", robot.actuation, ("tension", "displacement")),
         ("appearance", robot.appearance, ("spacer_disks", "wire_guides")),

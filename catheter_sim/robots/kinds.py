@@ -68,11 +68,11 @@ def require_continuum(robot: Robot, what: str) -> ContinuumRobot:
 
 
 def require_no_catheter(robot: Robot, what: str) -> ContinuumRobot | RollingRobot:
-    """Return `robot`, which must be of a kind that MuJoCo models are made of.
+    """Return `robot`, which must not be a catheter.
 
     Args:
         robot: any robot.
-        what: what does not know catheters yet, for the message ("the simulation").
+        what: what does not know catheters yet, for the message ("the benchmark").
 
     Raises:
         InputError: it is a catheter.

@@ -12,6 +12,7 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.requirements import check_name, need, positive
 from catheter_sim.robots.rolling import Rod, RollingRobot, RollingSegment
 from catheter_sim.robots.rolling_layout import hole_position, last_joint, rolling_joints
+from catheter_sim.robots.shared_checks import check_shared
 
 _MAX_JOINTS = 500  # no robot of this kind has as many
 
@@ -35,17 +36,10 @@ def check_rolling_robot(robot: RollingRobot, where: str) -> None:
     for segment in robot.segments:
         _check_segment(segment, f"{top}segments.{segment.name}.")
     smallest_m = min(segment.outer_radius_m for segment in robot.segments)
-    need(
-        robot,
-        "channel_radius_m",
-        top,
-        lambda radius: 0 <= radius < smallest_m,
-        f"must lie in 0 to the smallest outer radius, {smallest_m * 1e3:g} mm",
-    )
+    check_shared(robot, where)
     for kind, group in (("tendons", robot.tendons), ("passive_rods", robot.passive_rods)):
         for rod in group:
             _check_rod(rod, robot, f"{top}{kind}.{rod.name}.")
-    need(robot.friction, "mu", f"{top}friction.", lambda mu: 0 <= mu < 10, "must lie in 0 to 10")
     need(
         robot,
         "clearance_m",
@@ -53,12 +47,8 @@ def check_rolling_robot(robot: RollingRobot, where: str) -> None:
         lambda gap: 0 <= gap < smallest_m,
         f"must lie in 0 to the smallest outer radius, {smallest_m * 1e3:g} mm",
     )
-    positive(robot.mount, "axial_stiffness_N_per_m", f"{top}mount.", finite=False)
-    positive(robot, "stiffness_scale", top)
     for name in ("bending_stiffness_N_m2", "inner_radius_m", "outer_radius_m"):
         need(robot.sleeve, name, f"{top}sleeve.", lambda value: 0 <= value < math.inf, "must not be negative")
-    for name in ("timestep_s", "relaxation_time_s", "inertia_time_s"):
-        positive(robot.dynamics, name, f"{top}dynamics.")
 
 
 def _check_names(robot: RollingRobot, where: str) -> None:

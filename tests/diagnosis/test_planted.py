@@ -6,6 +6,7 @@ that solves for equilibrium.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +14,19 @@ import pytest
 from planted import catheter_data, chest_data, section_data, small_data
 
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
+from catheter_sim.diagnosis.result import Diagnosis
 
 pytestmark = pytest.mark.slow
+
+
+def assert_named_alone(found: Diagnosis, effect: str, values: Mapping[str, float], slack: float) -> None:
+    """Assert that one cause is named, its numbers in their widened intervals, and noise is left."""
+    assert found.verdict == "cause_found"
+    assert [cause.name for cause in found.causes] == [effect]
+    for name, value in values.items():
+        low, high = found.causes[0].parameters[name].ci95
+        assert low - slack * abs(value) <= value <= high + slack * abs(value), name
+    assert found.headline.rmse_after < 1.3 * found.headline.noise_floor
 
 
 def test_nothing_planted_in_the_section():
@@ -68,13 +80,7 @@ def test_nothing_planted_in_the_chest_tube():
 def test_cause_in_the_chest_tube_is_found(effect, values):
     """A planted cause is named alone, its numbers within their intervals, and the error is the noise's."""
     found = diagnose_dataset(chest_data({effect: values}), simulation=False)
-    assert found.verdict == "cause_found"
-    assert [cause.name for cause in found.causes] == [effect]
-    for name, value in values.items():
-        low, high = found.causes[0].parameters[name].ci95
-        slack = 0.02 * abs(value)
-        assert low - slack <= value <= high + slack, name
-    assert found.headline.rmse_after < 1.3 * found.headline.noise_floor
+    assert_named_alone(found, effect, values, slack=0.02)
 
 
 def test_gain_and_stiffness_of_the_chest_tube_are_not_told_apart():
@@ -104,13 +110,7 @@ def test_nothing_planted_in_the_catheter():
 def test_cause_in_the_catheter_is_found(effect, values):
     """A planted cause is named alone, its numbers within their intervals, and the error is the noise's."""
     found = diagnose_dataset(catheter_data({effect: values}), simulation=False)
-    assert found.verdict == "cause_found"
-    assert [cause.name for cause in found.causes] == [effect]
-    for name, value in values.items():
-        low, high = found.causes[0].parameters[name].ci95
-        slack = 0.01 * abs(value)
-        assert low - slack <= value <= high + slack, name
-    assert found.headline.rmse_after < 1.3 * found.headline.noise_floor
+    assert_named_alone(found, effect, values, slack=0.01)
 
 
 def test_nothing_planted_in_a_small_robot():

@@ -10,6 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from episodes import episode, same
 from gymnasium.utils.env_checker import check_env
 
 from catheter_sim.envs.baseline import resolved_rate
@@ -39,26 +40,6 @@ def section() -> Iterator[ReachEnv]:
     env = reach()
     yield env
     env.close()
-
-
-def episode(env: ReachEnv, seed: int, steps: int = 12, draw: bool = False) -> list[np.ndarray]:
-    """Return everything that a seeded random episode gives."""
-    observation, info = env.reset(seed=seed)
-    rng = np.random.default_rng(seed)
-    seen = [observation, *map(np.asarray, info.values())]
-    for _ in range(steps):
-        moved = rng.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
-        observation, reward, terminated, _, info = env.step(moved)
-        seen += [observation, np.float64(reward), *map(np.asarray, info.values())]
-        if draw:
-            env.render()
-        if terminated:
-            break
-    return seen
-
-
-def same(one: list[np.ndarray], other: list[np.ndarray]) -> bool:
-    return len(one) == len(other) and all(map(np.array_equal, one, other))
 
 
 @pytest.mark.parametrize("name", [SECTION, FULL])
