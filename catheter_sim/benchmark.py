@@ -16,18 +16,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.catheter_layout import moved_segment
 from catheter_sim.robots.channels import body_count
-from catheter_sim.robots.kinds import Robot, require_no_catheter
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot, Friction
 from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.statics.catheter.tendons import pulled_m
 from catheter_sim.statics.rolling.chain import rolling_chain
 from catheter_sim.statics.rolling.rods import elastic_moments, spans
 
-ROBOTS = ("neuroendoscope_section", "neuroendoscope", "spacer_disk", "chest_tube_section", "chest_tube")
-FRICTION_MU = 0.3  # used where a robot is specified without friction
-_BEND_RAD = 1.0  # bending that the tensions ask of each segment: well away from straight
-_LEVELS = 40  # tensions in one cycle to and fro
+ROBOTS = (
+    "neuroendoscope_section",
+    "neuroendoscope",
+    "spacer_disk",
+    "chest_tube_section",
+    "chest_tube",
+    "mitral_transseptal",
+    "mitral_4dof",
+)
+FRICTION_MU = 0.3  # used where a robot is specified without friction, but not for a catheter
+_BEND_RAD = 1.0  # bending that the inputs ask of each segment: well away from straight
+_LEVELS = 40  # inputs in one cycle to and fro
 _STEPS_PER_LEVEL = 10
 
 
@@ -39,31 +50,31 @@ class Speed:
         robot: its id.
         timestep_s: simulated time in a step [s].
         links: links in the chain.
-        plain_pulled: whether the plain loop is fed with the tensions and follows them; else the model
+        plain_pulled: whether the plain loop is fed with the inputs and follows them; else the model
             is at rest in it.
-        steps_per_s_friction: of `Simulator.step` with friction, median.
+        steps_per_s_friction: of `Simulator.step` with friction, median; None of a robot without.
         steps_per_s_frictionless: of `Simulator.step` without friction, median.
         steps_per_s_plain: of a loop of `mj_step` on the frictionless model, median.
-        friction_cost: time with friction over time without, median of the turns' ratios.
+        friction_cost: time with friction over time without, median of the turns' ratios; or None.
         python_cost: time of the simulator without friction over the plain loop, likewise.
-        of_plain: time of the simulator with friction over the plain loop, likewise.
+        of_plain: time of the simulator, with friction where there is any, over the plain loop, likewise.
     """
 
     robot: str
     timestep_s: float
     links: int
     plain_pulled: bool
-    steps_per_s_friction: float
+    steps_per_s_friction: float | None
     steps_per_s_frictionless: float
     steps_per_s_plain: float
-    friction_cost: float
+    friction_cost: float | None
     python_cost: float
     of_plain: float
 
     @property
-    def real_time_friction(self) -> float:
-        """Simulated seconds in a wall-clock second, with friction."""
-        return self.steps_per_s_friction * self.timestep_s
+    def real_time_friction(self) -> float | None:
+        """Simulated seconds in a wall-clock second, with friction; None of a robot without."""
+        return None if self.steps_per_s_friction is None else self.steps_per_s_friction * self.timestep_s
 
     @property
     def real_time_frictionless(self) -> float:
@@ -77,46 +88,55 @@ def measure(reference: str, turns: int = 9) -> Speed:
     Raises:
         InputError: unknown robot.
     """
-    robot = require_no_catheter(load_robot(reference), "the benchmark")
-    mu = robot.friction.mu or FRICTION_MU
-    rubbing = Simulator(dataclasses.replace(robot, friction=Friction(mu)))
+    robot = load_robot(reference)
+    mu = robot.friction.mu if isinstance(robot, CatheterRobot) else robot.friction.mu or FRICTION_MU
     smooth = Simulator(dataclasses.replace(robot, friction=Friction(0.0)))
-    tensions = tension_cycle(robot)
+    inputs = input_cycle(robot)
+    plain = Simulator(smooth.robot)  # of which no step of the simulator changes the model
     pulled = not isinstance(robot, RollingRobot)
-    loops = (
-        lambda: _run_simulator(rubbing, tensions),
-        lambda: _run_simulator(smooth, tensions),
-        lambda: _run_plain(smooth, tensions) if pulled else _run_plain_at_rest(smooth, len(tensions)),
-    )
+    loops: list[Callable[[], None]] = [
+        lambda: _run_simulator(smooth, inputs),
+        lambda: _run_plain(plain, inputs) if pulled else _run_plain_at_rest(plain, len(inputs)),
+    ]
+    if mu > 0.0:
+        rubbing = Simulator(dataclasses.replace(robot, friction=Friction(mu)))
+        loops.insert(0, lambda: _run_simulator(rubbing, inputs))
     for loop in loops:  # caches warm, robots past their start
         loop()
     seconds = np.array([[_seconds(loop) for loop in loops] for _ in range(turns)])
-    steps = len(tensions) * _STEPS_PER_LEVEL
-    friction, frictionless, plain = (steps / median(column) for column in seconds.T)
+    steps = len(inputs) * _STEPS_PER_LEVEL
+    each = [steps / median(column) for column in seconds.T]
     return Speed(
         robot=reference,
         timestep_s=float(smooth.model.opt.timestep),
-        links=body_count(robot) * (1 if isinstance(robot, RollingRobot) else robot.links_per_subsegment),
+        links=body_count(robot) * (robot.links_per_subsegment if isinstance(robot, ContinuumRobot) else 1),
         plain_pulled=pulled,
-        steps_per_s_friction=friction,
-        steps_per_s_frictionless=frictionless,
-        steps_per_s_plain=plain,
-        friction_cost=median(seconds[:, 0] / seconds[:, 1]),
-        python_cost=median(seconds[:, 1] / seconds[:, 2]),
-        of_plain=median(seconds[:, 0] / seconds[:, 2]),
+        steps_per_s_friction=each[0] if mu > 0.0 else None,
+        steps_per_s_frictionless=each[-2],
+        steps_per_s_plain=each[-1],
+        friction_cost=median(seconds[:, 0] / seconds[:, 1]) if mu > 0.0 else None,
+        python_cost=median(seconds[:, -2] / seconds[:, -1]),
+        of_plain=median(seconds[:, 0] / seconds[:, -1]),
     )
 
 
-def tension_cycle(robot: Robot) -> NDArray[np.float64]:
-    """Return tensions that bend every segment to and fro, shape (levels, tendons) [N].
+def input_cycle(robot: Robot) -> NDArray[np.float64]:
+    """Return inputs that move every joint to and fro, shape (levels, tendons) [N], of a catheter [m].
 
-    Each tendon's peak bends its last segment by about a radian.
+    Each tendon's peak bends its last segment by about a radian. A catheter's pairs turn their joints by a
+    radian to either side, and its tube goes out by its stroke and back.
     """
     phase = np.linspace(0.0, 2.0 * np.pi, _LEVELS, endpoint=False)
-    cycle = np.zeros((_LEVELS, len(robot.tendons)))
-    for index, (peak, side) in enumerate(_peaks(robot)):
-        cycle[:, index] = peak * np.maximum(0.0, side * np.sin(phase))
-    return cycle
+    if not isinstance(robot, CatheterRobot):
+        cycle = np.zeros((_LEVELS, len(robot.tendons)))
+        for index, (peak, side) in enumerate(_peaks(robot)):
+            cycle[:, index] = peak * np.maximum(0.0, side * np.sin(phase))
+        return cycle
+    moved = [robot.segments[moved_segment(robot, pair)] for pair in range(len(robot.tendons))]
+    out, turn = 0.5 * (1.0 - np.cos(phase)), _BEND_RAD * np.sin(phase)
+    return np.stack(
+        [part.stroke_m * out if part.joint == "prismatic" else pulled_m(part, turn) for part in moved], axis=1
+    )
 
 
 @singledispatch
@@ -153,17 +173,17 @@ def _(robot: RollingRobot) -> list[tuple[float, float]]:
     return peaks
 
 
-def _run_simulator(simulator: Simulator, tensions: NDArray[np.float64]) -> None:
-    for tension in tensions:
-        simulator.set_inputs(tension)
+def _run_simulator(simulator: Simulator, inputs: NDArray[np.float64]) -> None:
+    for row in inputs:
+        simulator.set_inputs(row)
         simulator.step(_STEPS_PER_LEVEL)
 
 
-def _run_plain(simulator: Simulator, tensions: NDArray[np.float64]) -> None:
+def _run_plain(simulator: Simulator, inputs: NDArray[np.float64]) -> None:
     """Step the model of `simulator` by MuJoCo alone; its controls are set the way it sets them."""
     model, data = simulator.model, simulator.data
-    for tension in tensions:
-        simulator.set_inputs(tension)
+    for row in inputs:
+        simulator.set_inputs(row)
         for _ in range(_STEPS_PER_LEVEL):
             mujoco.mj_step(model, data)
 
@@ -171,7 +191,7 @@ def _run_plain(simulator: Simulator, tensions: NDArray[np.float64]) -> None:
 def _run_plain_at_rest(simulator: Simulator, levels: int) -> None:
     """Step the model of `simulator` by MuJoCo alone, straight and unpulled, as many steps as `levels` ask."""
     simulator.reset()
-    simulator.set_inputs(np.zeros(simulator.model.nu))
+    simulator.set_inputs(np.zeros(len(simulator.robot.tendons)))
     for _ in range(levels * _STEPS_PER_LEVEL):
         mujoco.mj_step(simulator.model, simulator.data)
 
@@ -199,10 +219,15 @@ def table_text(speeds: Sequence[Speed]) -> str:
     )
     lines = [header, "-" * len(header)]
     for speed in speeds:
+        name = speed.robot
+        if speed.steps_per_s_friction is not None:
+            lines.append(
+                f"{name:<24} {'on':<8} {speed.steps_per_s_friction:>9.0f} "
+                f"{speed.real_time_friction:>8.1f}x {speed.of_plain:>8.2f}x {speed.friction_cost:>13.2f}x"
+            )
+            name = ""
         lines += [
-            f"{speed.robot:<24} {'on':<8} {speed.steps_per_s_friction:>9.0f} "
-            f"{speed.real_time_friction:>8.1f}x {speed.of_plain:>8.2f}x {speed.friction_cost:>13.2f}x",
-            f"{'':<24} {'off':<8} {speed.steps_per_s_frictionless:>9.0f} "
+            f"{name:<24} {'off':<8} {speed.steps_per_s_frictionless:>9.0f} "
             f"{speed.real_time_frictionless:>8.1f}x {speed.python_cost:>8.2f}x {'':>14} "
             f"{speed.python_cost:>11.2f}x",
             f"{'':<24} {'mj_step':<8} {speed.steps_per_s_plain:>9.0f} "

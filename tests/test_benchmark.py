@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from catheter_sim import benchmark
-from catheter_sim.benchmark import as_dict, measure, table_text, tension_cycle
+from catheter_sim.benchmark import as_dict, input_cycle, measure, table_text
 from catheter_sim.cli.main import main
-from catheter_sim.robots.catalogue import CONTINUUM_ROBOTS, ROLLING_ROBOTS, load_robot
+from catheter_sim.robots.catalogue import CATHETER_ROBOTS, CONTINUUM_ROBOTS, ROLLING_ROBOTS, load_robot
+from catheter_sim.robots.catheter_layout import moving
 from catheter_sim.robots.specification import Friction
 from catheter_sim.statics.rolling.chain import rolling_chain
 from catheter_sim.statics.rolling.complete import solve_loaded
@@ -26,7 +27,7 @@ ROBOT = "neuroendoscope_section"
 def test_tensions_bend_by_a_radian_to_and_fro(reference: str) -> None:
     """No tendon pushes, antagonists take turns, and a peak asks a radian of its last segment."""
     robot = CONTINUUM_ROBOTS[reference]()
-    cycle = tension_cycle(robot)
+    cycle = input_cycle(robot)
     assert cycle.min() == 0.0
     segments = {segment.name: segment for segment in robot.segments}
     for index, tendon in enumerate(robot.tendons):
@@ -42,7 +43,7 @@ def test_tensions_bend_by_a_radian_to_and_fro(reference: str) -> None:
 def test_tensions_of_rolling_joints_bend_by_a_radian_in_first_order(reference: str) -> None:
     """At a thousandth of its peak a rod alone bends its last segment by a thousandth of a radian."""
     robot = ROLLING_ROBOTS[reference]()
-    cycle = tension_cycle(robot)
+    cycle = input_cycle(robot)
     assert cycle.min() == 0.0
     chain = rolling_chain(replace(robot, friction=Friction(0.0)))
     theta = solve_loaded(chain, np.diag(1e-3 * cycle.max(axis=0)), np.zeros(3)).theta
@@ -54,6 +55,62 @@ def test_tensions_of_rolling_joints_bend_by_a_radian_in_first_order(reference: s
         for other, opposite in enumerate(robot.tendons):
             if rod.side[1] == opposite.side[1] and rod.side[0] != opposite.side[0]:
                 assert not (cycle[:, index] * cycle[:, other]).any()
+
+
+MITRAL = ("mitral_transseptal", "mitral_4dof")
+
+
+@pytest.mark.parametrize("reference", MITRAL)
+def test_displacements_turn_a_catheters_joints_by_a_radian_to_either_side(reference: str) -> None:
+    """At the cycle's peaks the simulated joints are a radian from rest, and the tube is out by its stroke."""
+    robot = CATHETER_ROBOTS[reference]()
+    cycle = input_cycle(robot)
+    assert cycle[:, 3].min() >= 0.0
+    assert cycle[benchmark._LEVELS // 2, 3] == pytest.approx(60e-3, rel=1e-12)
+    for level, wanted in ((benchmark._LEVELS // 4, 1.0), (3 * benchmark._LEVELS // 4, -1.0)):
+        simulator = benchmark.Simulator(robot, inertia=False)
+        simulator.set_inputs(cycle[level])
+        simulator.settle()
+        for place in moving(robot):
+            segment = robot.segments[place]
+            if segment.joint == "prismatic":
+                continue
+            names = [segment.name]
+            if segment.joint == "bending":
+                names = [f"{segment.name}_{gap}" for gap in range(1, segment.rings + 2)]
+            angle = sum(float(simulator.data.joint(name).qpos[0]) for name in names)
+            assert angle == pytest.approx(wanted, abs=2e-3), segment.name
+
+
+@pytest.mark.parametrize("reference", MITRAL)
+def test_both_loops_of_a_catheter_move_it_alike(reference: str) -> None:
+    """A quarter of the cycle: tips within 3 mm of each other, which the linear torsion joints are apart."""
+    robot = load_robot(reference)
+    cycle = input_cycle(robot)[: benchmark._LEVELS // 4]
+    tips = []
+    for loop in (benchmark._run_simulator, benchmark._run_plain):
+        simulator = benchmark.Simulator(robot)
+        rest = simulator.posture().p_w[-1]
+        loop(simulator, cycle)
+        tips.append(simulator.posture().p_w[-1])
+        assert np.linalg.norm(tips[-1] - rest) > 30e-3
+    assert np.linalg.norm(tips[0] - tips[1]) < 3e-3
+
+
+def test_a_catheter_has_rows_with_friction_only_where_it_has_friction() -> None:
+    """The nominal robot: two rows and nulls in JSON; with friction in its specification: three rows."""
+    nominal = measure("mitral_4dof", turns=1)
+    assert nominal.plain_pulled
+    assert nominal.links == 13  # 3 and 6 rings, two rigid links, the tube's module, the torsion module
+    shown = as_dict(nominal)
+    assert shown["steps_per_s_friction"] is shown["friction_cost"] is shown["real_time_friction"] is None
+    assert nominal.of_plain == pytest.approx(nominal.python_cost)
+    first, second = table_text([nominal]).splitlines()[2:4]
+    assert first.split()[:2] == ["mitral_4dof", "off"]
+    assert second.split()[0] == "mj_step"
+    rubbing = measure("mitral_4dof@elongation", turns=1)
+    assert rubbing.friction_cost is not None
+    assert table_text([rubbing]).splitlines()[2].split()[:2] == ["mitral_4dof@elongation", "on"]
 
 
 def test_ratios_belong_to_the_measured_times() -> None:
@@ -70,7 +127,7 @@ def test_ratios_belong_to_the_measured_times() -> None:
 def test_all_three_loops_move_the_robot() -> None:
     """What is timed is work: each loop bends the robot, with friction less readily than without."""
     robot = load_robot(ROBOT)
-    pulled = tension_cycle(robot)[: benchmark._LEVELS // 4]
+    pulled = input_cycle(robot)[: benchmark._LEVELS // 4]
     bends = []
     for reference, loop in (
         (["friction.mu=0.3"], benchmark._run_simulator),
@@ -94,7 +151,7 @@ def test_the_plain_loop_of_rolling_joints_is_measured_at_rest_and_the_table_says
     assert speed.links == 15
     assert "mj_step of chest_tube_section: at rest, unpulled" in table_text([speed])
     simulator = benchmark.Simulator(load_robot("chest_tube_section", ["friction.mu=0"]))
-    benchmark._run_simulator(simulator, tension_cycle(simulator.robot)[:10])
+    benchmark._run_simulator(simulator, input_cycle(simulator.robot)[:10])
     assert float(np.sum(simulator.posture().joint_angles)) > 0.05
     benchmark._run_plain_at_rest(simulator, 10)
     assert simulator.data.qpos == pytest.approx(np.zeros(15), abs=1e-12)

@@ -4,18 +4,20 @@ example:
   catheter-sim bench
   catheter-sim bench --json
 
-For each robot, with tendon friction on and off, tensions that bend it to and fro are simulated:
+For each robot, with tendon friction on and off (catheters that are specified without: off only),
+tensions that bend it to and fro are simulated, of a catheter displacements and an advance:
   steps/s         steps of the simulator in a second
   real time       simulated seconds in a wall-clock second, on one core
   of plain        simulator's time over that of a plain loop of mj_step on the same model without
-                  friction, fed with the same tensions: what this package adds in all (robots of rolling
-                  joints: the model at rest, as by mj_step alone links do not roll nor rods resist)
+                  friction, fed with the same inputs: what this package adds in all (robots of rolling
+                  joints: the model at rest, as by mj_step alone links do not roll nor rods resist;
+                  a catheter's torsion joints: on tendons of the model's linear law)
   friction cost   simulator with friction over simulator without; to be at most 2
   Python cost     simulator without friction over the plain loop
 
 The three loops take turns, and each figure is a median over the turns, so that whatever else the
 machine does falls on all of them alike. Ratios travel from machine to machine; steps/s do not.
-Friction on means the specified coefficient, or 0.3 where the specification has none.
+Friction on means the specified coefficient, or 0.3 where the specification of another robot has none.
 """
 
 from __future__ import annotations

@@ -103,6 +103,8 @@ _SAME_AS = {
     "stiffness_cubic_mm2": "nonlinear_stiffness",
     "rest_curvature_x_per_m": "precurvature",
     "rest_curvature_y_per_m": "precurvature",
+    "tube_curvature_x_per_m": "precurvature",
+    "tube_curvature_y_per_m": "precurvature",
     "rest_twist_deg_per_m": "twist",
     "axial_stiffness_N_per_mm": "axial_compression",
     "stiffness_N_per_mm": "tendon_elongation",

@@ -5,7 +5,8 @@ the most promising few are fitted well, and the best of these is taken if the er
 fall by more than `PAYS_ERRORS` standard errors (stretches count, not rows) and by more than
 `PAYS_SHARE`. What acts on the whole robot comes first: only when no more of that pays are values
 per channel or segment tried, which are many, and fit what they see better than what they do not see.
-Last, backward: a cause whose loss costs nothing is dropped. Nothing of the held-out data is seen.
+Last, backward: a cause whose loss costs nothing is dropped, and several causes that one alone
+explains as well as they do give way to it. Nothing of the held-out data is seen.
 """
 
 from __future__ import annotations
@@ -138,6 +139,12 @@ def select(
                 path.append(current)
         current, dropped = _backward(pool, problem, current)
         tried += dropped
+        if len(current.terms) > 1:
+            # Causes of the whole robot come first; together they may stand for one of a channel or segment.
+            alone = [item for item in singles if as_good(current, item)]
+            current = min(
+                alone, key=lambda item: (len(item.frees), item.cross_validated_rms), default=current
+            )
         if current is not path[-1]:
             path.append(current)
         if len(current.terms) == 1:

@@ -28,6 +28,7 @@ from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.statics.arc_equilibrium import solve_rows
 from catheter_sim.statics.arcs import points_on_arcs
+from catheter_sim.statics.catheter.balance import has_laws
 from catheter_sim.statics.constant_curvature import arc_robots, joint_values, loads, places
 from catheter_sim.statics.models import STATIC_MODELS
 from catheter_sim.statics.planar import hinge_chain
@@ -39,6 +40,7 @@ from catheter_sim.statics.rolling.history import faces
 
 PLANAR_MODEL = "fkm_exact_arm"
 CATHETER_MODEL = "pk"
+CATHETER_LAWS_MODEL = "balance"  # of catheters whose joints and tendons do more than `pk` knows
 
 # (robots with effects, of the kind that it was made for; commanded inputs; every how many rows)
 # -> outputs in file units, (B, r, o)
@@ -144,11 +146,13 @@ class StaticTwin:
 
     def __call__(self, robots: Sequence[Robot], inputs: Inputs, every: int = 1) -> Array:
         """Return the outputs of `robots` at each `every`-th row, shape (B, r, o); NaN: no balance."""
-        solve = STATIC_MODELS[self.model].solve
         result = []
         for robot in robots:
             try:
-                run = solve(embodied(robot), arriving_inputs(robot, inputs), self.gravity_mps2)
+                built_in = embodied(robot)
+                model = CATHETER_LAWS_MODEL if _has_laws(built_in) else self.model
+                solve = STATIC_MODELS[model].solve
+                run = solve(built_in, arriving_inputs(robot, inputs), self.gravity_mps2)
             except InputError:  # no equilibrium with these numbers: a fit must turn back from them
                 result.append(np.full((len(inputs.time_s[::every]), len(self.columns)), np.nan))
                 continue
@@ -200,6 +204,10 @@ def twin_for(robot: Robot, actuation: str, columns: Sequence[str], gravity_mps2:
     if not bends_in_plane(robot) or actuation != "tension":
         return ArcTwin(names, gravity_mps2)
     return PairTwin(names, gravity_mps2) if knows(robot) else StaticTwin(PLANAR_MODEL, names, gravity_mps2)
+
+
+def _has_laws(robot: Robot) -> bool:
+    return isinstance(robot, CatheterRobot) and has_laws(robot)
 
 
 def _identity(theta: Array) -> Array:

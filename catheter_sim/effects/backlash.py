@@ -16,11 +16,15 @@ from catheter_sim.effects._channels import (
 )
 from catheter_sim.effects.face import Effect, Parameter, Values
 from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.catheter_layout import bent_by
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 
 # Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian.
+_SLACK = (
+    "slack_{}_mm"  # of a catheter's bending joint: a dead-band that its elastic return leaves without a loop
+)
 _SIZE = {"N": (25.0, 0.1), "mm": (5.0, 0.1)}
 
 
@@ -54,16 +58,36 @@ def _parameter(robot: Robot, name: str) -> Parameter:
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     common, each = _names(robot)
     if isinstance(robot, CatheterRobot):  # each joint has a drive of its own kind
-        return common_and_each(robot, common, each, lambda name: _parameter(robot, name))
+        widths = common_and_each(robot, common, each, lambda name: _parameter(robot, name))
+        return (*widths, *(_parameter(robot, _SLACK.format(name)) for name in bent_by(robot)))
     return (_parameter(robot, common),)
 
 
 def _variants(robot: Robot) -> tuple[tuple[str, ...], ...]:
     common, each = _names(robot)
-    return common_then_each(robot, common, each) if isinstance(robot, CatheterRobot) else ((common,),)
+    if not isinstance(robot, CatheterRobot):
+        return ((common,),)
+    slack = tuple(_SLACK.format(name) for name in bent_by(robot))
+    return (*common_then_each(robot, common, each), slack)
+
+
+def _change_robot(robot: Robot, values: Values) -> Robot:
+    """Give a catheter's drives their play, and its bending tendons their slack; others' are on the inputs."""
+    if not isinstance(robot, CatheterRobot):
+        return robot
+    common, each = _names(robot)
+    play = (values[common] + per_tendon(robot, each, values, 0.0)) * TO_SI["mm"]
+    bent = bent_by(robot)
+    pairs = []
+    for pair, own in zip(robot.tendons, play, strict=True):
+        slack = values.get(_SLACK.format(pair.name), 0.0) * TO_SI["mm"] if pair.name in bent else 0.0
+        pairs.append(replace(pair, play_m=pair.play_m + float(own), slack_m=pair.slack_m + slack))
+    return replace(robot, tendons=tuple(pairs))
 
 
 def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
+    if isinstance(robot, CatheterRobot):
+        return inputs
     common, each = _names(robot)
     width = (values[common] + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)]
     tendon = play(inputs.tendon, width) if width.any() else inputs.tendon
@@ -77,6 +101,7 @@ EFFECT = Effect(
     summary="dead-band between each actuator and its tendon; whole widths, of all and of each, add up",
     trace="a loop of constant width in the input, and a standstill after each reversal",
     parameters=_parameters,
+    change_robot=_change_robot,
     change_inputs=_change_inputs,
     variants=_variants,
 )

@@ -15,7 +15,7 @@ from catheter_sim.robots.kinds import Robot
 
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     if isinstance(robot, CatheterRobot):
-        return ()  # its joints are held by tendons that do not yield to it
+        return ()  # the statics of catheters carry no load, so the simulation would be without a twin
     unit = tip_force_N(robot)
     planar = all(segment.bending_axes == "x" for segment in robot.segments)
     return tuple(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -20,7 +19,7 @@ Observation = NDArray[np.float32]
 _PLACE_BOUND = 2.0  # robot lengths
 _SPEED_BOUND = 10.0  # robot lengths a second
 _TENSION_BOUND = 10.0  # ranges of the tension drives
-_BEND_BOUND = 4.0  # half turns
+_BEND_BOUND = 4.0  # half turns, or strokes of an advance
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Look:
         velocity, seen_velocity: mean over the step of the two tips, shape (3,) [m/s].
         level: of the drives, shape (d,).
         tension: at the actuators, shape (t,) [N].
-        bends: of the segments toward +x and +y, shape (s, 2) [rad].
+        bends: of the robot, as its quick model has them, shape (*b) [rad or m].
         state: what a picture of the robot needs.
     """
 
@@ -76,7 +75,7 @@ def observe(plant: Plant, seen: Look, target: Array, space: gymnasium.spaces.Box
         "tip_velocity": seen.seen_velocity / length,
         "level": seen.level,
         "tension": seen.tension / plant.drives.tension,
-        "bend": seen.bends.ravel() / math.pi,
+        "bend": (seen.bends / plant.quick.bend_unit).ravel(),
     }
     values = np.concatenate([parts[name] for name in _bounds(plant)])
     return np.clip(values.astype(np.float32), space.low, space.high)
@@ -104,5 +103,5 @@ def _bounds(plant: Plant) -> dict[str, tuple[Array, float]]:
         "tip_velocity": (np.full(3, -_SPEED_BOUND), _SPEED_BOUND),
         "level": (plant.drives.lowest, 1.0),
         "tension": (np.zeros(len(plant.drives.tension)), _TENSION_BOUND),
-        "bend": (np.full(2 * len(plant.segment_length), -_BEND_BOUND), _BEND_BOUND),
+        "bend": (np.full(plant.quick.bend_unit.size, -_BEND_BOUND), _BEND_BOUND),
     }

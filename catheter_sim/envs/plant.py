@@ -10,7 +10,7 @@ import numpy as np
 
 from catheter_sim.effects.apply import active, arriving_inputs, check_effects, embodied, observed_frames
 from catheter_sim.effects.face import same_inputs, same_postures
-from catheter_sim.envs.quick_model import quick_model
+from catheter_sim.envs.quick_model import input_range, quick_model
 from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.checks import check_robot
@@ -25,7 +25,8 @@ class Plant:
     """A simulated robot, its effects included.
 
     Effects on the inputs see the whole history of commands since `reset`, one row for each `move`,
-    so that their cost grows with its length.
+    so that their cost grows with its length. What they send beyond the end of a catheter's joint, where
+    its gaps have closed or its tendon is unwound, stops there: the drive stands against it.
 
     Attributes:
         specified: the robot with its effects named.
@@ -33,7 +34,7 @@ class Plant:
         quick: the robot without its effects, friction and load.
         drives: what moves it.
         segment_length: shape (s,) [m].
-        rest_bends: bend of each segment of the unloaded robot, toward +x and +y, shape (s, 2) [rad].
+        rest_bends: bends of the unloaded robot, as `quick` has them, shape (*b).
         level: of the drives now, shape (d,).
     """
 
@@ -42,7 +43,7 @@ class Plant:
         robot: Robot,
         actuation: str | None,
         gravity_mps2: Sequence[float],
-        largest_bend_rad: float,
+        largest_bend_rad: float | None = None,
     ) -> None:
         """Build the model.
 
@@ -51,7 +52,7 @@ class Plant:
             actuation: "tension" or "displacement"; default: the robot's own. Effects on the inputs
                 are in its unit.
             gravity_mps2: in the base frame, shape (3,) [m/s^2].
-            largest_bend_rad: see `quick_model`.
+            largest_bend_rad: see `quick_model.quick_model`.
 
         Raises:
             InputError: the robot knows no such actuation, an effect is unknown or cannot be followed
@@ -68,17 +69,17 @@ class Plant:
         # Without inertia, as in all checks against theory: dry friction remembers every overshoot, and
         # how far a robot of assumed mass and damping overshoots is not known.
         self.simulator = Simulator(built_in, actuation, gravity_mps2, inertia=False)
+        self._range = input_range(built_in)
         self._changes_inputs = any(
             effect.change_inputs is not same_inputs for effect, _ in active(self.specified)
         )
         self.segment_length = self.quick.segment_length
-        names = [self.simulator.model.joint(index).name for index in range(self.simulator.model.njnt)]
-        # Hinges x<i> and y<i> add up to a segment's bend.
-        self._bend_of = np.zeros((len(self.segment_length), 2, self.simulator.model.nq))
-        for name in names:
-            if name[0] in "xy" and name[1:].isdigit():
-                place = self.quick.segment_of_link[int(name[1:]) - 1], "xy".index(name[0])
-                self._bend_of[(*place, int(self.simulator.model.joint(name).qposadr[0]))] = 1.0
+        self._bend_of = np.zeros((*self.quick.bend_unit.shape, self.simulator.model.nq))
+        for index in range(self.simulator.model.njnt):
+            joint = self.simulator.model.joint(index)
+            place = self.quick.bend_of(joint.name)
+            if place is not None:
+                self._bend_of[(*place, int(joint.qposadr[0]))] = 1.0
         self.rest_bends = self._bend_of @ self.simulator.model.qpos_spring
         self.reset()
 
@@ -124,13 +125,13 @@ class Plant:
         return observed_frames(self.specified, p_w, R_w)
 
     def segment_bends(self) -> Array:
-        """Return the bend of each segment toward +x and +y, its hinges' sum, shape (s, 2) [rad]."""
+        """Return the robot's bends, sums of its joints, shape (*b)."""
         return self._bend_of @ self.simulator.data.qpos
 
     def _arriving(self) -> Array:
         """Return the tendons' inputs and the tip's wrench that the last command becomes, (t + 6,)."""
         if not self._changes_inputs:
-            return np.concatenate([self._commands[-1], np.zeros(6)])
+            return np.concatenate([np.clip(self._commands[-1], *self._range), np.zeros(6)])
         rows = len(self._times)
         commanded = Inputs(
             np.array(self._times),
@@ -140,7 +141,8 @@ class Plant:
             np.zeros((rows, 3)),
         )
         last = arriving_inputs(self.specified, commanded)
-        return np.concatenate([last.tendon[-1], last.force_tip[-1], last.moment_tip[-1]])
+        tendon = np.clip(last.tendon[-1], *self._range)
+        return np.concatenate([tendon, last.force_tip[-1], last.moment_tip[-1]])
 
     def _ramp(self, wrench: Array, duration_s: float) -> None:
         simulator, tendons = self.simulator, len(self.specified.tendons)

@@ -6,11 +6,12 @@ solved, some 0.05 ms each in a batch, and slopes are differences of solved postu
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.envs.drives import Drives, bends_nothing, channel_shares
+from catheter_sim.envs.drives import Drives, bend_of_link, bends_nothing, channel_shares
 from catheter_sim.mjcf.build import MAX_TENSION_N
 from catheter_sim.robots.channels import input_channels
 from catheter_sim.robots.posture import Array
@@ -39,8 +40,18 @@ class RollingModel:
     segment_length: Array
     segment_of_link: np.ndarray
     planar: bool
+    sets_bends = False
     chain: RollingChain
     member: Array
+
+    @property
+    def bend_unit(self) -> Array:
+        """Half a turn each, shape (s, 2) [rad]."""
+        return np.full((len(self.segment_length), 2), math.pi)
+
+    def bend_of(self, joint: str) -> tuple[int, ...] | None:
+        """Return the place of the bend that hinge `x<k>` or `y<k>` is part of."""
+        return bend_of_link(self.segment_of_link, joint)
 
     def reach(self, level: Array, rest_bends: Array) -> tuple[Array, Array]:
         """Return tips and bends at `level`; rest bends beyond the model's own are added evenly."""

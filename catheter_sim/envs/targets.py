@@ -7,6 +7,7 @@ and none rests on a model of the workspace.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,10 +22,11 @@ RAMP_S = 1.0  # simulated time from rest to the drives' goal, before the robot s
 PULLED_SHARE = 0.5  # of the tension drives in a random draw: single tendons and antagonists alike
 _MOST_DRAWS = 20
 _STARTS = 4  # places in the range of the drives from which a given point is sought
-_APART_RAD = 1.0  # between their segments' bends
+_APART_RAD = 1.0  # between their bends; a tube's stroke counts as half a turn
 _TRIALS = 12  # simulated postures on the way from each of them
 _GAIN = 0.95  # a trial that leaves more than this share of the miss is the last from its start
 _CORRECTED = 8  # trials from the best posture with slopes corrected by what they showed
+_FOUND = 1e-3  # of the robot's length: the frictionless robot is at the point
 _CLOUD = 4000  # draws among which the starts are chosen
 
 
@@ -67,7 +69,8 @@ def random_target(plant: Plant, rng: np.random.Generator, clearance_m: float) ->
     for _ in range(_MOST_DRAWS):
         level = rng.uniform(lowest, 1.0)
         pulled = rng.random(len(lowest)) < PULLED_SHARE
-        level = np.where((lowest < 0.0) | pulled, level, 0.0)
+        if plant.drives.actuation == "tension":
+            level = np.where(pulled, level, 0.0)
         try:
             tip = tip_at(plant, level)
         except SimulationDiverged:
@@ -171,18 +174,43 @@ def frictionless_reach(plant: Plant) -> tuple[Array, Array, Array]:
     """Return where the robot without friction and load goes all over the range of its drives.
 
     Returns:
-        Levels, shape (n, d), tips, shape (n, 3) [m], and bends of the segments, shape (n, s, 2) [rad].
+        Levels, shape (n, d), tips, shape (n, 3) [m], and bends, shape (n, *b) [rad or m].
     """
     lowest = plant.drives.lowest
     rng = np.random.default_rng(0)  # the same points every time
     level = rng.uniform(lowest, 1.0, (_CLOUD, len(lowest)))
     level[::2] *= rng.random(level[::2].shape) < PULLED_SHARE
+    bent = plant.quick.reach(level[1:2], plant.rest_bends)[1][0]
+    level *= np.any(plant.quick.tip_slopes(level[1], bent), axis=0)  # drives that move no tip stay at rest
     return level, *plant.quick.reach(level, plant.rest_bends)
+
+
+def frictionless_level(plant: Plant, target_m: Array) -> Array:
+    """Return the levels at which the robot without friction and load is nearest to a point, shape (d,).
+
+    Without simulation; of the postures found from several starts.
+    """
+    quick, length = plant.quick, float(plant.segment_length.sum())
+    best, best_miss = np.zeros(len(plant.drives.names)), np.inf
+    for level in _starts(plant, target_m):
+        for _ in range(_TRIALS):
+            tips, bends = quick.reach(level[np.newaxis], plant.rest_bends)
+            miss = float(np.linalg.norm(target_m - tips[0]))
+            if miss < best_miss:
+                best, best_miss = level, miss
+            if best_miss < _FOUND * length:
+                return best
+            room = plant.drives.lowest - level, 1.0 - level
+            level = level + change_toward(
+                target_m - tips[0], quick.tip_slopes(level, bends[0]), length, *room
+            )
+    return best
 
 
 def _starts(plant: Plant, target_m: Array) -> list[Array]:
     """Return levels, far apart in posture, at which the frictionless robot is near `target_m`."""
     level, tip, bend = frictionless_reach(plant)
+    bend = bend * (math.pi / plant.quick.bend_unit)
     chosen: list[int] = []
     for index in np.argsort(np.linalg.norm(tip - target_m, axis=1)):
         if all(np.linalg.norm(bend[index] - bend[other]) > _APART_RAD for other in chosen):

@@ -8,6 +8,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.mjcf._backend import mjcf
 from catheter_sim.mjcf.catheter import add_catheter, add_catheter_tendons
 from catheter_sim.mjcf.catheter_drive import add_catheter_actuators
+from catheter_sim.mjcf.catheter_implant import add_implant
 from catheter_sim.mjcf.chain import add_chain, add_displacement_actuators, add_tendons
 from catheter_sim.mjcf.friction_tails import add_friction_tails
 from catheter_sim.mjcf.rolling import add_rods, add_rolling_chain
@@ -55,9 +56,11 @@ def build_mjcf(robot: Robot, actuation: str | None = None, friction_tails: bool 
         add_visuals(root, robot, add_rolling_chain(root, robot))
         add_rods(root, robot)
     elif isinstance(robot, CatheterRobot):
-        add_visuals(root, robot, add_catheter(root, robot))
+        bodies = add_catheter(root, robot)
+        add_visuals(root, robot, bodies)
         add_catheter_tendons(root, robot)
         add_catheter_actuators(root, robot)
+        add_implant(root, robot, bodies[-1])
     else:
         add_visuals(root, robot, add_chain(root, robot))
         add_tendons(root, robot)

@@ -3,7 +3,8 @@
 Names in the model, beside `mount` and `tip` as in `catheter_sim.mjcf.chain`:
 
 - bodies `link_<k>`, one for each element; `end_<segment>`, what lies beyond a bending segment's last gap;
-- joints: those of `channels.joint_names`, and a prismatic segment's own name;
+- joints: those of `channels.joint_names`, and a prismatic segment's own name; of a tube that bends also
+  those of `catheter_tube`;
 - sites `face_<k>`; `entry`, the base's middle; `exit_<segment>` and `inlet_<segment>`, the two ends of
   a prismatic segment's exposed tube; `hole_<pair>_<sign>_<gap>_<a|b>`, a tendon on both sides of a gap
   (`_start`, `_end`: at the joint's ends);
@@ -24,11 +25,18 @@ from catheter_sim.errors import InputError
 from catheter_sim.mjcf._backend import mjcf
 from catheter_sim.mjcf.catheter_drive import SLIDING_SCALE_N_PER_M, TURNING_SCALE_N_M_PER_RAD
 from catheter_sim.mjcf.catheter_pieces import pieces
+from catheter_sim.mjcf.catheter_tube import BEND_AXIS, add_tube_end, add_tube_springs
 from catheter_sim.mjcf.meshes import NITI
 from catheter_sim.mjcf.mount import add_feed, add_mount, pass_feed
 from catheter_sim.mjcf.scene import tendon_colour
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment, TendonPair
-from catheter_sim.robots.catheter_layout import closing_angle_rad, elements, moved_segment, ring_length_m
+from catheter_sim.robots.catheter_layout import (
+    closing_angle_rad,
+    elements,
+    joint_stiffness,
+    moved_segment,
+    ring_length_m,
+)
 from catheter_sim.robots.layout import has_mount_slide
 
 SIGNS = {"pos": 1.0, "neg": -1.0}
@@ -37,14 +45,13 @@ SIGNS = {"pos": 1.0, "neg": -1.0}
 _NO_MASS_KG, _NO_INERTIA_KG_M2 = 1e-9, 1e-13
 # Rings that touch are hard: MuJoCo's default lets them sink into each other by 3 % at 20 N, this by 0.2 %.
 _CLOSED_GAP = (0.99, 0.999, 0.001, 0.5, 2.0)
-_BEND_AXIS = {"x": (0, 1, 0), "y": (-1, 0, 0)}
 _TUBE = (0.93, 0.93, 0.90, 1.0)
 _SITE = {"size": (1e-4,), "group": 5}
 
 
 def gap_stiffness(robot: CatheterRobot, segment: CatheterSegment) -> float:
     """Return the stiffness of one gap of a bending segment, `rings` + 1 of them in series [N m/rad]."""
-    return robot.stiffness_scale * segment.bending_stiffness_N_m_per_rad * (segment.rings + 1)
+    return joint_stiffness(robot, segment) * (segment.rings + 1)
 
 
 def add_catheter(root: mjcf.RootElement, robot: CatheterRobot) -> list[mjcf.Element]:
@@ -74,7 +81,9 @@ def add_catheter(root: mjcf.RootElement, robot: CatheterRobot) -> list[mjcf.Elem
             _add_hinge(body, robot, segment, piece.gap)
             _add_holes(body, robot, segment, f"{piece.gap}_b", segment.half_gap_m)
         else:
+            add_tube_end(body, robot, segment, "exit")
             _add_joint(body, robot, segment)
+            add_tube_end(body, robot, segment, "inlet")
         if segment.joint == "prismatic":
             _add_tube_ends(body, robot, segment, "inlet", 0.0)
         if piece.element:
@@ -124,6 +133,7 @@ def add_catheter_tendons(root: mjcf.RootElement, robot: CatheterRobot) -> None:
             gaps = [f"{gap}_{side}" for gap in range(1, segment.rings + 2) for side in "ab"]
             for where in ("start", *gaps, "end"):
                 element.add("site", site=f"hole_{name}_{where}")
+    add_tube_springs(root, robot)
 
 
 def tendon_radius_m(robot: CatheterRobot) -> float:
@@ -144,7 +154,7 @@ def _start_bending(
     Raises:
         InputError: the joint has no stiffness.
     """
-    if segment.bending_stiffness_N_m_per_rad == 0.0:
+    if joint_stiffness(robot, segment) == 0.0:
         raise InputError(
             f"{robot.name}: segments.{segment.name}.bending_stiffness_N_mm_per_rad = 0: "
             "the simulation needs wires that keep the rings apart"
@@ -164,8 +174,9 @@ def _add_hinge(body: mjcf.Element, robot: CatheterRobot, segment: CatheterSegmen
         "joint",
         name=f"{segment.name}_{gap}",
         type="hinge",
-        axis=_BEND_AXIS[segment.bends_toward],
+        axis=BEND_AXIS[segment.bends_toward],
         stiffness=stiffness,
+        springref=segment.rest_rad / (segment.rings + 1) or None,
         range=(-limit, limit),
         limited=True,
         solimplimit=_CLOSED_GAP,

@@ -16,9 +16,10 @@ import math
 from catheter_sim.mjcf._backend import mjcf
 from catheter_sim.mjcf.mount import FEED_LENGTH_M
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment, TendonPair
-from catheter_sim.robots.catheter_layout import moved_segment
+from catheter_sim.robots.catheter_layout import joint_stiffness, moved_segment
 from catheter_sim.robots.layout import has_mount_slide
-from catheter_sim.statics.catheter.tendons import arm_m
+from catheter_sim.statics.catheter.elongation import PRINTED
+from catheter_sim.statics.catheter.tendons import arm_m, drawn_at_rest_m
 
 # An inextensible tendon is a spring this many times stiffer than its joint's bending seen from it; the
 # angle then lags by less than 0.02 % of itself. Ten times that of a continuum robot: what is beyond the
@@ -31,7 +32,12 @@ SLIDING_SCALE_N_PER_M = 1e3
 
 
 def tendon_stiffness(robot: CatheterRobot, pair: TendonPair) -> float:
-    """Return the stiffness of each tendon of a pair, or of an advanced tube; finite [N/m]."""
+    """Return the stiffness of each tendon of a pair, or of an advanced tube; finite [N/m].
+
+    Of a tendon with a law of its own: that at no strain, in series with its stiffness.
+    """
+    if pair.law == "uhmwpe":
+        return 1.0 / (pair.length_m / PRINTED.envelope_N[2] + 1.0 / pair.stiffness_N_per_m)
     if math.isfinite(pair.stiffness_N_per_m):
         return pair.stiffness_N_per_m
     segment = next(item for item in robot.segments if item.name == pair.moves)
@@ -39,7 +45,7 @@ def tendon_stiffness(robot: CatheterRobot, pair: TendonPair) -> float:
         return INEXTENSIBLE_RATIO * SLIDING_SCALE_N_PER_M
     if segment.joint == "torsion":
         return INEXTENSIBLE_RATIO * TURNING_SCALE_N_M_PER_RAD / segment.tendon_radius_m**2
-    joint = robot.stiffness_scale * segment.bending_stiffness_N_m_per_rad
+    joint = joint_stiffness(robot, segment)
     return INEXTENSIBLE_RATIO * joint / segment.arm_m**2
 
 
@@ -75,7 +81,8 @@ def _add_puller(
 ) -> None:
     """Add the actuator of one tendon of a bending joint: a spring that pulls only."""
     stiffness = tendon_stiffness(robot, pair)
-    length = segment.length_m + (FEED_LENGTH_M if has_mount_slide(robot) else 0.0)
+    length = segment.length_m + pair.slack_m + (FEED_LENGTH_M if has_mount_slide(robot) else 0.0)
+    length -= drawn_at_rest_m(segment, sign)
     root.actuator.add(
         "general",
         name=name,

@@ -4,9 +4,9 @@ All are in metres, in the frame of a piece's body (`catheter_sim.mjcf.catheter_p
 tip, z = 0 at the hinge of a ring, at the base end of a module. Rings have their lumen, two tendons'
 holes in the bending plane and two wires' holes across it. The wires run from hinge to hinge.
 
-Assumed, as no paper gives them: the piece under the base, the plate that ends a guide, the implant's
-shape (13 mm long, 9.5 mm of it free, closed), grooves and flats. The strips that show a torsion joint's
-wrapped pair turn with the module.
+Assumed, as no paper gives them: the piece under the base, the plate that ends a guide, grooves and flats.
+The strips that show a torsion joint's wrapped pair turn with the module. Of the implant only foot and
+post are here; its arms move (`catheter_sim.mjcf.catheter_implant`).
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ import math
 import numpy as np
 import trimesh
 
+from catheter_sim.mjcf.catheter_implant import COLOUR as IMPLANT_COLOUR
+from catheter_sim.mjcf.catheter_implant import has_implant, holder_length_m, post_mesh
 from catheter_sim.mjcf.catheter_pieces import Piece, hinge_heights_m, pieces
 from catheter_sim.mjcf.meshes import FIXED, NITI, PEEK, PEEK_NEXT, Colour, Part
 from catheter_sim.mjcf.scene import tendon_colour
-from catheter_sim.mjcf.solids import Array, across_y, box, circle, domed_rod, prism, together
+from catheter_sim.mjcf.solids import Array, circle, domed_rod, prism, together
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
 from catheter_sim.robots.catheter_layout import elements, ring_length_m
 
 RING_PREFIX, MODULE_PREFIX, BASE_PREFIX = "ring", "module", "base"
 _STEEL: Colour = (0.50, 0.58, 0.67, 1.0)
 _TUBE_MODULE: Colour = (0.72, 0.78, 0.84, 1.0)
-_IMPLANT: Colour = (0.90, 0.70, 0.32, 1.0)
 _SLEEVE: Colour = (0.90, 0.91, 0.92, 1.0)
 _OUTER_SECTIONS, _LUMEN_SECTIONS, _HOLE_SECTIONS, _WIRE_SECTIONS = 48, 24, 10, 8
 _WIRE, _HOLE = 0.045, 0.085  # drawn radii over the outer radius
 _PLATE = 0.12  # thickness of the plate that ends a guide, over the outer radius
 _GROOVES, _GROOVE_DEPTH = 4, 0.05  # along a torsion module: they show its turn
-_HOLDER_M, _IMPLANT_M = 5.5e-3, 9.5e-3  # most of a holder's solid part; the implant beyond it
 _BASE_MODULE, _SLEEVE_LENGTH, _SLEEVE_WIDTH = 1.75, 5.0, 0.88  # over the outer radius: 5 mm, 14 mm, 5 mm
 
 
@@ -66,8 +66,8 @@ def body_meshes(robot: CatheterRobot) -> dict[str, trimesh.Trimesh]:
         if grooves:
             for sign, side in ((1.0, "pos"), (-1.0, "neg")):
                 meshes[f"wrap_{name}.{side}"] = _wrapped(segment, sign, solid)
-    if _has_implant(robot):
-        meshes["implant"] = _implant(robot.segments[-1].outer_radius_m)
+    if has_implant(robot):
+        meshes["implant"] = post_mesh(robot.segments[-1].outer_radius_m)
     return meshes
 
 
@@ -133,21 +133,16 @@ def _module_parts(robot: CatheterRobot, piece: Piece) -> list[Part]:
             parts.append(
                 Part(f"wrap_{segment.name}.{side}", f"wrap_{side}", 0.0, 0.0, shown, "plastic", False)
             )
-    if _has_implant(robot) and piece.segment == len(robot.segments) - 1:
+    if has_implant(robot) and piece.segment == len(robot.segments) - 1:
         top = solid_length(robot, piece.segment)
-        parts.append(Part("implant", "implant", top, 0.0, _IMPLANT, "metal", False))
+        parts.append(Part("implant", "implant", top, 0.0, IMPLANT_COLOUR, "metal", False))
     return parts
-
-
-def _has_implant(robot: CatheterRobot) -> bool:
-    return robot.segments[-1].joint == "torsion"
 
 
 def solid_length(robot: CatheterRobot, index: int) -> float:
     """Return how much of a module is solid: of a holder that houses the implant only its base [m]."""
-    length = robot.segments[index].length_m
-    holds = _has_implant(robot) and index == len(robot.segments) - 1
-    return min(length, _HOLDER_M) if holds else length
+    holds = has_implant(robot) and index == len(robot.segments) - 1
+    return holder_length_m(robot) if holds else robot.segments[index].length_m
 
 
 def _turn(segment: CatheterSegment) -> float:
@@ -230,20 +225,3 @@ def _wrapped(segment: CatheterSegment, sign: float, solid: float) -> trimesh.Tri
     last = 4 * (len(share) - 1)
     faces += [(0, 1, 2), (0, 2, 3), (last, last + 2, last + 1), (last, last + 3, last + 2)]
     return trimesh.Trimesh(vertices, np.array(faces), process=False)
-
-
-def _implant(outer: float) -> trimesh.Trimesh:
-    """Return a closed clip from z = 0: a foot, two arms that lie together, and a spreader between them."""
-    end, width = _IMPLANT_M, 0.62 * outer
-    arm = np.array([(0.13, 0.08), (0.55, 0.08), (0.50, 0.75), (0.30, 0.96), (0.13, 1.0)])
-    arm *= np.array([outer, end])
-    mirrored = arm[::-1] * np.array([-1.0, 1.0])
-    foot = prism(circle(0.55 * outer, 24), [], 0.0, 0.12 * end)
-    return together(
-        [
-            foot,
-            across_y(arm, -width, width),
-            across_y(mirrored, -width, width),
-            box((-0.10 * outer, 0.10 * outer), (-0.5 * width, 0.5 * width), (0.10 * end, 0.8 * end)),
-        ]
-    )

@@ -39,7 +39,9 @@ ROLLING_ROBOTS: Mapping[str, Callable[[], RollingRobot]] = {
 }
 CATHETER_ROBOTS: Mapping[str, Callable[[], CatheterRobot]] = {
     "mitral_transseptal": _mitral.mitral_transseptal,
+    "mitral_transseptal@tube": _mitral.mitral_transseptal_tube,
     "mitral_4dof": _mitral.mitral_4dof,
+    "mitral_4dof@elongation": _mitral.mitral_4dof_elongation,
 }
 ROBOTS: Mapping[str, Callable[[], Robot]] = {**CONTINUUM_ROBOTS, **ROLLING_ROBOTS, **CATHETER_ROBOTS}
 

@@ -18,6 +18,11 @@ from dataclasses import dataclass, field
 
 from catheter_sim.robots.specification import Dynamics, Friction, Mount
 
+# "elastic": the joint's bending stiffness alone; else Nayar 2023, Algorithm 2, in its place.
+RESISTANCES = ("elastic", "measured_proximal", "measured_distal")
+# "linear": by `stiffness_N_per_m` alone; "uhmwpe": also by Nayar 2023, Algorithm 1, over `length_m`.
+TENDON_LAWS = ("linear", "uhmwpe")
+
 
 @dataclass(frozen=True)
 class CatheterSegment:
@@ -28,7 +33,13 @@ class CatheterSegment:
     length_m: float  # at rest: rings and gaps of a bending joint, else what lies beyond the joint
     outer_radius_m: float
     limit_rad: float = 0.0  # of a torsion or bending joint, to either side
-    stroke_m: float = 0.0  # of a prismatic joint
+    rest_rad: float = 0.0  # of a bending joint: its bend while its pair is at zero
+    # prismatic: the tube that is pushed out; stiffness inf: rigid, and the joints' includes what it adds;
+    # finite: bends under load where it is out, and adds itself over their length to the joints before it
+    stroke_m: float = 0.0
+    tube_stiffness_N_m2: float = 0.0
+    tube_curvature_x_per_m: float = 0.0  # of the unloaded tube, toward +x
+    tube_curvature_y_per_m: float = 0.0
     # torsion: each tendon is wrapped `wrap_rad` around the module, over the height
     tendon_radius_m: float = 0.0
     wrap_rad: float = 0.0
@@ -40,6 +51,7 @@ class CatheterSegment:
     arm_m: float = 0.0  # of the tendons
     rim_radius_m: float = 0.0  # at which the rings touch when a gap has closed
     bending_stiffness_N_m_per_rad: float = 0.0  # of the whole joint
+    resistance: str = "elastic"  # or a law that was measured: `RESISTANCES`
     mass_kg: float = 0.0
 
 
@@ -54,6 +66,9 @@ class TendonPair:
     moves: str  # name of a segment
     length_m: float = 0.0  # of each tendon, from the joint to its drive; 0: not known
     stiffness_N_per_m: float = math.inf  # of each tendon and its drive; inf: inextensible
+    slack_m: float = 0.0  # by which each tendon of a bending joint is too long at rest
+    play_m: float = 0.0  # whole dead-band of its drive: gear, pulley and coupling
+    law: str = "linear"  # or how the tendon itself stretches besides: `TENDON_LAWS`
 
 
 @dataclass(frozen=True)
@@ -70,6 +85,7 @@ class CatheterRobot:
     dynamics: Dynamics = field(default_factory=Dynamics)
     actuation: str = "displacement"  # the only one
     channel_radius_m: float = 0.0  # of the free lumen
-    stiffness_scale: float = 1.0  # multiplies every bending joint's stiffness
+    path_rad: float = 0.0  # by which the bending joints' tendons turn between their drives and the base
+    stiffness_scale: float = 1.0  # multiplies every bending joint's and exposed tube's stiffness
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # in file units
     sources: Mapping[str, str] = field(default_factory=dict)  # dotted file name -> source

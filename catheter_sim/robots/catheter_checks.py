@@ -6,7 +6,7 @@ import math
 from functools import partial
 
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment, TendonPair
+from catheter_sim.robots.catheter import RESISTANCES, TENDON_LAWS, CatheterRobot, CatheterSegment, TendonPair
 from catheter_sim.robots.catheter_layout import closing_angle_rad
 from catheter_sim.robots.requirements import check_name, need, positive
 from catheter_sim.robots.shared_checks import check_shared
@@ -22,11 +22,14 @@ _NUMBERS = {
         "arm_m",
         "rim_radius_m",
         "bending_stiffness_N_m_per_rad",
+        "rest_rad",
     ),
-    "prismatic": ("stroke_m",),
+    "prismatic": ("stroke_m", "tube_stiffness_N_m2", "tube_curvature_x_per_m", "tube_curvature_y_per_m"),
     "rigid": (),
 }
 _MAY_BE_ZERO = ("wrap_height_m", "bending_stiffness_N_m_per_rad")
+_EITHER_SIDE = ("rest_rad", "tube_curvature_x_per_m", "tube_curvature_y_per_m")
+_MAY_BE_INFINITE = ("tube_stiffness_N_m2",)
 _ALL = tuple(dict.fromkeys(name for names in _NUMBERS.values() for name in names))
 
 
@@ -43,6 +46,7 @@ def check_catheter_robot(robot: CatheterRobot, where: str) -> None:
     if robot.actuation != "displacement":
         raise unknown("actuation", robot.actuation, ("displacement",), where)
     _check_names(robot, where)
+    need(robot, "path_rad", top, lambda turn: 0 <= turn < math.inf, "must not be negative")
     for segment in robot.segments:
         _check_segment(segment, f"{top}segments.{segment.name}.")
     for pair in robot.tendons:
@@ -71,8 +75,11 @@ def _check_segment(segment: CatheterSegment, prefix: str) -> None:
     if segment.joint not in _NUMBERS:
         raise unknown("joint", segment.joint, _NUMBERS, prefix.removesuffix("."))
     own = _NUMBERS[segment.joint]
-    for name in ("length_m", "outer_radius_m", *(name for name in own if name not in _MAY_BE_ZERO)):
-        positive(segment, name, prefix)
+    for name in ("length_m", "outer_radius_m", *own):
+        if name not in _MAY_BE_ZERO + _EITHER_SIDE:
+            positive(segment, name, prefix, finite=name not in _MAY_BE_INFINITE)
+    for name in (name for name in own if name in _EITHER_SIDE):
+        need(segment, name, prefix, math.isfinite, "must be finite")
     for name in ("mass_kg", *(name for name in own if name in _MAY_BE_ZERO)):
         need(segment, name, prefix, lambda value: 0 <= value < math.inf, "must not be negative")
     for name in _ALL:
@@ -81,6 +88,9 @@ def _check_segment(segment: CatheterSegment, prefix: str) -> None:
             need(segment, name, prefix, lambda value: value == 0, what)
     if segment.bends_toward not in ("x", "y"):
         raise unknown("direction", segment.bends_toward, ("x", "y"), f"{prefix}bends_toward")
+    choices = RESISTANCES if segment.joint == "bending" else RESISTANCES[:1]
+    if segment.resistance not in choices:
+        raise unknown("resistance", segment.resistance, choices, prefix.removesuffix("."))
     if segment.joint == "bending":
         _check_bending(segment, prefix)
     if segment.joint == "torsion":
@@ -98,6 +108,11 @@ def _check_bending(segment: CatheterSegment, prefix: str) -> None:
         need(segment, name, prefix, partial(_at_most, segment.outer_radius_m), "lies outside the rings")
     need(segment, "arm_m", prefix, partial(_at_most, segment.rim_radius_m), "lies outside rim_radius_mm")
     _check_limit(segment, closing_angle_rad(segment), "the bend that closes the gaps", prefix)
+    bent = partial(_within, segment.limit_rad)
+    need(segment, "rest_rad", prefix, bent, "lies beyond the joint's limit")
+    if segment.resistance != RESISTANCES[0]:
+        straight = "must be 0: the measured resistance is that of a joint straight at rest"
+        need(segment, "rest_rad", prefix, lambda rest: rest == 0, straight)
 
 
 def _check_limit(segment: CatheterSegment, most_rad: float, what: str, prefix: str) -> None:
@@ -109,9 +124,24 @@ def _at_most(most: float, value: float) -> bool:
     return value <= most
 
 
+def _within(most: float, value: float) -> bool:
+    return abs(value) <= most
+
+
 def _check_pair(pair: TendonPair, robot: CatheterRobot, prefix: str) -> None:
     names = [segment.name for segment in robot.segments]
     if pair.moves not in names:
         raise unknown("segment", pair.moves, names, f"{prefix}moves")
     need(pair, "length_m", prefix, lambda length: 0 <= length < math.inf, "must not be negative")
     positive(pair, "stiffness_N_per_m", prefix, finite=False)
+    for name in ("slack_m", "play_m"):
+        need(pair, name, prefix, lambda length: 0 <= length < math.inf, "must not be negative")
+    bends = robot.segments[names.index(pair.moves)].joint == "bending"
+    if not bends:
+        need(pair, "slack_m", prefix, lambda length: length == 0, "must be 0: its joint does not bend")
+    choices = TENDON_LAWS if bends else TENDON_LAWS[:1]
+    if pair.law not in choices:
+        raise unknown("law", pair.law, choices, prefix.removesuffix("."))
+    if pair.law == "uhmwpe":
+        what = "must be above 0: the law needs the tendon's length"
+        need(pair, "length_m", prefix, lambda length: length > 0, what)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
+from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment, TendonPair
 
 TRANSSEPTAL = ("torsion", "bending", "prismatic", "torsion")
 FOUR_DOF = ("bending", "rigid", "bending", "rigid", "prismatic", "torsion")
@@ -71,6 +71,11 @@ def bent_by(robot: CatheterRobot) -> dict[str, CatheterSegment]:
     return {name: segment for name, segment in moved.items() if segment.joint == "bending"}
 
 
+def is_extensible(pair: TendonPair) -> bool:
+    """Return whether the pair's tendons stretch."""
+    return math.isfinite(pair.stiffness_N_per_m) or pair.law != "linear"
+
+
 def turning(robot: CatheterRobot) -> list[CatheterSegment]:
     """Return the segments whose joint has an angle (torsion, bending), base to tip."""
     return [segment for segment in robot.segments if segment.joint in ("torsion", "bending")]
@@ -90,6 +95,36 @@ def hinge_names(robot: CatheterRobot) -> list[str]:
         else:
             names.append(segment.name)
     return names
+
+
+def tube_stiffness_N_m2(robot: CatheterRobot, segment: CatheterSegment) -> float:
+    """Return the bending stiffness EI of the exposed tube of a prismatic segment; inf: rigid [N m^2]."""
+    return robot.stiffness_scale * segment.tube_stiffness_N_m2
+
+
+def is_curved(segment: CatheterSegment) -> bool:
+    """Return whether a prismatic segment's unloaded tube is not straight."""
+    return segment.tube_curvature_x_per_m != 0.0 or segment.tube_curvature_y_per_m != 0.0
+
+
+def bending_tubes(robot: CatheterRobot) -> list[CatheterSegment]:
+    """Return the prismatic segments whose exposed tube bends, by load or by itself, base to tip."""
+    return [
+        segment
+        for segment in robot.segments
+        if segment.joint == "prismatic" and (math.isfinite(segment.tube_stiffness_N_m2) or is_curved(segment))
+    ]
+
+
+def joint_stiffness(robot: CatheterRobot, segment: CatheterSegment) -> float:
+    """Return a bending joint's stiffness over all of its gaps [N m/rad].
+
+    The sum of its wires' and of EI / length of every tube of finite EI that runs through it to a prismatic
+    segment beyond. What a tube of infinite EI adds is in the wires' number.
+    """
+    beyond = robot.segments[robot.segments.index(segment) + 1 :]
+    tubes = sum(part.tube_stiffness_N_m2 for part in beyond if math.isfinite(part.tube_stiffness_N_m2))
+    return robot.stiffness_scale * (segment.bending_stiffness_N_m_per_rad + tubes / segment.length_m)
 
 
 def closing_angle_rad(segment: CatheterSegment) -> float:

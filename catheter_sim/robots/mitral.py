@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment, TendonPair
 from catheter_sim.robots.document import leaves, to_document
@@ -34,12 +36,26 @@ LUMEN_RADIUS_M = 0.95e-3  # Table I: ID 1.9 mm
 CROSSED_HALF_GAP_M = 0.69e-3  # Section III-C: t
 CROSSED_ARM_M = 2.1e-3  # Section III-C: a_b
 TENDON_LENGTH_M = 0.35  # Section IV-A
+CROSSED_SLACK_M = 0.3e-3  # assumed, with tendons that stretch
+TENDON_MU = 0.05  # assumed, where friction is on
+# 2022 with the quadlumen tube in place: two published figures give the tendons' and the tube's stiffness.
+# MK's second line (Eq. 25) is displacement = beta + (a_b + K / (a_b k)) bend, K of the joint, k of the
+# tendon. At a bend of 90 deg a tip that is pushed aside changes the tension by 1 N per 1.814 mm (Section
+# IV-F); by virtual work over the 11 gaps, with the first relation, no advance and no friction, that is k.
+MK_BETA_M = 1.5849e-3
+MK_SLOPE_M_PER_RAD = math.degrees(0.0290 * 1.8e-3)
+DEFLECTION_M_PER_N = 1.814e-3
+TUBE_TENDON_STIFFNESS_N_PER_M = 8338.0
+TUBE_JOINT_STIFFNESS_N_M_PER_RAD = (MK_SLOPE_M_PER_RAD - 1.8e-3) * 1.8e-3 * TUBE_TENDON_STIFFNESS_N_PER_M
+# assumed: two superelastic wires of 0.13 mm (Section II-A) and 60 GPa, free in the gaps only
+WIRES_N_M_PER_RAD = 2 * 60e9 * math.pi * (0.13e-3) ** 4 / 64 / (2 * (RINGS + 1) * HALF_GAP_M)
 
 _2022_TABLE = "Nayar 2022, Table I"
 _2023 = "Nayar 2023, Section III-C"
 _ROBOT_SOURCES = {
     "friction.mu": "assumed: none in the nominal robot",
     "mount": "assumed: rigid",
+    "path_deg": "assumed: straight",
     "dynamics": "assumed: chosen so that the robot comes to rest without overshoot",
     "stiffness_scale": "by definition 1",
 }
@@ -47,6 +63,12 @@ _NOT_OF_THIS_JOINT = "by definition 0: not of this joint"
 _COMMON = {
     "outer_radius_mm": "Nayar 2022, abstract, and Nayar 2023, Section II: 5.7 mm outer diameter",
     "mass_g": "assumed: no weight; masses are not printed",
+    "rest_deg": "assumed: straight",
+}
+_TUBE = {
+    "tube_stiffness_N_mm2": "assumed: rigid; what it adds to the joint is in the joint's stiffness",
+    "tube_curvature_x_per_m": "assumed: straight",
+    "tube_curvature_y_per_m": "assumed: straight",
 }
 _2022_TORSION = _COMMON | {
     "limit_deg": f"{_2022_TABLE}: +-75 deg",
@@ -67,6 +89,7 @@ _2022_SOURCES = {
         "bending_stiffness_N_mm_per_rad": "assumed: two 0.13 mm wires and the tube, not printed",
     },
     "advance": _COMMON
+    | _TUBE
     | {
         "length_mm": f"{_2022_TABLE}: distal torsion module, length (BM)",
         "stroke_mm": f"{_2022_TABLE}: translation 5-6 cm",
@@ -87,7 +110,9 @@ _2023_SOURCES = {
     "link_middle": _COMMON | {"length_mm": f"{_2023}: bm"},
     "bending_distal": _2023_BENDING,
     "link_tip": _COMMON | {"length_mm": f"{_2023}: bt"},
-    "advance": _COMMON | {"length_mm": f"{_2023}: dt", "stroke_mm": "Nayar 2023, Section II-A: up to 60 mm"},
+    "advance": _COMMON
+    | _TUBE
+    | {"length_mm": f"{_2023}: dt", "stroke_mm": "Nayar 2023, Section II-A: up to 60 mm"},
     "torsion": _COMMON
     | {
         "length_mm": f"{_2023}: ih",
@@ -161,6 +186,81 @@ def mitral_4dof() -> CatheterRobot:
     )
 
 
+def mitral_transseptal_tube() -> CatheterRobot:
+    """Return the catheter of Nayar 2022 as it was measured with the quadlumen tube in place.
+
+    Dead-bands of Eqs 25-26; tendons that stretch, and a tube as stiff, as two published figures say.
+    """
+    nominal = mitral_transseptal()
+    stiffness = (TUBE_JOINT_STIFFNESS_N_M_PER_RAD - WIRES_N_M_PER_RAD) * nominal.segments[1].length_m
+    changed = {
+        "bending": {"bending_stiffness_N_m_per_rad": WIRES_N_M_PER_RAD},
+        "advance": {"tube_stiffness_N_m2": stiffness},
+    }
+    pairs = {
+        "bending": {"stiffness_N_per_m": TUBE_TENDON_STIFFNESS_N_PER_M, "slack_m": MK_BETA_M},
+        "torsion_proximal": {"play_m": 1.35e-3},
+        "torsion_distal": {"play_m": 0.83e-3},
+    }
+    of_two = "Nayar 2022, Eq. 25 (second line's slope) with Section IV-F (1.814 mm/N), chosen to meet both"
+    return _changed(
+        nominal,
+        "mitral_transseptal@tube",
+        "mitral-valve catheter of Nayar 2022 with dead-bands, stretching tendons, stiff tube: as measured",
+        changed,
+        pairs,
+        {
+            "friction.mu": "assumed: polyethylene on plastic",
+            "segments.bending.bending_stiffness_N_mm_per_rad": "assumed: two wires of 0.13 mm, 60 GPa",
+            "segments.advance.tube_stiffness_N_mm2": of_two,
+            "tendons.bending.stiffness_N_per_mm": of_two,
+            "tendons.bending.slack_mm": "Nayar 2022, Eq. 25: beta_2",
+            "tendons.torsion_proximal.play_mm": "Nayar 2022, Section IV-C: d_b, proximal",
+            "tendons.torsion_distal.play_mm": "Nayar 2022, Section IV-C: d_b, distal",
+        },
+    )
+
+
+def mitral_4dof_elongation() -> CatheterRobot:
+    """Return the catheter of Nayar 2023 with its stretching tendons and its joints' measured resistance."""
+    pairs = {
+        name: {"law": "uhmwpe", "slack_m": CROSSED_SLACK_M} for name in ("bending_proximal", "bending_distal")
+    }
+    return _changed(
+        mitral_4dof(),
+        "mitral_4dof@elongation",
+        "mitral-valve catheter of Nayar 2023 with tendons that stretch, dead-bands and friction",
+        {
+            "bending_proximal": {"resistance": "measured_proximal"},
+            "bending_distal": {"resistance": "measured_distal"},
+        },
+        pairs | {"torsion": {"play_m": 0.83e-3}},
+        {"friction.mu": "assumed: polyethylene on plastic"}
+        | {f"tendons.{name}.slack_mm": "assumed: a dead-band; not printed" for name in pairs}
+        | {"tendons.torsion.play_mm": "assumed: as the distal torsion joint's of Nayar 2022, d_b"},
+    )
+
+
+def _changed(
+    robot: CatheterRobot,
+    name: str,
+    description: str,
+    segments: Mapping[str, Mapping[str, Any]],
+    pairs: Mapping[str, Mapping[str, Any]],
+    sources: Mapping[str, str],
+) -> CatheterRobot:
+    """Return `robot` with its tendons' friction and other numbers, by segment and pair."""
+    return replace(
+        robot,
+        name=name,
+        description=description,
+        segments=tuple(replace(item, **segments.get(item.name, {})) for item in robot.segments),
+        tendons=tuple(replace(item, **pairs.get(item.name, {})) for item in robot.tendons),
+        friction=Friction(TENDON_MU),
+        sources={**robot.sources, **sources},
+    )
+
+
 def _torsion(name: str, length_m: float, radius_m: float, height_m: float) -> CatheterSegment:
     return CatheterSegment(
         name=name,
@@ -175,7 +275,9 @@ def _torsion(name: str, length_m: float, radius_m: float, height_m: float) -> Ca
 
 
 def _advance(length_m: float) -> CatheterSegment:
-    return CatheterSegment("advance", "prismatic", length_m, OUTER_RADIUS_M, stroke_m=STROKE_M)
+    return CatheterSegment(
+        "advance", "prismatic", length_m, OUTER_RADIUS_M, stroke_m=STROKE_M, tube_stiffness_N_m2=math.inf
+    )
 
 
 def _crossed(name: str, toward: str, rings: int, length_m: float, limit_deg: float) -> CatheterSegment:
@@ -208,4 +310,10 @@ def _segment_sources(
 def _pair_sources(names: tuple[str, ...], length: str) -> dict[str, str]:
     found = {f"tendons.{name}.length_mm": length for name in names}
     found["tendons.advance.length_mm"] = "by definition 0: a tube"
-    return found | {f"tendons.{name}.stiffness_N_per_mm": _INEXTENSIBLE for name in names}
+    for key, text in (
+        ("stiffness_N_per_mm", _INEXTENSIBLE),
+        ("slack_mm", "assumed: taut at rest in the nominal robot"),
+        ("play_mm", "assumed: none in the nominal robot"),
+    ):
+        found |= {f"tendons.{name}.{key}": text for name in names}
+    return found

@@ -10,9 +10,12 @@ import numpy as np
 from catheter_sim.errors import InputError
 from catheter_sim.mjcf.catheter_drive import tendon_stiffness
 from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import moved_segment
+from catheter_sim.robots.catheter_layout import bent_by, is_extensible, moved_segment
 from catheter_sim.robots.channels import input_channels
 from catheter_sim.robots.posture import Array
+from catheter_sim.simulation.catheter_resistance import joint_resistances
+from catheter_sim.simulation.catheter_stretch import StretchLaws
+from catheter_sim.simulation.catheter_tube import tubes_of
 from catheter_sim.statics.catheter.tendons import largest_angle_rad, pulled_m
 
 _ROUNDING = 1e-9  # share of a range by which an input may lie beyond it
@@ -20,6 +23,11 @@ _ROUNDING = 1e-9  # share of a range by which an input may lie beyond it
 
 class CatheterDrive:
     """From the displacements of pairs to the model's controls, and back to the pairs' tensions.
+
+    Play. What arrives at a pair follows its displacement with the pair's whole dead-band, centred at rest.
+    It is taken step by step: inputs must pass through the points at which they turn.
+
+    Stretch and resistance by the laws of Nayar 2023: `catheter_stretch`, `catheter_resistance`.
 
     Torsion. With the displacement d, the pair's stiffness k and Eq. 6 of Nayar 2022 as the odd function
     l(theta) of the angle, the pair turns the joint with the moment k (d - l) dl/dtheta. It holds the
@@ -39,15 +47,24 @@ class CatheterDrive:
         self._sign = np.array([1.0] * len(moved) + [-1.0] * len(bending))
         ranges = []
         for pair, segment in zip(robot.tendons, moved, strict=True):
-            stretches = segment.joint == "bending" and math.isfinite(pair.stiffness_N_per_m)
+            stretches = segment.joint == "bending" and is_extensible(pair)
             ends = segment.joint in ("torsion", "bending") and not stretches
-            ranges.append(float(pulled_m(segment, largest_angle_rad(segment))) if ends else math.inf)
+            sides = np.array([-math.inf, math.inf])
+            if ends:
+                sides = pulled_m(segment, np.array([-1.0, 1.0]) * largest_angle_rad(segment))
+            spare = pair.slack_m + 0.5 * pair.play_m
+            ranges.append((sides[0] - spare, sides[1] + spare))
         self._range = np.array(ranges)
-        tendons = np.flatnonzero(model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
+        self._play = np.array([pair.play_m for pair in robot.tendons])
+        tendons = self.pulls = pulling_actuators(robot, model)
         self._pulling_pair = self._pair[tendons]
         # Stiff as they are, they would show the ninth digit, at which the model's text ends.
         bias = model.actuator_biasprm
-        bias[tendons, 0] = -bias[tendons, 1] * model.tendon_length0[model.actuator_trnid[tendons, 0]]
+        slack = np.array([robot.tendons[pair].slack_m for pair in self._pulling_pair])
+        rest = model.tendon_lengthspring[model.actuator_trnid[tendons, 0], 0] + slack
+        bias[tendons, 0] = -bias[tendons, 1] * rest
+        self._laws = StretchLaws(robot, model, tendons, self._pulling_pair)
+        self._resistances = joint_resistances(robot, model)
         names = [f"tendon_{robot.tendons[index].name}" for index in turns]
         modules = [moved[index] for index in turns]
         self._turns = np.array(turns, dtype=int)
@@ -59,6 +76,17 @@ class CatheterDrive:
         self._home = np.hypot(self._radius * self._wrap, self._height)
         self._stiffness = np.array([tendon_stiffness(robot, robot.tendons[index]) for index in turns])
         self._gain = model.actuator_gainprm[self._actuator, 0].copy()
+        self._arrived = np.zeros(len(robot.tendons))
+        self._tubes = tubes_of(robot, model)
+
+    def reset(self) -> None:
+        """Forget what happened: plays centred, tendons new, joints unbent."""
+        self._arrived[:] = 0.0
+        self._laws.reset()
+        for joint in self._resistances:
+            joint.reset()
+        for tube in self._tubes:
+            tube.reset()
 
     def controls(self, displacement: Array) -> Array:
         """Return the model's controls for the displacements and advances of the pairs, shape (p,) [m].
@@ -66,15 +94,39 @@ class CatheterDrive:
         Raises:
             InputError: a displacement to which no angle belongs.
         """
-        beyond = np.abs(displacement) > self._range * (1.0 + _ROUNDING)
+        least, most = self._range.T * (1.0 + _ROUNDING)
+        beyond = (displacement < least) | (displacement > most)
         if beyond.any():
             index = int(np.argmax(beyond))
             name = input_channels(self._robot)[index]
-            most = self._range[index] * 1e3
+            low, high = self._range[index] * 1e3
             raise InputError(
-                f"{self._robot.name}: {name}: beyond its joint's range, {-most:.4g} to {most:.4g} mm"
+                f"{self._robot.name}: {name}: beyond its joint's range, {low:.4g} to {high:.4g} mm"
             )
-        return self._sign * displacement[self._pair]
+        half = 0.5 * self._play
+        self._arrived = np.clip(self._arrived, displacement - half, displacement + half)
+        return self._sign * self._arrived[self._pair]
+
+    def resist(self, data: mujoco.MjData) -> bool:
+        """Let the bending joints resist as measured at the present angles; to be called before a step.
+
+        Returns whether the joints' stiffness in the model may have changed.
+        """
+        for joint in self._resistances:
+            joint.update(data)
+        return bool(self._resistances)
+
+    def bend_tubes(self, data: mujoco.MjData) -> None:
+        """Let the exposed tubes bend as beams of their present length; to be called before a step."""
+        for tube in self._tubes:
+            tube.bend(data)
+
+    def stretch(self, data: mujoco.MjData, gain: Array, bias: Array, length_gain: Array) -> bool:
+        """Let the tendons stretch by their law; see `StretchLaws.update`. Return whether any has one."""
+        if not self._laws:
+            return False
+        self._laws.update(data, gain, bias, length_gain)
+        return True
 
     def turn(self, data: mujoco.MjData) -> None:
         """Let the torsion joints' actuators be their pairs at the present angles and controls."""
@@ -110,10 +162,7 @@ class CatheterDrive:
         return displacement - drawn, arm
 
 
-def require_frictionless(robot: CatheterRobot) -> None:
-    """Raise `InputError` if the robot's tendons rub: no law for it runs beside the model yet."""
-    if robot.friction.mu > 0.0:
-        raise InputError(
-            f"{robot.name}: friction.mu = {robot.friction.mu:g}: the simulation of robots of kind "
-            f"{robot.kind!r} knows no friction yet; choices: 0"
-        )
+def pulling_actuators(robot: CatheterRobot, model: mujoco.MjModel) -> np.ndarray:
+    """Return the actuators of the tendons of `robot`'s bending joints, in the model's order, shape (k,)."""
+    driving = len(robot.tendons) + len(bent_by(robot))
+    return np.flatnonzero(model.actuator_trntype[:driving] == int(mujoco.mjtTrn.mjTRN_TENDON))

@@ -24,6 +24,7 @@ holes. It takes the tensions from the previous step.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import mujoco
@@ -31,6 +32,7 @@ import numpy as np
 
 from catheter_sim.mjcf.friction_tails import SMALLEST_LIMIT
 from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.catheter_layout import bent_by
 from catheter_sim.robots.channels import body_count
 from catheter_sim.robots.kinds import Robot, require_continuum
 from catheter_sim.robots.layout import is_planar, last_disk, links
@@ -133,6 +135,73 @@ def hinge_spans(robot: ContinuumRobot, model: mujoco.MjModel) -> dict[int, int]:
     return spans
 
 
+class PairTurns:
+    """The angles by which a catheter's bending tendons turn: on their way to the base, then at the gaps.
+
+    Halfway through a ring a tendon has turned by half of each gap beside it. Before the first gap it has
+    turned by the robot's `path_rad` and by the bends of the joints that it passes.
+    """
+
+    def __init__(self, robot: CatheterRobot, model: mujoco.MjModel, spans: int) -> None:
+        self._path = robot.path_rad
+        self._gaps = []
+        for segment in bent_by(robot).values():
+            names = [f"{segment.name}_{gap}" for gap in range(1, segment.rings + 2)]
+            self._gaps.append(np.array([model.joint(name).qposadr[0] for name in names]))
+        order = [robot.segments.index(segment) for segment in bent_by(robot).values()]
+        self._before = [[other for other, k in enumerate(order) if k < own] for own in order]
+        self._turn = np.zeros((2 * len(order), spans))
+
+    def __call__(self, data: mujoco.MjData) -> Array:
+        """Return the turn before each span, shape (2 pairs, n) [rad], in a reused array."""
+        bends = [data.qpos[gaps] for gaps in self._gaps]
+        for row, own in enumerate(bends):
+            passed = sum(abs(float(bends[other].sum())) for other in self._before[row])
+            turn = 0.5 * np.abs(own + np.concatenate([[0.0], own[:-1]]))
+            turn[0] += self._path + passed
+            self._turn[row, : len(own)] = self._turn[row + len(bends), : len(own)] = turn
+        return self._turn
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What the law needs to know of a robot's tendons.
+
+    Attributes:
+        names: of the model's tendons.
+        spans: n, the most that a tendon could have.
+        ends: number of spans of each, shape (t,).
+        span_of_dof: the span (from 0) whose length each hinge's degree of freedom changes.
+        turns: at the holes before the spans.
+    """
+
+    names: list[str]
+    spans: int
+    ends: np.ndarray
+    span_of_dof: dict[int, int]
+    turns: Turns | RodTurns | PairTurns
+
+
+def layout_of(robot: Robot, model: mujoco.MjModel) -> Layout:
+    """Return the tendons that rub, in the order of the actuators that pull them."""
+    if isinstance(robot, CatheterRobot):
+        bent = bent_by(robot)
+        names = [f"tendon_{pair}_{sign}" for sign in ("pos", "neg") for pair in bent]
+        ends = np.array(2 * [segment.rings + 1 for segment in bent.values()])
+        span_of_dof = {
+            int(model.joint(f"{segment.name}_{gap}").dofadr[0]): gap - 1
+            for segment in bent.values()
+            for gap in range(1, segment.rings + 2)
+        }
+        spans = int(ends.max())
+        return Layout(names, spans, ends, span_of_dof, PairTurns(robot, model, spans))
+    names, spans = [f"tendon_{tendon.name}" for tendon in robot.tendons], body_count(robot)
+    if isinstance(robot, RollingRobot):
+        joints = {int(model.joint(j.name).dofadr[0]): j.index - 1 for j in rolling_joints(robot)}
+        return Layout(names, spans, span_counts(robot), joints, RodTurns(robot, model))
+    return Layout(names, spans, span_counts(robot), hinge_spans(robot, model), Turns(robot, model))
+
+
 class CapstanFriction:
     """The shipped law; see the module's text."""
 
@@ -145,26 +214,16 @@ class CapstanFriction:
             drive_stiffness: of the actuators against the tendons' lengthening, 0 where the tension is
                 given, shape (t,) [N/m].
         """
-        self._mu = robot.friction.mu
-        spans, tendons = body_count(robot), len(robot.tendons)
-        self._turns: Turns | RodTurns
-        if isinstance(robot, RollingRobot):
-            self._turns = RodTurns(robot, model)
-            span_of_dof = {int(model.joint(j.name).dofadr[0]): j.index - 1 for j in rolling_joints(robot)}
-        else:
-            disked = require_continuum(robot, "friction")
-            self._turns = Turns(disked, model)
-            span_of_dof = hinge_spans(disked, model)
-        self._ends = span_counts(robot)
+        layout = layout_of(robot, model)
+        self._mu, self._turns, self._ends = robot.friction.mu, layout.turns, layout.ends
+        spans, tendons = layout.spans, len(layout.names)
         self._inside = np.arange(1, spans + 1) <= self._ends[:, np.newaxis]  # (t, n)
-        names = [f"tendon_{tendon.name}" for tendon in robot.tendons]
-        self._rows = TendonRows(model, names, set(span_of_dof))
-        self._span = np.array([span_of_dof[int(dof)] for dof in self._rows.columns])
+        self._rows = TendonRows(model, layout.names, set(layout.span_of_dof))
+        self._span = np.array([layout.span_of_dof[int(dof)] for dof in self._rows.columns])
         self._timestep = float(model.opt.timestep)
         self._drive = drive_stiffness * self._timestep
-        stiffness = np.zeros(model.nv)
-        stiffness[model.jnt_dofadr] = model.jnt_stiffness
-        self._mass = model.dof_armature + self._timestep * (model.dof_damping + self._timestep * stiffness)
+        self._model = model
+        self.know_joints()
         self._tension = np.zeros((tendons, spans))
         self._torque = np.zeros(model.nv)
         self._scratch = np.zeros((9, 2 * max(spans, model.nv, tendons) + 2))
@@ -172,6 +231,17 @@ class CapstanFriction:
     def reset(self) -> None:
         """Forget the history."""
         self._tension[:] = 0.0
+
+    def know_joints(self) -> None:
+        """Take over the stiffness of the model's joints; to be called where it has changed."""
+        model = self._model
+        stiffness = np.zeros(model.nv)
+        stiffness[model.jnt_dofadr] = model.jnt_stiffness
+        self._mass = model.dof_armature + self._timestep * (model.dof_damping + self._timestep * stiffness)
+
+    def set_drive(self, stiffness: Array) -> None:
+        """Set the actuators' stiffness against the tendons' lengthening, shape (t,) [N/m]."""
+        self._drive = stiffness * self._timestep
 
     def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
         """Find the tensions of the coming step and apply what they pull beyond the actuators."""

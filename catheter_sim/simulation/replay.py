@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from tqdm import tqdm
 
-from catheter_sim.errors import SimulationDiverged
+from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.robots.channels import Inputs, slice_inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.statics.planar_chain import row_name
 from catheter_sim.statics.rolling.loads import LinkForce
 
 RAMP_S = 2.0  # simulated time from one held row to the next
@@ -64,7 +65,8 @@ def simulate(
         others: further forces, at points of elements, steady from the start (`Simulator.set_inputs`).
 
     Raises:
-        InputError: the robot cannot be built, or a force acts on an element that it does not have.
+        InputError: the robot cannot be built, a force acts on an element that it does not have, or a
+            row asks for a displacement that its robot cannot follow.
 
     A simulation that diverges ends there; `failure` says at which row and time, and the rows before
     it are returned.
@@ -91,6 +93,8 @@ def simulate(
         except SimulationDiverged as error:
             failure = f"{error}, at row {row + 1} (time_s = {inputs.time_s[row]:g})"
             break
+        except InputError as error:
+            raise InputError(f"{row_name(inputs, row)}: {error}") from None
         postures.append(simulator.posture())
         before = wrench[row]
         if on_row is not None:

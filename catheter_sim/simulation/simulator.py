@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 
 from catheter_sim.errors import SimulationDiverged, unknown
 from catheter_sim.mjcf.build import build_mjcf
+from catheter_sim.mjcf.catheter_tube import tube_joint_names
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
-from catheter_sim.robots.catheter_layout import moving
+from catheter_sim.robots.catheter_layout import bending_tubes, moving
 from catheter_sim.robots.channels import body_count, joint_names
 from catheter_sim.robots.kinds import Robot, require_continuum
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.rolling import RollingRobot
-from catheter_sim.simulation.catheter import CatheterDrive, require_frictionless
+from catheter_sim.simulation.catheter import CatheterDrive
 from catheter_sim.simulation.elastic_law import ElasticRemainder
 from catheter_sim.simulation.friction import CapstanFriction, Friction, NestedFriction, span_counts
 from catheter_sim.simulation.link_forces import LinkForces
@@ -79,8 +80,6 @@ class Simulator:
         """
         if friction not in FRICTION_ROUTES:
             raise unknown("friction route", friction, FRICTION_ROUTES)
-        if isinstance(robot, CatheterRobot) and friction != "none":
-            require_frictionless(robot)
         nested = friction == "nested" and robot.friction.mu > 0
         if nested:
             require_continuum(robot, "the nested reference of friction")
@@ -99,6 +98,7 @@ class Simulator:
         self._angles = np.array([self.model.joint(name).qposadr[0] for name in names])
         if isinstance(robot, CatheterRobot):
             names = names + [segment.name for segment in _slides(robot)]
+            names += [name for segment in bending_tubes(robot) for name in tube_joint_names(segment)]
         self._dofs = np.array([self.model.joint(name).dofadr[0] for name in names])
         self._faces = np.array([self.model.site(f"face_{k}").id for k in range(1, body_count(robot) + 1)])
         self._inside = np.arange(1, len(self._faces) + 1) <= span_counts(robot)[:, np.newaxis]
@@ -108,10 +108,10 @@ class Simulator:
         self._others = LinkForces(robot, self.model)
         self._pushed = False
         self._catheter: CatheterDrive | None = None
+        pulls = np.flatnonzero(self.model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
         if isinstance(robot, CatheterRobot):
             self._catheter = CatheterDrive(robot, self.model)
-        # A catheter has other actuators too.
-        pulls = np.flatnonzero(self.model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
+            pulls = self._catheter.pulls  # a catheter has other actuators too
         self._pulls, self._tendons = pulls, self.model.actuator_trnid[pulls, 0]
         self._gain = self.model.actuator_gainprm[pulls, 0].copy()
         self._bias, self._length_gain = self.model.actuator_biasprm[pulls, :2].T.copy()
@@ -127,17 +127,20 @@ class Simulator:
         # Control ranges are for sliders; a simulation takes what it is given.
         self.model.actuator_ctrllimited[:] = 0
         self._friction: Friction | None = None
+        self._capstan: CapstanFriction | None = None
         if robot.friction.mu > 0 and friction != "none":
-            drive = np.zeros(len(robot.tendons)) if self._tension_driven else -self._length_gain
+            drive = np.zeros(len(pulls)) if self._tension_driven else -self._length_gain
             if nested:
                 self._friction = NestedFriction(require_continuum(robot, "nested"), self.model)
             else:
-                self._friction = CapstanFriction(robot, self.model, drive)
+                self._friction = self._capstan = CapstanFriction(robot, self.model, drive)
         self.reset()
 
     def reset(self) -> None:
         """Return to rest: the unloaded shape, zero inputs, no friction history."""
         mujoco.mj_resetData(self.model, self.data)
+        if self._catheter is not None:
+            self._catheter.reset()
         self.set_inputs(np.zeros(len(self.robot.tendons)))
         self._ctrl_before[:] = 0.0
         if self._friction is not None:
@@ -168,7 +171,11 @@ class Simulator:
             InputError: a force on an element that the robot does not have, or a catheter's displacement
                 beyond its joint's range.
         """
-        self.data.ctrl[:] = tendon if self._catheter is None else self._catheter.controls(tendon)
+        if self._catheter is None:
+            self.data.ctrl[:] = tendon
+        else:
+            controls = self._catheter.controls(tendon)
+            self.data.ctrl[: len(controls)] = controls
         self._force[:], self._moment[:] = force_tip, moment_tip
         if others or self._others:
             self._others.set(others)
@@ -192,11 +199,18 @@ class Simulator:
                 if self._rolling.compressible:
                     self._rolling.compress(data, self.span_tension(), self._force, self._others.per_element)
                 self._rolling.place(data)
+            if self._catheter is not None:
+                self._catheter.bend_tubes(data)
+                if self._catheter.resist(data) and self._capstan is not None:
+                    self._capstan.know_joints()
             mujoco.mj_step1(model, data)
-            if not self._tension_driven:
-                self._let_taut_tendons_slacken()
             if self._catheter is not None:
                 self._catheter.turn(data)
+                arrays = self._gain, self._bias, self._length_gain
+                if self._catheter.stretch(data, *arrays) and self._capstan is not None:
+                    self._capstan.set_drive(-self._length_gain)
+            if not self._tension_driven:
+                self._let_taut_tendons_slacken()
             data.qfrc_applied[:] = 0.0
             if self._pushed:
                 mujoco.mj_applyFT(
@@ -263,9 +277,12 @@ class Simulator:
         return False
 
     def span_tension(self) -> Array:
-        """Return the tension of every tendon between its holes, NaN beyond its end, shape (t, n) [N]."""
+        """Return the tension of every tendon between its holes, NaN beyond its end, shape (t, n) [N].
+
+        NaN of a catheter: its pairs are two tendons each.
+        """
         tension = self.actuator_tension()
-        if self._friction is not None:
+        if self._friction is not None and self._catheter is None:
             return self._friction.span_tension(self.data, tension)
         return np.where(self._inside, tension[:, np.newaxis], np.nan)
 

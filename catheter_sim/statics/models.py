@@ -10,6 +10,7 @@ from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.statics import constant_curvature
+from catheter_sim.statics.catheter.balance import balance
 from catheter_sim.statics.catheter.corrected import hybrid, is_transseptal, mk, pi
 from catheter_sim.statics.catheter.pure import is_catheter, pk
 from catheter_sim.statics.catheter.stretching import is_four_dof, te
@@ -107,6 +108,12 @@ _MODELS = (
         "pk",
         "pure kinematics (Nayar 2022, Eqs 3-15; 2023, Eqs 7, 12-13), no friction, no weight, no tip load",
         pk,
+        is_catheter,
+    ),
+    StaticModel(
+        "balance",
+        "pk with the joints' balance: friction, tendons' and joints' measured laws (Nayar 2023), history",
+        balance,
         is_catheter,
     ),
     StaticModel(

@@ -21,6 +21,9 @@ from catheter_sim.validation.chest_tube_requirements import (
 from catheter_sim.validation.chest_tube_terms import validate_terms
 from catheter_sim.validation.lines import Validation, merge
 from catheter_sim.validation.mitral import validate_4dof, validate_transseptal
+from catheter_sim.validation.mitral_elongation import validate_elongation
+from catheter_sim.validation.mitral_joints import validate_joints
+from catheter_sim.validation.mitral_motion import validate_motion
 from catheter_sim.validation.mitral_render import validate_render_4dof, validate_render_transseptal
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
@@ -42,8 +45,13 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_render_chest_tube,
     ),
     "chest_tube": (validate_full_chest_tube, validate_full_sleeve, validate_full_requirements),
-    "mitral_transseptal": (validate_transseptal, validate_render_transseptal),
-    "mitral_4dof": (validate_4dof, validate_render_4dof),
+    "mitral_transseptal": (
+        validate_transseptal,
+        validate_joints,
+        validate_motion,
+        validate_render_transseptal,
+    ),
+    "mitral_4dof": (validate_4dof, validate_elongation, validate_render_4dof),
 }
 
 

@@ -17,6 +17,8 @@ IDS = (
     "catheter_sim/NeuroendoscopeSectionReach-v0",
     "catheter_sim/ChestTubeReach-v0",
     "catheter_sim/ChestTubeSectionReach-v0",
+    "catheter_sim/MitralTransseptalReach-v0",
+    "catheter_sim/Mitral4dofReach-v0",
 )
 
 

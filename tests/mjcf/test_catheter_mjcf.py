@@ -10,6 +10,7 @@ import pytest
 
 from catheter_sim.errors import InputError
 from catheter_sim.mjcf.build import build_mjcf
+from catheter_sim.mjcf.catheter_implant import ARMS
 from catheter_sim.mjcf.catheter_pieces import hinge_heights_m
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.catheter import CatheterRobot
@@ -32,11 +33,13 @@ def compiled(robot: CatheterRobot) -> mujoco.MjModel:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_model_has_the_declared_joints_stiffnesses_and_faces(name: str) -> None:
-    """Hinges and slides alone; a joint's gaps in series have its stiffness; faces lie in their places."""
+    """Hinges and slides, and the implant's; gaps in series have a joint's stiffness; faces lie in place."""
     robot = catheter(name, "stiffness_scale=1.3")
     model = compiled(robot)
     slides = [segment.name for segment in robot.segments if segment.joint == "prismatic"]
-    assert sorted(model.joint(k).name for k in range(model.njnt)) == sorted(joint_names(robot) + slides)
+    assert sorted(model.joint(k).name for k in range(model.njnt)) == sorted(
+        joint_names(robot) + slides + [*ARMS]
+    )
     for segment in robot.segments:
         if segment.joint == "bending":
             names = [f"{segment.name}_{k}" for k in range(1, segment.rings + 2)]

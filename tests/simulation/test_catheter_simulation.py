@@ -291,15 +291,15 @@ def test_gaps_close_and_bear_the_rest() -> None:
 @pytest.mark.parametrize(
     ("settings", "row", "told"),
     [
-        (("friction.mu=0.1",), (1.0, 0.0, 0.0, 0.0), "friction.mu = 0.1: .* choices: 0"),
-        ((), (9.0, 0.0, 0.0, 0.0), "displacement_bending_mm: beyond its joint's range, -8.483 to"),
+        (("tendons.advance.slack_mm=1",), (1.0, 0.0, 0.0, 0.0), "slack_mm = 1: must be 0"),
+        ((), (9.0, 0.0, 0.0, 0.0), "row 1 .*displacement_bending_mm: beyond its joint's range, -8.483 to"),
         ((), (0.0, 0.0, -6.0, 0.0), "displacement_torsion_distal_mm: beyond .* to 4.295 mm"),
     ],
 )
 def test_what_cannot_be_simulated_is_told_in_a_line(
     settings: tuple[str, ...], row: tuple[float, ...], told: str
 ) -> None:
-    """Friction, which no law covers yet, and displacements to which no angle belongs."""
+    """A robot that cannot be, and displacements to which no angle belongs."""
     inputs = rows_to_inputs(np.array([row]) * 1e-3, "displacement")
     with pytest.raises(InputError, match=told):
         simulate(catheter("mitral_transseptal", *settings), inputs, NO_GRAVITY)

@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import FOUR_DOF, TRANSSEPTAL, design, moving
+from catheter_sim.robots.catheter_layout import FOUR_DOF, TRANSSEPTAL, design, is_curved, moving
 from catheter_sim.robots.posture import Array
 from catheter_sim.statics.catheter.closed_form import four_dof_lengths, in_paper_frame
 from catheter_sim.statics.catheter.kinematics import tool_frame
@@ -89,7 +89,7 @@ def inverse(robot: CatheterRobot, tool: Array) -> InverseResult:
         tool: shape (4, 4), base frame, SI units.
 
     Raises:
-        InputError: another design, or no transform.
+        InputError: another design, a tube that is curved at rest, or no transform.
     """
     solvers: dict[tuple[str, ...], Callable[[CatheterRobot, Array, Array], list[Array]]] = {
         TRANSSEPTAL: _transseptal,
@@ -97,6 +97,12 @@ def inverse(robot: CatheterRobot, tool: Array) -> InverseResult:
     }
     if design(robot) not in solvers:
         raise InputError(f"{robot.name}: no inverse kinematics for this row of joints")
+    for segment in robot.segments:
+        if is_curved(segment):
+            raise InputError(
+                f"{robot.name}: segments.{segment.name}.tube_curvature: no closed-form inverse kinematics "
+                "for a curved tube; choices: 0 per m"
+            )
     tool = np.asarray(tool, dtype=float)
     R = tool[:3, :3]
     if tool.shape != (4, 4) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0.0:

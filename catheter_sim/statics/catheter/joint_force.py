@@ -39,23 +39,25 @@ PROXIMAL = JointForce(
 )
 DISTAL = JointForce((-0.09, 0.17, -5.02e-4, -2.12e-7), (40.0, 64.50), (4.0, 5.26, 5.54), (0.05, 0.01, 0.01))
 
+LAWS = {"measured_proximal": PROXIMAL, "measured_distal": DISTAL}  # by a segment's `resistance`
+
 
 def loading_N(law: JointForce, angle_deg: ArrayLike) -> Array:
     """Return the tension that bends the joint further, same shape [N]; never below zero."""
     return np.maximum(np.polynomial.polynomial.polyval(np.asarray(angle_deg, float), law.loading), 0.0)
 
 
-def unloading_N(law: JointForce, angle_deg: ArrayLike, turn_deg: float) -> Array:
-    """Return the tension at which the joint, let go at `turn_deg`, comes back, same shape [N]."""
+def unloading_N(law: JointForce, angle_deg: ArrayLike, turn_deg: ArrayLike) -> Array:
+    """Return the tension at which the joint, let go at `turn_deg`, comes back, shapes broadcast [N]."""
     return np.minimum(unloading_unbounded_N(law, angle_deg, turn_deg), loading_N(law, angle_deg))
 
 
 def unloading_unbounded_N(
-    law: JointForce, angle_deg: ArrayLike, turn_deg: float, hyperbolic: bool = True
+    law: JointForce, angle_deg: ArrayLike, turn_deg: ArrayLike, hyperbolic: bool = True
 ) -> Array:
     """Return the unloading curve alone, with tanh^-1 or with the tan^-1 that Algorithm 2 prints."""
-    angle = np.asarray(angle_deg, dtype=float)
-    piece = int(np.searchsorted(law.bounds_deg, turn_deg))
-    power = (np.clip(angle, 0.0, turn_deg) / (turn_deg + 0.01)) ** law.c_2[piece]
+    angle, turn = np.asarray(angle_deg, dtype=float), np.asarray(turn_deg, dtype=float)
+    piece = np.searchsorted(law.bounds_deg, turn)
+    power = (np.clip(angle, 0.0, turn) / (turn + 0.01)) ** np.take(law.c_2, piece)
     inverse = np.arctanh if hyperbolic else np.arctan
-    return loading_N(law, angle) / law.c_1[piece] * inverse(power)
+    return loading_N(law, angle) / np.take(law.c_1, piece) * inverse(power)

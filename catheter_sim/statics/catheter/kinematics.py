@@ -4,6 +4,8 @@ Joint values q: one for each segment with a joint, base to tip: angle [rad] or a
 (`catheter_layout.moving`). A bending joint is an arc of constant curvature, as a chain: a turn by half
 of the bend, a slide by chord less length, a turn by the other half (Nayar 2022, Section II-D, Eq. 20).
 
+A prismatic segment's curved tube is one too, of a length that is its joint value (`tube`).
+
 The rings lie on that arc, at their share of its length. A chain of rigid rings with a hinge in every
 gap differs: all its turning lies in the gaps.
 """
@@ -15,9 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import base_heights_m, elements, moving
+from catheter_sim.robots.catheter_layout import base_heights_m, elements, is_curved, moving
 from catheter_sim.robots.posture import Array
 from catheter_sim.statics.arcs import arc_end
+from catheter_sim.statics.catheter.tube import tube_bend, tube_chord_change, tube_end
 from catheter_sim.statics.catheter.twists import (
     exponential,
     product_of_exponentials,
@@ -40,7 +43,9 @@ class ScrewChain:
         home: the tool frame there, shape (4, 4).
         joint: index of the joint value behind each twist, shape (j,).
         chord_m: of twists that shorten with a bend: the joint's length at rest; 0 of others, shape (j,).
-        share: of its joint value that each of the other twists takes: 1, or 1/2, shape (j,).
+        share: of its joint value that each of the other twists takes: 1, 1/2, or half of a curved tube's
+            curvature [1/m], shape (j,).
+        curvature_per_m: of slides along the chord of a curved tube: its curvature; 0 of others, shape (j,).
     """
 
     twists: Array
@@ -48,6 +53,7 @@ class ScrewChain:
     joint: Array
     chord_m: Array
     share: Array
+    curvature_per_m: Array
 
 
 def screw_chain(robot: CatheterRobot) -> ScrewChain:
@@ -57,6 +63,7 @@ def screw_chain(robot: CatheterRobot) -> ScrewChain:
     joint: list[int] = []
     chord: list[float] = []
     share: list[float] = []
+    curvature: list[float] = []
     for number, index in enumerate(moving(robot)):
         segment = robot.segments[index]
         base = heights[index] * _Z
@@ -66,14 +73,25 @@ def screw_chain(robot: CatheterRobot) -> ScrewChain:
             joint += 3 * [number]
             chord += [0.0, segment.length_m, 0.0]
             share += [0.5, 0.0, 0.5]
+            curvature += 3 * [0.0]
+        elif is_curved(segment):
+            about, bend = tube_bend(segment)
+            twists += [turn(about, base), slide(_Z), turn(about, base)]
+            joint += 3 * [number]
+            chord += 3 * [0.0]
+            share += [0.5 * bend, 1.0, 0.5 * bend]
+            curvature += [0.0, bend, 0.0]
         else:
             twists.append(turn(_Z, base) if segment.joint == "torsion" else slide(_Z))
             joint.append(number)
             chord.append(0.0)
             share.append(1.0)
+            curvature.append(0.0)
     home = np.eye(4)
     home[2, 3] = heights[-1]
-    return ScrewChain(np.array(twists), home, np.array(joint), np.array(chord), np.array(share))
+    return ScrewChain(
+        np.array(twists), home, np.array(joint), np.array(chord), np.array(share), np.array(curvature)
+    )
 
 
 def tool_frame(robot: CatheterRobot, q: Array) -> Array:
@@ -139,8 +157,10 @@ def element_frames(robot: CatheterRobot, q: Array) -> tuple[Array, Array]:
             continue
         if segment.joint == "torsion":
             rotation = rotation @ exponential(turn(_Z, np.zeros(3)), value[index])[..., :3, :3]
-        reach = segment.length_m + (value[index] if segment.joint == "prismatic" else 0.0)
-        place = place + rotation[..., 2] * np.broadcast_to(reach, shape)[..., None]
+        if segment.joint == "prismatic":
+            step, turned = tube_end(segment, value[index])
+            place, rotation = place + (rotation @ step[..., None])[..., 0], rotation @ turned
+        place = place + rotation[..., 2] * segment.length_m
         found.append((place, rotation))
     places, rotations = zip(*found, strict=True)
     return np.stack(places, axis=-2), np.stack(rotations, axis=-3)
@@ -164,4 +184,5 @@ def _parameters(chain: ScrewChain, q: Array) -> tuple[Array, Array]:
     """Return each twist's parameter and its slope in its joint value, both of shape (..., j)."""
     own = q[..., chain.joint]
     change, slope = chord_change(own, chain.chord_m)
-    return chain.share * own + change, chain.share + slope
+    shorter, steeper = tube_chord_change(own, chain.curvature_per_m)
+    return chain.share * own + change + shorter, chain.share + slope + steeper

@@ -1,9 +1,11 @@
-"""Pure kinematics (PK) as a static model: displacements to angles, angles to the tool; no history.
+"""Pure kinematics (PK) as a static model: displacements to angles, angles to the tool.
 
-Nayar 2022, Eqs 5, 7, 15; Nayar 2023, Eqs 7, 12-13. Inextensible tendons unless the robot's say otherwise.
+Nayar 2022, Eqs 5, 7, 15; Nayar 2023, Eqs 7, 12-13. Inextensible, taut tendons and drives without play,
+unless the robot's say otherwise; play is the only history. Friction, a tendon's own law and a joint's
+measured resistance are `balance`'s.
 
 A bending pair's tension balances the joint's elastic moment at the tendons' arm in the straight joint,
-K |theta| / a_b. The arm at the angle, `tendons.arm_m`, is up to 2.3 % larger within 120 deg (2022
+K |theta - rest| / a_b. The arm at the angle, `tendons.arm_m`, is up to 2.3 % larger within 120 deg (2022
 robot). Torsion joints turn freely, so their pairs carry none.
 """
 
@@ -16,10 +18,11 @@ import numpy as np
 
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
-from catheter_sim.robots.catheter_layout import hinge_counts, moved_segment, moving
+from catheter_sim.robots.catheter_layout import hinge_counts, joint_stiffness, moved_segment, moving
 from catheter_sim.robots.channels import Inputs, body_count, input_channels
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.statics.catheter.drive import arriving_m
 from catheter_sim.statics.catheter.kinematics import element_frames
 from catheter_sim.statics.catheter.tendons import elastic_angle_rad, largest_angle_rad, pulled_m
 from catheter_sim.statics.planar_chain import row_name
@@ -34,7 +37,7 @@ def is_catheter(robot: Robot) -> bool:
 
 
 def pk(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
-    """Return the postures by pure kinematics; every row stands alone.
+    """Return the postures by pure kinematics; without play every row stands alone.
 
     The run's residual is a displacement here: what the angles' displacement differs by from the
     input's, the largest of the pairs [m].
@@ -66,7 +69,7 @@ def pure_joint(robot: CatheterRobot, inputs: Inputs, pair: int, model: str) -> t
         InputError: a displacement to which no angle belongs.
     """
     segment = robot.segments[moved_segment(robot, pair)]
-    displacement = inputs.tendon[:, pair]
+    displacement = arriving_m(robot.tendons[pair], inputs.tendon[:, pair])
     if segment.joint == "prismatic":
         return displacement, np.zeros(len(inputs))
     compliance_m = 0.0
@@ -75,7 +78,8 @@ def pure_joint(robot: CatheterRobot, inputs: Inputs, pair: int, model: str) -> t
     angle = elastic_angle_rad(segment, displacement, compliance_m)
     if np.isnan(angle).any():
         raise beyond(robot, inputs, int(np.argmax(np.isnan(angle))), pair, segment, model)
-    return angle, np.abs(pulled_m(segment, angle) + compliance_m * angle - displacement)
+    stretch = compliance_m * (angle - segment.rest_rad)
+    return angle, np.abs(pulled_m(segment, angle) + stretch - displacement)
 
 
 def beyond(
@@ -134,11 +138,11 @@ def elastic_tension_N(robot: CatheterRobot, pair: int, value: Array) -> Array:
     segment = robot.segments[moved_segment(robot, pair)]
     if segment.joint != "bending":
         return np.zeros(value.shape)
-    return _tension_N_per_rad(robot, segment) * np.abs(value)
+    return _tension_N_per_rad(robot, segment) * np.abs(value - segment.rest_rad)
 
 
 def _tension_N_per_rad(robot: CatheterRobot, segment: CatheterSegment) -> float:
-    return robot.stiffness_scale * segment.bending_stiffness_N_m_per_rad / segment.arm_m
+    return joint_stiffness(robot, segment) / segment.arm_m
 
 
 def _hinge_angles(robot: CatheterRobot, q: Array) -> Array:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from catheter_sim.robots.posture import Array
 from catheter_sim.statics.catheter.elongation import (
     LARGEST_STRAIN,
     SIMPLIFIED,
+    TendonLaw,
     TendonState,
     permanent_set,
     strain_at,
@@ -55,11 +56,44 @@ class Side:
 
 @dataclass(frozen=True)
 class StretchingJoint:
-    """A bending joint with its tendons' length and its force law."""
+    """A bending joint with its tendons' length and law and its own force law.
+
+    Attributes:
+        segment: the joint.
+        length_m: of each tendon.
+        force: its tendon's tension over the bend.
+        law: of the tendons.
+        mu, path_rad: friction of the tendons, and the angle by which they turn before the joint. In the
+            joint they turn by half of the bend, in the mean over its gaps.
+        elastic_N_m_per_rad: the joint's stiffness where `force` is None: then it is elastic.
+    """
 
     segment: CatheterSegment
     length_m: float
-    force: JointForce
+    force: JointForce | None
+    law: TendonLaw = SIMPLIFIED
+    mu: float = 0.0
+    path_rad: float = 0.0
+    elastic_N_m_per_rad: float = 0.0
+
+    def on_N(self, angle_deg: float) -> float:
+        """Return the tension at the drive that bends the joint further [N]."""
+        return self._at_joint_N(angle_deg, None) * self._rubbed(angle_deg)
+
+    def back_N(self, angle_deg: float, turn_deg: float) -> float:
+        """Return the tension at the drive at which the joint, let go at `turn_deg`, comes back [N]."""
+        return self._at_joint_N(angle_deg, turn_deg) / self._rubbed(angle_deg)
+
+    def _at_joint_N(self, angle_deg: float, turn_deg: float | None) -> float:
+        if self.force is None:
+            angle = math.radians(angle_deg)
+            return self.elastic_N_m_per_rad * angle / float(arm_m(self.segment, angle))
+        if turn_deg is None:
+            return float(loading_N(self.force, angle_deg))
+        return float(unloading_N(self.force, angle_deg, turn_deg))
+
+    def _rubbed(self, angle_deg: float) -> float:
+        return math.exp(self.mu * (self.path_rad + 0.5 * math.radians(angle_deg)))
 
 
 def is_four_dof(robot: Robot) -> bool:
@@ -90,10 +124,24 @@ def te(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
             angle, left = pure_joint(robot, inputs, pair, MODEL)
             values.append(angle)
             continue
-        angle, tension[:, pair], left = _bent(joints[item.name], inputs, pair, input_channels(robot)[pair])
+        displacement = inputs.tendon[:, pair]
+        drawn = np.stack([displacement, -displacement], axis=1)
+        angle, tension[:, pair], left = bent_along(
+            joints[item.name], drawn, named_rows(inputs, pair, robot, MODEL)
+        )
         values.append(angle)
         residual = np.maximum(residual, left)
     return run_of(robot, inputs, gravity_mps2, MODEL, values, residual, tension)
+
+
+def named_rows(inputs: Inputs, pair: int, robot: CatheterRobot, model: str) -> Callable[[int], str]:
+    """Return what names a row and the displacement of a pair in it in a message."""
+
+    def where(row: int) -> str:
+        channel = f"{input_channels(robot)[pair]} = {inputs.tendon[row, pair] * 1e3:g}"
+        return f"{row_name(inputs, row)}: static model {model!r}: {channel}"
+
+    return where
 
 
 def stretching_joints(robot: CatheterRobot) -> dict[str, StretchingJoint]:
@@ -130,16 +178,16 @@ def displaced(joint: StretchingJoint, side: Side, displacement_m: float) -> Side
 
     def tendon(angle_deg: float) -> TendonState:
         own = displacement_m - float(pulled_m(joint.segment, math.radians(angle_deg)))
-        return stretched(SIMPLIFIED, side.tendon, own / joint.length_m)
+        return stretched(joint.law, side.tendon, own / joint.length_m)
 
     def too_tight(angle_deg: float) -> float:
-        return tendon(angle_deg).tension_N - float(loading_N(joint.force, angle_deg))
+        return tendon(angle_deg).tension_N - joint.on_N(angle_deg)
 
     def too_loose(angle_deg: float) -> float:
         state = tendon(angle_deg)
-        excess = state.tension_N - float(unloading_N(joint.force, angle_deg, side.turn_deg))
+        excess = state.tension_N - joint.back_N(angle_deg, side.turn_deg)
         # where the joint asks for no tension it still follows the tendon, but does not slacken it
-        slack = permanent_set(SIMPLIFIED, state) - state.strain if state.tension_N == 0.0 else 0.0
+        slack = permanent_set(joint.law, state) - state.strain if state.tension_N == 0.0 else 0.0
         return excess - max(slack, 0.0)
 
     angle, turn = side.angle_deg, side.turn_deg
@@ -162,13 +210,45 @@ def bent_to(joint: StretchingJoint, side: Side, angle_deg: float) -> tuple[Side,
     The feedforward of Section IV-A: Eq. 12 plus the elongation.
     """
     if angle_deg >= side.angle_deg:
-        turn, tension_N = angle_deg, float(loading_N(joint.force, angle_deg))
+        turn, tension_N = angle_deg, joint.on_N(angle_deg)
     else:
-        turn, tension_N = side.turn_deg, float(unloading_N(joint.force, angle_deg, side.turn_deg))
-    strain = strain_at(SIMPLIFIED, side.tendon, tension_N)
-    tendon = stretched(SIMPLIFIED, side.tendon, strain)
+        turn, tension_N = side.turn_deg, joint.back_N(angle_deg, side.turn_deg)
+    strain = strain_at(joint.law, side.tendon, tension_N)
+    tendon = stretched(joint.law, side.tendon, strain)
     way = float(pulled_m(joint.segment, math.radians(angle_deg))) + joint.length_m * strain
     return Side(angle_deg, turn, tendon), way
+
+
+def bent_along(
+    joint: StretchingJoint, drawn_m: Array, where: Callable[[int], str], path_rad: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """Return what a joint does along the ways of its two tendons, from new tendons at rest.
+
+    Args:
+        joint: the joint.
+        drawn_m: of the tendon toward + and of the one toward -, shape (r, 2) [m].
+        where: what to call a row in a message.
+        path_rad: of each row, in place of the joint's, shape (r,).
+
+    Returns:
+        Angle [rad], the tighter tendon's tension [N] and the moment left over [N m], each of shape (r,).
+
+    Raises:
+        InputError: a way to which no angle belongs, or beyond what was measured of the tendon.
+    """
+    sides = [Side(), Side()]
+    angle, tension, left = (np.zeros(len(drawn_m)) for _ in range(3))
+    for row, drawn in enumerate(drawn_m):
+        if path_rad is not None:
+            joint = replace(joint, path_rad=float(path_rad[row]))
+        try:
+            sides = [displaced(joint, side, float(own)) for side, own in zip(sides, drawn, strict=True)]
+        except ValueError as error:
+            raise InputError(f"{where(row)}: {error}") from None
+        angle[row] = math.radians(sides[0].angle_deg - sides[1].angle_deg)
+        tension[row] = max(side.tendon.tension_N for side in sides)
+        left[row] = max(_unbalanced_Nm(joint, side) for side in sides)
+    return angle, tension, left
 
 
 def displacement_for_angles_m(joint: StretchingJoint, angle_rad: Array) -> Array:
@@ -187,27 +267,9 @@ def displacement_for_angles_m(joint: StretchingJoint, angle_rad: Array) -> Array
     return result
 
 
-def _bent(joint: StretchingJoint, inputs: Inputs, pair: int, channel: str) -> tuple[Array, Array, Array]:
-    """Return a joint's angle [rad], its tighter tendon's tension [N] and the moment left [N m], each (r,)."""
-    sides = [Side(), Side()]
-    angle, tension, left = (np.zeros(len(inputs)) for _ in range(3))
-    for row, displacement in enumerate(inputs.tendon[:, pair]):
-        for index, sign in enumerate((1.0, -1.0)):
-            try:
-                sides[index] = displaced(joint, sides[index], sign * float(displacement))
-            except ValueError as error:
-                where = f"{row_name(inputs, row)}: static model {MODEL!r}: {channel}"
-                raise InputError(f"{where} = {displacement * 1e3:g}: {error}") from None
-        angle[row] = math.radians(sides[0].angle_deg - sides[1].angle_deg)
-        tension[row] = max(side.tendon.tension_N for side in sides)
-        left[row] = max(_unbalanced_Nm(joint, side) for side in sides)
-    return angle, tension, left
-
-
 def _unbalanced_Nm(joint: StretchingJoint, side: Side) -> float:
     """Return by how much the tension lies outside what the joint can hold, as a moment [N m]."""
-    high = float(loading_N(joint.force, side.angle_deg))
-    low = float(unloading_N(joint.force, side.angle_deg, side.turn_deg))
+    high, low = joint.on_N(side.angle_deg), joint.back_N(side.angle_deg, side.turn_deg)
     outside = max(side.tendon.tension_N - high, low - side.tendon.tension_N, 0.0)
     return outside * float(arm_m(joint.segment, math.radians(side.angle_deg)))
 

@@ -14,6 +14,12 @@ near zero, with x = l / (2 (n + 1)) and w = sqrt((r a_t)^2 + h^2),
 
 Valid up to the angle at which a bending joint's gaps have closed, or the tendon is unwrapped.
 
+A bending joint whose rest is bent, by rest_rad, has both tendons taut there. Eq. 3 then holds for each
+tendon by itself: with the angle counted toward its own side, the pulled one is drawn by l(theta) less
+l(rest). "Size" and "sign" of an angle are those of its difference from rest. Between rest and straight
+the antagonist lacks up to 4 (n + 1) t (1 - cos) of the rest's half gap angle, 1 um at a rest of 11 deg of
+the 2022 robot and 7 um at 30 deg; it is taken to give way.
+
 The antagonist. A bending joint needs less of it than the pulley lets go: it slackens (2022, after
 Eq. 4). A torsion joint with h > 0 needs more, as its wrapped length is convex in the angle: by 0.43 mm
 of 3.55 mm at 75 deg of the 2022 proximal joint. The paper does not say so; something there must yield.
@@ -32,15 +38,15 @@ from catheter_sim.robots.posture import Array
 def pulled_m(segment: CatheterSegment, angle_rad: ArrayLike) -> Array:
     """Return how far the pair is displaced for the angle, with the angle's sign, same shape [m]."""
     angle = np.asarray(angle_rad, dtype=float)
-    size = np.abs(angle)
     if segment.joint == "bending":
-        gaps = 2 * (segment.rings + 1)
-        # 1 - cos as 2 sin^2 of the half: no digits are lost near straight
-        versine = 2.0 * np.sin(0.5 * size / gaps) ** 2
-        length = gaps * (segment.half_gap_m * versine + segment.arm_m * np.sin(size / gaps))
-    else:
-        length = _wrapped_m(segment, 0.0) - _wrapped_m(segment, size)
-    return np.copysign(length, angle)
+        side = _side(segment, angle)
+        return side * (_drawn_m(segment, side * angle) - _drawn_m(segment, side * segment.rest_rad))
+    return np.copysign(_wrapped_m(segment, 0.0) - _wrapped_m(segment, np.abs(angle)), angle)
+
+
+def drawn_at_rest_m(segment: CatheterSegment, sign: str) -> float:
+    """Return by how much a bending joint's tendon, "pos" or "neg", is shorter at rest than straight [m]."""
+    return float(_drawn_m(segment, segment.rest_rad if sign == "pos" else -segment.rest_rad))
 
 
 def released_m(segment: CatheterSegment, angle_rad: ArrayLike) -> Array:
@@ -48,11 +54,11 @@ def released_m(segment: CatheterSegment, angle_rad: ArrayLike) -> Array:
 
     Nayar 2022, Eq. 4, and the same for Eq. 6.
     """
-    size = np.abs(np.asarray(angle_rad, dtype=float))
+    angle = np.asarray(angle_rad, dtype=float)
     if segment.joint == "bending":
-        gaps = 2 * (segment.rings + 1)
-        versine = 2.0 * np.sin(0.5 * size / gaps) ** 2
-        return gaps * (segment.arm_m * np.sin(size / gaps) - segment.half_gap_m * versine)
+        side = _side(segment, angle)
+        return _drawn_m(segment, -side * segment.rest_rad) - _drawn_m(segment, -side * angle)
+    size = np.abs(angle)
     return _wrapped_m(segment, -size) - _wrapped_m(segment, 0.0)
 
 
@@ -63,10 +69,11 @@ def slack_m(segment: CatheterSegment, angle_rad: ArrayLike) -> Array:
 
 def arm_m(segment: CatheterSegment, angle_rad: ArrayLike) -> Array:
     """Return the pulled tendon's moment arm, the slope of `pulled_m`, same shape [m]."""
-    size = np.abs(np.asarray(angle_rad, dtype=float))
+    angle = np.asarray(angle_rad, dtype=float)
     if segment.joint == "bending":
-        phi = size / (2 * (segment.rings + 1))
+        phi = _side(segment, angle) * angle / (2 * (segment.rings + 1))
         return segment.half_gap_m * np.sin(phi) + segment.arm_m * np.cos(phi)
+    size = np.abs(angle)
     if segment.wrap_height_m == 0.0:
         return np.full(size.shape, segment.tendon_radius_m)
     left = segment.wrap_rad - size
@@ -84,18 +91,20 @@ def angle_rad(segment: CatheterSegment, displacement_m: ArrayLike) -> Array:
     NaN where no angle exists: the displacement is beyond that of `largest_angle_rad`.
     """
     displacement = np.asarray(displacement_m, dtype=float)
-    most = float(pulled_m(segment, largest_angle_rad(segment)))
     size = np.abs(displacement)
+    largest = largest_angle_rad(segment)
+    side = np.copysign(1.0, displacement)
+    most = np.abs(pulled_m(segment, side * largest))
     # the last bit of the largest displacement itself is no reason to refuse it
     size = np.where(size <= most * (1.0 + 1e-12), np.minimum(size, most), np.nan)
     if segment.joint == "bending":
         gaps = 2 * (segment.rings + 1)
-        t, a, x = segment.half_gap_m, segment.arm_m, size / gaps
-        angle = 2.0 * gaps * np.arctan(x / (a + np.sqrt(a * a + x * (2.0 * t - x))))
-    else:
-        whole, radius = _wrapped_m(segment, 0.0), segment.tendon_radius_m
-        around = np.sqrt(np.maximum((whole - size) ** 2 - segment.wrap_height_m**2, 0.0))
-        angle = size * (2.0 * whole - size) / (radius * (radius * segment.wrap_rad + around))
+        home = _drawn_m(segment, side * segment.rest_rad)
+        t, a, x = segment.half_gap_m, segment.arm_m, (size + home) / gaps
+        return side * 2.0 * gaps * np.arctan(x / (a + np.sqrt(a * a + x * (2.0 * t - x))))
+    whole, radius = _wrapped_m(segment, 0.0), segment.tendon_radius_m
+    around = np.sqrt(np.maximum((whole - size) ** 2 - segment.wrap_height_m**2, 0.0))
+    angle = size * (2.0 * whole - size) / (radius * (radius * segment.wrap_rad + around))
     return np.copysign(angle, displacement)
 
 
@@ -108,17 +117,34 @@ def elastic_angle_rad(segment: CatheterSegment, displacement_m: ArrayLike, compl
     displacement = np.asarray(displacement_m, dtype=float)
     if compliance_m == 0.0:
         return angle_rad(segment, displacement)
+    side = np.copysign(1.0, displacement)
     size = np.abs(displacement)
-    largest = largest_angle_rad(segment)
-    angle = np.full(size.shape, largest)
-    reached = float(pulled_m(segment, largest)) + compliance_m * largest
+    turn = side * largest_angle_rad(segment) - segment.rest_rad  # from rest
+    reached = np.abs(pulled_m(segment, segment.rest_rad + turn)) + compliance_m * np.abs(turn)
     for _ in range(50):  # convex and rising: Newton's steps come down from above
-        excess = pulled_m(segment, angle) + compliance_m * angle - size
+        angle = segment.rest_rad + turn
+        excess = np.abs(pulled_m(segment, angle)) + compliance_m * np.abs(turn) - size
         step = excess / (arm_m(segment, angle) + compliance_m)
-        angle = np.maximum(angle - step, 0.0)
+        turn = side * np.maximum(np.abs(turn) - step, 0.0)
         if not (np.abs(step) > 1e-14).any():
             break
-    return np.copysign(np.where(size <= reached * (1.0 + 1e-12), angle, np.nan), displacement)
+    return np.where(size <= reached * (1.0 + 1e-12), segment.rest_rad + turn, np.nan)
+
+
+def _side(segment: CatheterSegment, angle: Array) -> Array:
+    """Return 1 where the tendon toward + is the pulled one at a bending joint's angle, else -1."""
+    return np.where(angle >= segment.rest_rad, 1.0, -1.0)
+
+
+def _drawn_m(segment: CatheterSegment, angle: ArrayLike) -> Array:
+    """Return by how much the straight tendon is longer than at the angle, counted toward its side [m].
+
+    Nayar 2022, Eqs 1-2.
+    """
+    phi = np.asarray(angle, dtype=float) / (2 * (segment.rings + 1))
+    # 1 - cos as 2 sin^2 of the half: no digits are lost near straight
+    versine = 2.0 * np.sin(0.5 * phi) ** 2
+    return 2 * (segment.rings + 1) * (segment.half_gap_m * versine + segment.arm_m * np.sin(phi))
 
 
 def _wrapped_m(segment: CatheterSegment, angle: ArrayLike) -> Array:

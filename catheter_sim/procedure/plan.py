@@ -1,0 +1,214 @@
+"""From an anatomy to a plan: where to puncture, how to lead the sheath, and the joint values of every step.
+
+The target. The clip stands across the coaptation line, upright in the valve, its arms' hinges just below
+the free edges. That is a whole pose, six numbers; four joints and the insertion do not reach it from
+everywhere. The way in is planned with them: the place within the fossa, and the direction in which the
+outer sheath comes through (Nayar 2022, Section IV-D, has one). Of all ways the one is taken that keeps to
+the ranges of the paper's demonstration (Section IV-E) and bends the sheath the least.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from catheter_sim.errors import InputError
+from catheter_sim.mjcf.catheter_implant import IMPLANT_M, hinge_place_m, holder_length_m
+from catheter_sim.procedure.anatomy import Anatomy, coaptation_axes, depth_m, inward, septal_point
+from catheter_sim.procedure.frames import DOWN, base_frame, pose_error, transform
+from catheter_sim.procedure.valve import free_edge_z_m, pushed_edge_z_m
+from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.catheter_layout import TRANSSEPTAL, design, moving
+from catheter_sim.robots.posture import Array
+from catheter_sim.statics.catheter.kinematics import tool_frame
+
+GRASP_M = 1.5e-3  # of the free edges above the arms' hinges; assumed
+# Of the implant's foot below the free edges, as the holder has pushed them aside, before it opens: the arms,
+# which begin beyond the foot, open under the leaflets and not between them. Assumed.
+BELOW_EDGE_M = 0.5e-3
+CLEARANCE_M = 3e-3  # of the straight implant from the opposite wall; assumed
+SHEATH_RAD = math.radians(40.0)  # largest deflection of the sheath from the septum's normal; assumed
+REACHED = 1e-7  # [m, rad] largest part of a pose error that is none
+# Nayar 2022, Section IV-E: 60 deg, 25 to 35 mm; how far from them counts as much as the others' range
+_PREFERRED = {"bend": (math.radians(60.0), math.radians(15.0)), "advance": (30e-3, 6e-3)}
+_POSE_WEIGHT = 1e2
+_STEP = 1e-5  # of differences, in scaled variables
+_SCALE = np.array([1e-2, 1e-2, 0.5, 0.5, 1e-2, 0.5, 0.5, 1e-2, 0.5])
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A way to the target.
+
+    Attributes:
+        anatomy: for which it is.
+        target: tool frame in the valve frame, shape (4, 4).
+        puncture: on the septum, shape (3,) [m].
+        direction: of the sheath, unit vector into the atrium, shape (3,).
+        straight_m: insertion of the base up to which the robot is straight.
+        insertion_m: of the base beyond the puncture, in the end.
+        q: joint values in the target, base to tip, shape (4,) [rad, m].
+        below_m: by how much further the tube is advanced before the implant opens.
+    """
+
+    anatomy: Anatomy
+    target: Array
+    puncture: Array
+    direction: Array
+    straight_m: float
+    insertion_m: float
+    q: Array
+    below_m: float
+
+    def base(self, insertion_m: float) -> Array:
+        """Return the robot's base frame at an insertion, valve frame, shape (4, 4)."""
+        return base_frame(self.puncture, self.direction, self.anatomy.roll_rad, insertion_m)
+
+
+def target_frame(robot: CatheterRobot, anatomy: Anatomy) -> Array:
+    """Return the tool frame in which the closed clip holds both leaflets, valve frame, shape (4, 4)."""
+    _, across = coaptation_axes(anatomy)
+    beyond = hinge_place_m(robot, 1.0)[2] - robot.segments[-1].length_m
+    height = free_edge_z_m(anatomy) - GRASP_M + beyond
+    return transform(np.stack([across, np.cross(DOWN, across), DOWN], axis=1), np.array([0.0, 0.0, height]))
+
+
+def plan(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
+    """Return a plan.
+
+    Raises:
+        InputError: not the transseptal design, or no way within the limits.
+    """
+    if design(robot) != TRANSSEPTAL:
+        raise InputError(f"{robot.name}: the procedure is for the transseptal design of joints")
+    target = target_frame(robot, anatomy)
+    edge = pushed_edge_z_m(anatomy, robot.segments[-1].outer_radius_m)
+    below = float(target[2, 3]) - (edge - BELOW_EDGE_M)
+    low, high = _bounds(robot, anatomy, below)
+    if (low >= high).any():
+        raise InputError(f"{robot.name}: no plan: the stroke is shorter than the way under the leaflets")
+
+    def unpacked(x: Array) -> tuple[Array, Array, float, Array]:
+        values = x * _SCALE
+        puncture = septal_point(anatomy, values[0], values[1])
+        direction = _deflected(inward(anatomy, puncture), values[2], values[3])
+        return puncture, direction, float(values[4]), values[5:]
+
+    def missing(x: Array) -> Array:
+        puncture, direction, insertion, q = unpacked(x)
+        base = base_frame(puncture, direction, anatomy.roll_rad, insertion)
+        error = pose_error(target, base @ tool_frame(robot, q))
+        return error / np.array([1e-2] * 3 + [0.5] * 3)
+
+    def preferred(x: Array) -> Array:
+        values = x * _SCALE
+        wanted, spread = _PREFERRED["bend"]
+        reach, room = _PREFERRED["advance"]
+        radius = anatomy.fossa_radius_m
+        return np.array(
+            [
+                (values[0] - anatomy.fossa_y_m) / radius,
+                (values[1] - anatomy.fossa_z_m) / radius,
+                values[2] / SHEATH_RAD,
+                values[3] / SHEATH_RAD,
+                (values[6] - wanted) / spread,
+                (values[7] + below - reach) / room,
+            ]
+        )
+
+    start = np.clip(_start(robot, anatomy, below) / _SCALE, low + 1e-6, high - 1e-6)
+    rough = least_squares(
+        lambda x: np.concatenate([_POSE_WEIGHT * missing(x), preferred(x)]),
+        start,
+        bounds=(low, high),
+        xtol=1e-6,
+        ftol=1e-6,
+    )
+    # what the preferences have pulled off the pose is taken back
+    exact = _solved(missing, rough.x, low, high)
+    puncture, direction, insertion, q = unpacked(exact)
+    error = pose_error(
+        target, base_frame(puncture, direction, anatomy.roll_rad, insertion) @ tool_frame(robot, q)
+    )
+    if np.abs(error).max() > REACHED:
+        raise InputError(
+            f"{robot.name}: no plan: within the fossa, the sheath's deflection and the joints' limits the "
+            f"implant stays {np.linalg.norm(error[:3]) * 1e3:.2g} mm and "
+            f"{math.degrees(float(np.linalg.norm(error[3:]))):.2g} deg from its target"
+        )
+    straight = min(insertion, _straight_m(robot, anatomy, puncture, direction))
+    return Plan(anatomy, target, puncture, direction, straight, insertion, q, below)
+
+
+def _solved(missing: Callable[[Array], Array], start: Array, low: Array, high: Array) -> Array:
+    """Return the solution of `missing` = 0 next to `start`, by Newton's shortest steps within the bounds."""
+    x = start.copy()
+    for _ in range(10):
+        error = missing(x)
+        slope = np.stack(
+            [(missing(x + step) - missing(x - step)) / (2.0 * _STEP) for step in _STEP * np.eye(len(x))],
+            axis=1,
+        )
+        free = np.ones(len(x), dtype=bool)
+        for _ in range(len(x)):  # what would leave its bounds is held, and the others make up for it
+            move = np.zeros(len(x))
+            move[free] = np.linalg.lstsq(slope[:, free], -error, rcond=1e-9)[0]
+            leaves = free & ((x + move < low) | (x + move > high))
+            if not leaves.any():
+                break
+            free &= ~leaves
+        x = np.clip(x + move, low, high)
+        if np.abs(move).max() < 1e-11:
+            break
+    return x
+
+
+def _bounds(robot: CatheterRobot, anatomy: Anatomy, below: float) -> tuple[Array, Array]:
+    """Return the least and largest values of the planning variables, scaled."""
+    limits = [robot.segments[index] for index in moving(robot)]
+    radius = anatomy.fossa_radius_m / math.sqrt(2.0)  # a square within the fossa
+    sheath = SHEATH_RAD / math.sqrt(2.0)
+    out = robot.segments[0].length_m  # what does not bend may stay in the septum
+    low = [anatomy.fossa_y_m - radius, anatomy.fossa_z_m - radius, -sheath, -sheath, -out]
+    high = [anatomy.fossa_y_m + radius, anatomy.fossa_z_m + radius, sheath, sheath, 40e-3]
+    for segment in limits:
+        slides = segment.joint == "prismatic"
+        low.append(0.0 if slides else -segment.limit_rad)
+        high.append(segment.stroke_m - below if slides else segment.limit_rad)
+    return np.array(low) / _SCALE, np.array(high) / _SCALE
+
+
+def _start(robot: CatheterRobot, anatomy: Anatomy, below: float) -> Array:
+    """Return where the search begins: the fossa's middle, the septum's normal, the paper's ranges."""
+    bend, advance = _PREFERRED["bend"][0], _PREFERRED["advance"][0] - below
+    torsion = -anatomy.coaptation_rad
+    return np.array(
+        [anatomy.fossa_y_m, anatomy.fossa_z_m, 0.0, 0.0, 0.0, anatomy.roll_rad, bend, advance, torsion]
+    )
+
+
+def _deflected(normal: Array, aside_rad: float, down_rad: float) -> Array:
+    """Return a unit vector turned from `normal` sideways and toward the valve."""
+    side = np.cross(DOWN, normal)
+    side /= np.linalg.norm(side)
+    down = np.cross(normal, side)
+    turned = normal + math.tan(aside_rad) * side + math.tan(down_rad) * down
+    return turned / np.linalg.norm(turned)
+
+
+def _straight_m(robot: CatheterRobot, anatomy: Anatomy, puncture: Array, direction: Array) -> float:
+    """Return the insertion of the base at which the straight implant is near the opposite wall [m]."""
+    reach = tip_to_end_m(robot) + sum(segment.length_m for segment in robot.segments)
+    inside = np.linspace(10e-3, 150e-3, 281)
+    depth = depth_m(anatomy, puncture + inside[:, np.newaxis] * direction)
+    far = inside[depth < CLEARANCE_M]
+    return float(far[0]) - reach if len(far) else math.inf
+
+
+def tip_to_end_m(robot: CatheterRobot) -> float:
+    """Return how far the implant reaches beyond the tool frame [m]."""
+    return holder_length_m(robot) + IMPLANT_M - robot.segments[-1].length_m

@@ -1,0 +1,97 @@
+"""Bending joints of a simulated catheter that resist by Nayar 2023, Algorithm 2.
+
+The law is of a whole joint: its tendon's tension over the bend, higher on the way out than back. Each of
+its gaps gets the moment of that tension at the tendon's arm at its own share of the bend. Between the
+two curves a gap sticks: it is held by a spring a thousand times stiffer than the joint, which slips at
+either curve. Before each step the gap's joint stiffness and rest angle are made the tangent of that, so
+that the integrator and the tendons' friction know it; the joint's wires are replaced. Which tangent, the
+curve's or the holding spring's, depends on where the coming step goes.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
+from catheter_sim.robots.catheter_layout import bent_by
+from catheter_sim.robots.posture import Array
+from catheter_sim.statics.catheter.joint_force import LAWS, JointForce, loading_N, unloading_N
+from catheter_sim.statics.catheter.tendons import arm_m
+
+STICK_RATIO = 1e3  # stiffness of a gap that sticks over its law's
+# Of the same, where the law asks for no moment: wires bring the joint back. At the 3.4 deg below which the
+# proximal joint's law asks for none, it is 0.01 N at the tendon.
+LEAST_RATIO = 0.02
+_DIFFERENCE_DEG = 1e-4
+_APART = 0.95  # of the outward moment the inward one is less where the two curves count as two
+
+
+class JointResistance:
+    """The gaps of one bending joint and their history."""
+
+    def __init__(self, segment: CatheterSegment, model: mujoco.MjModel) -> None:
+        """Start unbent."""
+        self._law: JointForce = LAWS[segment.resistance]
+        self._segment = segment
+        self._gaps = segment.rings + 1
+        joints = [model.joint(f"{segment.name}_{gap}") for gap in range(1, self._gaps + 1)]
+        self._ids = np.array([joint.id for joint in joints])
+        self._qpos = np.array([int(joint.qposadr[0]) for joint in joints])
+        self._dofs = np.array([int(joint.dofadr[0]) for joint in joints])
+        self._model = model
+        # per radian of one gap: its moment is the joint's, its angle a share of the joint's bend
+        self._scale = np.degrees(1.0) * self._law.loading[1] * segment.arm_m * self._gaps
+        self._own = model.jnt_stiffness[self._ids].copy(), model.qpos_spring[self._qpos].copy()
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to unbent gaps without history."""
+        self._model.jnt_stiffness[self._ids], self._model.qpos_spring[self._qpos] = self._own
+        self._angle = np.zeros(self._gaps)
+        self._moment = np.zeros(self._gaps)
+        self._turn = np.zeros((2, self._gaps))  # toward + and toward - [deg]
+
+    def update(self, data: mujoco.MjData) -> None:
+        """Let the gaps' springs have the moments of the law at the present angles, before a step."""
+        angle = data.qpos[self._qpos]
+        stuck = self._moment + STICK_RATIO * self._scale * (angle - self._angle)
+        low, high = self._bounds(angle)
+        moment = np.clip(stuck, low, high)
+        nudge = np.radians(_DIFFERENCE_DEG) / self._gaps
+        low_on, high_on = self._bounds(angle + nudge)
+        # The forces of the step before say where the coming one goes.
+        pulled = data.qfrc_actuator[self._dofs] + data.qfrc_applied[self._dofs]
+        slope = np.where(
+            (stuck > high) & (pulled >= moment), (high_on - high) / nudge, STICK_RATIO * self._scale
+        )
+        slope = np.where((stuck < low) & (pulled <= moment), (low_on - low) / nudge, slope)
+        slope = np.maximum(slope, LEAST_RATIO * self._scale)
+        bend = np.degrees(np.abs(angle)) * self._gaps
+        side = np.where(angle >= 0.0, 0, 1)
+        outward = np.where(angle >= 0.0, stuck >= high, stuck <= low)
+        # Just below a turn both curves are one: a gap that trembles there has not turned again.
+        apart = np.abs(np.where(angle >= 0.0, low, high)) < _APART * np.abs(np.where(angle >= 0.0, high, low))
+        own = np.arange(self._gaps)
+        before = self._turn[side, own]
+        self._turn[side, own] = np.where((outward & apart) | (bend > before), bend, before)
+        self._angle, self._moment = angle.copy(), moment
+        self._model.jnt_stiffness[self._ids] = slope
+        self._model.qpos_spring[self._qpos] = angle - moment / slope
+
+    def _bounds(self, angle: Array) -> tuple[Array, Array]:
+        """Return the moments at which the gaps slip back and on, with the angle's sign, each (n,) [N m]."""
+        bend = np.degrees(np.abs(angle)) * self._gaps
+        arm = arm_m(self._segment, angle * self._gaps)
+        toward = angle >= 0.0
+        turn = np.where(toward, self._turn[0], self._turn[1])
+        least = LEAST_RATIO * self._scale * np.abs(angle)
+        on = np.maximum(loading_N(self._law, bend) * arm, least)
+        back = np.maximum(unloading_N(self._law, bend, turn) * arm, least)
+        return np.where(toward, back, -on), np.where(toward, on, -back)
+
+
+def joint_resistances(robot: CatheterRobot, model: mujoco.MjModel) -> list[JointResistance]:
+    """Return the bending joints whose resistance was measured, in the order of their pairs."""
+    bent = bent_by(robot).values()
+    return [JointResistance(segment, model) for segment in bent if segment.resistance in LAWS]
