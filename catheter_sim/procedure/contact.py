@@ -4,6 +4,9 @@ MuJoCo's own contacts have no stiffness that could be stated in N/m: it depends 
 posture, the more so under its discrete integrator. So the wall's contacts are only found by MuJoCo
 (`scene` gives its geoms a gap), and their forces are springs here: stiffness times depth, one for each
 element of the robot, at its deepest contact. Leaflets, which give way on their hinges, are MuJoCo's.
+
+A spring acts one step late. On the transseptal robot's straight end, as soft sideways as it gets, it comes
+to rest up to 200 N/m at the robot's time step of 5 ms; at 400 N/m it rattles.
 """
 
 from __future__ import annotations

@@ -78,7 +78,8 @@ def _check_names(robot: ContinuumRobot, where: str) -> None:
 def _check_segment(segment: Segment, prefix: str) -> None:
     for name in ("length_m", "outer_radius_m", "bending_stiffness_N_m2", "mass_kg"):
         positive(segment, name, prefix)
-    positive(segment, "torsion_stiffness_N_m2", prefix, finite=False)
+    for name in ("torsion_stiffness_N_m2", "axial_stiffness_N", "shear_stiffness_N"):
+        positive(segment, name, prefix, finite=False)
     need(segment, "disks", prefix, lambda count: count >= 1, "must be 1 or more")
     need(segment, "bending_axes", prefix, lambda axes: axes in ("x", "xy"), "must be x or xy")
     for name in ("stiffness_cubic_m2", "stiffness_quintic_m4"):

@@ -25,6 +25,8 @@ _SOURCES = {
     "bending_stiffness_N_mm2": f"{_KATO}: 8.6e-3 N m/rad a cell, times its 2 mm",
     "mass_g": "assumed: 15 mg a cell",
     "torsion_stiffness_N_mm2": "assumed: the flexures do not twist",
+    "axial_stiffness_N": "assumed: the flexures do not stretch",
+    "shear_stiffness_N": "assumed: the flexures do not shear",
     "stiffness_cubic_mm2": "assumed: linear (Kato 2016, Eq. 3)",
     "stiffness_quintic_mm4": "assumed: linear (Kato 2016, Eq. 3)",
     "rest_curvature_x_per_m": "assumed: straight",

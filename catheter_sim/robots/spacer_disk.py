@@ -25,6 +25,9 @@ def spacer_disk() -> ContinuumRobot:
     second_moment_m4 = math.pi / 64.0 * BACKBONE_DIAMETER_M**4
     bending = YOUNG_MODULUS_PA * second_moment_m4
     torsion = bending / (1.0 + POISSON_RATIO)  # G J = E/(2(1+nu)) * 2I
+    area_m2 = math.pi / 4.0 * BACKBONE_DIAMETER_M**2
+    axial = YOUNG_MODULUS_PA * area_m2
+    shear = axial / (2.0 * (1.0 + POISSON_RATIO))
 
     def segment(name: str) -> Segment:
         return Segment(
@@ -34,6 +37,8 @@ def spacer_disk() -> ContinuumRobot:
             outer_radius_m=DISK_RADIUS_M * 1.15,
             bending_stiffness_N_m2=bending,
             torsion_stiffness_N_m2=torsion,
+            axial_stiffness_N=axial,
+            shear_stiffness_N=shear,
             mass_kg=SEGMENT_MASS_KG,
         )
 
@@ -47,6 +52,8 @@ def spacer_disk() -> ContinuumRobot:
         "outer_radius_mm": "assumed: 15 % more than the tendons' distance",
         "bending_stiffness_N_mm2": f"{_TABLE_3}: E = 211 GPa, diameter 0.8 mm",
         "torsion_stiffness_N_mm2": "assumed: Poisson ratio 0.3, not printed",
+        "axial_stiffness_N": f"{_TABLE_3}: E = 211 GPa, diameter 0.8 mm",
+        "shear_stiffness_N": "assumed: Poisson ratio 0.3, not printed; no shear correction",
         "mass_g": "assumed: the benchmark is weightless",
         "stiffness_cubic_mm2": "Rao 2021: linear",
         "stiffness_quintic_mm4": "Rao 2021: linear",

@@ -29,6 +29,8 @@ class Segment:
     mass_kg: float  # whole segment, lumped at the disks
     bending_axes: str = "xy"  # "x": bends in the xz plane only; "xy": in any direction
     torsion_stiffness_N_m2: float = math.inf  # GJ; inf: cannot twist
+    axial_stiffness_N: float = math.inf  # EA; inf: cannot stretch; rods' statics only, not the simulation
+    shear_stiffness_N: float = math.inf  # GA; inf: cannot shear; the same
     # Elastic law M = EI (k + c3 k^3 + c5 k^5) of the curvature k: c3 [m^2], c5 [m^4].
     stiffness_cubic_m2: float = 0.0
     stiffness_quintic_m4: float = 0.0

@@ -180,7 +180,7 @@ def _held(robot: CatheterRobot) -> list[Line]:
             simulator.set_inputs(displacement, force * push)
             simulator.settle()
             seen.append(simulator.posture())
-        way = float(np.linalg.norm(seen[1].p_w[-1] - seen[0].p_w[-1]))
+        way = float((seen[1].p_w[-1] - seen[0].p_w[-1]) @ push)
         slope = way / float(seen[1].actuator_tension[0] - seen[0].actuator_tension[0])
         amplitude = FLOW_DEFLECTION_M / (way / SMALL_N)  # of the force
         tip, tension = _pulse(simulator, displacement, push, amplitude)
@@ -196,7 +196,7 @@ def _held_lines(case: str, found: tuple[float, float, float], judged: bool) -> l
     section = "Nayar 2022, Section IV-F"
     rows = (
         (
-            "tip deflection over tension",
+            "tip deflection along the push over tension",
             "mm/N",
             0.05,
             f"{section}: one of two figures that the robot is from",

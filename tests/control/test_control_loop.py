@@ -79,7 +79,7 @@ def test_pk_alone_moves_the_nominal_robot() -> None:
 
 def test_pid_makes_up_for_a_stretch_that_pk_does_not_know() -> None:
     """On springs as tendons PK falls short by a third and more; PID leaves less than a fifth of that."""
-    robot, desired = catheter(*STRETCHING), bends(30.0, columns=(0, 1))
+    robot, desired = catheter(*STRETCHING), bends(16.0, columns=(0, 1))
     way = along(feedforward(robot, "pk"), desired)
     open_loop = loop.run(Simulator(robot), desired, way)
     names = ("bending_proximal", "bending_distal")
@@ -126,7 +126,7 @@ def test_a_known_dead_band_is_compensated() -> None:
 
 def test_tracker_noise_reaches_the_controller_and_nothing_else() -> None:
     """Without feedback noise changes nothing; with it the same seed (3) gives the same run, exact another."""
-    robot, desired = catheter(), bends(2.0)
+    robot, desired = catheter(), bends(1.0)
     way = along(feedforward(robot, "pk"), desired)
 
     def run(seed: int | None, controlled: bool) -> Array:
@@ -139,6 +139,33 @@ def test_tracker_noise_reaches_the_controller_and_nothing_else() -> None:
     np.testing.assert_array_equal(run(3, False), run(None, False))
     np.testing.assert_array_equal(run(3, True), run(3, True))
     assert np.abs(run(3, True) - run(None, True)).max() > 1e-4
+
+
+def test_a_run_repeats_itself() -> None:
+    """The same simulator and the same controllers, used again, start from rest without a past."""
+    robot, desired = catheter(*STRETCHING), bends(2.0)
+    way, simulator = along(feedforward(robot, "pk"), desired), Simulator(robot)
+    feedback = {name: Pid() for name in ("bending_proximal", "torsion")}
+    first, second = (loop.run(simulator, desired, way, feedback=feedback) for _ in range(2))
+    np.testing.assert_array_equal(second.reached, first.reached)
+    np.testing.assert_array_equal(second.controller_m, first.controller_m)
+
+
+def test_pairs_move_evenly_between_ticks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 40 Hz and steps of 5 ms a tick's displacement is reached in five equal steps, not in one."""
+    simulator, given = Simulator(catheter()), []
+    set_inputs = simulator.set_inputs
+
+    def recorded(tendon: Array, *rest: object) -> None:
+        given.append(float(tendon[2]))
+        set_inputs(tendon, *rest)
+
+    monkeypatch.setattr(simulator, "set_inputs", recorded)
+    way = np.zeros((3, 4))
+    way[:, 2] = (1e-3, 3e-3, 2e-3)
+    loop.run(simulator, np.zeros((3, 4)), way)
+    expected = np.interp(np.arange(1, 16) / 5.0, [0, 1, 2, 3], [0.0, 1e-3, 3e-3, 2e-3])
+    assert given[-15:] == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_noisy_tracker_shakes_the_joint_less_than_itself() -> None:

@@ -66,7 +66,7 @@ def test_pk_brings_pk_to_the_desired_angles(robot: CatheterRobot) -> None:
 def test_te_brings_te_to_the_desired_angles(name: str) -> None:
     """Through two cycles of growing size and a partial return the static model TE ends where it was sent."""
     robot = mitral_4dof()
-    wave = path(5.0, 40.0, 5.0, 70.0, 30.0, 65.0)
+    wave = path(5.0, 40.0, 5.0, 70.0, 30.0, 65.0, steps=8)
     way = along(feedforward(robot, "te"), desired(robot, **{name: wave}))
     found = joint_angles_deg(robot, te(robot, inputs(way), NO_GRAVITY).postures)[name]
     np.testing.assert_allclose(found, wave, atol=1e-6)

@@ -87,8 +87,8 @@ def test_correction_takes_a_joint_error_away() -> None:
 
 
 def test_trackers_noise_is_as_stated() -> None:
-    """Root mean square over 4000 readings (seed 0): 0.3 mm and 0.5 deg to 5 %."""
+    """Root mean square over 2000 readings (seed 0): 0.3 mm and 0.5 deg to 5 %."""
     rng, pose = np.random.default_rng(0), tool_frame(ROBOT, Q)
-    errors = np.array([pose_error(pose, measured(pose, Tracker(), rng)) for _ in range(4000)])
+    errors = np.array([pose_error(pose, measured(pose, Tracker(), rng)) for _ in range(2000)])
     size = np.sqrt((errors**2).reshape(-1, 2, 3).sum(axis=2).mean(axis=0))
     assert size == pytest.approx((0.3e-3, math.radians(0.5)), rel=0.05)
