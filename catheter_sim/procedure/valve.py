@@ -75,7 +75,7 @@ def beside(anatomy: Anatomy, side: float) -> list[trimesh.Trimesh]:
         u = np.linspace(0.5 * SCALLOP_M, 0.97 * anatomy.annulus_along_m, _POINTS)
         height = 1.0 - (u / anatomy.annulus_along_m) ** 2
         upper = end * u[:, None] * along + side * anatomy.annulus_across_m * np.sqrt(height)[:, None] * across
-        lower = end * u[:, None] * along + side * 0.5 * LEAFLET_M * across
+        lower = end * u[:, None] * along  # on the coaptation line
         lower[:, 2] -= anatomy.coaptation_depth_m * height
         parts.append(_thick(upper, lower))
     return parts

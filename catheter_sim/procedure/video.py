@@ -113,7 +113,7 @@ def _close_up(plan: Plan) -> View:
 
 
 def _caption(place: Step, wall_N: float) -> list[str]:
-    q = np.degrees(place.q)
+    q = np.degrees(place.q).round(1) + 0.0  # + 0.0 turns -0 into 0
     return [
         place.name,
         f"insertion {1e3 * place.insertion_m:.1f} mm",

@@ -10,14 +10,16 @@ curve's or the holding spring's, depends on where the coming step goes.
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 import numpy as np
+from numba import njit
 
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
 from catheter_sim.robots.catheter_layout import bent_by
 from catheter_sim.robots.posture import Array
-from catheter_sim.statics.catheter.joint_force import LAWS, JointForce, loading_N, unloading_N
-from catheter_sim.statics.catheter.tendons import arm_m
+from catheter_sim.statics.catheter.joint_force import LAWS, JointForce
 
 STICK_RATIO = 1e3  # stiffness of a gap that sticks over its law's
 # Of the same, where the law asks for no moment: wires bring the joint back. At the 3.4 deg below which the
@@ -42,6 +44,8 @@ class JointResistance:
         self._model = model
         # per radian of one gap: its moment is the joint's, its angle a share of the joint's bend
         self._scale = np.degrees(1.0) * self._law.loading[1] * segment.arm_m * self._gaps
+        law = self._law
+        self._numbers = tuple(np.array(item) for item in (law.loading, law.bounds_deg, law.c_1, law.c_2))
         self._own = model.jnt_stiffness[self._ids].copy(), model.qpos_spring[self._qpos].copy()
         self.reset()
 
@@ -81,14 +85,53 @@ class JointResistance:
 
     def _bounds(self, angle: Array) -> tuple[Array, Array]:
         """Return the moments at which the gaps slip back and on, with the angle's sign, each (n,) [N m]."""
-        bend = np.degrees(np.abs(angle)) * self._gaps
-        arm = arm_m(self._segment, angle * self._gaps)
-        toward = angle >= 0.0
-        turn = np.where(toward, self._turn[0], self._turn[1])
-        least = LEAST_RATIO * self._scale * np.abs(angle)
-        on = np.maximum(loading_N(self._law, bend) * arm, least)
-        back = np.maximum(unloading_N(self._law, bend, turn) * arm, least)
-        return np.where(toward, back, -on), np.where(toward, on, -back)
+        segment, law = self._segment, self._numbers
+        low, high = np.empty(self._gaps), np.empty(self._gaps)
+        least = LEAST_RATIO * self._scale
+        _slipping(angle, self._turn, segment.arm_m, segment.half_gap_m, least, *law, low, high)
+        return low, high
+
+
+@njit(cache=True)
+def _slipping(
+    angle: Array,
+    turn_deg: Array,
+    arm_m: float,
+    half_gap_m: float,
+    least: float,
+    loading: Array,
+    bounds_deg: Array,
+    c_1: Array,
+    c_2: Array,
+    low: Array,
+    high: Array,
+) -> None:
+    """Write the moments at which the gaps of a joint slip back and on, as `joint_force` has them.
+
+    Args:
+        angle: of the gaps, shape (n,) [rad].
+        turn_deg: to which each was last loaded, toward + and toward -, shape (2, n) [deg].
+        arm_m, half_gap_m: of the joint's tendons and gaps [m].
+        least: stiffness below which no moment falls [N m/rad].
+        loading, bounds_deg, c_1, c_2: Algorithm 2.
+        low, high: out, shape (n,) [N m].
+    """
+    gaps = len(angle)
+    for k in range(gaps):
+        size = abs(angle[k])
+        bend, half = math.degrees(size) * gaps, 0.5 * size
+        arm = arm_m * math.cos(half) + half_gap_m * math.sin(half)
+        tension = loading[0] + bend * (loading[1] + bend * (loading[2] + bend * loading[3]))
+        tension = max(tension, 0.0)
+        turn = turn_deg[0 if angle[k] >= 0.0 else 1, k]
+        piece = 0 if turn <= bounds_deg[0] else (1 if turn <= bounds_deg[1] else 2)
+        back = 0.0
+        if turn > 0.0:
+            power = (min(bend, turn) / (turn + 0.01)) ** c_2[piece]
+            back = min(tension / c_1[piece] * math.atanh(power), tension)
+        on = max(tension * arm, least * size)
+        back = max(back * arm, least * size)
+        low[k], high[k] = (back, on) if angle[k] >= 0.0 else (-on, -back)
 
 
 def joint_resistances(robot: CatheterRobot, model: mujoco.MjModel) -> list[JointResistance]:

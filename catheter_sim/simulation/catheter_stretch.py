@@ -5,7 +5,8 @@ cycles included, in series with its own stiffness. Before each step its actuator
 that law at the present stretch, so that the integrator knows its stiffness.
 
 Every turn of the strain is a new cycle to the law. Strains that go back by less than `SHAKE` are not:
-they would be the settling of the simulation, and are answered along the curve that is left.
+they would be the settling of the simulation or the noise of a controller's sensor, far below any cycle
+that was measured, and are answered along the curve that is left.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from catheter_sim.statics.catheter.elongation import (
     stretched,
 )
 
-SHAKE = 1e-5  # strain
+SHAKE = 1e-4  # strain: 0.035 mm of 350 mm
 _DIFFERENCE = 1e-7  # strain, for a slope
 _LARGEST_STRAIN = 0.5  # no tendon comes near
 

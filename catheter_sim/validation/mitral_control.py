@@ -125,7 +125,7 @@ def joint_lines(control: JointControl, joint: str) -> list[Line]:
     printed = FIGURE_6_DEG if joint == "bending_proximal" else {}
     source = "Nayar 2023, Section IV-A; judged by ratio"
     lines = [
-        _line(f"{joint}, {name}: RMSE", "deg", abs(value - printed.get(name, value)), None, source, value, p)
+        _line(f"{joint}, {name}: RMSE", "deg", abs(value - printed.get(name, 0.0)), None, source, value, p)
         for name, value in found.items()
         for p in [printed.get(name)]
     ]

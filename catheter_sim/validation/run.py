@@ -21,6 +21,7 @@ from catheter_sim.validation.chest_tube_requirements import (
 from catheter_sim.validation.chest_tube_terms import validate_terms
 from catheter_sim.validation.lines import Validation, merge
 from catheter_sim.validation.mitral import validate_4dof, validate_transseptal
+from catheter_sim.validation.mitral_control import validate_control_4dof, validate_control_transseptal
 from catheter_sim.validation.mitral_elongation import validate_elongation
 from catheter_sim.validation.mitral_joints import validate_joints
 from catheter_sim.validation.mitral_motion import validate_motion
@@ -49,9 +50,10 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_transseptal,
         validate_joints,
         validate_motion,
+        validate_control_transseptal,
         validate_render_transseptal,
     ),
-    "mitral_4dof": (validate_4dof, validate_elongation, validate_render_4dof),
+    "mitral_4dof": (validate_4dof, validate_elongation, validate_control_4dof, validate_render_4dof),
 }
 
 

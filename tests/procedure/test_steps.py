@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -54,10 +55,7 @@ def test_steps_are_those_of_the_paper_in_order() -> None:
     every = steps(way)
     names = ["insert", "align", "bend", "advance", "orient", "open", "clip", "close"]
     assert [step.name for step in every] == names
-    moved = [
-        set(np.flatnonzero(np.abs(after.q - before.q) > 1e-12))
-        for before, after in zip(every[:-1], every[1:], strict=True)
-    ]
+    moved = [set(np.flatnonzero(np.abs(after.q - before.q) > 1e-12)) for before, after in pairwise(every)]
     assert moved == [{0}, {1}, {2}, {3}, set(), {2}, set()]
     assert every[-1].q == pytest.approx(way.q)
     assert [step.opening for step in every] == [0, 0, 0, 0, 0, 1, 1, 0]

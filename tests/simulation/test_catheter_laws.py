@@ -7,11 +7,14 @@ import pytest
 
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.simulation.catheter_resistance import _slipping
 from catheter_sim.simulation.catheter_stretch import SHAKE, StretchingTendon
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.statics.catheter.balance import balance
 from catheter_sim.statics.catheter.elongation import PRINTED, tension_along
+from catheter_sim.statics.catheter.joint_force import LAWS, loading_N, unloading_N
+from catheter_sim.statics.catheter.tendons import arm_m
 from catheter_sim.validation.drives import given
 from catheter_sim.validation.mitral import joint_angles_deg
 
@@ -137,3 +140,22 @@ def test_measured_resistance_holds_between_its_curves() -> None:
     tension = [posture.actuator_tension[1] for posture in postures]
     assert bend[3] - bend[1] < 0.05 * (bend[0] - bend[1])
     assert tension[3] > 1.2 * tension[1]
+
+
+@pytest.mark.parametrize("law", ["measured_proximal", "measured_distal"])
+def test_compiled_curves_are_the_static_ones(law: str) -> None:
+    """The compiled slip moments are Algorithm 2's tensions times the tendons' arm, to rounding."""
+    robot = load_robot("mitral_4dof@elongation")
+    segment = next(item for item in robot.segments if getattr(item, "resistance", "") == law)
+    force, gaps = LAWS[law], segment.rings + 1
+    rng = np.random.default_rng(5)
+    bend = rng.uniform(5.0, 110.0, gaps) * rng.choice([-1.0, 1.0], gaps)
+    turn = rng.uniform(5.0, 120.0, (2, gaps))
+    low, high = np.empty(gaps), np.empty(gaps)
+    numbers = (np.array(item) for item in (force.loading, force.bounds_deg, force.c_1, force.c_2))
+    _slipping(np.radians(bend) / gaps, turn, segment.arm_m, segment.half_gap_m, 0.0, *numbers, low, high)
+    own = np.where(bend >= 0.0, turn[0], turn[1])
+    arm, side = arm_m(segment, np.radians(bend)), np.sign(bend)
+    on, back = loading_N(force, np.abs(bend)) * arm, unloading_N(force, np.abs(bend), own) * arm
+    assert np.where(side > 0, high, -low) == pytest.approx(on, rel=1e-12)
+    assert np.where(side > 0, low, -high) == pytest.approx(back, rel=1e-9)

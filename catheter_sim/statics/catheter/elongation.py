@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import brentq
@@ -135,7 +136,7 @@ def strain_at(law: TendonLaw, state: TendonState, tension_N: float) -> float:
             return low
     else:
         low, high = permanent_set(law, state), state.strain
-        if tension_N == 0.0:
+        if tension_N == 0.0 or excess(low) >= 0.0:
             return low
     return float(brentq(excess, low, high, xtol=1e-15, rtol=1e-14))
 
@@ -184,6 +185,7 @@ def _pulled_again(law: TendonLaw, state: TendonState, strain: float) -> TendonSt
     return replace(state, strain=strain, tension_N=tension)
 
 
+@lru_cache(maxsize=256)
 def _meeting(law: TendonLaw, start: float, start_N: float, slope: float) -> float:
     """Return the first strain beyond `start` at which the line is not below the envelope; inf: none."""
     p1, p2, p3, p4 = law.envelope_N
