@@ -110,9 +110,15 @@ def _add_joints(body: mjcf.Element, robot: ContinuumRobot, link: Link) -> None:
         )
 
     bending, cubic = segment.bending_stiffness_N_m2, segment.stiffness_cubic_m2
-    hinge(f"x{link.index}", (0, 1, 0), bending, segment.rest_curvature_x_per_m * link.length_m, cubic)
-    if segment.bending_axes == "xy":
-        hinge(f"y{link.index}", (-1, 0, 0), bending, segment.rest_curvature_y_per_m * link.length_m, cubic)
+    both = {
+        f"x{link.index}": ((0, 1, 0), segment.rest_curvature_x_per_m),
+        f"y{link.index}": ((-1, 0, 0), segment.rest_curvature_y_per_m),
+    }
+    names = list(both) if segment.bending_axes == "xy" else list(both)[:1]
+    # Two turns in a row, x before y, also twist by half of their product; every other link takes it back.
+    for name in names if link.index % 2 else reversed(names):
+        axis, curvature = both[name]
+        hinge(name, axis, bending, curvature * link.length_m, cubic)
     if math.isfinite(segment.torsion_stiffness_N_m2):
         hinge(f"t{link.index}", (0, 0, 1), segment.torsion_stiffness_N_m2, 0.0, 0.0)
 

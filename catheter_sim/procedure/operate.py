@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from unittest import mock
 
 import numpy as np
 
@@ -18,7 +17,6 @@ from catheter_sim.procedure.scene import INSERTION, Scene, build_scene
 from catheter_sim.procedure.steps import HOLD_S, Step, between, displacements_m, duration_s, steps
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.posture import Array
-from catheter_sim.simulation import simulator as simulator_module
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.statics.catheter.kinematics import tool_frame
 
@@ -253,8 +251,7 @@ class _Theatre:
 
 def _simulator(scene: Scene) -> Simulator:
     """Return the simulator of the scene's robot, with the scene's model in place of the robot's own."""
-    with mock.patch.object(simulator_module, "build_mjcf", return_value=scene.text):
-        return Simulator(scene.robot, inertia=False)
+    return Simulator(scene.robot, inertia=False, model_text=scene.text)
 
 
 def _added(step: Step, offset: Step) -> Step:

@@ -85,10 +85,23 @@ class JointResistance:
 
     def _bounds(self, angle: Array) -> tuple[Array, Array]:
         """Return the moments at which the gaps slip back and on, with the angle's sign, each (n,) [N m]."""
-        segment, law = self._segment, self._numbers
+        segment = self._segment
+        loading, bounds_deg, c_1, c_2 = self._numbers
         low, high = np.empty(self._gaps), np.empty(self._gaps)
         least = LEAST_RATIO * self._scale
-        _slipping(angle, self._turn, segment.arm_m, segment.half_gap_m, least, *law, low, high)
+        _slipping(
+            angle,
+            self._turn,
+            segment.arm_m,
+            segment.half_gap_m,
+            least,
+            loading,
+            bounds_deg,
+            c_1,
+            c_2,
+            low,
+            high,
+        )
         return low, high
 
 

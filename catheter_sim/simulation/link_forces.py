@@ -1,4 +1,4 @@
-"""Forces at points of a robot's elements, which keep their direction in the base frame."""
+"""Forces and moments on a robot's elements, which keep their directions in the base frame."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from catheter_sim.robots.channels import body_count
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.statics.rolling.loads import LinkForce, check_links
-
-_NO_MOMENT = np.zeros(3)
 
 
 class LinkForces:
@@ -29,7 +27,7 @@ class LinkForces:
     def __init__(self, robot: Robot, model: mujoco.MjModel) -> None:
         elements = range(1, body_count(robot) + 1)
         self._body = [int(model.site(f"face_{k}").bodyid.item()) for k in elements]
-        self._acting: list[tuple[int, Array, Array]] = []  # body, point in its frame, force
+        self._acting: list[tuple[int, Array, Array, Array]] = []  # body, point in its frame, force, moment
         self.per_element = np.zeros((len(self._body), 3))
 
     def __bool__(self) -> bool:
@@ -43,7 +41,12 @@ class LinkForces:
         """
         check_links(forces, len(self._body))
         self._acting = [
-            (self._body[item.link - 1], np.array(item.point_m, float), np.array(item.force_N, float))
+            (
+                self._body[item.link - 1],
+                np.array(item.point_m, float),
+                np.array(item.force_N, float),
+                np.array(item.moment_Nm, float),
+            )
             for item in forces
         ]
         self.per_element[:] = 0.0
@@ -51,7 +54,7 @@ class LinkForces:
             self.per_element[item.link - 1] += item.force_N
 
     def apply(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Add the forces to `data.qfrc_applied`."""
-        for body, point, force in self._acting:
+        """Add the forces and moments to `data.qfrc_applied`."""
+        for body, point, force, moment in self._acting:
             place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
-            mujoco.mj_applyFT(model, data, force, _NO_MOMENT, place, body, data.qfrc_applied)
+            mujoco.mj_applyFT(model, data, force, moment, place, body, data.qfrc_applied)

@@ -64,6 +64,7 @@ class Simulator:
         gravity_mps2: ArrayLike = ZERO_WRENCH,
         friction: str = "capstan",
         inertia: bool = True,
+        model_text: str | None = None,
     ) -> None:
         """Build the model.
 
@@ -74,6 +75,8 @@ class Simulator:
             friction: "capstan" (shipped), "nested" (reference) or "none".
             inertia: False takes the masses' inertia away and keeps their weight, for motion that is
                 meant to be quasi-static.
+            model_text: MJCF of the robot in surroundings, with the names and the order of `build_mjcf`;
+                default: that of the robot alone.
 
         Raises:
             InputError: the robot cannot be built, `friction` is unknown, or not for this kind of robot.
@@ -85,7 +88,8 @@ class Simulator:
             require_continuum(robot, "the nested reference of friction")
         self.robot = robot
         self.actuation = actuation or robot.actuation
-        self.model = mujoco.MjModel.from_xml_string(build_mjcf(robot, self.actuation, nested))
+        text = build_mjcf(robot, self.actuation, nested) if model_text is None else model_text
+        self.model = mujoco.MjModel.from_xml_string(text)
         self.model.opt.gravity[:] = gravity_mps2
         if not inertia:
             _take_inertia_away(self.model)

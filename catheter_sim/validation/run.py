@@ -25,9 +25,11 @@ from catheter_sim.validation.mitral_control import validate_control_4dof, valida
 from catheter_sim.validation.mitral_elongation import validate_elongation
 from catheter_sim.validation.mitral_joints import validate_joints
 from catheter_sim.validation.mitral_motion import validate_motion
+from catheter_sim.validation.mitral_procedure import validate_procedure
 from catheter_sim.validation.mitral_render import validate_render_4dof, validate_render_transseptal
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
+from catheter_sim.validation.rod import validate_rod
 from catheter_sim.validation.spacer_disk import validate_spacer_disk
 
 Check = Callable[[Path], Validation]
@@ -35,7 +37,7 @@ Check = Callable[[Path], Validation]
 CHECKS: Mapping[str, tuple[Check, ...]] = {
     "neuroendoscope_section": (validate_section, validate_render),
     "neuroendoscope": (validate_full,),
-    "spacer_disk": (validate_spacer_disk,),
+    "spacer_disk": (validate_spacer_disk, validate_rod),
     "chest_tube_section": (
         validate_chest_tube,
         validate_terms,
@@ -51,6 +53,7 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_joints,
         validate_motion,
         validate_control_transseptal,
+        validate_procedure,
         validate_render_transseptal,
     ),
     "mitral_4dof": (validate_4dof, validate_elongation, validate_control_4dof, validate_render_4dof),

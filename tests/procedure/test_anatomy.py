@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -117,3 +117,13 @@ def test_leaflets_coapt_below_the_annulus(seed: int) -> None:
         end = margin.hinge + margin.length_m * margin.R[:, 0]
         assert end[2] == pytest.approx(valve.free_edge_z_m(anatomy))
         assert valve.leaflet(anatomy, sign).bounds[0, 2] == pytest.approx(end[2], abs=1e-9)
+
+
+def test_rod_between_the_leaflets_lowers_their_edges() -> None:
+    """By nothing where it has no room to take; by what plates of fixed length turn down otherwise."""
+    anatomy = replace(median_anatomy(), annulus_across_m=15.6e-3, coaptation_depth_m=8e-3)
+    rest = valve.free_edge_z_m(anatomy)
+    assert valve.pushed_edge_z_m(anatomy, 0.0) == pytest.approx(rest)
+    # plates of 17 mm (8, 15, 17) whose ends are moved from 15 to 10.2 mm off the annulus
+    expected = -13.6e-3 - anatomy.coaptation_length_m
+    assert valve.pushed_edge_z_m(anatomy, 4.8e-3) == pytest.approx(expected)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from unittest import mock
-
 import mujoco
 import numpy as np
 import pytest
@@ -14,7 +12,6 @@ from catheter_sim.procedure.contact import Contacts
 from catheter_sim.procedure.plan import plan
 from catheter_sim.procedure.scene import INSERTION, Scene, build_scene
 from catheter_sim.robots.mitral import mitral_transseptal
-from catheter_sim.simulation import simulator as simulator_module
 from catheter_sim.simulation.simulator import Simulator
 
 ROBOT = mitral_transseptal()
@@ -26,8 +23,7 @@ def scene() -> Scene:
 
 
 def simulated(scene: Scene) -> Simulator:
-    with mock.patch.object(simulator_module, "build_mjcf", return_value=scene.text):
-        return Simulator(ROBOT, inertia=False)
+    return Simulator(ROBOT, inertia=False, model_text=scene.text)
 
 
 def test_robots_actuators_come_first_and_insertion_last(scene: Scene) -> None:

@@ -15,18 +15,20 @@ from catheter_sim.statics.rolling.kinematics import Frames
 
 @dataclass(frozen=True)
 class LinkForce:
-    """A force on one link that keeps its direction in the base frame.
+    """A force on one link, and a moment, that keep their directions in the base frame.
 
     Attributes:
         link: counted from 1 at the base.
         point_m: where it acts, in the link's frame (z on the axis, the flat top at z = the link's
             length), shape (3,).
         force_N: in the base frame, shape (3,).
+        moment_Nm: the same, for the simulation; the statics of rolling joints take a moment at the tip only.
     """
 
     link: int
     point_m: tuple[float, float, float]
     force_N: tuple[float, float, float]
+    moment_Nm: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -70,10 +72,15 @@ def loads(
         others: further forces.
 
     Raises:
-        InputError: a link that the robot does not have.
+        InputError: a link that the robot does not have, or a moment on one.
     """
     n = chain.joints
     check_links(others, n)
+    for item in others:
+        if any(item.moment_Nm):
+            raise InputError(
+                f"moment on link {item.link}: statics of rolling joints take one at the tip only"
+            )
     centres = np.zeros((n, 3))
     centres[:, 2] = chain.mass_height
     link = np.concatenate([np.arange(n), [n - 1], np.array([item.link - 1 for item in others], dtype=int)])

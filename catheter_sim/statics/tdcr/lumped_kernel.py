@@ -1,0 +1,482 @@
+"""Equilibrium of a robot whose subsegments have few degrees of freedom each, compiled.
+
+All compiled code of CC_sub and PRB is in this file: the compiled form is kept on disk and renewed
+when this file changes, not when another does.
+
+**Equations.** Subsegment k (its base is disk k) has d unknowns and d balances: the moment M_k(c) of
+everything beyond it about a point c, along an axis a, is the elastic moment s,
+
+    r = a . (M_k about c) - s,
+
+with a, c and s functions of the subsegment's own unknowns (`arc`, `links`). The forces on a disk are
+those of Rao et al. 2021, Eqs. 30-33, without their part along the disk's normal (Eq. 58; but for the
+disk in which the tendon ends), the tendons being straight from hole to hole.
+
+**Derivative.** In the frame of the tip, the tendons' part of balance k depends on the unknowns of
+subsegments k and beyond only; loads that keep their direction in the base frame add what the tip's
+rotation brings. So the derivative is U + B C, U block upper triangular, B (n d, 3) the effect of
+turning the loads against the tip, C (3, n d) the tip's rotation by the unknowns: Newton's step costs
+one back substitution with four right-hand sides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+
+from catheter_sim.robots.posture import Array
+
+ARC, LINKS = 0, 1  # models: one arc per subsegment (d = 3), four rigid links (d = 5)
+DEGREES = (3, 5)
+# Rao 2021, Table 1, divided by their sum 0.999 so that the links are as long as the subsegment.
+LINK_SHARES = np.array([0.125, 0.35, 0.388, 0.136]) / 0.999
+SPRING_FACTORS = np.array([3.25, 2.84, 2.95])
+TOLERANCE_RAD = 1e-12  # unbalanced moment over EI / length at which Newton's method stops
+_MOST_STEPS = 40
+_MOST_HALVINGS = 10
+_SMALL_RAD2 = 1e-4  # squared angle below which the series is exact to the last bit
+_PLANE_FLOOR = 1e-9  # keeps the bending plane of an unloaded subsegment where it is
+
+
+def _compiled(function: Callable[..., Any]) -> Any:
+    """Return `function` compiled, kept on disk where there is a folder for it."""
+    try:
+        return numba.njit(cache=True, error_model="numpy")(function)
+    except RuntimeError:  # neither beside this file nor in the user's own cache
+        return numba.njit(error_model="numpy")(function)
+
+
+@_compiled
+def _cross(a: Array, b: Array, out: Array) -> None:
+    x = a[1] * b[2] - a[2] * b[1]
+    y = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
+    out[0] = x
+    out[1] = y
+
+
+@_compiled
+def _add_cross(a: Array, b: Array, out: Array) -> None:
+    out[0] += a[1] * b[2] - a[2] * b[1]
+    out[1] += a[2] * b[0] - a[0] * b[2]
+    out[2] += a[0] * b[1] - a[1] * b[0]
+
+
+@_compiled
+def _dot(a: Array, b: Array) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@_compiled
+def _turned(R: Array, a: Array, out: Array) -> None:
+    """Write R a into `out`, which must not be `a`."""
+    for i in range(3):
+        out[i] = R[i, 0] * a[0] + R[i, 1] * a[1] + R[i, 2] * a[2]
+
+
+@_compiled
+def arc(
+    x: Array,
+    length: float,
+    bending: float,
+    torsion: float,
+    p: Array,
+    R: Array,
+    spin: Array,
+    drift: Array,
+    axis: Array,
+    point: Array,
+    daxis: Array,
+    dpoint: Array,
+    law: Array,
+    dlaw: Array,
+) -> None:
+    """Write one subsegment of CC_sub: bends toward +x and +y, and twist, `x`, shape (3,) [rad].
+
+    Written: the pose `p`, `R` of its end in the frame of its base; by unknown the angular velocity
+    `spin` and velocity `drift` of its end, shape (d, 3); by balance the axis and the point,
+    shape (d, 3), their derivatives, shape (d, d, 3) (balance, unknown), and the elastic moment with
+    its derivative, shapes (d,) and (d, d).
+
+    Rao 2021, Eqs. 43-47: moments about the subsegment's base, twisting moment along its end's normal.
+    Eq. 43 is resolved along the axes of the arc's end, so that a twist that is locked drops out.
+    """
+    bx, by, twist = x[0], x[1], x[2]
+    t2 = bx * bx + by * by
+    if t2 < _SMALL_RAD2:
+        sine = 1.0 - t2 / 6.0 * (1.0 - t2 / 20.0)
+        versine = 0.5 - t2 / 24.0 * (1.0 - t2 / 30.0)
+        third = 1.0 / 6.0 - t2 / 120.0 * (1.0 - t2 / 42.0)
+        dversine = -1.0 / 24.0 + t2 / 360.0
+    else:
+        t = math.sqrt(t2)
+        half = math.sin(0.5 * t)
+        sine = math.sin(t) / t
+        versine = 2.0 * half * half / t2
+        third = (1.0 - sine) / t2
+        dversine = (sine - 2.0 * versine) / (2.0 * t2)
+    dsine = (third - versine) / 2.0  # of sin(t) / t by t^2
+    p[0], p[1], p[2] = length * versine * bx, length * versine * by, length * sine
+    x_axis, y_axis, tangent = axis[1], axis[0], axis[2]  # R of the arc before its twist: -x, y, z
+    x_axis[0], x_axis[1], x_axis[2] = -(1.0 - versine * bx * bx), versine * bx * by, sine * bx
+    y_axis[0], y_axis[1], y_axis[2] = -versine * bx * by, 1.0 - versine * by * by, -sine * by
+    tangent[0], tangent[1], tangent[2] = sine * bx, sine * by, 1.0 - versine * t2
+    cosine, sine_twist = math.cos(twist), math.sin(twist)
+    for i in range(3):
+        R[i, 0] = -cosine * x_axis[i] + sine_twist * y_axis[i]
+        R[i, 1] = sine_twist * x_axis[i] + cosine * y_axis[i]
+        R[i, 2] = tangent[i]
+    for b in range(2):
+        other, own = (by, bx) if b == 0 else (bx, by)
+        drift[b, b] = length * (versine + 2.0 * dversine * own * own)
+        drift[b, 1 - b] = length * 2.0 * dversine * own * other
+        drift[b, 2] = length * 2.0 * dsine * own
+    # rotation vector w = (-by, bx, 0); spin = (1 + versine [w] + third [w]^2) dw
+    spin[0, 0], spin[0, 1], spin[0, 2] = -third * bx * by, 1.0 - third * by * by, -versine * by
+    spin[1, 0], spin[1, 1], spin[1, 2] = -1.0 + third * bx * bx, third * bx * by, versine * bx
+    spin[2, :] = tangent
+    drift[2, :] = 0.0
+    point[:] = 0.0
+    dpoint[:] = 0.0
+    dlaw[:] = 0.0
+    for e in range(3):
+        for i in range(2):
+            _cross(spin[i], axis[e], daxis[e, i])
+        daxis[e, 2, :] = 0.0
+        stiffness = (torsion if e == 2 else bending) / length
+        law[e] = stiffness * x[e]
+        dlaw[e, e] = stiffness
+
+
+@_compiled
+def links(
+    x: Array,
+    length: float,
+    bending: float,
+    torsion: float,
+    p: Array,
+    R: Array,
+    spin: Array,
+    drift: Array,
+    axis: Array,
+    point: Array,
+    daxis: Array,
+    dpoint: Array,
+    law: Array,
+    dlaw: Array,
+) -> None:
+    """Write one subsegment of PRB: three joints, plane and twist, `x`, shape (5,) [rad]; as `arc`.
+
+    Rao 2021, Eqs. 11-12 and 48-54. The plane's balance is Eq. 52's one component: with M* normal to
+    the end's z axis, M* x y has the size of M* . n, n being normal to both.
+    """
+    cosine, sine = math.cos(x[3]), math.sin(x[3])
+    y = np.array([-sine, cosine, 0.0])
+    z = np.array([0.0, 0.0, 1.0])
+    here = np.zeros(3)
+    here[2] = LINK_SHARES[0] * length
+    turn = 0.0
+    c, s = 1.0, 0.0
+    for q in range(3):
+        point[q, :] = here
+        axis[q, :] = y
+        turn += x[q]
+        c, s = math.cos(turn), math.sin(turn)
+        reach = LINK_SHARES[q + 1] * length
+        here[0] += reach * s * cosine
+        here[1] += reach * s * sine
+        here[2] += reach * c
+    p[:] = here
+    normal, tangent = axis[3], axis[4]
+    normal[0], normal[1], normal[2] = c * cosine, c * sine, -s
+    tangent[0], tangent[1], tangent[2] = s * cosine, s * sine, c
+    across, along = math.cos(x[4] - x[3]), math.sin(x[4] - x[3])
+    for i in range(3):
+        R[i, 0] = across * normal[i] + along * y[i]
+        R[i, 1] = -along * normal[i] + across * y[i]
+        R[i, 2] = tangent[i]
+    point[3:, :] = 0.0
+    daxis[:] = 0.0
+    dpoint[:] = 0.0
+    dlaw[:] = 0.0
+    arm = np.empty(3)
+    for q in range(3):
+        spin[q, :] = y
+        for i in range(3):
+            arm[i] = p[i] - point[q, i]
+        _cross(y, arm, drift[q])
+        for later in range(q + 1, 3):
+            for i in range(3):
+                arm[i] = point[later, i] - point[q, i]
+            _cross(y, arm, dpoint[later, q])
+        for e in range(3, 5):
+            _cross(y, axis[e], daxis[e, q])
+        _cross(z, point[q], dpoint[q, 3])
+        stiffness = SPRING_FACTORS[q] * bending / length
+        law[q] = stiffness * x[q]
+        dlaw[q, q] = stiffness
+    for e in range(5):
+        _cross(z, axis[e], daxis[e, 3])
+    for i in range(3):
+        spin[3, i] = z[i] - tangent[i]
+        spin[4, i] = tangent[i]
+    _cross(z, p, drift[3])
+    drift[4, :] = 0.0
+    law[3] = 0.0
+    law[4] = torsion / length * x[4]
+    dlaw[4, 4] = torsion / length
+
+
+@_compiled
+def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
+    """Write the disks' positions `p`, shape (n + 1, 3), and orientations `R` at the unknowns `x`, (n, d)."""
+    d = x.shape[1]
+    step, turn = np.empty(3), np.empty((3, 3))
+    by_unknown, by_balance = np.empty((2, d, 3)), np.empty((2, d, 3))
+    by_both, law, dlaw = np.empty((2, d, d, 3)), np.empty(d), np.empty((d, d))
+    p[0] = 0.0
+    R[0] = np.eye(3)
+    for k in range(len(x)):
+        subsegment = arc if model == ARC else links
+        subsegment(
+            x[k], length[k], 1.0, 1.0, step, turn, by_unknown[0], by_unknown[1],
+            by_balance[0], by_balance[1], by_both[0], by_both[1], law, dlaw,
+        )  # fmt: skip
+        _turned(R[k], step, p[k + 1])
+        p[k + 1] += p[k]
+        R[k + 1] = R[k] @ turn
+
+
+@_compiled
+def evaluate(
+    model: int,
+    x: Array,
+    free: Any,
+    length: Array,
+    bending: Array,
+    torsion: Array,
+    hole: Array,
+    last: Any,
+    mu: float,
+    projected: bool,
+    tension: Array,
+    force: Array,
+    moment: Array,
+    r: Array,
+    U: Array,
+    B: Array,
+    C: Array,
+    span: Array,
+    p: Array,
+    R: Array,
+) -> None:
+    """Write the balances and their derivative at the unknowns `x`, shape (n, d).
+
+    Args:
+        model: `ARC` or `LINKS`.
+        x: unknowns [rad].
+        free: which of them may move, shape (n, d); the others are held at zero.
+        length, bending, torsion: of the subsegments, shape (n,).
+        hole, last: of the tendons, shapes (t, 2), (t,).
+        mu: capstan coefficient; every tendon slides toward the base.
+        projected: whether Eq. 58 is applied.
+        tension: at the base, shape (t,) [N].
+        force, moment: on disks 1 to n, base frame, shape (n, 3).
+        r: unbalanced moment, shape (n, d) [N m].
+        U, B, C: see the module's text, shapes (n, n, d, d), (n, d, 3), (n, d, 3).
+        span: tension in each span, shape (t, n) [N]; it enters the derivative as a constant.
+        p, R: poses of the disks, shapes (n + 1, 3), (n + 1, 3, 3).
+    """
+    n, d = x.shape
+    count = len(hole)
+    step, turn = np.empty(3), np.empty((3, 3))
+    own = np.empty((4, n, d, 3))  # spin, drift, axis, point in the base frame
+    daxis, dpoint = np.empty((n, d, d, 3)), np.empty((n, d, d, 3))
+    law, dlaw = np.empty((n, d)), np.empty((n, d, d))
+    here = np.empty((4, d, 3))
+    by_both = np.empty((2, d, d, 3))
+    p[0] = 0.0
+    R[0] = np.eye(3)
+    for k in range(n):
+        subsegment = arc if model == ARC else links
+        stiffness = torsion[k] if np.isfinite(torsion[k]) else 0.0
+        subsegment(
+            x[k], length[k], bending[k], stiffness, step, turn, here[0], here[1],
+            here[2], here[3], by_both[0], by_both[1], law[k], dlaw[k],
+        )  # fmt: skip
+        _turned(R[k], step, p[k + 1])
+        p[k + 1] += p[k]
+        R[k + 1] = R[k] @ turn
+        for e in range(d):
+            for which in range(4):
+                _turned(R[k], here[which, e], own[which, k, e])
+            own[3, k, e] += p[k]
+            for i in range(d):
+                _turned(R[k], by_both[0, e, i], daxis[k, e, i])
+                _turned(R[k], by_both[1, e, i], dpoint[k, e, i])
+    spin, drift, axis, point = own[0], own[1], own[2], own[3]
+
+    # Tendons: holes, directions of the spans, tensions, forces on the disks.
+    h = np.empty((count, n + 1, 3))
+    u = np.zeros((count, n + 1, 3))  # of span j, from disk j - 1 to disk j
+    size = np.ones((count, n + 1))
+    total, turning = np.zeros((n + 2, 3)), np.zeros((n + 2, 3))  # of disks k and beyond; about the origin
+    F, M = np.empty(3), np.empty(3)
+    for t in range(count):
+        for m in range(last[t] + 1):
+            for i in range(3):
+                h[t, m, i] = p[m, i] + R[m, i, 0] * hole[t, 0] + R[m, i, 1] * hole[t, 1]
+        now = tension[t]
+        for m in range(1, last[t] + 1):
+            u[t, m] = h[t, m] - h[t, m - 1]
+            size[t, m] = math.sqrt(_dot(u[t, m], u[t, m]))
+            u[t, m] /= size[t, m]
+            if mu > 0.0:
+                before = R[0, :, 2] if m == 1 else u[t, m - 1]
+                _cross(before, u[t, m], F)
+                now *= math.exp(-mu * math.atan2(math.sqrt(_dot(F, F)), _dot(before, u[t, m])))
+            span[t, m - 1] = now
+        for m in range(1, last[t] + 1):
+            for i in range(3):
+                F[i] = -span[t, m - 1] * u[t, m, i]
+            if m < last[t]:
+                for i in range(3):
+                    F[i] += span[t, m - 1] * u[t, m + 1, i]
+                if projected:
+                    normal = F[0] * R[m, 0, 2] + F[1] * R[m, 1, 2] + F[2] * R[m, 2, 2]
+                    for i in range(3):
+                        F[i] -= normal * R[m, i, 2]
+                for i in range(3):  # friction acts along the tendon
+                    F[i] += (span[t, m] - span[t, m - 1]) * u[t, m + 1, i]
+            total[m] += F
+            _add_cross(h[t, m], F, turning[m])
+
+    # What lies beyond each place. `swing`: G with a turn w of the loads adding -G w to the moment.
+    loads, swing = np.zeros((n + 2, 3)), np.zeros((n + 2, 3, 3))
+    for m in range(n, 0, -1):
+        f, g = force[m - 1], moment[m - 1]
+        total[m] += f + total[m + 1]
+        _add_cross(p[m], f, turning[m])
+        turning[m] += g + turning[m + 1]
+        loads[m] = f + loads[m + 1]
+        along = _dot(p[m], f)
+        for i in range(3):
+            for j in range(3):
+                swing[m, i, j] = swing[m + 1, i, j] + f[i] * p[m, j]
+            swing[m, i, i] -= along
+        swing[m, 0, 1] -= g[2]
+        swing[m, 0, 2] += g[1]
+        swing[m, 1, 0] += g[2]
+        swing[m, 1, 2] -= g[0]
+        swing[m, 2, 0] -= g[1]
+        swing[m, 2, 1] += g[0]
+
+    # Balances, and the effect of turning the loads against the tip.
+    turned = np.empty((3, 3))
+    for k in range(n):
+        for e in range(d):
+            a, c = axis[k, e], point[k, e]
+            _cross(c, total[k + 1], M)
+            r[k, e] = a[0] * (turning[k + 1, 0] - M[0]) + a[1] * (turning[k + 1, 1] - M[1])
+            r[k, e] += a[2] * (turning[k + 1, 2] - M[2]) - law[k, e]
+            C[k, e] = spin[k, e]
+            # moment about c of loads that turn by w: -(swing - (c f^T - (c . f) 1)^T ...) w
+            along = _dot(c, loads[k + 1])
+            for i in range(3):
+                for j in range(3):
+                    turned[i, j] = swing[k + 1, i, j] - loads[k + 1, i] * c[j]
+                turned[i, i] += along
+            for j in range(3):
+                B[k, e, j] = a[0] * turned[0, j] + a[1] * turned[1, j] + a[2] * turned[2, j]
+
+    # U: unknown i of subsegment k turns all beyond disk k about p[k + 1], loads included.
+    U[:] = 0.0
+    N, dF, dM, near_F, near_M = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    w, du, arm = np.empty(3), np.empty(3), np.empty(3)
+    for k in range(n):
+        end = k + 1
+        _cross(p[end], total[end], N)
+        for i in range(3):
+            N[i] = turning[end, i] - N[i]
+        for i in range(d):
+            omega, velocity = spin[k, i], drift[k, i]
+            _cross(omega, total[end], dF)
+            _cross(omega, N, dM)
+            _add_cross(p[end], dF, dM)
+            _add_cross(velocity, total[end], dM)
+            near_F[:] = 0.0
+            near_M[:] = 0.0
+            for t in range(count):
+                if last[t] < end:
+                    continue
+                # span `end` changes direction against the body beyond it by du
+                for c3 in range(3):
+                    arm[c3] = h[t, k, c3] - p[end, c3]
+                _cross(omega, arm, w)
+                for c3 in range(3):
+                    w[c3] += velocity[c3]
+                along = _dot(u[t, end], w)
+                for c3 in range(3):
+                    du[c3] = (w[c3] - along * u[t, end, c3]) / size[t, end]
+                pull = span[t, k]
+                normal = 0.0
+                if projected and end < last[t]:
+                    normal = du[0] * R[end, 0, 2] + du[1] * R[end, 1, 2] + du[2] * R[end, 2, 2]
+                for c3 in range(3):
+                    F[c3] = -pull * (du[c3] - normal * R[end, c3, 2])
+                    dF[c3] += F[c3]
+                _add_cross(h[t, end], F, dM)
+                if k > 0:
+                    _add_cross(omega, u[t, end], du)
+                    before = span[t, k - 1]
+                    normal = 0.0
+                    if projected:
+                        normal = du[0] * R[k, 0, 2] + du[1] * R[k, 1, 2] + du[2] * R[k, 2, 2]
+                    for c3 in range(3):
+                        F[c3] = before * (du[c3] - normal * R[k, c3, 2]) + (pull - before) * du[c3]
+                        near_F[c3] += F[c3]
+                    _add_cross(h[t, k], F, near_M)
+            for e in range(d):
+                a, c = axis[k, e], point[k, e]
+                _cross(c, total[end], M)
+                for c3 in range(3):
+                    M[c3] = turning[end, c3] - M[c3]
+                value = _dot(daxis[k, e, i], M) - dlaw[k, e, i]
+                _cross(c, dF, M)
+                _add_cross(dpoint[k, e, i], total[end], M)
+                for c3 in range(3):
+                    M[c3] = dM[c3] - M[c3]
+                U[k, k, e, i] = value + _dot(a, M)
+            for c3 in range(3):
+                dF[c3] += near_F[c3]
+                dM[c3] += near_M[c3]
+            for j in range(k):
+                # loads on the disks between turn too
+                for c3 in range(3):
+                    w[c3] = loads[j + 1, c3] - loads[end, c3]
+                _cross(omega, w, F)
+                for c3 in range(3):
+                    F[c3] += dF[c3]
+                    M[c3] = dM[c3]
+                    for c4 in range(3):
+                        M[c3] -= (swing[j + 1, c3, c4] - swing[end, c3, c4]) * omega[c4]
+                for e in range(d):
+                    _cross(point[j, e], F, w)
+                    value = 0.0
+                    for c3 in range(3):
+                        value += axis[j, e, c3] * (M[c3] - w[c3])
+                    U[j, k, e, i] = value
+    for k in range(n):
+        if model == LINKS:  # an unloaded subsegment has no bending plane
+            floor = _PLANE_FLOOR * bending[k] / length[k]
+            U[k, k, 3, 3] += -floor if U[k, k, 3, 3] <= 0.0 else floor
+        for e in range(d):
+            if not free[k, e]:
+                r[k, e] = -x[k, e] * bending[k] / length[k]
+                U[k, k:, e, :] = 0.0
+                B[k, e] = 0.0
+                U[k, k, e, e] = -bending[k] / length[k]
