@@ -110,6 +110,8 @@ def robot_text(parameters: dict[str, Any]) -> str:
             f"{key}.mass_g": "authors' settings: density 37708 kg/m^3 of the rod's volume, an "
             "effective value that stands for the disks too; without effect, since gravity is off",
             f"{key}.torsion_stiffness_N_mm2": "authors' settings: two joints per link, so no twist",
+            f"{key}.axial_stiffness_N": "authors' settings: no joint that stretches",
+            f"{key}.shear_stiffness_N": "authors' settings: no joint that shears",
             f"{key}.stiffness_cubic_mm2": "authors' settings: linear",
             f"{key}.stiffness_quintic_mm4": "authors' settings: linear",
             f"{key}.rest_curvature_x_per_m": "authors' settings: straight",

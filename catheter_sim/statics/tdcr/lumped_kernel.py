@@ -37,7 +37,8 @@ LINK_SHARES = np.array([0.125, 0.35, 0.388, 0.136]) / 0.999
 SPRING_FACTORS = np.array([3.25, 2.84, 2.95])
 TOLERANCE_RAD = 1e-12  # unbalanced moment over EI / length at which Newton's method stops
 _MOST_STEPS = 40
-_MOST_HALVINGS = 10
+_LONGEST_STEP_RAD = 1.0
+_SHORTEST_SHARE = 1e-3  # of the load
 _SMALL_RAD2 = 1e-4  # squared angle below which the series is exact to the last bit
 _PLANE_FLOOR = 1e-9  # keeps the bending plane of an unloaded subsegment where it is
 
@@ -232,6 +233,30 @@ def links(
 
 
 @_compiled
+def _subsegment(
+    model: int,
+    x: Array,
+    length: float,
+    bending: float,
+    torsion: float,
+    p: Array,
+    R: Array,
+    spin: Array,
+    drift: Array,
+    axis: Array,
+    point: Array,
+    daxis: Array,
+    dpoint: Array,
+    law: Array,
+    dlaw: Array,
+) -> None:
+    if model == ARC:
+        arc(x, length, bending, torsion, p, R, spin, drift, axis, point, daxis, dpoint, law, dlaw)
+    else:
+        links(x, length, bending, torsion, p, R, spin, drift, axis, point, daxis, dpoint, law, dlaw)
+
+
+@_compiled
 def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
     """Write the disks' positions `p`, shape (n + 1, 3), and orientations `R` at the unknowns `x`, (n, d)."""
     d = x.shape[1]
@@ -241,9 +266,8 @@ def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
     p[0] = 0.0
     R[0] = np.eye(3)
     for k in range(len(x)):
-        subsegment = arc if model == ARC else links
-        subsegment(
-            x[k], length[k], 1.0, 1.0, step, turn, by_unknown[0], by_unknown[1],
+        _subsegment(
+            model, x[k], length[k], 1.0, 1.0, step, turn, by_unknown[0], by_unknown[1],
             by_balance[0], by_balance[1], by_both[0], by_both[1], law, dlaw,
         )  # fmt: skip
         _turned(R[k], step, p[k + 1])
@@ -302,10 +326,9 @@ def evaluate(
     p[0] = 0.0
     R[0] = np.eye(3)
     for k in range(n):
-        subsegment = arc if model == ARC else links
         stiffness = torsion[k] if np.isfinite(torsion[k]) else 0.0
-        subsegment(
-            x[k], length[k], bending[k], stiffness, step, turn, here[0], here[1],
+        _subsegment(
+            model, x[k], length[k], bending[k], stiffness, step, turn, here[0], here[1],
             here[2], here[3], by_both[0], by_both[1], law[k], dlaw[k],
         )  # fmt: skip
         _turned(R[k], step, p[k + 1])
@@ -480,3 +503,154 @@ def evaluate(
                 U[k, k:, e, :] = 0.0
                 B[k, e] = 0.0
                 U[k, k, e, e] = -bending[k] / length[k]
+
+
+@_compiled
+def _eliminate(A: Array, b: Array) -> None:
+    """Solve A y = b in place, `b` of shape (m, columns), by elimination with row exchange."""
+    m, columns = b.shape
+    for i in range(m):
+        best = i
+        for j in range(i + 1, m):
+            if abs(A[j, i]) > abs(A[best, i]):
+                best = j
+        if best != i:
+            for j in range(m):
+                A[i, j], A[best, j] = A[best, j], A[i, j]
+            for j in range(columns):
+                b[i, j], b[best, j] = b[best, j], b[i, j]
+        for j in range(i + 1, m):
+            factor = A[j, i] / A[i, i]
+            for q in range(i + 1, m):
+                A[j, q] -= factor * A[i, q]
+            for q in range(columns):
+                b[j, q] -= factor * b[i, q]
+    for i in range(m - 1, -1, -1):
+        for q in range(columns):
+            for j in range(i + 1, m):
+                b[i, q] -= A[i, j] * b[j, q]
+            b[i, q] /= A[i, i]
+
+
+@_compiled
+def newton_step(r: Array, U: Array, B: Array, C: Array, step: Array) -> None:
+    """Write the solution of (U + B C) step = -r, shapes as in `evaluate`; U is overwritten."""
+    n, d = r.shape
+    y = np.empty((n, d, 4))
+    for k in range(n - 1, -1, -1):
+        for e in range(d):
+            y[k, e, 0] = r[k, e]
+            for q in range(3):
+                y[k, e, q + 1] = B[k, e, q]
+            for j in range(k + 1, n):
+                for i in range(d):
+                    for q in range(4):
+                        y[k, e, q] -= U[k, j, e, i] * y[j, i, q]
+        _eliminate(U[k, k], y[k])
+    tip, answer = np.eye(3), np.zeros((3, 1))
+    for k in range(n):
+        for e in range(d):
+            for i in range(3):
+                answer[i, 0] += C[k, e, i] * y[k, e, 0]
+                for q in range(3):
+                    tip[i, q] += C[k, e, i] * y[k, e, q + 1]
+    _eliminate(tip, answer)
+    for k in range(n):
+        for e in range(d):
+            step[k, e] = -y[k, e, 0]
+            for q in range(3):
+                step[k, e] += y[k, e, q + 1] * answer[q, 0]
+
+
+@_compiled
+def _straighten(model: int, x: Array) -> None:
+    """Set all bends and twists to zero; the bending planes stay."""
+    for k in range(len(x)):
+        for e in range(x.shape[1]):
+            if model == ARC or e != 3:
+                x[k, e] = 0.0
+
+
+@_compiled
+def solve(
+    model: int,
+    free: Any,
+    length: Array,
+    bending: Array,
+    torsion: Array,
+    hole: Array,
+    last: Any,
+    mu: float,
+    projected: bool,
+    tension: Array,
+    force: Array,
+    moment: Array,
+    first_share: float,
+    x: Array,
+    span: Array,
+    p: Array,
+    R: Array,
+    residual: Array,
+    steps: Any,
+) -> None:
+    """Solve r rows; arguments as of `evaluate` with rows in front.
+
+    Where Newton's method fails at the full load, the load is raised from zero in steps that halve
+    where it fails and double where it does not; no row reads another, so that their order is nothing.
+
+    Args:
+        first_share: of the load, with which to begin.
+        x: a guess, overwritten by the unknowns, shape (r, n, d) [rad]; likewise `span`, `p`, `R`.
+        residual: largest unbalanced moment, shape (r,) [N m].
+        steps: load steps that were needed, shape (r,); 0: no equilibrium was found.
+    """
+    rows, n, d = x.shape
+    r, B, C = np.empty((n, d)), np.empty((n, d, 3)), np.empty((n, d, 3))
+    U = np.empty((n, n, d, d))
+    step, good = np.empty((n, d)), np.empty((n, d))
+    for row in range(rows):
+        now = x[row]
+        good[:] = now
+        reached, share, count = 0.0, first_share, 0
+        while reached < 1.0 and share > _SHORTEST_SHARE:
+            part = min(1.0, reached + share)
+            now[:] = good
+            worst = -1.0
+            for _ in range(_MOST_STEPS):
+                evaluate(
+                    model, now, free, length, bending, torsion, hole, last, mu, projected,
+                    part * tension[row], part * force[row], part * moment[row],
+                    r, U, B, C, span[row], p[row], R[row],
+                )  # fmt: skip
+                norm = 0.0
+                for k in range(n):
+                    for e in range(d):
+                        norm = max(norm, abs(r[k, e]) * length[k] / bending[k])
+                if norm < TOLERANCE_RAD:
+                    worst = norm
+                    break
+                newton_step(r, U, B, C, step)
+                longest = np.abs(step).max()
+                if not longest < _LONGEST_STEP_RAD * 1e3:
+                    break
+                now += step * min(1.0, _LONGEST_STEP_RAD / longest)
+            if worst >= 0.0:
+                good[:] = now
+                reached = part
+                count += 1
+                share *= 2.0
+            else:
+                if reached == 0.0:
+                    _straighten(model, good)
+                share *= 0.5
+        now[:] = good
+        steps[row] = count if reached >= 1.0 else 0
+        residual[row] = np.abs(r).max()
+
+
+def guess(bend: Array) -> Array:
+    """Return unknowns of PRB, shape (..., 5), near those of CC_sub, shape (..., 3) [rad]."""
+    angle = np.hypot(bend[..., 0], bend[..., 1])
+    shares = (1.0 / SPRING_FACTORS) / (1.0 / SPRING_FACTORS).sum()
+    plane = np.arctan2(bend[..., 1], bend[..., 0])
+    return np.concatenate([angle[..., None] * shares, plane[..., None], bend[..., 2:]], axis=-1)

@@ -28,14 +28,13 @@ from catheter_sim.statics.tdcr.section import compiled, cross_section, solve_in_
 
 CONTINUOUS, PROJECTED, EYELETS = range(3)  # tendon paths
 
-CONVERGED, SINGULAR, DIVERGED = range(3)  # how Newton's method ended
+CONVERGED, SINGULAR, DIVERGED, TOO_FAR = range(4)  # how Newton's method ended
 
-_STEP_TOLERANCE = 1e-11  # of the largest correction of a section's turn [rad]
 _MOST_ROUNDS = 14
-_LARGEST_TURN_RAD = 0.7  # of a section, in one correction
+# What the first correction may turn the sections by, summed: beyond it Newton's method may find
+# another equilibrium than the one that the load leads to.
+FARTHEST_TURN_RAD = 0.8
 _WORSE = 20.0  # growth of the residual that a correction may cause: continuation does the rest
-_FRICTION_ROUNDS = 60
-_FRICTION_TOLERANCE = 1e-12  # change of a tension, over the largest tension
 
 
 @compiled
@@ -277,7 +276,7 @@ def newton(
     R_w: Array,
     tolerance: float,
     residual: Array,
-) -> tuple[int, int]:
+) -> tuple[int, int, float]:
     """Balance a robot at given tensions, starting from `wrench`, which is the result too.
 
     Args:
@@ -289,11 +288,11 @@ def newton(
         wrench: at the sections' starts, in their frames, shape (n, 6).
         turn, shift: result, the sections' poses, shapes (n, 3, 3) and (n, 3).
         R_w: result, orientations of disks 0 to n, shape (n + 1, 3, 3); the first one is given.
-        tolerance: of the last correction, largest turn of a section [rad].
+        tolerance: of the last correction, turns of the sections, summed [rad].
         residual: result, unbalanced wrench at disks 1 to n, shape (n, 6).
 
     Returns:
-        How it ended, and the number of corrections.
+        How it ended, the number of corrections, and what the first one turned the sections by [rad].
     """
     n = len(rod)
     turn_slope, shift_slope = np.empty((n, 3, 6)), np.empty((n, 3, 6))
@@ -302,9 +301,9 @@ def newton(
     size = 0.0
     for j in range(n):
         size += rod[j, 6]
-    before = math.inf
+    before = largest = math.inf
     rounds = 0
-    largest = math.inf
+    first = 0.0
     while True:
         _balance(
             path, rod, hole, span, force, moment, wrench, turn, shift, turn_slope, shift_slope,
@@ -315,24 +314,28 @@ def newton(
             for i in range(3):
                 now = max(now, abs(residual[j, i]), size * abs(residual[j, 3 + i]))
         if not math.isfinite(now):
-            return DIVERGED, rounds
+            return DIVERGED, rounds, first
         if largest < tolerance or now == 0.0:
-            return CONVERGED, rounds
+            return CONVERGED, rounds, first
         if rounds >= _MOST_ROUNDS or (rounds > 1 and now > _WORSE * before):
-            return DIVERGED, rounds
+            return DIVERGED, rounds, first
         before = now
         if not _correction(turn, turn_slope, residual, here, above, load, step):
-            return SINGULAR, rounds
+            return SINGULAR, rounds, first
         rounds += 1
         largest = 0.0
         for j in range(n):
+            square = 0.0
             for i in range(3):
                 turned = 0.0
                 for c in range(6):
                     turned += turn_slope[j, i, c] * step[j, c]
-                largest = max(largest, abs(turned))
-        if not largest < _LARGEST_TURN_RAD:
-            return DIVERGED, rounds
+                square += turned * turned
+            largest += math.sqrt(square)
+        if rounds == 1:
+            first = largest
+        if not largest < FARTHEST_TURN_RAD:
+            return TOO_FAR, rounds, first
         for j in range(n):
             for i in range(6):
                 wrench[j, i] += step[j, i]

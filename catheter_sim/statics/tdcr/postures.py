@@ -1,0 +1,59 @@
+"""The disks' poses of a rod model as postures."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.statics.tdcr.problem import Problem
+
+
+def postures(
+    robot: ContinuumRobot, rod: Problem, p_w: Array, R_w: Array, actuator_tension: Array, span_tension: Array
+) -> tuple[Posture, ...]:
+    """Return r postures of `robot`.
+
+    Args:
+        robot: the robot.
+        rod: the same robot as arrays.
+        p_w, R_w: of disks 0 to n, shapes (r, n + 1, 3) [m] and (r, n + 1, 3, 3).
+        actuator_tension: shape (r, t) [N].
+        span_tension: in every subsegment, shape (r, t, n) [N]; NaN is put in beyond a tendon's end.
+    """
+    angles = hinge_angles(robot, rod, R_w)
+    runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]
+    spans = np.where(runs, span_tension, np.nan)
+    return tuple(
+        Posture(p_w[row, 1:], R_w[row, 1:], angles[row], actuator_tension[row], spans[row])
+        for row in range(len(p_w))
+    )
+
+
+def hinge_angles(robot: ContinuumRobot, rod: Problem, R_w: Array) -> Array:
+    """Return the hinges' angles in the order of `joint_names`, shape (r, m) [rad].
+
+    The turn from disk to disk, as a rotation vector, is shared equally by the hinges between them.
+
+    Args:
+        robot: the robot.
+        rod: the same robot as arrays.
+        R_w: orientations of disks 0 to n, shape (r, n + 1, 3, 3).
+    """
+    rows, n = len(R_w), len(rod.length_m)
+    relative = np.swapaxes(R_w[:, :-1], -1, -2) @ R_w[:, 1:]
+    turns = Rotation.from_matrix(relative.reshape(-1, 3, 3)).as_rotvec().reshape(rows, n, 3)
+    turns = turns / robot.links_per_subsegment
+    columns = []
+    for j in range(n):
+        segment = robot.segments[rod.segment[j]]
+        hinge = [turns[:, j, 1]]  # bending toward +x turns about +y, toward +y about -x
+        if segment.bending_axes == "xy":
+            hinge.append(-turns[:, j, 0])
+        if math.isfinite(segment.torsion_stiffness_N_m2):
+            hinge.append(turns[:, j, 2])
+        columns += hinge * robot.links_per_subsegment
+    return np.stack(columns, axis=1)

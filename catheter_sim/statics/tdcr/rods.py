@@ -1,0 +1,142 @@
+"""Equilibria of a tendon-driven Cosserat rod: rows of loads in, postures and their evidence out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from catheter_sim.errors import InputError
+from catheter_sim.robots.channels import Inputs
+from catheter_sim.robots.posture import Array
+from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.statics.planar_chain import row_name
+from catheter_sim.statics.result import StaticRun
+from catheter_sim.statics.tdcr import continuation, shooting
+from catheter_sim.statics.tdcr.postures import postures
+from catheter_sim.statics.tdcr.problem import Load, Problem, load, problem
+
+PATHS = {
+    "continuous": shooting.CONTINUOUS,
+    "projected": shooting.PROJECTED,
+    "eyelets": shooting.EYELETS,
+}
+STEPS = 80  # of the integration, along the whole robot: the tip is then within 2e-7 of the length
+
+
+@dataclass(frozen=True)
+class Equilibria:
+    """Equilibria of a rod under r rows of loads, and the evidence.
+
+    Attributes:
+        rod, load: what was asked.
+        path: of the tendons: a key of `PATHS`.
+        p_w: centres of disks 0 to n, shape (r, n + 1, 3) [m].
+        R_w: their orientations, shape (r, n + 1, 3, 3).
+        span_tension: of every tendon in every subsegment, zero beyond its end, shape (r, t, n) [N].
+        wrench: moment [N m] and force [N] in the backbone at each subsegment's start, in the frame
+            there; on a continuous path of the backbone and its tendons together; shape (r, n, 6).
+        unbalanced: moment [N m] and force [N] left at disks 1 to n, in their frames, shape (r, n, 6).
+        reached: share of the way to each row's load that was balanced, shape (r,); below 1 the row's
+            posture is none.
+        corrections: of Newton's method, shape (r,).
+    """
+
+    rod: Problem
+    load: Load
+    path: str
+    p_w: Array
+    R_w: Array
+    span_tension: Array
+    wrench: Array
+    unbalanced: Array
+    reached: Array
+    corrections: NDArray[np.intp]
+
+
+def equilibria(rod: Problem, loads: Load, path: str, steps: int = STEPS) -> Equilibria:
+    """Return the equilibria of `rod` under `loads`, row after row, the first from rest.
+
+    Args:
+        rod: the robot.
+        loads: tensions, forces and moments, r rows.
+        path: "continuous" (VC), "projected" (VC_ref) or "eyelets" (VC_ref_noproj).
+        steps: of the integration along the whole robot, at least.
+    """
+    rows, n, tendons = len(loads), len(rod.length_m), len(rod.hole_m)
+    result = Equilibria(
+        rod=rod,
+        load=loads,
+        path=path,
+        p_w=np.zeros((rows, n + 1, 3)),
+        R_w=np.zeros((rows, n + 1, 3, 3)),
+        span_tension=np.zeros((rows, tendons, n)),
+        wrench=np.zeros((rows, n, 6)),
+        unbalanced=np.zeros((rows, n, 6)),
+        reached=np.zeros(rows),
+        corrections=np.zeros(rows, dtype=np.intp),
+    )
+    continuation.solve_rows(
+        PATHS[path],
+        sections(rod, steps),
+        np.ascontiguousarray(rod.hole_m),
+        rod.last_disk,
+        rod.mu,
+        np.ascontiguousarray(loads.tension_N),
+        np.ascontiguousarray(loads.force_N),
+        np.ascontiguousarray(loads.moment_N_m),
+        result.wrench,
+        result.span_tension,
+        result.p_w,
+        result.R_w,
+        result.unbalanced,
+        result.reached,
+        result.corrections,
+    )
+    return result
+
+
+def sections(rod: Problem, steps: int = STEPS) -> Array:
+    """Return the subsegments as the compiled code takes them, shape (n, 8).
+
+    Args:
+        rod: the robot.
+        steps: of the integration along the whole robot, at least.
+    """
+    bending = 1.0 / rod.bending_N_m2
+    shear = 1.0 / rod.shear_N
+    step = rod.disk_z_m[-1] / steps
+    columns = [
+        np.where(rod.planar, 0.0, bending),
+        bending,
+        1.0 / rod.torsion_N_m2,
+        shear,
+        np.where(rod.planar, 0.0, shear),
+        1.0 / rod.axial_N,
+        rod.length_m,
+        np.ceil(rod.length_m / step - 1e-6),
+    ]
+    return np.ascontiguousarray(np.stack(columns, axis=1))
+
+
+def static_run(model: str, path: str, robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return the postures of `robot` under `inputs` for one kind of tendon path.
+
+    Raises:
+        InputError: what no rod model carries, displacement inputs, or a row without an equilibrium
+            that continuation from the row before or from rest would reach.
+    """
+    rod = problem(robot)
+    gravity = np.asarray(gravity_mps2, dtype=float)
+    found = equilibria(rod, load(rod, inputs, gravity), path)
+    lost = found.reached < 1.0
+    if lost.any():
+        row = int(np.argmax(lost))
+        raise InputError(
+            f"{robot.name}: {model} finds no equilibrium at {row_name(inputs, row)}: from rest it gets to "
+            f"{100.0 * found.reached[row]:.3g} % of the load"
+        )
+    residual = np.abs(found.unbalanced[:, :, :3]).max(axis=(1, 2))
+    shapes = postures(robot, rod, found.p_w, found.R_w, inputs.tendon, found.span_tension)
+    return StaticRun(model, inputs, gravity, shapes, residual)
