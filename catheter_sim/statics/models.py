@@ -23,6 +23,9 @@ from catheter_sim.statics.rolling.history import is_rolling
 from catheter_sim.statics.rolling.pcc import pcc
 from catheter_sim.statics.rolling.printed import printed
 from catheter_sim.statics.sliding import fkm_sliding
+from catheter_sim.statics.tdcr.problem import is_rod
+from catheter_sim.statics.tdcr.vc import vc
+from catheter_sim.statics.tdcr.vc_ref import vc_ref, vc_ref_noproj
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,24 @@ _MODELS = (
         "one arc per segment (Rao 2021, Sections 3.2.1, 5.2.2), tension or displacement, friction, weight",
         constant_curvature.constant_curvature,
         constant_curvature.applies_to,
+    ),
+    StaticModel(
+        "VC",
+        "Cosserat rod, tendons held to its shape everywhere (Rao 2021, Eqs 24-41), friction, weight",
+        vc,
+        is_rod,
+    ),
+    StaticModel(
+        "VC_ref",
+        "Cosserat rod, tendons straight between disks, forces in the disks' planes (Rao 2021, Eqs 30-41, 58)",
+        vc_ref,
+        is_rod,
+    ),
+    StaticModel(
+        "VC_ref_noproj",
+        "as VC_ref without Eq. 58: eyelets without friction, as the simulation's tendons",
+        vc_ref_noproj,
+        is_rod,
     ),
     # Robots of rolling joints.
     StaticModel(

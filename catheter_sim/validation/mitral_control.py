@@ -137,17 +137,17 @@ def joint_lines(control: JointControl, joint: str) -> list[Line]:
         ratio = found[above] / found[below]
         published = printed[above] / printed[below] if printed else None
         what = f"{joint}: RMSE of {above} over {below}"
-        lines.append(_line(what, "1", ratio, most, source, ratio, published))
+        lines.append(_line(what, "-", ratio, most, source, ratio, published))
     order = [found[name] for name in FIGURE_6_DEG]
     wrong = sum(not after < before for before, after in itertools.pairwise(order))
     what = f"{joint}: PK > TE > PK+PID > TE+PID in RMSE, neighbours out of order"
-    lines.append(_line(what, "1", float(wrong), 0.0, source, float(wrong)))
+    lines.append(_line(what, "-", float(wrong), 0.0, source, float(wrong)))
     share = control.share(joint, "TE+PID")
     what = f"{joint}: controller's share of the displacement under TE"
-    lines.append(_line(what, "1", share, SHARE, "Nayar 2023, Table II: 0.25 to 0.31", share))
+    lines.append(_line(what, "-", share, SHARE, "Nayar 2023, Table II: 0.25 to 0.31", share))
     share = control.share(joint, "PK+PID")
     what = f"{joint}: controller's share of the displacement under PK"
-    return [*lines, _line(what, "1", share, None, "no figure printed", share)]
+    return [*lines, _line(what, "-", share, None, "no figure printed", share)]
 
 
 def bend_control(observes: bool) -> loop.ControlRun:
@@ -203,7 +203,7 @@ def validate_control_transseptal(folder: Path) -> Validation:
             source,
             observed,
         ),
-        Line(TRANSSEPTAL, others, "1", peak, 2.0, margins, peak),
+        Line(TRANSSEPTAL, others, "-", peak, 2.0, margins, peak),
     )
     reading = (
         f"{TRANSSEPTAL}: the printed G_m^-1 has Q's poles, so it is taken for Q G_m^-1; in rad of the shaft "
@@ -241,10 +241,10 @@ def whole_lines(open_loop: loop.ControlRun, closed: loop.ControlRun) -> list[Lin
             what = f"{where}, {name}: RMSE"
             lines.append(_line(what, "deg", abs(ours - printed), None, source, ours, printed))
         ratio, printed = controlled / alone, TABLE_1_DEG[k][1] / TABLE_1_DEG[k][0]
-        lines.append(_line(f"{where}: RMSE of TE+PID over TE", "1", ratio, None, source, ratio, printed))
+        lines.append(_line(f"{where}: RMSE of TE+PID over TE", "-", ratio, None, source, ratio, printed))
         share, source = float(closed.controller_share()[k]), "Nayar 2023, Table II"
         what = f"{where}: controller's share under TE"
-        lines.append(_line(what, "1", share, SHARE, source, share, TABLE_2_SHARE[k]))
+        lines.append(_line(what, "-", share, SHARE, source, share, TABLE_2_SHARE[k]))
     return lines
 
 

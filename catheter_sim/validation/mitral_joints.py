@@ -82,7 +82,7 @@ def _figure_6() -> list[Line]:
                 most = 1e-4 if spring else (1.0 - LEAST_R2[joint] if joint in LEAST_R2 else None)
                 shown = None if spring else 1.0 - printed
                 lines.append(
-                    Line(NAME, what, "1", 1.0 - value, most, "Nayar 2022, Fig. 6(a)", published=shown)
+                    Line(NAME, what, "-", 1.0 - value, most, "Nayar 2022, Fig. 6(a)", published=shown)
                 )
     return lines
 
@@ -162,7 +162,7 @@ def _halves(robot: CatheterRobot, loops: dict[str, JointLoops]) -> list[Line]:
             # A joint that is slack about zero is beyond the paper's PI, as the paper says of its own.
             judged = bool(zones) or joint != "bending, to one side"
             what = f"{joint}: {name}, identified on half of the loops, on the others: RMSE over the range"
-            lines.append(Line(NAME, what, "1", share, PI_SHARE if judged else None, "Nayar 2022, Eqs 29-34"))
+            lines.append(Line(NAME, what, "-", share, PI_SHARE if judged else None, "Nayar 2022, Eqs 29-34"))
     return lines
 
 

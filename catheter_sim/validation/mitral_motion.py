@@ -152,7 +152,7 @@ def _ratios(where: str, path: str, error: dict[str, float], source: str) -> list
     if path == "straight":
         pairs = [("MK", "PK", 0.2), ("hybrid", "PK", 0.2), ("MK", "PI", 1.0), ("hybrid", "PI", 1.0), pairs[0]]
     return [
-        Line(NAME, f"{where}: RMSE of {a} over {b}", "1", error[a] / error[b], most, source)
+        Line(NAME, f"{where}: RMSE of {a} over {b}", "-", error[a] / error[b], most, source)
         for a, b, most in pairs
     ]
 

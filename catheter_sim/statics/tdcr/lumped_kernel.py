@@ -585,7 +585,7 @@ def solve(
     tension: Array,
     force: Array,
     moment: Array,
-    first_share: float,
+    first_share: Array,
     x: Array,
     span: Array,
     p: Array,
@@ -599,7 +599,7 @@ def solve(
     where it fails and double where it does not; no row reads another, so that their order is nothing.
 
     Args:
-        first_share: of the load, with which to begin.
+        first_share: of the load, with which to begin, shape (r,); below 1: begin at the straight robot.
         x: a guess, overwritten by the unknowns, shape (r, n, d) [rad]; likewise `span`, `p`, `R`.
         residual: largest unbalanced moment, shape (r,) [N m].
         steps: load steps that were needed, shape (r,); 0: no equilibrium was found.
@@ -611,7 +611,9 @@ def solve(
     for row in range(rows):
         now = x[row]
         good[:] = now
-        reached, share, count = 0.0, first_share, 0
+        if first_share[row] < 1.0:
+            _straighten(model, good)
+        reached, share, count = 0.0, first_share[row], 0
         while reached < 1.0 and share > _SHORTEST_SHARE:
             part = min(1.0, reached + share)
             now[:] = good

@@ -13,16 +13,17 @@ from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.statics.planar_chain import row_name
 from catheter_sim.statics.result import StaticRun
-from catheter_sim.statics.tdcr import continuation, shooting
+from catheter_sim.statics.tdcr import kernel
 from catheter_sim.statics.tdcr.postures import postures
 from catheter_sim.statics.tdcr.problem import Load, Problem, load, problem
 
 PATHS = {
-    "continuous": shooting.CONTINUOUS,
-    "projected": shooting.PROJECTED,
-    "eyelets": shooting.EYELETS,
+    "continuous": kernel.CONTINUOUS,
+    "projected": kernel.PROJECTED,
+    "eyelets": kernel.EYELETS,
 }
-STEPS = 80  # of the integration, along the whole robot: the tip is then within 2e-7 of the length
+# Steps of the integration along the whole robot: the tip is then within 2e-7 of the length.
+STEPS = {"continuous": 40, "projected": 80, "eyelets": 80}
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,8 @@ class Equilibria:
         wrench: moment [N m] and force [N] in the backbone at each subsegment's start, in the frame
             there; on a continuous path of the backbone and its tendons together; shape (r, n, 6).
         unbalanced: moment [N m] and force [N] left at disks 1 to n, in their frames, shape (r, n, 6).
-        reached: share of the way to each row's load that was balanced, shape (r,); below 1 the row's
-            posture is none.
+        reached: share of the way from rest to the row's load, shape (r,); below 1 no way led there and
+            the row's posture is none.
         corrections: of Newton's method, shape (r,).
     """
 
@@ -55,14 +56,14 @@ class Equilibria:
     corrections: NDArray[np.intp]
 
 
-def equilibria(rod: Problem, loads: Load, path: str, steps: int = STEPS) -> Equilibria:
-    """Return the equilibria of `rod` under `loads`, row after row, the first from rest.
+def equilibria(rod: Problem, loads: Load, path: str, steps: int = 0) -> Equilibria:
+    """Return the equilibria of `rod` under `loads`: of each row the one that `kernel` finds.
 
     Args:
         rod: the robot.
         loads: tensions, forces and moments, r rows.
         path: "continuous" (VC), "projected" (VC_ref) or "eyelets" (VC_ref_noproj).
-        steps: of the integration along the whole robot, at least.
+        steps: of the integration along the whole robot, at least; 0: as in `STEPS`.
     """
     rows, n, tendons = len(loads), len(rod.length_m), len(rod.hole_m)
     result = Equilibria(
@@ -77,9 +78,9 @@ def equilibria(rod: Problem, loads: Load, path: str, steps: int = STEPS) -> Equi
         reached=np.zeros(rows),
         corrections=np.zeros(rows, dtype=np.intp),
     )
-    continuation.solve_rows(
+    kernel.solve_rows(
         PATHS[path],
-        sections(rod, steps),
+        sections(rod, steps or STEPS[path]),
         np.ascontiguousarray(rod.hole_m),
         rod.last_disk,
         rod.mu,
@@ -97,7 +98,7 @@ def equilibria(rod: Problem, loads: Load, path: str, steps: int = STEPS) -> Equi
     return result
 
 
-def sections(rod: Problem, steps: int = STEPS) -> Array:
+def sections(rod: Problem, steps: int) -> Array:
     """Return the subsegments as the compiled code takes them, shape (n, 8).
 
     Args:
@@ -120,7 +121,9 @@ def sections(rod: Problem, steps: int = STEPS) -> Array:
     return np.ascontiguousarray(np.stack(columns, axis=1))
 
 
-def static_run(model: str, path: str, robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+def static_run(
+    model: str, path: str, robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array
+) -> StaticRun:
     """Return the postures of `robot` under `inputs` for one kind of tendon path.
 
     Raises:
