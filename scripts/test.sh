@@ -6,7 +6,7 @@ bin="$venv/bin"
 "$bin/ruff" check .
 "$bin/ruff" format --check .
 "$bin/mypy"
-"$bin/pytest" -q -n 2 -m "not slow"
+"$bin/pytest" -q -n 2 --dist loadgroup -m "not slow"
 if [ -z "${FAST:-}" ]; then
-    "$bin/pytest" -q -n 2 -m slow
+    "$bin/pytest" -q -n 2 --dist loadgroup -m slow
 fi

@@ -23,6 +23,8 @@ from catheter_sim.statics.rolling.history import is_rolling
 from catheter_sim.statics.rolling.pcc import pcc
 from catheter_sim.statics.rolling.printed import printed
 from catheter_sim.statics.sliding import fkm_sliding
+from catheter_sim.statics.tdcr.cc_sub import cc_sub
+from catheter_sim.statics.tdcr.prb import prb
 from catheter_sim.statics.tdcr.problem import is_rod
 from catheter_sim.statics.tdcr.vc import vc
 from catheter_sim.statics.tdcr.vc_ref import vc_ref, vc_ref_noproj
@@ -80,6 +82,18 @@ _MODELS = (
         "one arc per segment (Rao 2021, Sections 3.2.1, 5.2.2), tension or displacement, friction, weight",
         constant_curvature.constant_curvature,
         constant_curvature.applies_to,
+    ),
+    StaticModel(
+        "CC_sub",
+        "one arc per subsegment, twist, tendons straight between disks (Rao 2021, Eqs 43-47), friction, weight",
+        cc_sub,
+        is_rod,
+    ),
+    StaticModel(
+        "PRB",
+        "three joints per subsegment, twist, otherwise as CC_sub (Rao 2021, Eqs 48-54), simple-root form",
+        prb,
+        is_rod,
     ),
     StaticModel(
         "VC",

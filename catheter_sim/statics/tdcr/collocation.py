@@ -154,7 +154,9 @@ def _rates(rod: Problem, tension: Array, path: str, y: Array) -> Array:
     return np.moveaxis(rate, 2, 1).reshape(pieces * _SIZE, -1)
 
 
-def _tendons_along(rod: Problem, tension: Array, v: Array, u: Array, n: Array, m: Array) -> tuple[Array, Array]:
+def _tendons_along(
+    rod: Problem, tension: Array, v: Array, u: Array, n: Array, m: Array
+) -> tuple[Array, Array]:
     """Return the force and the moment per length of continuous tendons on the rod, in the body's frame.
 
     Eqs 28-29 with p_k'' = u x p_k' + v' + u' x r_k; the strains' derivatives are those of the wrench
@@ -186,9 +188,7 @@ def _tendons_along(rod: Problem, tension: Array, v: Array, u: Array, n: Array, m
     matrix[..., :3, 3:] = by_u
     matrix[..., 3:, :3] = turn_v
     matrix[..., 3:, 3:] = turn_u + np.eye(3) * soft_bend[..., None]
-    right = np.concatenate(
-        [-np.cross(u, n) - constant, -np.cross(u, m) - np.cross(v, n) - turn], axis=-1
-    )
+    right = np.concatenate([-np.cross(u, n) - constant, -np.cross(u, m) - np.cross(v, n) - turn], axis=-1)
     change = np.linalg.solve(matrix, right[..., None])[..., 0]
     dv, du = change[..., :3], change[..., 3:]
     force = constant + np.einsum("...ij,...j->...i", by_v, dv) + np.einsum("...ij,...j->...i", by_u, du)

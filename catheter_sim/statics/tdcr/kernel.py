@@ -14,7 +14,9 @@ of its tendons together. The tendons' own share, T_k t_k along the unit tangents
 Eq. 27, then belongs to the elastic law: it is the derivative of sum T_k |v + u x r_k|, convex in the
 strains as the rod's energy is, so that each wrench belongs to one strain. The tendons' distributed
 force (Eq. 28, with p'' for the p' printed in its second place) and the forces where they end
-(Eqs 24-25) are then inside and balance by themselves.
+(Eqs 24-25) are then inside and balance by themselves. So do, on the path LUMENS, the forces of the
+other tendons where the strains jump at a segment's end, and their paths with them; Eqs 40-41 leave
+these forces out, and CONTINUOUS takes them away again.
 
 Strains are (u, v - e_z), wrenches (moment, force), six numbers in this order, in the body's frame.
 A compliance of zero locks a strain.
@@ -60,7 +62,7 @@ from catheter_sim.robots.posture import Array
 
 # Columns of `rod`, the sections' data: six compliances, then the length and the number of steps.
 LENGTH, STEPS = 6, 7
-CONTINUOUS, PROJECTED, EYELETS = range(3)  # tendon paths
+CONTINUOUS, PROJECTED, EYELETS, LUMENS = range(4)  # tendon paths
 CONVERGED, SINGULAR, DIVERGED, TOO_FAR = range(4)  # how Newton's method ended
 # Ways to a row's load, in the order in which they are tried.
 NEAR, FROM_REST, FROM_BEFORE, TENSIONS_FIRST, LOADS_FIRST = range(5)
@@ -73,6 +75,7 @@ _WORSE = 20.0  # growth of the residual that a correction may cause: continuatio
 # equilibrium than the one that the load leads to, or none.
 _FARTHEST = 0.8
 _NEAR = 0.2  # from a row to the next one
+_ROUGHER = 4.0  # steps of the integration at the end, over those on the way
 _ON_THE_WAY = 1e-3  # turn of the last correction before the end of the way [rad]
 _AT_THE_END = 1e-10
 _SHORTEST_STEP = 1.0 / 1024.0  # of the way from load to load
@@ -415,6 +418,74 @@ def _pull(
 
 
 @_compiled
+def _tangent(strain: Array, hole: Array, out: Array) -> None:
+    """Direction v + u x r of a tendon's path along the rod (Rao 2021, Eq. 27)."""
+    out[0] = strain[3] - strain[2] * hole[1]
+    out[1] = strain[4] + strain[2] * hole[0]
+    out[2] = 1.0 + strain[5] + strain[0] * hole[1] - strain[1] * hole[0]
+
+
+@_compiled
+def _add_directions(
+    rod: Array, hole: Array, tension: Array, pull: Array, wrench: Array, result: Array, slope: Array
+) -> None:
+    """Add moment and force of `pull` along the continuous paths at a place, and their derivative.
+
+    Args:
+        rod: the section's data.
+        hole: shape (t, 2) [m].
+        tension: of the tendons there, which belong to `wrench`, shape (t,) [N].
+        pull: of the forces, along the paths' tangents, shape (t,) [N].
+        wrench: there, in the body's frame, shape (6,).
+        result: shape (6,).
+        slope: by the wrench, shape (6, 6).
+    """
+    strain, stiffness = np.zeros(6), np.empty((6, 6))
+    _strain_of(rod, hole, tension, wrench, strain, stiffness)
+    by_strain = np.zeros((6, 6))  # transposed
+    tangent = np.empty(3)
+    for k in range(len(hole)):
+        if pull[k] == 0.0:
+            continue
+        x, y = hole[k, 0], hole[k, 1]
+        _tangent(strain, hole[k], tangent)
+        length = math.sqrt(tangent[0] ** 2 + tangent[1] ** 2 + tangent[2] ** 2)
+        t0, t1, t2 = tangent[0] / length, tangent[1] / length, tangent[2] / length
+        result[0] += pull[k] * y * t2
+        result[1] -= pull[k] * x * t2
+        result[2] += pull[k] * (x * t1 - y * t0)
+        result[3] += pull[k] * t0
+        result[4] += pull[k] * t1
+        result[5] += pull[k] * t2
+        for i in range(6):
+            if rod[i] == 0.0:
+                continue
+            a0 = a1 = a2 = 0.0
+            if i == 0:
+                a2 = y
+            elif i == 1:
+                a2 = -x
+            elif i == 2:
+                a0, a1 = -y, x
+            elif i == 3:
+                a0 = 1.0
+            elif i == 4:
+                a1 = 1.0
+            else:
+                a2 = 1.0
+            along = t0 * a0 + t1 * a1 + t2 * a2
+            d0, d1, d2 = (a0 - t0 * along) / length, (a1 - t1 * along) / length, (a2 - t2 * along) / length
+            by_strain[i, 0] += pull[k] * y * d2
+            by_strain[i, 1] -= pull[k] * x * d2
+            by_strain[i, 2] += pull[k] * (x * d1 - y * d0)
+            by_strain[i, 3] += pull[k] * d0
+            by_strain[i, 4] += pull[k] * d1
+            by_strain[i, 5] += pull[k] * d2
+    _solve_in_place(stiffness, by_strain)  # symmetric
+    slope += by_strain.T
+
+
+@_compiled
 def _left_over(
     path: int,
     rod: Array,
@@ -444,8 +515,9 @@ def _left_over(
     slope = np.empty((3, 6))
     across = np.empty(3)
     square = np.empty((3, 3))
+    slope6 = np.empty((6, 6))
     for j in range(n):
-        along = span[:, j].copy() if path == CONTINUOUS else none
+        along = span[:, j].copy() if path in (CONTINUOUS, LUMENS) else none
         _cross_section(rod[j], hole, along, wrench[j], turn[j], shift[j], turn_slope[j], shift_slope[j])
         R_w[j + 1] = R_w[j] @ turn[j]
     for j in range(n):
@@ -509,7 +581,19 @@ def _left_over(
         load[j, :3] = square
         _cross_matrix(body_force, square)
         load[j, 3:] = square
-        if path == CONTINUOUS:
+        if path == CONTINUOUS and j + 1 < n:
+            kinked = False
+            for k in range(tendons):
+                kinked = kinked or (span[k, j] > 0.0 and span[k, j + 1] == 0.0)
+            for i in range(6):
+                kinked = kinked or rod[j, i] != rod[j + 1, i]
+            if kinked:
+                pull = span[:, j + 1].copy()
+                slope6[:] = 0.0
+                _add_directions(rod[j], hole, span[:, j].copy(), pull, end, residual[j], slope6)
+                here[j] -= slope6 @ here[j]  # so far it holds what the section's end changes by, negative
+                _add_directions(rod[j + 1], hole, pull, -pull, wrench[j + 1], residual[j], above[j])
+        if path in (CONTINUOUS, LUMENS):
             continue
         for k in range(tendons):
             below, beyond = span[k, j], span[k, j + 1] if j + 1 < n else 0.0
@@ -612,7 +696,7 @@ def newton(
     """Balance a robot at given tensions, starting from `wrench`, which is the result too.
 
     Args:
-        path: CONTINUOUS, PROJECTED or EYELETS.
+        path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
         rod: sections' data, shape (n, 8).
         hole: shape (t, 2) [m].
         span: tension of every tendon along every section, zero beyond its end, shape (t, n) [N].
@@ -684,14 +768,6 @@ def _angle(a: Array, b: Array) -> float:
 
 
 @_compiled
-def _tangent(strain: Array, hole: Array, out: Array) -> None:
-    """Direction v + u x r of a tendon's path along the rod (Rao 2021, Eq. 27)."""
-    out[0] = strain[3] - strain[2] * hole[1]
-    out[1] = strain[4] + strain[2] * hole[0]
-    out[2] = 1.0 + strain[5] + strain[0] * hole[1] - strain[1] * hole[0]
-
-
-@_compiled
 def _turns(
     path: int, rod: Array, hole: Array, span: Array, wrench: Array, turn: Array, shift: Array, angle: Array
 ) -> None:
@@ -703,7 +779,7 @@ def _turns(
     strain, stiffness, end = np.zeros(6), np.empty((6, 6)), np.empty(6)
     before, after = np.empty(3), np.empty(3)
     angle[:] = 0.0
-    if path == CONTINUOUS:
+    if path in (CONTINUOUS, LUMENS):
         for j in range(n):
             R, p = turn[j], shift[j]
             n0 = wrench[j, 3:]
@@ -785,7 +861,7 @@ def _balanced(
 
 @_compiled
 def advance(
-    path: int, rod: Array, hole: Array, last: NDArray[np.intp], mu: float,
+    path: int, rough: Array, rod: Array, hole: Array, last: NDArray[np.intp], mu: float,
     tension0: Array, force0: Array, moment0: Array, tension1: Array, force1: Array, moment1: Array,
     wrench: Array, span: Array, angle: Array, turn: Array, shift: Array, R_w: Array, residual: Array,
     one_step: bool,
@@ -794,6 +870,7 @@ def advance(
 
     Args:
         path, rod, hole, last, mu: as in `solve_rows`.
+        rough: as `rod`, with fewer steps, for the way.
         tension0 ... moment1: at the start and at the end of the way.
         wrench ... residual: as in `solve_rows`, of one row; `angle`, shape (t, n), is what each tendon
             has turned by from the base to each section [rad], start and result.
@@ -813,12 +890,11 @@ def advance(
             share = 1.0
         old_wrench, old_angle = wrench.copy(), angle.copy()
         status, rounds, far = _balanced(
-            path, rod, hole, last, mu,
+            path, rough, hole, last, mu,
             tension0 + share * (tension1 - tension0),
             force0 + share * (force1 - force0),
             moment0 + share * (moment1 - moment0),
-            span, wrench, turn, shift, R_w, _AT_THE_END if share == 1.0 else _ON_THE_WAY, farthest,
-            residual, angle,
+            span, wrench, turn, shift, R_w, _ON_THE_WAY, farthest, residual, angle,
         )  # fmt: skip
         count += rounds
         if status == CONVERGED:
@@ -833,7 +909,11 @@ def advance(
             step *= max(0.35, min(0.9, 0.8 * farthest / far))
         else:
             step *= 0.5
-    return 1.0, count
+    status, rounds, far = _balanced(
+        path, rod, hole, last, mu, tension1, force1, moment1,
+        span, wrench, turn, shift, R_w, _AT_THE_END, farthest, residual, angle,
+    )  # fmt: skip
+    return 1.0 if status == CONVERGED else reached - _SHORTEST_STEP, count + rounds
 
 
 @_compiled
@@ -846,7 +926,7 @@ def solve_rows(
     """Find the equilibria of rows of loads, one after another; all arrays from `wrench` on are results.
 
     Args:
-        path: CONTINUOUS, PROJECTED or EYELETS.
+        path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
         rod: sections' data, shape (n, 8).
         hole: shape (t, 2) [m].
         last: number of the disk where each tendon ends, shape (t,).
@@ -865,6 +945,9 @@ def solve_rows(
     turn, shift = np.empty((n, 3, 3)), np.empty((n, 3))
     now, angle = np.zeros((n, 6)), np.zeros((tendons, n))
     before = np.zeros((n, 6))
+    rough = rod.copy()
+    for j in range(n):
+        rough[j, STEPS] = math.ceil(rod[j, STEPS] / _ROUGHER)
     start = -1  # the row before, where it was balanced
     from_rest = 0.0
     for row in range(rows):
@@ -879,7 +962,7 @@ def solve_rows(
                     continue
                 now[:] = before
                 reached[row], rounds = advance(
-                    path, rod, hole, last, mu,
+                    path, rough, rod, hole, last, mu,
                     tension[start], force[start], moment[start], tension[row], force[row], moment[row],
                     now, span[row], angle, turn, shift, R_w[row], residual[row], way == NEAR,
                 )  # fmt: skip
@@ -892,7 +975,7 @@ def solve_rows(
                 reached[row] = 1.0
                 if way != FROM_REST:
                     reached[row], rounds = advance(
-                        path, rod, hole, last, mu,
+                        path, rough, rod, hole, last, mu,
                         0.0 * tension[row], 0.0 * force[row], 0.0 * moment[row],
                         pulled * tension[row], loaded * force[row], loaded * moment[row],
                         now, span[row], angle, turn, shift, R_w[row], residual[row], False,
@@ -900,7 +983,7 @@ def solve_rows(
                     count[row] += rounds
                 if reached[row] == 1.0:
                     reached[row], rounds = advance(
-                        path, rod, hole, last, mu,
+                        path, rough, rod, hole, last, mu,
                         pulled * tension[row], loaded * force[row], loaded * moment[row],
                         tension[row], force[row], moment[row],
                         now, span[row], angle, turn, shift, R_w[row], residual[row], False,

@@ -30,14 +30,19 @@ import numpy as np
 
 from catheter_sim.robots.posture import Array
 
-ARC, LINKS = 0, 1  # models: one arc per subsegment (d = 3), four rigid links (d = 5)
-DEGREES = (3, 5)
+# Models: one arc per subsegment (d = 3); four rigid links (d = 5), the bending plane and the twist
+# balanced at the subsegment's base; the same, balanced at its middle and its end.
+ARC, LINKS, LINKS_MIDDLE = 0, 1, 2
+DEGREES = (3, 5, 5)
+PLANE = 3  # which unknown of the links is the bending plane's angle
 # Rao 2021, Table 1, divided by their sum 0.999 so that the links are as long as the subsegment.
 LINK_SHARES = np.array([0.125, 0.35, 0.388, 0.136]) / 0.999
 SPRING_FACTORS = np.array([3.25, 2.84, 2.95])
 TOLERANCE_RAD = 1e-12  # unbalanced moment over EI / length at which Newton's method stops
+_BALANCED_RAD = 1e-9  # where rounding keeps it from that, what still counts as balance
 _MOST_STEPS = 40
-_LONGEST_STEP_RAD = 1.0
+_LONGEST_STEP_RAD = 1.0  # of any unknown; longer ones are shortened
+_ABSURD_STEP_RAD = 1e3
 _SHORTEST_SHARE = 1e-3  # of the load
 _SMALL_RAD2 = 1e-4  # squared angle below which the series is exact to the last bit
 _PLANE_FLOOR = 1e-9  # keeps the bending plane of an unloaded subsegment where it is
@@ -155,6 +160,7 @@ def arc(
 
 @_compiled
 def links(
+    model: int,
     x: Array,
     length: float,
     bending: float,
@@ -172,8 +178,11 @@ def links(
 ) -> None:
     """Write one subsegment of PRB: three joints, plane and twist, `x`, shape (5,) [rad]; as `arc`.
 
-    Rao 2021, Eqs. 11-12 and 48-54. The plane's balance is Eq. 52's one component: with M* normal to
-    the end's z axis, M* x y has the size of M* . n, n being normal to both.
+    Rao 2021, Eqs. 11-12 and 48-54, moments in the plane's and the twist's balance about the base. The
+    plane's balance is Eq. 52 in its one component: M* is the moment's part normal to the base's z
+    axis, so that M* x y has the size of M* . e, e being the base's direction in the bending plane.
+    `LINKS_MIDDLE`: plane balanced at the middle joint along the mean of base's and end's directions,
+    twist at the end.
     """
     cosine, sine = math.cos(x[3]), math.sin(x[3])
     y = np.array([-sine, cosine, 0.0])
@@ -192,8 +201,10 @@ def links(
         here[1] += reach * s * sine
         here[2] += reach * c
     p[:] = here
-    normal, tangent = axis[3], axis[4]
-    normal[0], normal[1], normal[2] = c * cosine, c * sine, -s
+    half = 0.5 * turn if model == LINKS_MIDDLE else 0.0
+    axis[3, 0], axis[3, 1], axis[3, 2] = math.cos(half) * cosine, math.cos(half) * sine, -math.sin(half)
+    normal = np.array([c * cosine, c * sine, -s])
+    tangent = axis[4]
     tangent[0], tangent[1], tangent[2] = s * cosine, s * sine, c
     across, along = math.cos(x[4] - x[3]), math.sin(x[4] - x[3])
     for i in range(3):
@@ -201,6 +212,9 @@ def links(
         R[i, 1] = -along * normal[i] + across * y[i]
         R[i, 2] = tangent[i]
     point[3:, :] = 0.0
+    if model == LINKS_MIDDLE:
+        point[3, :] = point[1]
+        point[4, :] = p
     daxis[:] = 0.0
     dpoint[:] = 0.0
     dlaw[:] = 0.0
@@ -214,8 +228,10 @@ def links(
             for i in range(3):
                 arm[i] = point[later, i] - point[q, i]
             _cross(y, arm, dpoint[later, q])
-        for e in range(3, 5):
-            _cross(y, axis[e], daxis[e, q])
+        _cross(y, axis[4], daxis[4, q])
+        if model == LINKS_MIDDLE:
+            _cross(y, axis[3], daxis[3, q])
+            daxis[3, q] *= 0.5
         _cross(z, point[q], dpoint[q, 3])
         stiffness = SPRING_FACTORS[q] * bending / length
         law[q] = stiffness * x[q]
@@ -227,6 +243,9 @@ def links(
         spin[4, i] = tangent[i]
     _cross(z, p, drift[3])
     drift[4, :] = 0.0
+    if model == LINKS_MIDDLE:
+        dpoint[3] = dpoint[1]
+        dpoint[4] = drift
     law[3] = 0.0
     law[4] = torsion / length * x[4]
     dlaw[4, 4] = torsion / length
@@ -253,7 +272,9 @@ def _subsegment(
     if model == ARC:
         arc(x, length, bending, torsion, p, R, spin, drift, axis, point, daxis, dpoint, law, dlaw)
     else:
-        links(x, length, bending, torsion, p, R, spin, drift, axis, point, daxis, dpoint, law, dlaw)
+        links(
+            model, x, length, bending, torsion, p, R, spin, drift, axis, point, daxis, dpoint, law, dlaw
+        )  # fmt: skip
 
 
 @_compiled
@@ -295,6 +316,7 @@ def evaluate(
     B: Array,
     C: Array,
     span: Array,
+    wrench: Array,
     p: Array,
     R: Array,
 ) -> None:
@@ -313,6 +335,8 @@ def evaluate(
         r: unbalanced moment, shape (n, d) [N m].
         U, B, C: see the module's text, shapes (n, n, d, d), (n, d, 3), (n, d, 3).
         span: tension in each span, shape (t, n) [N]; it enters the derivative as a constant.
+        wrench: force [N] and moment [N m] about the subsegment's base of what acts beyond it, base
+            frame, shape (n, 6).
         p, R: poses of the disks, shapes (n + 1, 3), (n + 1, 3, 3).
     """
     n, d = x.shape
@@ -401,13 +425,15 @@ def evaluate(
     # Balances, and the effect of turning the loads against the tip.
     turned = np.empty((3, 3))
     for k in range(n):
+        wrench[k, :3] = total[k + 1]
+        _cross(p[k], total[k + 1], M)
+        wrench[k, 3:] = turning[k + 1] - M
         for e in range(d):
             a, c = axis[k, e], point[k, e]
             _cross(c, total[k + 1], M)
             r[k, e] = a[0] * (turning[k + 1, 0] - M[0]) + a[1] * (turning[k + 1, 1] - M[1])
             r[k, e] += a[2] * (turning[k + 1, 2] - M[2]) - law[k, e]
             C[k, e] = spin[k, e]
-            # moment about c of loads that turn by w: -(swing - (c f^T - (c . f) 1)^T ...) w
             along = _dot(c, loads[k + 1])
             for i in range(3):
                 for j in range(3):
@@ -494,9 +520,9 @@ def evaluate(
                         value += axis[j, e, c3] * (M[c3] - w[c3])
                     U[j, k, e, i] = value
     for k in range(n):
-        if model == LINKS:  # an unloaded subsegment has no bending plane
+        if model != ARC:  # an unloaded subsegment has no bending plane
             floor = _PLANE_FLOOR * bending[k] / length[k]
-            U[k, k, 3, 3] += -floor if U[k, k, 3, 3] <= 0.0 else floor
+            U[k, k, PLANE, PLANE] += -floor if U[k, k, PLANE, PLANE] <= 0.0 else floor
         for e in range(d):
             if not free[k, e]:
                 r[k, e] = -x[k, e] * bending[k] / length[k]
@@ -567,7 +593,7 @@ def _straighten(model: int, x: Array) -> None:
     """Set all bends and twists to zero; the bending planes stay."""
     for k in range(len(x)):
         for e in range(x.shape[1]):
-            if model == ARC or e != 3:
+            if model == ARC or e != PLANE:
                 x[k, e] = 0.0
 
 
@@ -588,9 +614,11 @@ def solve(
     first_share: Array,
     x: Array,
     span: Array,
+    wrench: Array,
     p: Array,
     R: Array,
     residual: Array,
+    reached: Array,
     steps: Any,
 ) -> None:
     """Solve r rows; arguments as of `evaluate` with rows in front.
@@ -600,9 +628,11 @@ def solve(
 
     Args:
         first_share: of the load, with which to begin, shape (r,); below 1: begin at the straight robot.
-        x: a guess, overwritten by the unknowns, shape (r, n, d) [rad]; likewise `span`, `p`, `R`.
+        x: a guess, overwritten by the unknowns, shape (r, n, d) [rad]; likewise `span` to `R`.
         residual: largest unbalanced moment, shape (r,) [N m].
-        steps: load steps that were needed, shape (r,); 0: no equilibrium was found.
+        reached: share of the load at which there is balance, shape (r,); below 1: no equilibrium was
+            found, and the row's posture is none.
+        steps: load steps that were taken, shape (r,).
     """
     rows, n, d = x.shape
     r, B, C = np.empty((n, d)), np.empty((n, d, 3)), np.empty((n, d, 3))
@@ -613,46 +643,39 @@ def solve(
         good[:] = now
         if first_share[row] < 1.0:
             _straighten(model, good)
-        reached, share, count = 0.0, first_share[row], 0
-        while reached < 1.0 and share > _SHORTEST_SHARE:
-            part = min(1.0, reached + share)
+        done, share, count = 0.0, first_share[row], 0
+        while done < 1.0 and share > _SHORTEST_SHARE:
+            part = min(1.0, done + share)
             now[:] = good
-            worst = -1.0
+            norm = np.inf
             for _ in range(_MOST_STEPS):
                 evaluate(
                     model, now, free, length, bending, torsion, hole, last, mu, projected,
                     part * tension[row], part * force[row], part * moment[row],
-                    r, U, B, C, span[row], p[row], R[row],
+                    r, U, B, C, span[row], wrench[row], p[row], R[row],
                 )  # fmt: skip
                 norm = 0.0
                 for k in range(n):
                     for e in range(d):
                         norm = max(norm, abs(r[k, e]) * length[k] / bending[k])
                 if norm < TOLERANCE_RAD:
-                    worst = norm
                     break
                 newton_step(r, U, B, C, step)
                 longest = np.abs(step).max()
-                if not longest < _LONGEST_STEP_RAD * 1e3:
+                if not longest < _ABSURD_STEP_RAD:
+                    norm = np.inf
                     break
                 now += step * min(1.0, _LONGEST_STEP_RAD / longest)
-            if worst >= 0.0:
+            if norm < _BALANCED_RAD:
                 good[:] = now
-                reached = part
+                done = part
                 count += 1
-                share *= 2.0
+                share = min(2.0 * share, first_share[row])
             else:
-                if reached == 0.0:
+                if done == 0.0:
                     _straighten(model, good)
                 share *= 0.5
         now[:] = good
-        steps[row] = count if reached >= 1.0 else 0
+        reached[row] = done
+        steps[row] = count
         residual[row] = np.abs(r).max()
-
-
-def guess(bend: Array) -> Array:
-    """Return unknowns of PRB, shape (..., 5), near those of CC_sub, shape (..., 3) [rad]."""
-    angle = np.hypot(bend[..., 0], bend[..., 1])
-    shares = (1.0 / SPRING_FACTORS) / (1.0 / SPRING_FACTORS).sum()
-    plane = np.arctan2(bend[..., 1], bend[..., 0])
-    return np.concatenate([angle[..., None] * shares, plane[..., None], bend[..., 2:]], axis=-1)

@@ -21,9 +21,10 @@ PATHS = {
     "continuous": kernel.CONTINUOUS,
     "projected": kernel.PROJECTED,
     "eyelets": kernel.EYELETS,
+    "lumens": kernel.LUMENS,
 }
 # Steps of the integration along the whole robot: the tip is then within 2e-7 of the length.
-STEPS = {"continuous": 40, "projected": 80, "eyelets": 80}
+STEPS = {"continuous": 40, "projected": 80, "eyelets": 80, "lumens": 40}
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ def equilibria(rod: Problem, loads: Load, path: str, steps: int = 0) -> Equilibr
     Args:
         rod: the robot.
         loads: tensions, forces and moments, r rows.
-        path: "continuous" (VC), "projected" (VC_ref) or "eyelets" (VC_ref_noproj).
+        path: "continuous" (VC), "projected" (VC_ref), "eyelets" (VC_ref_noproj), or "lumens": as
+            "continuous" with the forces of passing tendons where another one ends, which VC leaves out.
         steps: of the integration along the whole robot, at least; 0: as in `STEPS`.
     """
     rows, n, tendons = len(loads), len(rod.length_m), len(rod.hole_m)
