@@ -94,7 +94,7 @@ class ContinuumRobot:
     actuation: str = "tension"  # default input: "tension" or "displacement"
     appearance: str = "spacer_disks"  # which meshes: "spacer_disks" or "wire_guides"
     channel_radius_m: float = 0.0  # of the free inner channel; 0: none
-    stiffness_scale: float = 1.0  # multiplies every segment's bending and torsion stiffness
+    stiffness_scale: float = 1.0  # multiplies every stiffness of every segment's backbone
     links_per_subsegment: int = 1
     disks_per_segment: int = 0  # 0: as each segment says; otherwise of every segment
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # in file units

@@ -24,7 +24,7 @@ from catheter_sim.statics.rolling.pcc import pcc
 from catheter_sim.statics.rolling.printed import printed
 from catheter_sim.statics.sliding import fkm_sliding
 from catheter_sim.statics.tdcr.cc_sub import cc_sub
-from catheter_sim.statics.tdcr.prb import prb
+from catheter_sim.statics.tdcr.prb import prb, prb_middle
 from catheter_sim.statics.tdcr.problem import is_rod
 from catheter_sim.statics.tdcr.vc import vc
 from catheter_sim.statics.tdcr.vc_ref import vc_ref, vc_ref_noproj
@@ -85,7 +85,7 @@ _MODELS = (
     ),
     StaticModel(
         "CC_sub",
-        "one arc per subsegment, twist, tendons straight between disks (Rao 2021, Eqs 43-47), friction, weight",
+        "one arc per subsegment, twist, tendons straight between disks (Rao 2021, Eqs 43-47), friction",
         cc_sub,
         is_rod,
     ),
@@ -93,6 +93,12 @@ _MODELS = (
         "PRB",
         "three joints per subsegment, twist, otherwise as CC_sub (Rao 2021, Eqs 48-54), simple-root form",
         prb,
+        is_rod,
+    ),
+    StaticModel(
+        "PRB_middle",
+        "PRB with Eqs 52 and 54's moment taken at the middle joint: better where a load acts across",
+        prb_middle,
         is_rod,
     ),
     StaticModel(

@@ -31,13 +31,14 @@ from catheter_sim.validation.neuroendoscope import validate_full, validate_secti
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
 from catheter_sim.validation.rod import validate_rod
 from catheter_sim.validation.spacer_disk import validate_spacer_disk
+from catheter_sim.validation.tdcr_scenarios import validate_scenarios
 
 Check = Callable[[Path], Validation]
 
 CHECKS: Mapping[str, tuple[Check, ...]] = {
     "neuroendoscope_section": (validate_section, validate_render),
     "neuroendoscope": (validate_full,),
-    "spacer_disk": (validate_spacer_disk, validate_rod),
+    "spacer_disk": (validate_spacer_disk, validate_scenarios, validate_rod),
     "chest_tube_section": (
         validate_chest_tube,
         validate_terms,

@@ -129,11 +129,11 @@ def test_unknown_column(verb: str, run: Run, folder: Path, inputs: str) -> None:
 def test_unknown_static_model(run: Run, folder: Path, inputs: str) -> None:
     """The choices are this robot's models, not every model there is."""
     words = ["statics", ROBOT, "--inputs", inputs, "-o", "out.csv", "--model"]
-    for name in ("abaqus", "VC"):
+    for name in ("abaqus", "complete"):
         message = run(*words, name).error()
         assert message.startswith(f"{ROBOT}: unknown static model '{name}'; choices: ")
         assert "fkm_exact_arm" in message
-        assert "VC" not in message.partition("choices")[2]
+        assert "complete" not in message.partition("choices")[2]
     assert os.listdir(folder) == ["in.csv"]
 
 

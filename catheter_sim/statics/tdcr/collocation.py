@@ -63,10 +63,10 @@ def collocate(
         raise InputError(f"{rod.name}: collocation takes frictionless robots with finite stiffnesses only")
     n = len(rod.length_m)
     place = np.linspace(0.0, 1.0, 5)
-    state = np.zeros((n, _SIZE, len(place)))
-    state[:, 3] = 1.0
-    state[:, 2] = rod.disk_z_m[:-1, None] + rod.length_m[:, None] * place
-    state = state.reshape(n * _SIZE, -1)
+    straight = np.zeros((n, _SIZE, len(place)))
+    straight[:, 3] = 1.0
+    straight[:, 2] = rod.disk_z_m[:-1, None] + rod.length_m[:, None] * place
+    state = straight.reshape(n * _SIZE, -1)
     for step in range(1, load_steps + 1):
         share = step / load_steps
         tension = share * np.asarray(tension_N, dtype=float)

@@ -1,4 +1,4 @@
-"""Equilibria of a Cosserat rod with tendons in compiled form: sections, balance, continuation, rows.
+"""Equilibria of a Cosserat rod with tendons in compiled form: sections, balance, continuation.
 
 All compiled code is in this file: the compiled form is kept on disk and renewed when this file
 changes, not when another does. `collocation` solves the same equations as they are printed, in plain
@@ -14,9 +14,9 @@ of its tendons together. The tendons' own share, T_k t_k along the unit tangents
 Eq. 27, then belongs to the elastic law: it is the derivative of sum T_k |v + u x r_k|, convex in the
 strains as the rod's energy is, so that each wrench belongs to one strain. The tendons' distributed
 force (Eq. 28, with p'' for the p' printed in its second place) and the forces where they end
-(Eqs 24-25) are then inside and balance by themselves. So do, on the path LUMENS, the forces of the
-other tendons where the strains jump at a segment's end, and their paths with them; Eqs 40-41 leave
-these forces out, and CONTINUOUS takes them away again.
+(Eqs 24-25) are then inside and balance by themselves. So do, on the path LUMENS, the forces of
+passing tendons where the strains jump, and their paths' directions with them: at a segment's end and
+at a loaded disk. Eqs 40-41 leave these forces out, and CONTINUOUS takes them away again.
 
 Strains are (u, v - e_z), wrenches (moment, force), six numbers in this order, in the body's frame.
 A compliance of zero locks a strain.
@@ -36,11 +36,8 @@ Eq. 58 or not. Unprojected, a tendon of constant tension is in eyelets without f
 takes away is the part without friction only: a difference of the tensions at the two sides of a
 hole stays.
 
-Continuation. A row's equilibrium is the one that its loads lead to when they grow in proportion from
-rest. The way is cut into steps that turn the robot little; a step that fails is halved. A row so near
-to the one before that one such step leads there starts from that, as the robot would. Where the way
-from rest ends (the robot would snap), the other ways are tried: from the row before, and with the
-tensions or the other loads first.
+Continuation. An equilibrium is followed from one load to another. The way is cut into steps that turn
+the robot little; a step that fails, or that Newton's method takes with slow convergence, is halved.
 
 Dry friction. The tensions are those of tendons that were pulled from rest to where they are: at each
 hole, the base's included and the last one's not, they fall toward the tip by exp(-mu phi), phi the
@@ -64,18 +61,18 @@ from catheter_sim.robots.posture import Array
 LENGTH, STEPS = 6, 7
 CONTINUOUS, PROJECTED, EYELETS, LUMENS = range(4)  # tendon paths
 CONVERGED, SINGULAR, DIVERGED, TOO_FAR = range(4)  # how Newton's method ended
-# Ways to a row's load, in the order in which they are tried.
-NEAR, FROM_REST, FROM_BEFORE, TENSIONS_FIRST, LOADS_FIRST = range(5)
 
 _STRAIN_ROUNDS = 30
 _STRAIN_TOLERANCE = 1e-8  # a correction below it is the last: what it leaves is smaller than its square
 _MOST_ROUNDS = 14
-_WORSE = 20.0  # growth of the residual that a correction may cause: continuation does the rest
+# A correction may be this share of the one before, unless both are small: otherwise the step was too long
+# to be sure of the equilibrium that it finds.
+_CONTRACTION = 0.5
+_SMALL_TURN_RAD = 1e-7
 # What one step may turn the sections by, summed [rad]: beyond it Newton's method may find another
 # equilibrium than the one that the load leads to, or none.
 _FARTHEST = 0.8
 _NEAR = 0.2  # from a row to the next one
-_ROUGHER = 4.0  # steps of the integration at the end, over those on the way
 _ON_THE_WAY = 1e-3  # turn of the last correction before the end of the way [rad]
 _AT_THE_END = 1e-10
 _SHORTEST_STEP = 1.0 / 1024.0  # of the way from load to load
@@ -372,10 +369,17 @@ def _cross_section(
 
 
 @_compiled
-def _cross_matrix(a: Array, out: Array) -> None:
-    out[0, 0] = out[1, 1] = out[2, 2] = 0.0
-    out[0, 1], out[0, 2], out[1, 2] = -a[2], a[1], -a[0]
-    out[1, 0], out[2, 0], out[2, 1] = a[2], -a[1], a[0]
+def _turned(R: Array, a: Array, out: Array) -> None:
+    """R a: array expressions would be shorter, and take LLVM ten times as long."""
+    for i in range(3):
+        out[i] = R[i, 0] * a[0] + R[i, 1] * a[1] + R[i, 2] * a[2]
+
+
+@_compiled
+def _turned_back(R: Array, a: Array, out: Array) -> None:
+    """R^T a."""
+    for i in range(3):
+        out[i] = R[0, i] * a[0] + R[1, i] * a[1] + R[2, i] * a[2]
 
 
 @_compiled
@@ -429,7 +433,7 @@ def _tangent(strain: Array, hole: Array, out: Array) -> None:
 def _add_directions(
     rod: Array, hole: Array, tension: Array, pull: Array, wrench: Array, result: Array, slope: Array
 ) -> None:
-    """Add moment and force of `pull` along the continuous paths at a place, and their derivative.
+    """Add moment and force of `pull` along the continuous paths at a place; set their derivative.
 
     Args:
         rod: the section's data.
@@ -438,7 +442,7 @@ def _add_directions(
         pull: of the forces, along the paths' tangents, shape (t,) [N].
         wrench: there, in the body's frame, shape (6,).
         result: shape (6,).
-        slope: by the wrench, shape (6, 6).
+        slope: result, by the wrench, shape (6, 6).
     """
     strain, stiffness = np.zeros(6), np.empty((6, 6))
     _strain_of(rod, hole, tension, wrench, strain, stiffness)
@@ -482,7 +486,9 @@ def _add_directions(
             by_strain[i, 4] += pull[k] * d1
             by_strain[i, 5] += pull[k] * d2
     _solve_in_place(stiffness, by_strain)  # symmetric
-    slope += by_strain.T
+    for i in range(6):
+        for c in range(6):
+            slope[i, c] = by_strain[c, i]
 
 
 @_compiled
@@ -491,8 +497,7 @@ def _left_over(
     rod: Array,
     hole: Array,
     span: Array,
-    force: Array,
-    moment: Array,
+    applied: Array,
     wrench: Array,
     turn: Array,
     shift: Array,
@@ -510,22 +515,28 @@ def _left_over(
     disks 0 to n; `here`, `above`, shapes (n, 6, 6), `load`, shape (n, 6, 3), are results as well.
     """
     n, tendons = len(rod), len(hole)
-    none = np.zeros(tendons)
+    along = np.empty(tendons)
     end = np.empty(6)
     slope = np.empty((3, 6))
     across = np.empty(3)
-    square = np.empty((3, 3))
-    slope6 = np.empty((6, 6))
+    body, column = np.empty(6), np.empty(6)
+    pull, against = np.empty(tendons), np.empty(tendons)
+    by_end, by_start = np.empty((6, 6)), np.empty((6, 6))
     for j in range(n):
-        along = span[:, j].copy() if path in (CONTINUOUS, LUMENS) else none
+        for k in range(tendons):
+            along[k] = span[k, j] if path in (CONTINUOUS, LUMENS) else 0.0
         _cross_section(rod[j], hole, along, wrench[j], turn[j], shift[j], turn_slope[j], shift_slope[j])
-        R_w[j + 1] = R_w[j] @ turn[j]
+        for i in range(3):
+            for k in range(3):
+                R_w[j + 1, i, k] = (
+                    R_w[j, i, 0] * turn[j, 0, k] + R_w[j, i, 1] * turn[j, 1, k] + R_w[j, i, 2] * turn[j, 2, k]
+                )
     for j in range(n):
         R, p = turn[j], shift[j]
-        residual[j] = 0.0
-        here[j] = 0.0
-        above[j] = 0.0
-        load[j] = 0.0
+        for i in range(6):
+            residual[j, i] = 0.0
+            for c in range(6):
+                above[j, i, c] = 0.0
         m, f = wrench[j, :3], wrench[j, 3:]
         at0 = m[0] - (p[1] * f[2] - p[2] * f[1])
         at1 = m[1] - (p[2] * f[0] - p[0] * f[2])
@@ -573,26 +584,38 @@ def _left_over(
                 residual[j, i] += wrench[j + 1, i]
                 above[j, i, i] += 1.0
         # Loads that keep their direction: R^T F turns by F_body x (turn of the disk).
-        body_moment = R_w[j + 1].T @ moment[j]
-        body_force = R_w[j + 1].T @ force[j]
-        residual[j, :3] += body_moment
-        residual[j, 3:] += body_force
-        _cross_matrix(body_moment, square)
-        load[j, :3] = square
-        _cross_matrix(body_force, square)
-        load[j, 3:] = square
+        _turned_back(R_w[j + 1], applied[j, :3], body[:3])
+        _turned_back(R_w[j + 1], applied[j, 3:], body[3:])
+        for i in range(6):
+            residual[j, i] += body[i]
+        for half in (0, 3):
+            load[j, half, 0] = load[j, half + 1, 1] = load[j, half + 2, 2] = 0.0
+            load[j, half, 1], load[j, half, 2] = -body[half + 2], body[half + 1]
+            load[j, half + 1, 0], load[j, half + 1, 2] = body[half + 2], -body[half]
+            load[j, half + 2, 0], load[j, half + 2, 1] = -body[half + 1], body[half]
         if path == CONTINUOUS and j + 1 < n:
             kinked = False
             for k in range(tendons):
                 kinked = kinked or (span[k, j] > 0.0 and span[k, j + 1] == 0.0)
             for i in range(6):
                 kinked = kinked or rod[j, i] != rod[j + 1, i]
+            for i in range(6):
+                kinked = kinked or applied[j, i] != 0.0
             if kinked:
-                pull = span[:, j + 1].copy()
-                slope6[:] = 0.0
-                _add_directions(rod[j], hole, span[:, j].copy(), pull, end, residual[j], slope6)
-                here[j] -= slope6 @ here[j]  # so far it holds what the section's end changes by, negative
-                _add_directions(rod[j + 1], hole, pull, -pull, wrench[j + 1], residual[j], above[j])
+                for k in range(tendons):
+                    along[k], pull[k], against[k] = span[k, j], span[k, j + 1], -span[k, j + 1]
+                _add_directions(rod[j], hole, along, pull, end, residual[j], by_end)
+                _add_directions(rod[j + 1], hole, pull, against, wrench[j + 1], residual[j], by_start)
+                # So far `here` holds what the section's end wrench changes by, with its sign reversed.
+                for c in range(6):
+                    for i in range(6):
+                        total = 0.0
+                        for k in range(6):
+                            total += by_end[i, k] * here[j, k, c]
+                        column[i] = total
+                    for i in range(6):
+                        here[j, i, c] -= column[i]
+                        above[j, i, c] += by_start[i, c]
         if path in (CONTINUOUS, LUMENS):
             continue
         for k in range(tendons):
@@ -643,8 +666,7 @@ def _correction(
     by_tip = np.zeros((n + 1, 6, 4))  # corrections: without the tip's turn, and by each of its components
     disk = np.zeros((3, 4))  # the disk's turn in its own frame, in the same way
     disk[0, 1] = disk[1, 2] = disk[2, 3] = 1.0
-    matrix = np.empty((6, 6))
-    right = np.empty((6, 4))
+    matrix, right, below = np.empty((6, 6)), np.empty((6, 4)), np.empty(3)
     for j in range(n - 1, -1, -1):
         for i in range(6):
             for c in range(4):
@@ -659,8 +681,16 @@ def _correction(
                 matrix[i, k] = here[j, i, k]
         if not _solve_in_place(matrix, right):
             return False
-        by_tip[j] = right
-        disk = turn[j] @ (disk - turn_slope[j] @ right)
+        for c in range(4):
+            for i in range(6):
+                by_tip[j, i, c] = right[i, c]
+            for i in range(3):
+                total = disk[i, c]
+                for k in range(6):
+                    total -= turn_slope[j, i, k] * right[k, c]
+                below[i] = total
+            for i in range(3):
+                disk[i, c] = turn[j, i, 0] * below[0] + turn[j, i, 1] * below[1] + turn[j, i, 2] * below[2]
     last = np.empty((3, 3))
     tip = np.empty((3, 1))
     for i in range(3):
@@ -683,8 +713,7 @@ def newton(
     rod: Array,
     hole: Array,
     span: Array,
-    force: Array,
-    moment: Array,
+    applied: Array,
     wrench: Array,
     turn: Array,
     shift: Array,
@@ -700,7 +729,7 @@ def newton(
         rod: sections' data, shape (n, 8).
         hole: shape (t, 2) [m].
         span: tension of every tendon along every section, zero beyond its end, shape (t, n) [N].
-        force, moment: on disks 1 to n, base frame, shape (n, 3).
+        applied: moment and force on disks 1 to n, base frame, shape (n, 6).
         wrench: at the sections' starts, in their frames, shape (n, 6).
         turn, shift: result, the sections' poses, shapes (n, 3, 3) and (n, 3).
         R_w: result, orientations of disks 0 to n, shape (n + 1, 3, 3); the first one is given.
@@ -718,12 +747,12 @@ def newton(
     size = 0.0
     for j in range(n):
         size += rod[j, 6]
-    before = largest = math.inf
+    largest = math.inf
     rounds = 0
     first = 0.0
     while True:
         _left_over(
-            path, rod, hole, span, force, moment, wrench, turn, shift, turn_slope, shift_slope,
+            path, rod, hole, span, applied, wrench, turn, shift, turn_slope, shift_slope,
             R_w, residual, here, above, load,
         )  # fmt: skip
         now = 0.0
@@ -734,12 +763,12 @@ def newton(
             return DIVERGED, rounds, first
         if largest < tolerance or now == 0.0:
             return CONVERGED, rounds, first
-        if rounds >= _MOST_ROUNDS or (rounds > 1 and now > _WORSE * before):
+        if rounds >= _MOST_ROUNDS:
             return DIVERGED, rounds, first
-        before = now
         if not _correction(turn, turn_slope, residual, here, above, load, step):
             return SINGULAR, rounds, first
         rounds += 1
+        before = largest
         largest = 0.0
         for j in range(n):
             square = 0.0
@@ -753,6 +782,8 @@ def newton(
             first = largest
         if not largest < farthest:
             return TOO_FAR, rounds, first
+        if largest > _SMALL_TURN_RAD and largest > _CONTRACTION * before:
+            return DIVERGED, rounds, first
         for j in range(n):
             for i in range(6):
                 wrench[j, i] += step[j, i]
@@ -776,30 +807,30 @@ def _turns(
     A continuous path turns all along a section; half of that is counted at either end.
     """
     tendons, n = span.shape
-    strain, stiffness, end = np.zeros(6), np.empty((6, 6)), np.empty(6)
-    before, after = np.empty(3), np.empty(3)
-    angle[:] = 0.0
+    strain, at_end, end, stiffness = np.zeros(6), np.zeros(6), np.empty(6), np.empty((6, 6))
+    before, after, moved, along = np.empty(3), np.empty(3), np.empty(3), np.empty(tendons)
+    for k in range(tendons):
+        for j in range(n):
+            angle[k, j] = 0.0
     if path in (CONTINUOUS, LUMENS):
         for j in range(n):
-            R, p = turn[j], shift[j]
-            n0 = wrench[j, 3:]
-            m0 = wrench[j, :3].copy()
-            m0[0] -= p[1] * n0[2] - p[2] * n0[1]
-            m0[1] -= p[2] * n0[0] - p[0] * n0[2]
-            m0[2] -= p[0] * n0[1] - p[1] * n0[0]
-            end[:3] = R.T @ m0
-            end[3:] = R.T @ n0
-            along = span[:, j].copy()
-            at_end = np.zeros(6)
+            p, m0, n0 = shift[j], wrench[j, :3], wrench[j, 3:]
+            moved[0] = m0[0] - (p[1] * n0[2] - p[2] * n0[1])
+            moved[1] = m0[1] - (p[2] * n0[0] - p[0] * n0[2])
+            moved[2] = m0[2] - (p[0] * n0[1] - p[1] * n0[0])
+            _turned_back(turn[j], moved, end[:3])
+            _turned_back(turn[j], n0, end[3:])
+            for k in range(tendons):
+                along[k] = span[k, j]
             _strain_of(rod[j], hole, along, end, at_end, stiffness)
-            strain[:] = at_end
             _strain_of(rod[j], hole, along, wrench[j], strain, stiffness)
             for k in range(tendons):
                 if along[k] == 0.0:
                     continue
                 _tangent(strain, hole[k], before)
                 _tangent(at_end, hole[k], after)
-                half = 0.5 * _angle(before, R @ after)
+                _turned(turn[j], after, moved)
+                half = 0.5 * _angle(before, moved)
                 angle[k, j] += half
                 if j + 1 < n and span[k, j + 1] > 0.0:
                     angle[k, j + 1] += half
@@ -816,13 +847,13 @@ def _turns(
             after[0] -= hole[k, 0]
             after[1] -= hole[k, 1]
             angle[k, j] = _angle(before, after)
-            before[:] = R.T @ after
+            _turned_back(R, after, before)
 
 
 @_compiled
 def _balanced(
     path: int, rod: Array, hole: Array, last: NDArray[np.intp], mu: float, tension: Array,
-    force: Array, moment: Array, span: Array, wrench: Array, turn: Array, shift: Array, R_w: Array,
+    applied: Array, span: Array, wrench: Array, turn: Array, shift: Array, R_w: Array,
     tolerance: float, farthest: float, residual: Array, angle: Array,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Balance posture and tensions; `span` is start and result; as `newton` otherwise."""
@@ -837,7 +868,7 @@ def _balanced(
         largest = max(largest, tension[k])
     for trial in range(_FRICTION_ROUNDS):
         status, count, far = newton(
-            path, rod, hole, span, force, moment, wrench, turn, shift, R_w, tolerance, farthest, residual
+            path, rod, hole, span, applied, wrench, turn, shift, R_w, tolerance, farthest, residual
         )
         rounds += count
         if trial == 0:
@@ -862,23 +893,36 @@ def _balanced(
 @_compiled
 def advance(
     path: int, rough: Array, rod: Array, hole: Array, last: NDArray[np.intp], mu: float,
-    tension0: Array, force0: Array, moment0: Array, tension1: Array, force1: Array, moment1: Array,
+    tension0: Array, applied0: Array, tension1: Array, applied1: Array,
     wrench: Array, span: Array, angle: Array, turn: Array, shift: Array, R_w: Array, residual: Array,
     one_step: bool,
 ) -> tuple[float, int]:  # fmt: skip
     """Follow the equilibrium from one load to another; the arrays from `wrench` on are changed.
 
     Args:
-        path, rod, hole, last, mu: as in `solve_rows`.
+        path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
         rough: as `rod`, with fewer steps, for the way.
-        tension0 ... moment1: at the start and at the end of the way.
-        wrench ... residual: as in `solve_rows`, of one row; `angle`, shape (t, n), is what each tendon
-            has turned by from the base to each section [rad], start and result.
-        one_step: whether to give up where a single step does not lead there.
+        rod: sections' data, shape (n, 8).
+        hole: shape (t, 2) [m].
+        last: number of the disk where each tendon ends, shape (t,).
+        mu: capstan coefficient.
+        tension0, applied0: at the start of the way: tensions at the base, shape (t,) [N], moment and
+            force on disks 1 to n, base frame, shape (n, 6) [N m], [N].
+        tension1, applied1: at its end.
+        wrench: at the sections' starts, in their frames, shape (n, 6).
+        span: tensions, shape (t, n) [N].
+        angle: what each tendon has turned by from the base to each section, shape (t, n) [rad].
+        turn, shift: the sections' poses, shapes (n, 3, 3) and (n, 3) [m].
+        R_w: orientations of disks 0 to n, shape (n + 1, 3, 3); the first one is given.
+        residual: unbalanced moment and force at the disks, in their frames, shape (n, 6).
+        one_step: whether to give up where a single step of little turn does not lead there.
 
     Returns:
         The share of the way that was reached (1.0: all), and the number of Newton's corrections.
     """
+    tendons, n = span.shape
+    tension, applied = np.empty(tendons), np.empty((n, 6))
+    old_wrench, old_angle = np.empty((n, 6)), np.empty((tendons, n))
     reached, step = 0.0, 1.0
     farthest = _NEAR if one_step else _FARTHEST
     count = 0
@@ -888,12 +932,16 @@ def advance(
         share = min(1.0, reached + step)
         if share > 1.0 - 0.1 * step:
             share = 1.0
-        old_wrench, old_angle = wrench.copy(), angle.copy()
+        for k in range(tendons):
+            tension[k] = tension0[k] + share * (tension1[k] - tension0[k])
+            for j in range(n):
+                old_angle[k, j] = angle[k, j]
+        for j in range(n):
+            for i in range(6):
+                applied[j, i] = applied0[j, i] + share * (applied1[j, i] - applied0[j, i])
+                old_wrench[j, i] = wrench[j, i]
         status, rounds, far = _balanced(
-            path, rough, hole, last, mu,
-            tension0 + share * (tension1 - tension0),
-            force0 + share * (force1 - force0),
-            moment0 + share * (moment1 - moment0),
+            path, rough, hole, last, mu, tension, applied,
             span, wrench, turn, shift, R_w, _ON_THE_WAY, farthest, residual, angle,
         )  # fmt: skip
         count += rounds
@@ -901,8 +949,11 @@ def advance(
             reached = share
             step *= 2.0
             continue
-        wrench[:] = old_wrench
-        angle[:] = old_angle
+        for j in range(n):
+            for i in range(6):
+                wrench[j, i] = old_wrench[j, i]
+            for k in range(tendons):
+                angle[k, j] = old_angle[k, j]
         if one_step:
             return 0.0, count
         if status == TOO_FAR and rounds == 1:
@@ -910,92 +961,7 @@ def advance(
         else:
             step *= 0.5
     status, rounds, far = _balanced(
-        path, rod, hole, last, mu, tension1, force1, moment1,
+        path, rod, hole, last, mu, tension1, applied1,
         span, wrench, turn, shift, R_w, _AT_THE_END, farthest, residual, angle,
     )  # fmt: skip
     return 1.0 if status == CONVERGED else reached - _SHORTEST_STEP, count + rounds
-
-
-@_compiled
-def solve_rows(
-    path: int, rod: Array, hole: Array, last: NDArray[np.intp], mu: float,
-    tension: Array, force: Array, moment: Array,
-    wrench: Array, span: Array, p_w: Array, R_w: Array, residual: Array, reached: Array,
-    count: NDArray[np.intp],
-) -> None:  # fmt: skip
-    """Find the equilibria of rows of loads, one after another; all arrays from `wrench` on are results.
-
-    Args:
-        path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
-        rod: sections' data, shape (n, 8).
-        hole: shape (t, 2) [m].
-        last: number of the disk where each tendon ends, shape (t,).
-        mu: capstan coefficient.
-        tension: at the base, shape (r, t) [N].
-        force, moment: on disks 1 to n, base frame, shape (r, n, 3) [N], [N m].
-        wrench: at the sections' starts, in their frames, shape (r, n, 6).
-        span: tensions, shape (r, t, n) [N].
-        p_w, R_w: of disks 0 to n, shapes (r, n + 1, 3) [m] and (r, n + 1, 3, 3).
-        residual: unbalanced moment and force at the disks, in their frames, shape (r, n, 6).
-        reached: share of the way from rest, shape (r,); below 1: no way led to a balance.
-        count: of Newton's corrections, shape (r,).
-    """
-    rows, tendons = tension.shape
-    n = len(rod)
-    turn, shift = np.empty((n, 3, 3)), np.empty((n, 3))
-    now, angle = np.zeros((n, 6)), np.zeros((tendons, n))
-    before = np.zeros((n, 6))
-    rough = rod.copy()
-    for j in range(n):
-        rough[j, STEPS] = math.ceil(rod[j, STEPS] / _ROUGHER)
-    start = -1  # the row before, where it was balanced
-    from_rest = 0.0
-    for row in range(rows):
-        R_w[row, 0] = np.eye(3)
-        p_w[row, 0] = 0.0
-        count[row] = 0
-        before[:] = now
-        for way in range(5):
-            reached[row] = 0.0
-            if way in (NEAR, FROM_BEFORE):
-                if start < 0:
-                    continue
-                now[:] = before
-                reached[row], rounds = advance(
-                    path, rough, rod, hole, last, mu,
-                    tension[start], force[start], moment[start], tension[row], force[row], moment[row],
-                    now, span[row], angle, turn, shift, R_w[row], residual[row], way == NEAR,
-                )  # fmt: skip
-                count[row] += rounds
-            else:
-                now[:] = 0.0
-                angle[:] = 0.0
-                pulled = 1.0 if way == TENSIONS_FIRST else 0.0
-                loaded = 1.0 if way == LOADS_FIRST else 0.0
-                reached[row] = 1.0
-                if way != FROM_REST:
-                    reached[row], rounds = advance(
-                        path, rough, rod, hole, last, mu,
-                        0.0 * tension[row], 0.0 * force[row], 0.0 * moment[row],
-                        pulled * tension[row], loaded * force[row], loaded * moment[row],
-                        now, span[row], angle, turn, shift, R_w[row], residual[row], False,
-                    )  # fmt: skip
-                    count[row] += rounds
-                if reached[row] == 1.0:
-                    reached[row], rounds = advance(
-                        path, rough, rod, hole, last, mu,
-                        pulled * tension[row], loaded * force[row], loaded * moment[row],
-                        tension[row], force[row], moment[row],
-                        now, span[row], angle, turn, shift, R_w[row], residual[row], False,
-                    )  # fmt: skip
-                    count[row] += rounds
-            if way == FROM_REST:
-                from_rest = reached[row]
-            if reached[row] == 1.0:
-                break
-        if reached[row] < 1.0:
-            reached[row] = from_rest
-        for j in range(n):
-            p_w[row, j + 1] = p_w[row, j] + R_w[row, j] @ shift[j]
-        wrench[row] = now
-        start = row if reached[row] == 1.0 else -1

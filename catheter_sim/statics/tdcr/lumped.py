@@ -26,7 +26,7 @@ from catheter_sim.statics.tdcr.lumped_kernel import ARC, DEGREES, PLANE, SPRING_
 from catheter_sim.statics.tdcr.postures import postures
 from catheter_sim.statics.tdcr.problem import Load, Problem, load, problem
 
-# Turn of the whole robot, taken for linear, that one load step may bring: with steps of 2.5 rad the
+# Turn of the robot by the straight one's moments that one load step may bring: with steps of 2.5 rad the
 # equilibria of the benchmark's cases (stiffness 0.1 to 1, 1 to 10 disks) are those of 25 steps.
 _STEP_RAD = 2.5
 
@@ -72,12 +72,17 @@ def equilibria(
         loads: tensions, forces and moments, r rows.
         model: `ARC` (CC_sub), `LINKS` (PRB) or `LINKS_MIDDLE`.
         projected: whether the disks' forces lose their part along the disks' normals (Eq. 58).
-        guess: unknowns to start from, shape (r, n, d); None: the straight robot, or CC_sub's answer.
+        guess: unknowns to start from, shape (r, n, d); None: that of the straight robot's moments,
+            or CC_sub's answer.
     """
     rows, n, tendons = len(loads), len(rod.length_m), len(rod.hole_m)
     if guess is None and model != ARC:
         guess = links_like_arcs(equilibria(rod, loads, ARC, projected).unknowns)
-    unknowns = np.zeros((rows, n, DEGREES[model])) if guess is None else np.array(guess, dtype=float)
+    linear = linear_bends(rod, loads)
+    if guess is None:
+        guess = np.concatenate([linear, np.zeros((rows, n, 1))], axis=2)
+    unknowns = np.array(guess, dtype=float)
+    turn = np.hypot(linear[:, :, 0], linear[:, :, 1]).sum(axis=1)
     result = Equilibria(
         rod=rod,
         load=loads,
@@ -106,7 +111,7 @@ def equilibria(
         np.ascontiguousarray(loads.tension_N),
         np.ascontiguousarray(loads.force_N),
         np.ascontiguousarray(loads.moment_N_m),
-        np.minimum(1.0, _STEP_RAD / np.maximum(linear_turn(rod, loads), 1e-9)),
+        np.minimum(1.0, _STEP_RAD / np.maximum(turn, 1e-9)),
         unknowns,
         result.span_tension,
         result.wrench,
@@ -127,8 +132,8 @@ def free(rod: Problem, model: int) -> NDArray[np.bool_]:
     return result
 
 
-def linear_turn(rod: Problem, loads: Load) -> Array:
-    """Return the sum of the subsegments' bends if the straight robot's moments bent it, shape (r,) [rad]."""
+def linear_bends(rod: Problem, loads: Load) -> Array:
+    """Return the bends toward +x and +y that the straight robot's moments give, shape (r, n, 2) [rad]."""
     runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]  # (t, n)
     by_tendon = loads.tension_N @ (rod.hole_m[:, :, None] * runs[:, None]).transpose(1, 0, 2)  # (2, r, n)
 
@@ -136,11 +141,12 @@ def linear_turn(rod: Problem, loads: Load) -> Array:
         return np.cumsum(value[:, ::-1], axis=1)[:, ::-1]
 
     force = loads.force_N[:, :, :2]
-    lever = beyond(force * rod.disk_z_m[1:, None]) - beyond(force) * rod.disk_z_m[:-1, None]
-    moment = beyond(loads.moment_N_m)
-    toward_x = by_tendon[0] + lever[:, :, 0] + moment[:, :, 1]
-    toward_y = by_tendon[1] + lever[:, :, 1] - moment[:, :, 0]
-    return (np.hypot(toward_x, toward_y) * (rod.length_m / rod.bending_N_m2)).sum(axis=1)
+    moment = beyond(force * rod.disk_z_m[1:, None]) - beyond(force) * rod.disk_z_m[:-1, None]
+    moment += np.moveaxis(by_tendon, 0, 2)
+    twist = beyond(loads.moment_N_m)
+    moment[:, :, 0] += twist[:, :, 1]
+    moment[:, :, 1] -= twist[:, :, 0]
+    return moment * (rod.length_m / rod.bending_N_m2)[:, None]
 
 
 def links_like_arcs(bend: Array) -> Array:

@@ -78,6 +78,34 @@ def _dot(a: Array, b: Array) -> float:
 
 
 @_compiled
+def _copy(a: Array, out: Array) -> None:
+    for i in range(3):
+        out[i] = a[i]
+
+
+@_compiled
+def _add(a: Array, out: Array) -> None:
+    for i in range(3):
+        out[i] += a[i]
+
+
+@_compiled
+def _clear(out: Array) -> None:
+    """Set a contiguous array to zero."""
+    flat = out.reshape(-1)
+    for i in range(len(flat)):
+        flat[i] = 0.0
+
+
+@_compiled
+def _chain(R: Array, turn: Array, out: Array) -> None:
+    """Write R turn into `out`."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = R[i, 0] * turn[0, j] + R[i, 1] * turn[1, j] + R[i, 2] * turn[2, j]
+
+
+@_compiled
 def _turned(R: Array, a: Array, out: Array) -> None:
     """Write R a into `out`, which must not be `a`."""
     for i in range(3):
@@ -144,15 +172,15 @@ def arc(
     # rotation vector w = (-by, bx, 0); spin = (1 + versine [w] + third [w]^2) dw
     spin[0, 0], spin[0, 1], spin[0, 2] = -third * bx * by, 1.0 - third * by * by, -versine * by
     spin[1, 0], spin[1, 1], spin[1, 2] = -1.0 + third * bx * bx, third * bx * by, versine * bx
-    spin[2, :] = tangent
-    drift[2, :] = 0.0
-    point[:] = 0.0
-    dpoint[:] = 0.0
-    dlaw[:] = 0.0
+    _copy(tangent, spin[2])
+    _clear(drift[2])
+    _clear(point)
+    _clear(dpoint)
+    _clear(dlaw)
     for e in range(3):
         for i in range(2):
             _cross(spin[i], axis[e], daxis[e, i])
-        daxis[e, 2, :] = 0.0
+        _clear(daxis[e, 2])
         stiffness = (torsion if e == 2 else bending) / length
         law[e] = stiffness * x[e]
         dlaw[e, e] = stiffness
@@ -185,25 +213,24 @@ def links(
     twist at the end.
     """
     cosine, sine = math.cos(x[3]), math.sin(x[3])
-    y = np.array([-sine, cosine, 0.0])
-    z = np.array([0.0, 0.0, 1.0])
-    here = np.zeros(3)
+    y, z, here, normal, arm = np.zeros(3), np.zeros(3), np.zeros(3), np.empty(3), np.empty(3)
+    y[0], y[1], z[2] = -sine, cosine, 1.0
     here[2] = LINK_SHARES[0] * length
     turn = 0.0
     c, s = 1.0, 0.0
     for q in range(3):
-        point[q, :] = here
-        axis[q, :] = y
+        _copy(here, point[q])
+        _copy(y, axis[q])
         turn += x[q]
         c, s = math.cos(turn), math.sin(turn)
         reach = LINK_SHARES[q + 1] * length
         here[0] += reach * s * cosine
         here[1] += reach * s * sine
         here[2] += reach * c
-    p[:] = here
+    _copy(here, p)
     half = 0.5 * turn if model == LINKS_MIDDLE else 0.0
     axis[3, 0], axis[3, 1], axis[3, 2] = math.cos(half) * cosine, math.cos(half) * sine, -math.sin(half)
-    normal = np.array([c * cosine, c * sine, -s])
+    normal[0], normal[1], normal[2] = c * cosine, c * sine, -s
     tangent = axis[4]
     tangent[0], tangent[1], tangent[2] = s * cosine, s * sine, c
     across, along = math.cos(x[4] - x[3]), math.sin(x[4] - x[3])
@@ -211,16 +238,16 @@ def links(
         R[i, 0] = across * normal[i] + along * y[i]
         R[i, 1] = -along * normal[i] + across * y[i]
         R[i, 2] = tangent[i]
-    point[3:, :] = 0.0
+    _clear(point[3])
+    _clear(point[4])
     if model == LINKS_MIDDLE:
-        point[3, :] = point[1]
-        point[4, :] = p
-    daxis[:] = 0.0
-    dpoint[:] = 0.0
-    dlaw[:] = 0.0
-    arm = np.empty(3)
+        _copy(point[1], point[3])
+        _copy(p, point[4])
+    _clear(daxis)
+    _clear(dpoint)
+    _clear(dlaw)
     for q in range(3):
-        spin[q, :] = y
+        _copy(y, spin[q])
         for i in range(3):
             arm[i] = p[i] - point[q, i]
         _cross(y, arm, drift[q])
@@ -231,7 +258,8 @@ def links(
         _cross(y, axis[4], daxis[4, q])
         if model == LINKS_MIDDLE:
             _cross(y, axis[3], daxis[3, q])
-            daxis[3, q] *= 0.5
+            for i in range(3):
+                daxis[3, q, i] *= 0.5
         _cross(z, point[q], dpoint[q, 3])
         stiffness = SPRING_FACTORS[q] * bending / length
         law[q] = stiffness * x[q]
@@ -242,10 +270,11 @@ def links(
         spin[3, i] = z[i] - tangent[i]
         spin[4, i] = tangent[i]
     _cross(z, p, drift[3])
-    drift[4, :] = 0.0
+    _clear(drift[4])
     if model == LINKS_MIDDLE:
-        dpoint[3] = dpoint[1]
-        dpoint[4] = drift
+        for i in range(5):
+            _copy(dpoint[1, i], dpoint[3, i])
+            _copy(drift[i], dpoint[4, i])
     law[3] = 0.0
     law[4] = torsion / length * x[4]
     dlaw[4, 4] = torsion / length
@@ -284,16 +313,17 @@ def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
     step, turn = np.empty(3), np.empty((3, 3))
     by_unknown, by_balance = np.empty((2, d, 3)), np.empty((2, d, 3))
     by_both, law, dlaw = np.empty((2, d, d, 3)), np.empty(d), np.empty((d, d))
-    p[0] = 0.0
-    R[0] = np.eye(3)
+    _clear(p[0])
+    _clear(R[0])
+    R[0, 0, 0] = R[0, 1, 1] = R[0, 2, 2] = 1.0
     for k in range(len(x)):
         _subsegment(
             model, x[k], length[k], 1.0, 1.0, step, turn, by_unknown[0], by_unknown[1],
             by_balance[0], by_balance[1], by_both[0], by_both[1], law, dlaw,
         )  # fmt: skip
         _turned(R[k], step, p[k + 1])
-        p[k + 1] += p[k]
-        R[k + 1] = R[k] @ turn
+        _add(p[k], p[k + 1])
+        _chain(R[k], turn, R[k + 1])
 
 
 @_compiled
@@ -319,7 +349,8 @@ def evaluate(
     wrench: Array,
     p: Array,
     R: Array,
-) -> None:
+    enough: float,
+) -> float:
     """Write the balances and their derivative at the unknowns `x`, shape (n, d).
 
     Args:
@@ -338,6 +369,10 @@ def evaluate(
         wrench: force [N] and moment [N m] about the subsegment's base of what acts beyond it, base
             frame, shape (n, 6).
         p, R: poses of the disks, shapes (n + 1, 3), (n + 1, 3, 3).
+        enough: where nothing is further from balance than this, the derivative is left out [rad].
+
+    Returns:
+        The largest unbalanced moment over EI / length [rad].
     """
     n, d = x.shape
     count = len(hole)
@@ -347,21 +382,22 @@ def evaluate(
     law, dlaw = np.empty((n, d)), np.empty((n, d, d))
     here = np.empty((4, d, 3))
     by_both = np.empty((2, d, d, 3))
-    p[0] = 0.0
-    R[0] = np.eye(3)
+    _clear(p[0])
+    _clear(R[0])
+    R[0, 0, 0] = R[0, 1, 1] = R[0, 2, 2] = 1.0
     for k in range(n):
-        stiffness = torsion[k] if np.isfinite(torsion[k]) else 0.0
+        stiffness = torsion[k] if math.isfinite(torsion[k]) else 0.0
         _subsegment(
             model, x[k], length[k], bending[k], stiffness, step, turn, here[0], here[1],
             here[2], here[3], by_both[0], by_both[1], law[k], dlaw[k],
         )  # fmt: skip
         _turned(R[k], step, p[k + 1])
-        p[k + 1] += p[k]
-        R[k + 1] = R[k] @ turn
+        _add(p[k], p[k + 1])
+        _chain(R[k], turn, R[k + 1])
         for e in range(d):
             for which in range(4):
                 _turned(R[k], here[which, e], own[which, k, e])
-            own[3, k, e] += p[k]
+            _add(p[k], own[3, k, e])
             for i in range(d):
                 _turned(R[k], by_both[0, e, i], daxis[k, e, i])
                 _turned(R[k], by_both[1, e, i], dpoint[k, e, i])
@@ -369,7 +405,8 @@ def evaluate(
 
     # Tendons: holes, directions of the spans, tensions, forces on the disks.
     h = np.empty((count, n + 1, 3))
-    u = np.zeros((count, n + 1, 3))  # of span j, from disk j - 1 to disk j
+    u = np.zeros((count, n + 1, 3))  # of span j, from disk j - 1 to disk j; 0: below the base
+    u[:, 0, 2] = 1.0
     size = np.ones((count, n + 1))
     total, turning = np.zeros((n + 2, 3)), np.zeros((n + 2, 3))  # of disks k and beyond; about the origin
     F, M = np.empty(3), np.empty(3)
@@ -379,11 +416,13 @@ def evaluate(
                 h[t, m, i] = p[m, i] + R[m, i, 0] * hole[t, 0] + R[m, i, 1] * hole[t, 1]
         now = tension[t]
         for m in range(1, last[t] + 1):
-            u[t, m] = h[t, m] - h[t, m - 1]
+            for i in range(3):
+                u[t, m, i] = h[t, m, i] - h[t, m - 1, i]
             size[t, m] = math.sqrt(_dot(u[t, m], u[t, m]))
-            u[t, m] /= size[t, m]
+            for i in range(3):
+                u[t, m, i] /= size[t, m]
             if mu > 0.0:
-                before = R[0, :, 2] if m == 1 else u[t, m - 1]
+                before = u[t, m - 1]
                 _cross(before, u[t, m], F)
                 now *= math.exp(-mu * math.atan2(math.sqrt(_dot(F, F)), _dot(before, u[t, m])))
             span[t, m - 1] = now
@@ -399,17 +438,20 @@ def evaluate(
                         F[i] -= normal * R[m, i, 2]
                 for i in range(3):  # friction acts along the tendon
                     F[i] += (span[t, m] - span[t, m - 1]) * u[t, m + 1, i]
-            total[m] += F
+            _add(F, total[m])
             _add_cross(h[t, m], F, turning[m])
 
     # What lies beyond each place. `swing`: G with a turn w of the loads adding -G w to the moment.
     loads, swing = np.zeros((n + 2, 3)), np.zeros((n + 2, 3, 3))
     for m in range(n, 0, -1):
         f, g = force[m - 1], moment[m - 1]
-        total[m] += f + total[m + 1]
+        _add(f, total[m])
+        _add(total[m + 1], total[m])
         _add_cross(p[m], f, turning[m])
-        turning[m] += g + turning[m + 1]
-        loads[m] = f + loads[m + 1]
+        _add(g, turning[m])
+        _add(turning[m + 1], turning[m])
+        _copy(loads[m + 1], loads[m])
+        _add(f, loads[m])
         along = _dot(p[m], f)
         for i in range(3):
             for j in range(3):
@@ -425,15 +467,16 @@ def evaluate(
     # Balances, and the effect of turning the loads against the tip.
     turned = np.empty((3, 3))
     for k in range(n):
-        wrench[k, :3] = total[k + 1]
         _cross(p[k], total[k + 1], M)
-        wrench[k, 3:] = turning[k + 1] - M
+        for i in range(3):
+            wrench[k, i] = total[k + 1, i]
+            wrench[k, 3 + i] = turning[k + 1, i] - M[i]
         for e in range(d):
             a, c = axis[k, e], point[k, e]
             _cross(c, total[k + 1], M)
             r[k, e] = a[0] * (turning[k + 1, 0] - M[0]) + a[1] * (turning[k + 1, 1] - M[1])
             r[k, e] += a[2] * (turning[k + 1, 2] - M[2]) - law[k, e]
-            C[k, e] = spin[k, e]
+            _copy(spin[k, e], C[k, e])
             along = _dot(c, loads[k + 1])
             for i in range(3):
                 for j in range(3):
@@ -442,8 +485,17 @@ def evaluate(
             for j in range(3):
                 B[k, e, j] = a[0] * turned[0, j] + a[1] * turned[1, j] + a[2] * turned[2, j]
 
+    norm = 0.0
+    for k in range(n):
+        for e in range(d):
+            if not free[k, e]:
+                r[k, e] = -x[k, e] * bending[k] / length[k]
+            norm = max(norm, abs(r[k, e]) * length[k] / bending[k])
+    if norm < enough:
+        return norm
+
     # U: unknown i of subsegment k turns all beyond disk k about p[k + 1], loads included.
-    U[:] = 0.0
+    _clear(U)
     N, dF, dM, near_F, near_M = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     w, du, arm = np.empty(3), np.empty(3), np.empty(3)
     for k in range(n):
@@ -457,8 +509,8 @@ def evaluate(
             _cross(omega, N, dM)
             _add_cross(p[end], dF, dM)
             _add_cross(velocity, total[end], dM)
-            near_F[:] = 0.0
-            near_M[:] = 0.0
+            _clear(near_F)
+            _clear(near_M)
             for t in range(count):
                 if last[t] < end:
                     continue
@@ -525,10 +577,11 @@ def evaluate(
             U[k, k, PLANE, PLANE] += -floor if U[k, k, PLANE, PLANE] <= 0.0 else floor
         for e in range(d):
             if not free[k, e]:
-                r[k, e] = -x[k, e] * bending[k] / length[k]
-                U[k, k:, e, :] = 0.0
-                B[k, e] = 0.0
+                for j in range(k, n):
+                    _clear(U[k, j, e])
+                _clear(B[k, e])
                 U[k, k, e, e] = -bending[k] / length[k]
+    return norm
 
 
 @_compiled
@@ -573,7 +626,8 @@ def newton_step(r: Array, U: Array, B: Array, C: Array, step: Array) -> None:
                     for q in range(4):
                         y[k, e, q] -= U[k, j, e, i] * y[j, i, q]
         _eliminate(U[k, k], y[k])
-    tip, answer = np.eye(3), np.zeros((3, 1))
+    tip, answer = np.zeros((3, 3)), np.zeros((3, 1))
+    tip[0, 0] = tip[1, 1] = tip[2, 2] = 1.0
     for k in range(n):
         for e in range(d):
             for i in range(3):
@@ -586,6 +640,17 @@ def newton_step(r: Array, U: Array, B: Array, C: Array, step: Array) -> None:
             step[k, e] = -y[k, e, 0]
             for q in range(3):
                 step[k, e] += y[k, e, q + 1] * answer[q, 0]
+
+
+@_compiled
+def _largest(values: Array) -> float:
+    """Return the largest size in a matrix; NaN where it holds one."""
+    largest = 0.0
+    for k in range(values.shape[0]):
+        for e in range(values.shape[1]):
+            if not abs(values[k, e]) <= largest:
+                largest = abs(values[k, e])
+    return largest
 
 
 @_compiled
@@ -649,23 +714,22 @@ def solve(
             now[:] = good
             norm = np.inf
             for _ in range(_MOST_STEPS):
-                evaluate(
+                norm = evaluate(
                     model, now, free, length, bending, torsion, hole, last, mu, projected,
                     part * tension[row], part * force[row], part * moment[row],
-                    r, U, B, C, span[row], wrench[row], p[row], R[row],
+                    r, U, B, C, span[row], wrench[row], p[row], R[row], TOLERANCE_RAD,
                 )  # fmt: skip
-                norm = 0.0
-                for k in range(n):
-                    for e in range(d):
-                        norm = max(norm, abs(r[k, e]) * length[k] / bending[k])
                 if norm < TOLERANCE_RAD:
                     break
                 newton_step(r, U, B, C, step)
-                longest = np.abs(step).max()
+                longest = _largest(step)
                 if not longest < _ABSURD_STEP_RAD:
                     norm = np.inf
                     break
-                now += step * min(1.0, _LONGEST_STEP_RAD / longest)
+                scale = min(1.0, _LONGEST_STEP_RAD / longest)
+                for k in range(n):
+                    for e in range(d):
+                        now[k, e] += scale * step[k, e]
             if norm < _BALANCED_RAD:
                 good[:] = now
                 done = part
@@ -678,4 +742,4 @@ def solve(
         now[:] = good
         reached[row] = done
         steps[row] = count
-        residual[row] = np.abs(r).max()
+        residual[row] = _largest(r)

@@ -4,14 +4,15 @@ Rao et al. 2021 (doi 10.3389/frobt.2020.603245, Eqs. 11-12, 30-33, 48-54, 58, Ta
 divided by their sum, 0.999). M* of Eq. 53 is taken as the moment's part normal to the z axis of the
 subsegment's base. Three forms of the bending plane's balance:
 
-- printed (Eq. 52: M* parallel to the plane's normal y). As one number it is |M*| - M* . y or the size
-  of M* x y: the plane's angle is a double root of the first and a kink of the second, and a solver that
-  takes derivatives by differences stalls before it (`prb_printed`).
+- printed (Eq. 52: M* parallel to the plane's normal y). As one number it is M* . y - |M*|, of which the
+  plane's angle is a double root: a solver gains one bit a step and stops where its tolerances let it
+  (`prb_printed`; ten disks, 0.2 of the stiffness, 0.5 N across the plane: mean tip error 0.33 % of the
+  length, of the root itself 0.16 %).
 - M* . e = 0, e in the bending plane: the same root, a simple one. This is `PRB`.
 - `prb_middle`: the same balance at the subsegment's middle joint, and the twist's at its end. Eqs. 52
   and 54 take the moment about the base. A load across the bending plane makes it vary along the
   subsegment, so that they err by half a subsegment's length, to first order: most of what is called
-  the model's weakness under transverse loads.
+  the model's weakness under transverse loads (in that case 0.03 % remain).
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ def prb_printed(
         lumped_kernel.evaluate(
             LINKS, x, may_move, rod.length_m, rod.bending_N_m2, rod.torsion_N_m2, rod.hole_m, rod.last_disk,
             0.0, True, one.tension_N[0], one.force_N[0], one.moment_N_m[0],
-            r, U, B, C, span, wrench, p_w, R_w,
+            r, U, B, C, span, wrench, p_w, R_w, np.inf,
         )  # fmt: skip
         across = np.einsum("kij,ki->kj", R_w[:-1], wrench[:, 3:])[:, :2]  # M* in the base's axes
         normal = np.stack([-np.sin(x[:, PLANE]), np.cos(x[:, PLANE])], axis=1)

@@ -1,8 +1,16 @@
-"""Equilibria of a tendon-driven Cosserat rod: rows of loads in, postures and their evidence out."""
+"""Equilibria of a tendon-driven Cosserat rod: rows of loads in, postures and their evidence out.
+
+A row's equilibrium is the one that its loads lead to when they grow in proportion from rest, so that it
+does not depend on the rows around it. Only a row so near to the one before that one step of little
+turn leads there starts from that, as the robot would. Where the way from rest ends (the robot would
+snap), the other ways are tried: from the row before, and with the tensions or the other loads first.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +33,11 @@ PATHS = {
 }
 # Steps of the integration along the whole robot: the tip is then within 2e-7 of the length.
 STEPS = {"continuous": 40, "projected": 80, "eyelets": 80, "lumens": 40}
+_ROUGHER = 4  # steps at the end of a way, over those on it
+_NEAR, _FROM_REST, _FROM_BEFORE = "near", "from rest", "from before"
+_TENSIONS_FIRST, _LOADS_FIRST = "tensions first", "loads first"
+
+_Loads = tuple[Array, Array]  # tensions, moments and forces on the disks
 
 
 @dataclass(frozen=True)
@@ -58,7 +71,7 @@ class Equilibria:
 
 
 def equilibria(rod: Problem, loads: Load, path: str, steps: int = 0) -> Equilibria:
-    """Return the equilibria of `rod` under `loads`: of each row the one that `kernel` finds.
+    """Return the equilibria of `rod` under `loads`: see the module's text.
 
     Args:
         rod: the robot.
@@ -73,31 +86,57 @@ def equilibria(rod: Problem, loads: Load, path: str, steps: int = 0) -> Equilibr
         load=loads,
         path=path,
         p_w=np.zeros((rows, n + 1, 3)),
-        R_w=np.zeros((rows, n + 1, 3, 3)),
+        R_w=np.tile(np.eye(3), (rows, n + 1, 1, 1)),
         span_tension=np.zeros((rows, tendons, n)),
         wrench=np.zeros((rows, n, 6)),
         unbalanced=np.zeros((rows, n, 6)),
         reached=np.zeros(rows),
         corrections=np.zeros(rows, dtype=np.intp),
     )
-    kernel.solve_rows(
-        PATHS[path],
-        sections(rod, steps or STEPS[path]),
-        np.ascontiguousarray(rod.hole_m),
-        rod.last_disk,
-        rod.mu,
-        np.ascontiguousarray(loads.tension_N),
-        np.ascontiguousarray(loads.force_N),
-        np.ascontiguousarray(loads.moment_N_m),
-        result.wrench,
-        result.span_tension,
-        result.p_w,
-        result.R_w,
-        result.unbalanced,
-        result.reached,
-        result.corrections,
-    )
+    rough, fine = sections(rod, (steps or STEPS[path]) // _ROUGHER), sections(rod, steps or STEPS[path])
+    robot = PATHS[path], rough, fine, np.ascontiguousarray(rod.hole_m), rod.last_disk, float(rod.mu)
+    turn, shift, angle = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros((tendons, n))
+    tension = np.ascontiguousarray(loads.tension_N)
+    applied = np.concatenate([loads.moment_N_m, loads.force_N], axis=2)
+    for row in range(rows):
+        before = row > 0 and result.reached[row - 1] == 1.0
+        for way, stops in _ways(tension, applied, row, before):
+            from_rest = way not in (_NEAR, _FROM_BEFORE)
+            result.wrench[row] = 0.0 if from_rest else result.wrench[row - 1]
+            if from_rest:
+                angle[:] = 0.0
+            reached = 1.0
+            for start, end in pairwise(stops):
+                reached, count = kernel.advance(
+                    *robot, *start, *end, result.wrench[row], result.span_tension[row], angle,
+                    turn, shift, result.R_w[row], result.unbalanced[row], way == _NEAR,
+                )  # fmt: skip
+                result.corrections[row] += count
+                if reached < 1.0:
+                    break
+            if reached == 1.0 or way == _FROM_REST:
+                result.reached[row] = reached
+            if reached == 1.0:
+                break
+        result.p_w[row, 1:] = np.cumsum(np.einsum("jab,jb->ja", result.R_w[row, :-1], shift), axis=0)
     return result
+
+
+def _ways(tension: Array, applied: Array, row: int, before: bool) -> Iterator[tuple[str, list[_Loads]]]:
+    """Yield the ways to a row's loads in the order in which they are tried, each with its stops.
+
+    `before` says whether the row before is balanced and may be a start.
+    """
+    there = tension[row], applied[row]
+    rest = np.zeros_like(tension[row]), np.zeros_like(applied[row])
+    if before:
+        yield _NEAR, [(tension[row - 1], applied[row - 1]), there]
+    yield _FROM_REST, [rest, there]
+    if before:
+        yield _FROM_BEFORE, [(tension[row - 1], applied[row - 1]), there]
+    if there[0].any() and there[1].any():
+        yield _TENSIONS_FIRST, [rest, (there[0], rest[1]), there]
+        yield _LOADS_FIRST, [rest, (rest[0], there[1]), there]
 
 
 def sections(rod: Problem, steps: int) -> Array:
