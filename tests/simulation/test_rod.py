@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -20,7 +18,6 @@ from catheter_sim.validation.rod import (
     YOUNG_PA,
     rod_cases,
     tpu_rod,
-    validate_rod,
 )
 
 BENDING = YOUNG_PA * math.pi / 4.0 * RADIUS_M**4
@@ -93,10 +90,3 @@ def test_cases_are_those_of_the_file() -> None:
         assert case.places[[0, -1]] == pytest.approx((0.0, LENGTH_M))
         assert case.points[0] == pytest.approx((0.0, 0.0, 0.0))
         assert case.points[1, 2] == pytest.approx(case.places[1], rel=0.02)
-
-
-@pytest.mark.slow
-def test_rod_in_space_is_within_its_tolerances(tmp_path: Path) -> None:
-    """Shapes of another program, turned problems and the first frequency."""
-    validation = validate_rod(tmp_path)
-    assert validation.passed, validation.table_text()

@@ -20,7 +20,7 @@ from catheter_sim.statics.catheter.kinematics import (
     tool_jacobian,
 )
 
-ROBOTS = {name: make() for name, make in CATHETER_ROBOTS.items()}
+ROBOTS = {name: make() for name, make in CATHETER_ROBOTS.items() if "@" not in name}  # one of each design
 
 
 def poses(robot: CatheterRobot, count: int, seed: int = 11) -> np.ndarray:
