@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from catheter_sim.mjcf.solids import Array, triangles
 
 _CLOSE_RAD = 1e-2  # from a circle's crossing with a line: a regular corner nearer than this is left out
+_APART = 1e-4  # of the outer radius: lines nearer than that to the one before are left out
 _TANGENT = 1e-4  # a line this near to a circle's end, over its radius, is left out
 
 
@@ -67,6 +68,7 @@ def bored(
     circles = [(radius, sections, (0.0, 0.0))]
     circles += [(bore.mouth_radius, bore.sections, bore.centre) for bore in bores]
     lines = np.unique(np.round(np.asarray(list(cuts), dtype=float), 9))
+    lines = lines[np.diff(lines, prepend=-np.inf) > _APART * radius]
     for size, _, centre in circles:
         lines = lines[np.abs(np.abs(lines - centre[axis]) - size) > _TANGENT * size]
     rings = [_ring(*circle, lines, axis) for circle in circles]

@@ -19,6 +19,8 @@ from catheter_sim.robots.mitral import mitral_transseptal
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.simulator import Simulator
 
+pytestmark = pytest.mark.slow
+
 STRETCHING = tuple(f"tendons.bending_{name}.stiffness_N_per_mm=0.6" for name in ("proximal", "distal"))
 
 

@@ -20,6 +20,8 @@ from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.statics.models import STATIC_MODELS
 
+pytestmark = pytest.mark.slow
+
 TRANSSEPTAL = "catheter_sim/MitralTransseptalReach-v0"
 FOUR_DOF = "catheter_sim/Mitral4dofReach-v0"
 BOTH = [pytest.param(TRANSSEPTAL, marks=pytest.mark.slow), FOUR_DOF]  # one in the fast set
@@ -38,7 +40,6 @@ def action(*values: float) -> np.ndarray:
     return np.array(values, dtype=np.float32)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [TRANSSEPTAL, FOUR_DOF])
 def test_gymnasium_finds_nothing_to_complain_about(name: str) -> None:
     """`check_env` passes, warnings taken as errors."""
@@ -113,7 +114,6 @@ def test_full_action_takes_two_seconds_to_the_joints_limits_and_no_further(name:
             assert values[order.index(pair.moves)] == pytest.approx(way * limits[pair.moves], rel=1e-3)
 
 
-@pytest.mark.slow
 def test_ranges_are_those_of_the_datasheet() -> None:
     """In millimetres, as the class's text has them."""
     ranges = {TRANSSEPTAL: [3.82, 3.12, 3.29, 60.0], FOUR_DOF: [3.38, 4.49, 2.75, 60.0]}
@@ -125,7 +125,6 @@ def test_ranges_are_those_of_the_datasheet() -> None:
         assert list(env.drives.lowest) == [-1.0, -1.0, -1.0, 0.0]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [TRANSSEPTAL, FOUR_DOF])
 def test_the_last_torsion_does_not_move_the_tip(name: str) -> None:
     """Turned to and fro alone it leaves the tip within a micrometre: three drives matter for reaching."""
@@ -141,7 +140,6 @@ def test_the_last_torsion_does_not_move_the_tip(name: str) -> None:
     assert np.linalg.norm(env.plant.posture().R_w[-1] - axes) > 0.5
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [TRANSSEPTAL, FOUR_DOF])
 def test_random_steps_stay_finite(name: str) -> None:
     """500 random steps: finite, in the space, no divergence."""
@@ -157,7 +155,6 @@ def test_random_steps_stay_finite(name: str) -> None:
             env.reset()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [TRANSSEPTAL, FOUR_DOF])
 def test_the_baseline_reaches_targets_and_chance_does_not(name: str) -> None:
     """Resolved rates reach 29 of 30 targets or more, random actions 1 of 30 at most."""
@@ -191,7 +188,6 @@ def test_the_baseline_finds_the_way_to_a_target_behind_the_base() -> None:
     assert info["is_success"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [TRANSSEPTAL, FOUR_DOF])
 def test_random_targets_are_where_the_kinematics_put_them_and_are_found_again(name: str) -> None:
     """PK holds the tip within 0.1 mm of each; the search refuses none of 15; another simulator agrees."""
@@ -211,7 +207,6 @@ def test_random_targets_are_where_the_kinematics_put_them_and_are_found_again(na
     assert min(advances) > 0.0  # a tube is not drawn as a tendon that may be slack
 
 
-@pytest.mark.slow
 def test_points_out_of_reach_are_refused() -> None:
     """Beyond the length with the tube all out, or inside the base: one line says so."""
     plant = reach(FOUR_DOF).plant
@@ -221,7 +216,6 @@ def test_points_out_of_reach_are_refused() -> None:
         require_reachable(plant, (0.0, 0.0, -0.02), 2e-3)
 
 
-@pytest.mark.slow
 def test_a_simulation_that_diverges_ends_the_episode_and_a_reset_heals_it() -> None:
     """With a state that is not finite: terminated; after a reset as before."""
     env = reach(FOUR_DOF)
@@ -259,7 +253,6 @@ def test_a_drive_that_an_effect_sends_beyond_its_joint_stops_there() -> None:
     assert env.plant.segment_bends()[3] == pytest.approx(math.radians(120.0), rel=5e-3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["mitral_4dof@elongation", "mitral_transseptal@tube"])
 def test_catheters_as_they_were_measured_are_driven_too(robot: str) -> None:
     """With stretch, slack, play and friction the baseline reaches a seeded target of each, to 2 mm."""
@@ -272,7 +265,6 @@ def test_catheters_as_they_were_measured_are_driven_too(robot: str) -> None:
     assert info["is_success"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [TRANSSEPTAL, FOUR_DOF])
 def test_a_picture_shows_the_bent_robot_and_its_target(name: str) -> None:
     """The picture changes with the posture, holds green pixels, and is drawn where the tip was seen."""

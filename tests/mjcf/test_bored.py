@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from solid_points import Array, surface, winding_number
 
@@ -59,6 +59,7 @@ def test_widened_bore_is_free_as_told_and_solid_beside() -> None:
         assert winding_number(solid, ring(1.1 * radius, z)) == pytest.approx(1.0, abs=1e-6)
 
 
+@example(places=[(0.0, 0.0)], cuts=[0.0, 1e-05, 3.951921410378907e-07], widened=False, axis=0)
 @given(
     places=st.lists(st.tuples(st.floats(-1.8, 1.8), st.floats(-1.8, 1.8)), max_size=5),
     cuts=st.lists(st.floats(-3.5, 3.5), max_size=12),

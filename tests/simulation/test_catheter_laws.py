@@ -18,6 +18,8 @@ from catheter_sim.statics.catheter.tendons import arm_m
 from catheter_sim.validation.drives import given
 from catheter_sim.validation.mitral import joint_angles_deg
 
+pytestmark = pytest.mark.slow
+
 STILL = np.zeros(3)
 
 
@@ -54,7 +56,6 @@ def test_joint_lets_go_gap_by_gap() -> None:
     assert 0.1 < angle < 1.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pair", "joint", "settings"),
     [

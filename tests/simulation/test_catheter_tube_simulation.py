@@ -19,6 +19,8 @@ from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.statics.catheter import tendons
 from catheter_sim.statics.catheter.pure import pk
 
+pytestmark = pytest.mark.slow
+
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
 EI_N_M2 = 1e-4
 BEYOND_M = 10.5e-3  # from the tube's end to the tip of the transseptal robot
