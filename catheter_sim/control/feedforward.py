@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -39,7 +38,6 @@ from catheter_sim.statics.catheter.stretching import (
 from catheter_sim.statics.catheter.tendons import pulled_m
 
 MODELS = ("pk", "te", "mk")
-_UNSTRETCHED = 1e-9  # strain
 
 
 class JointFeedforward(Protocol):
@@ -91,17 +89,9 @@ class Stretching:
             self._pulled = 0 if angle_deg > 0.0 else 1
         ways = []
         for index, sign in enumerate((1.0, -1.0)):
-            self._sides[index], way = self._bent(self._sides[index], max(sign * angle_deg, 0.0))
+            self._sides[index], way = bent_to(self._joint, self._sides[index], max(sign * angle_deg, 0.0))
             ways.append(sign * way)
         return ways[self._pulled]
-
-    def _bent(self, side: Side, angle_deg: float) -> tuple[Side, float]:
-        tension_N = self._joint.on_N(angle_deg)
-        if side.tendon.strain <= _UNSTRETCHED and tension_N <= self._joint.law.envelope_N[3]:
-            # the envelope begins at p_4: less than that does not stretch a new tendon
-            way = float(pulled_m(self._joint.segment, math.radians(angle_deg)))
-            return replace(side, angle_deg=angle_deg, turn_deg=angle_deg), way
-        return bent_to(self._joint, side, angle_deg)
 
 
 class ModifiedBending:

@@ -18,7 +18,6 @@ from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
 from catheter_sim.robots.catheter_layout import (
     hinge_counts,
     hinge_names,
-    is_extensible,
     joint_stiffness,
     moved_segment,
     moving,
@@ -27,7 +26,7 @@ from catheter_sim.robots.catheter_layout import (
 from catheter_sim.robots.channels import input_channels
 from catheter_sim.robots.posture import Array
 from catheter_sim.statics.catheter.kinematics import tool_frame, tool_jacobian
-from catheter_sim.statics.catheter.tendons import angle_rad, arm_m, largest_angle_rad, pulled_m
+from catheter_sim.statics.catheter.tendons import angle_rad, arm_m, pulled_m
 
 _NO_ELASTIC_JOINT_N = 1.0  # assumed: the unit of tensions in a robot of which nothing springs back
 _LEAST_ARM_M = 1e-5  # a tendon that is all unwound has no arm: its angle would go on without end
@@ -103,23 +102,6 @@ def catheter_model(robot: CatheterRobot, largest_bend_rad: float | None) -> Cath
         value=value,
         value_of_joint=_value_of_joint(robot, joints),
     )
-
-
-def catheter_input_range(robot: CatheterRobot) -> tuple[Array, Array]:
-    """Return the least and largest input of each pair that the simulation takes, each of shape (t,) [m].
-
-    There the joint is at its end, gaps closed or tendon unwound. A pair that stretches goes on beyond it,
-    and so does a tube.
-    """
-    least, most = np.full((2, len(robot.tendons)), [[-math.inf], [math.inf]])
-    for index, pair in enumerate(robot.tendons):
-        segment = robot.segments[moved_segment(robot, index)]
-        if segment.joint == "prismatic" or is_extensible(pair):
-            continue
-        ends = pulled_m(segment, largest_angle_rad(segment) * np.array([-1.0, 1.0]))
-        spare = pair.slack_m + 0.5 * pair.play_m
-        least[index], most[index] = ends[0] - spare, ends[1] + spare
-    return least, most
 
 
 def _drives(robot: CatheterRobot, moved: list[CatheterSegment], value: np.ndarray) -> Drives:

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from catheter_sim.envs.arc_model import arc_model
-from catheter_sim.envs.catheter_model import catheter_input_range, catheter_model
+from catheter_sim.envs.catheter_model import catheter_model
 from catheter_sim.envs.drives import Drives
 from catheter_sim.envs.rolling_model import rolling_model
 from catheter_sim.errors import InputError, unknown
@@ -22,6 +22,7 @@ from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.statics.catheter.drive import input_range_m
 
 LARGEST_BEND_RAD = math.pi / 2.0  # assumed: what a drive asks of a segment where nobody says otherwise
 
@@ -105,7 +106,7 @@ def quick_model(robot: Robot, actuation: str, largest_bend_rad: float | None = N
 def input_range(robot: Robot) -> tuple[Array, Array]:
     """Return the least and largest input of each tendon that the simulation takes, each of shape (t,)."""
     if isinstance(robot, CatheterRobot):
-        return catheter_input_range(robot)
+        return input_range_m(robot)
     return np.full(len(robot.tendons), -math.inf), np.full(len(robot.tendons), math.inf)
 
 

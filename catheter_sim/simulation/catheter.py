@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import math
-
 import mujoco
 import numpy as np
 
 from catheter_sim.errors import InputError
 from catheter_sim.mjcf.catheter_drive import tendon_stiffness
 from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import bent_by, is_extensible, moved_segment
+from catheter_sim.robots.catheter_layout import bent_by, moved_segment
 from catheter_sim.robots.channels import input_channels
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.catheter_resistance import joint_resistances
 from catheter_sim.simulation.catheter_stretch import StretchLaws
 from catheter_sim.simulation.catheter_tube import tubes_of
-from catheter_sim.statics.catheter.tendons import largest_angle_rad, pulled_m
+from catheter_sim.statics.catheter.drive import input_range_m
 
 _ROUNDING = 1e-9  # share of a range by which an input may lie beyond it
 
@@ -45,16 +43,7 @@ class CatheterDrive:
         # The order of the model's actuators: the pairs, then the antagonists.
         self._pair = np.array([*range(len(moved)), *bending], dtype=int)
         self._sign = np.array([1.0] * len(moved) + [-1.0] * len(bending))
-        ranges = []
-        for pair, segment in zip(robot.tendons, moved, strict=True):
-            stretches = segment.joint == "bending" and is_extensible(pair)
-            ends = segment.joint in ("torsion", "bending") and not stretches
-            sides = np.array([-math.inf, math.inf])
-            if ends:
-                sides = pulled_m(segment, np.array([-1.0, 1.0]) * largest_angle_rad(segment))
-            spare = pair.slack_m + 0.5 * pair.play_m
-            ranges.append((sides[0] - spare, sides[1] + spare))
-        self._range = np.array(ranges)
+        self._range = np.stack(input_range_m(robot), axis=1)
         self._play = np.array([pair.play_m for pair in robot.tendons])
         tendons = self.pulls = pulling_actuators(robot, model)
         self._pulling_pair = self._pair[tendons]

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim.envs.catheter_model import CatheterModel, catheter_input_range
+from catheter_sim.envs.catheter_model import CatheterModel
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.errors import InputError
@@ -16,6 +16,7 @@ from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.specification import Friction
 from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.statics.catheter.drive import input_range_m
 from catheter_sim.statics.catheter.tendons import pulled_m
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
@@ -116,7 +117,7 @@ def test_ends_of_the_input_range_are_those_that_the_simulation_takes(name: str) 
     """Each end is taken, a hundredth of a millimetre more is refused; endless where a pair stretches."""
     robot = replace(catheter(name), friction=Friction(0.0))
     simulator = Simulator(robot)
-    least, most = catheter_input_range(robot)
+    least, most = input_range_m(robot)
     assert np.isfinite(most).sum() == (3 if name in ROBOTS else {"mitral_transseptal@tube": 2}.get(name, 1))
     for ends, beyond in ((least, -1e-5), (most, 1e-5)):
         for pair in np.flatnonzero(np.isfinite(ends)):

@@ -15,15 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
-from catheter_sim.statics.planar_chain import row_name
 from catheter_sim.statics.result import StaticRun
 from catheter_sim.statics.tdcr import lumped_kernel
 from catheter_sim.statics.tdcr.lumped_kernel import ARC, DEGREES, PLANE, SPRING_FACTORS
-from catheter_sim.statics.tdcr.postures import postures
+from catheter_sim.statics.tdcr.postures import run_of
 from catheter_sim.statics.tdcr.problem import Load, Problem, load, problem
 
 # Turn of the robot by the straight one's moments that one load step may bring: with steps of 2.5 rad the
@@ -169,12 +167,4 @@ def static_run(
     rod = problem(robot)
     gravity = np.asarray(gravity_mps2, dtype=float)
     found = equilibria(rod, load(rod, inputs, gravity), model)
-    lost = found.reached < 1.0
-    if lost.any():
-        row = int(np.argmax(lost))
-        raise InputError(
-            f"{robot.name}: {name} finds no equilibrium at {row_name(inputs, row)}: from rest it gets to "
-            f"{100.0 * found.reached[row]:.3g} % of the load"
-        )
-    shapes = postures(robot, rod, found.p_w, found.R_w, inputs.tendon, found.span_tension)
-    return StaticRun(name, inputs, gravity, shapes, found.residual)
+    return run_of(name, robot, rod, inputs, gravity, found, found.residual)

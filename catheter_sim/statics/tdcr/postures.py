@@ -1,15 +1,72 @@
-"""The disks' poses of a rod model as postures."""
+"""The disks' poses of a rod model as postures and as a run."""
 
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.errors import InputError
+from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.statics.planar_chain import row_name
+from catheter_sim.statics.result import StaticRun
 from catheter_sim.statics.tdcr.problem import Problem
+
+
+class Solved(Protocol):
+    """What the solvers of all models return, row by row."""
+
+    @property
+    def p_w(self) -> Array:
+        """Of disks 0 to n, shape (r, n + 1, 3) [m]."""
+
+    @property
+    def R_w(self) -> Array:
+        """Of the same disks, shape (r, n + 1, 3, 3)."""
+
+    @property
+    def span_tension(self) -> Array:
+        """Of every tendon in every subsegment, shape (r, t, n) [N]."""
+
+    @property
+    def reached(self) -> Array:
+        """Share of the load that is balanced, 1 where all of it is, shape (r,)."""
+
+
+def run_of(
+    model: str,
+    robot: ContinuumRobot,
+    rod: Problem,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    found: Solved,
+    residual: Array,
+) -> StaticRun:
+    """Return what a solver found as a run.
+
+    Args:
+        model: its name.
+        robot, rod: the robot, and the same as arrays.
+        inputs, gravity_mps2: as they were given.
+        found: of all rows.
+        residual: largest unbalanced moment, shape (r,) [N m].
+
+    Raises:
+        InputError: a row whose load was not reached.
+    """
+    lost = found.reached < 1.0
+    if lost.any():
+        row = int(np.argmax(lost))
+        raise InputError(
+            f"{robot.name}: {model} finds no equilibrium at {row_name(inputs, row)}: from rest it gets to "
+            f"{100.0 * found.reached[row]:.3g} % of the load"
+        )
+    shapes = postures(robot, rod, found.p_w, found.R_w, inputs.tendon, found.span_tension)
+    return StaticRun(model, inputs, gravity_mps2, shapes, residual)
 
 
 def postures(

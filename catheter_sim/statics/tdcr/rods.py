@@ -15,14 +15,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
-from catheter_sim.statics.planar_chain import row_name
 from catheter_sim.statics.result import StaticRun
 from catheter_sim.statics.tdcr import kernel
-from catheter_sim.statics.tdcr.postures import postures
+from catheter_sim.statics.tdcr.postures import run_of
 from catheter_sim.statics.tdcr.problem import Load, Problem, load, problem
 
 PATHS = {
@@ -174,13 +172,6 @@ def static_run(
     rod = problem(robot)
     gravity = np.asarray(gravity_mps2, dtype=float)
     found = equilibria(rod, load(rod, inputs, gravity), path)
-    lost = found.reached < 1.0
-    if lost.any():
-        row = int(np.argmax(lost))
-        raise InputError(
-            f"{robot.name}: {model} finds no equilibrium at {row_name(inputs, row)}: from rest it gets to "
-            f"{100.0 * found.reached[row]:.3g} % of the load"
-        )
-    residual = np.abs(found.unbalanced[:, :, :3]).max(axis=(1, 2))
-    shapes = postures(robot, rod, found.p_w, found.R_w, inputs.tendon, found.span_tension)
-    return StaticRun(model, inputs, gravity, shapes, residual)
+    return run_of(
+        model, robot, rod, inputs, gravity, found, np.abs(found.unbalanced[:, :, :3]).max(axis=(1, 2))
+    )
