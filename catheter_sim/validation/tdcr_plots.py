@@ -13,7 +13,14 @@ from catheter_sim.tables import replaced_when_whole
 if TYPE_CHECKING:
     from catheter_sim.validation.tdcr_scenarios import Scores
 
-_COLOURS = {"CC": "#8a8f98", "CC_sub": "#d1682a", "PRB": "#3f8f5f", "VC": "#1f5f99", "VC_ref": "#222222"}
+_COLOURS = {
+    "CC": "#8a8f98",
+    "CC_sub": "#d1682a",
+    "PRB": "#3f8f5f",
+    "PRB_middle": "#9ac29f",
+    "VC": "#1f5f99",
+    "VC_ref": "#222222",
+}
 
 
 def scenario_1(table: Mapping[tuple[str, int], Scores], path: Path) -> None:

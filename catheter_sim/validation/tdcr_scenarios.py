@@ -32,7 +32,7 @@ MODELS = ("CC", "CC_sub", "PRB", "VC")
 DISKS = (1, 2, 3, 4, 5, 7, 10, 13)
 STIFFNESS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 TIP_FORCES_N = {"none": (0.0, 0.0, 0.0), "in plane": (0.0, 0.5, 0.0), "across": (0.5, 0.0, 0.0)}
-LOADED_MODELS = ("CC_sub", "PRB", "VC")
+LOADED_MODELS = ("CC_sub", "PRB", "PRB_middle", "VC")
 SETS = np.array(list(itertools.product((0.0, 1.0), repeat=4)))[:, ::-1]  # of tendons 1 to 4, in shares of T_M
 # Mean errors of position [%] by an independent implementation of the benchmark (the authors' published code,
 # tightened and polished; `assets/reference/README.md`).
