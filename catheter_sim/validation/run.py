@@ -31,7 +31,7 @@ from catheter_sim.validation.neuroendoscope import validate_full, validate_secti
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
 from catheter_sim.validation.rod import validate_rod
 from catheter_sim.validation.spacer_disk import validate_spacer_disk
-from catheter_sim.validation.tdcr_scenarios import validate_scenarios
+from catheter_sim.validation.tdcr_lines import validate_scenarios
 
 Check = Callable[[Path], Validation]
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from catheter_sim.tables import replaced_when_whole
 
 if TYPE_CHECKING:
-    from catheter_sim.validation.tdcr_scenarios import Scores
+    from catheter_sim.validation.tdcr_tips import Scores
 
 _COLOURS = {
     "CC": "#8a8f98",
@@ -20,6 +20,9 @@ _COLOURS = {
     "PRB_middle": "#9ac29f",
     "VC": "#1f5f99",
     "VC_ref": "#222222",
+    "VC_ref_noproj": "#8a6fb3",
+    "PRB_printed": "#c9b458",
+    "simulation": "#b3304a",
 }
 
 

@@ -51,7 +51,7 @@ def prb_middle(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> St
 
 
 def prb_printed(
-    rod: Problem, loads: Load, row: int = 0, start: Array | None = None
+    rod: Problem, loads: Load, row: int = 0, start: Array | None = None, tolerance: float = 1e-10
 ) -> tuple[Equilibria, float]:
     """Return what Levenberg and Marquardt's method makes of the printed residual, as the benchmark used it.
 
@@ -62,6 +62,7 @@ def prb_printed(
         loads: of which one row is solved.
         row: which.
         start: unknowns, shape (n, 5); None: straight, all bending planes at angle zero.
+        tolerance: of the method, on unknowns, cost and gradient alike.
 
     Returns:
         Where it stopped, as one row whose `residual` is that of the simple form [N m], and the sum of
@@ -91,7 +92,7 @@ def prb_printed(
         return result.ravel()
 
     begin = np.zeros(5 * n) if start is None else np.asarray(start, dtype=float).ravel()
-    found = least_squares(printed, begin, method="lm", xtol=1e-10, ftol=1e-10, gtol=1e-10)
+    found = least_squares(printed, begin, method="lm", xtol=tolerance, ftol=tolerance, gtol=tolerance)
     printed(found.x)
     stopped = Equilibria(
         rod=rod, load=one, model=LINKS, unknowns=found.x.reshape(1, n, 5), p_w=p_w[None], R_w=R_w[None],
