@@ -109,9 +109,9 @@ def test_random_steps_stay_finite(action_type: str) -> None:
 
 
 @pytest.mark.slow
-def test_ten_thousand_random_steps_stay_finite() -> None:
-    """10,000 random steps of the whole robot give no NaN."""
-    run_at_random(reach(FULL), 10_000, seed=0)
+def test_thousands_of_random_steps_stay_finite() -> None:
+    """3000 random steps of the whole robot give no NaN."""
+    run_at_random(reach(FULL), 3_000, seed=0)
 
 
 def test_observation_holds_what_its_layout_says(section: ReachEnv) -> None:
