@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -127,6 +128,21 @@ def test_closed_form_is_the_twin_without_loads():
         p_w, R_w = poses(body, bend_per_tension(body), pulls)
         np.testing.assert_allclose(p_w[1:], posture.p_w, atol=1e-9)
         np.testing.assert_allclose(R_w[1:], posture.R_w, atol=1e-8)
+
+
+def test_rows_of_the_closed_form_are_its_single_calls():
+    """Rows at once are the same disks as one by one, for segments of unlike lengths, straight included."""
+    robot = benchmark(4)
+    first, second = robot.segments
+    longer = replace(second, length_m=1.7 * second.length_m, bending_stiffness_N_m2=2e-3)
+    body = problem(replace(robot, segments=(first, longer)))
+    p_w, R_w = poses(body, bend_per_tension(body), ALL_PULLS)
+    for pulls, p, R in zip(ALL_PULLS, p_w, R_w, strict=True):
+        alone_p, alone_R = poses(body, bend_per_tension(body), pulls)
+        np.testing.assert_array_equal(alone_p, p)
+        np.testing.assert_array_equal(alone_R, R)
+    run = constant_curvature(replace(robot, segments=(first, longer)), pulled(ALL_PULLS), NO_GRAVITY)
+    np.testing.assert_allclose(p_w[:, 1:], [posture.p_w for posture in run.postures], atol=1e-9)
 
 
 def test_published_arc_that_differs_from_ours_differs_from_its_own_rod():

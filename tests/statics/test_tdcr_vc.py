@@ -18,6 +18,8 @@ from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.spacer_disk import spacer_disk
 from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
 from catheter_sim.statics.models import STATIC_MODELS
+from catheter_sim.statics.tdcr import lumped
+from catheter_sim.statics.tdcr.lumped_kernel import LINKS
 from catheter_sim.statics.tdcr.problem import Load, Problem, distributed, load, problem
 from catheter_sim.statics.tdcr.rods import Equilibria, equilibria
 
@@ -273,6 +275,31 @@ def test_rows_are_the_same_alone_and_together(path: str) -> None:
     assert together.corrections[-1] < alone.corrections[0]  # a near row starts from the one before
 
 
+@pytest.mark.parametrize("path", PATHS.values())
+@pytest.mark.parametrize("disks", [1, 6])
+def test_long_steps_lead_where_short_ones_do(path: str, disks: int) -> None:
+    """A fifth of the stiffness, random tensions, forces, moments: the equilibrium of 100 steps from rest."""
+    robot = benchmark(disks, stiffness_scale=0.2)
+    rng = np.random.default_rng(8)
+    for force in np.concatenate([np.zeros((10, 3)), rng.uniform(-0.15, 0.15, (30, 3))]):
+        case = loads(robot, rng.uniform(0.0, 0.4 * FULL_N, 4), force, 0.03 * force[[1, 2, 0]])
+        usual, patient = equilibria(robot, case, path), equilibria(robot, case, path, longest_step=0.01)
+        assert (usual.reached == 1.0) == (patient.reached == 1.0)
+        if usual.reached == 1.0:
+            np.testing.assert_allclose(usual.p_w, patient.p_w, atol=1e-10)
+            assert disks == 1 or usual.corrections[0] < 0.3 * patient.corrections[0]
+
+
+def test_threads_share_the_rows() -> None:
+    """Two threads find what one does: rods and lumped models."""
+    robot = benchmark(3)
+    case = loads(robot, np.random.default_rng(1).uniform(0.0, FULL_N, (7, 4)), (0.2, 0.1, 0.0))
+    one, two = (equilibria(robot, case, "projected", threads=count) for count in (1, 2))
+    np.testing.assert_allclose(two.p_w, one.p_w, atol=1e-10)
+    one, two = (lumped.equilibria(robot, case, LINKS, threads=count) for count in (1, 2))
+    np.testing.assert_array_equal(two.p_w, one.p_w)
+
+
 def test_weight_acts_at_the_disks() -> None:
     """Gravity gives each disk its mass times g; a tenth of it as a distributed force sums to the same."""
     robot = spacer_disk()
@@ -298,11 +325,8 @@ def test_joint_angles_bend_the_chain_like_the_rod() -> None:
 
 
 def test_what_the_rods_do_not_carry_is_refused() -> None:
-    """One line says what it is: displacement inputs, a curved law, rest shapes, a soft mount."""
+    """One line says what it is: a curved law, rest shapes."""
     robot = spacer_disk()
-    inputs = Inputs(np.array([1.0]), "displacement", np.zeros((1, 4)), np.zeros((1, 3)), np.zeros((1, 3)))
-    with pytest.raises(InputError, match="tension inputs only"):
-        STATIC_MODELS["VC"].solve(robot, inputs, np.zeros(3))
     first = robot.segments[0]
     for change, words in (
         ({"stiffness_cubic_m2": 1e-6}, "an elastic law"),

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.robots.posture import Array
-from catheter_sim.statics.tdcr import lumped_kernel
+from catheter_sim.statics.tdcr import cc_kernel
 from catheter_sim.statics.tdcr.problem import Problem
 
 
@@ -138,15 +138,18 @@ def bend_per_tension(rod: Problem) -> Array:
 
 
 def poses(rod: Problem, per_tension: Array, tension_N: Array) -> tuple[Array, Array]:
-    """Return CC's disks 0 to n under tensions alone: positions, (n + 1, 3) [m], orientations, (n + 1, 3, 3).
+    """Return CC's disks 0 to n under tensions alone.
 
     Args:
         rod: the robot; its friction is not read.
         per_tension: `bend_per_tension` of it.
-        tension_N: shape (t,) [N].
+        tension_N: shape (t,) or, for rows, (r, t) [N].
+
+    Returns:
+        Positions, shape (n + 1, 3) [m], and orientations, shape (n + 1, 3, 3); of rows (r, ...).
     """
-    tendons, n, unknowns = per_tension.shape
-    bend = (tension_N @ per_tension.reshape(tendons, n * unknowns)).reshape(n, unknowns)
-    p_w, R_w = np.empty((n + 1, 3)), np.empty((n + 1, 3, 3))
-    lumped_kernel.frames(lumped_kernel.ARC, bend, rod.length_m, p_w, R_w)
-    return p_w, R_w
+    shape = (*tension_N.shape[:-1], per_tension.shape[1] + 1, 3)
+    rows = tension_N.reshape(-1, tension_N.shape[-1])
+    p_w, R_w = np.empty((len(rows), *shape[-2:])), np.empty((len(rows), *shape[-2:], 3))
+    cc_kernel.disks_on_arcs(per_tension, rows, rod.length_m, p_w, R_w)
+    return p_w.reshape(shape), R_w.reshape((*shape, 3))

@@ -21,7 +21,7 @@ def cc_sub(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> Static
     Args:
         robot: any robot that `problem.is_rod` accepts; shear and stretch of the backbone are not in
             the model, and its `effects` are not read.
-        inputs: tensions, and loads on the tip.
+        inputs: tensions or displacements, and loads on the tip.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
 
     Raises:

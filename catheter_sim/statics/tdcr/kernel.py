@@ -7,7 +7,9 @@ NumPy and SciPy; the tests hold the one to the other.
 Sections. A section is the rod between two disks. Only forces at its ends load it (Rao et al. 2021,
 doi 10.3389/frobt.2020.603245, Eqs 2-3, 34-37 and, without f and l, 38-39): in the frame of its start
 the force stays n and the moment is m - p x n, so that the pose (R, p) alone is integrated, by
-Runge-Kutta's fourth-order rule, together with its derivative by the wrench.
+Runge-Kutta's fourth-order rule, where wanted together with its derivative by the wrench. Eight
+sections are integrated side by side (`LANES`): their numbers stand next to each other in one flat
+workspace, slot by slot, so that the inner loops become the processor's vector instructions.
 
 Where tendons run along the whole section (fully constrained paths) the wrench is that of the rod and
 of its tendons together. The tendons' own share, T_k t_k along the unit tangents t_k ~ v + u x r_k of
@@ -36,8 +38,13 @@ Eq. 58 or not. Unprojected, a tendon of constant tension is in eyelets without f
 takes away is the part without friction only: a difference of the tensions at the two sides of a
 hole stays.
 
-Continuation. An equilibrium is followed from one load to another. The way is cut into steps that turn
-the robot little; a step that fails, or that Newton's method takes with slow convergence, is halved.
+Newton's method. The derivative is taken with few integration steps; once a correction is small, the
+residual is taken with many, without a derivative, and corrected by the last one until nothing changes.
+
+Continuation. An equilibrium is followed from one load to another, from rest or from a neighbour. A step
+begins where the wrenches would be if the posture did not change (from rest: the statics of the straight
+robot), later ones where the last two steps point to. A step that turns the robot far from there,
+fails, or is taken with slow convergence, is shortened.
 
 Dry friction. The tensions are those of tendons that were pulled from rest to where they are: at each
 hole, the base's included and the last one's not, they fall toward the tip by exp(-mu phi), phi the
@@ -62,18 +69,33 @@ LENGTH, STEPS = 6, 7
 CONTINUOUS, PROJECTED, EYELETS, LUMENS = range(4)  # tendon paths
 CONVERGED, SINGULAR, DIVERGED, TOO_FAR = range(4)  # how Newton's method ended
 
+LANES = 8  # sections side by side
+# Slots of the workspace, each of `LANES` numbers. A state is a quaternion (4), a position (3), then the
+# pose's derivatives by the wrench: turn in the body's frame (3, 6), shift in the start's frame (3, 6).
+_STATE, _TRIAL, _TOTAL, _RATE, _SIZE = 0, 43, 86, 129, 43
+_TURN, _WRENCH, _BODY, _STRAIN = 172, 181, 187, 193  # orientation (3, 3) of the trial, then six each
+_COLUMNS = 199  # derivative of the body's wrench, then of its strain, (6, 6)
+_COMPLIANCE, _STIFFNESS, _INVERSE = 235, 241, 247  # six, six and (6, 6)
+_STEP = 283
+_LOW, _LOW_SLOPE = 284, 290  # tendons' pull on the lower disk, (6,), and its derivative, (6, 6)
+_SPAN = 326  # a tendon's direction (3) and length, its reverse in the upper disk's frame (3)
+_TENDONS = 333  # three slots for each tendon: tension, and what of it acts along the lower, upper disk's axis
+
 _STRAIN_ROUNDS = 30
 _STRAIN_TOLERANCE = 1e-8  # a correction below it is the last: what it leaves is smaller than its square
+_CHORD_ROUNDS = 40
+_CHORD_TOLERANCE = 1e-10
 _MOST_ROUNDS = 14
 # A correction may be this share of the one before, unless both are small: otherwise the step was too long
 # to be sure of the equilibrium that it finds.
 _CONTRACTION = 0.5
+_FRESH_CONTRACTION = 0.05  # a slower one asks for another derivative
 _SMALL_TURN_RAD = 1e-7
-# What one step may turn the sections by, summed [rad]: beyond it Newton's method may find another
+# What one correction may turn the sections by, summed [rad]: beyond it Newton's method may find another
 # equilibrium than the one that the load leads to, or none.
-_FARTHEST = 0.8
+_FARTHEST = 0.1
 _NEAR = 0.2  # from a row to the next one
-_ON_THE_WAY = 1e-3  # turn of the last correction before the end of the way [rad]
+_ON_THE_WAY = 3e-3  # turn of the last correction before the end of the way [rad]
 _AT_THE_END = 1e-10
 _SHORTEST_STEP = 1.0 / 1024.0  # of the way from load to load
 _FRICTION_ROUNDS = 100
@@ -81,11 +103,21 @@ _FRICTION_TOLERANCE = 1e-11  # change of the tensions, over the largest one
 
 
 def _compiled(function: Callable[..., Any]) -> Any:
-    """Return `function` compiled, kept on disk where there is a folder for it."""
+    """Return `function` compiled for use in this file."""
+    return numba.njit(error_model="numpy", nogil=True)(function)
+
+
+def _inlined(function: Callable[..., Any]) -> Any:
+    """Return `function` written into its one caller: what is called is optimized again at every level."""
+    return numba.njit(inline="always")(function)
+
+
+def _kept(function: Callable[..., Any]) -> Any:
+    """Return `function` compiled with all that it calls, kept on disk where there is a folder for it."""
     try:
-        return numba.njit(cache=True, error_model="numpy")(function)
+        return numba.njit(cache=True, error_model="numpy", nogil=True)(function)
     except RuntimeError:  # neither beside this file nor in the user's own cache
-        return numba.njit(error_model="numpy")(function)
+        return numba.njit(error_model="numpy", nogil=True)(function)
 
 
 @_compiled
@@ -197,175 +229,354 @@ def _strain_of(
 
 
 @_compiled
-def _rates(
-    compliance: Array,
-    hole: Array,
-    tension: Array,
-    along: bool,
-    wrench: Array,
-    state: Array,
-    rate: Array,
-    strain: Array,
-    stiffness: Array,
-    columns: Array,
-    body: Array,
-) -> None:
-    """Derivative along the rod of `state`: quaternion (4), position (3), then both pose derivatives.
-
-    The pose's derivatives by the wrench are the turn in the body's frame, `state[7:25]` as (3, 6), and
-    the shift in the start's frame, `state[25:43]`. `strain` is the start and the result of the law.
-    """
-    w, x, y, z = state[0], state[1], state[2], state[3]
-    r00, r01, r02 = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
-    r10, r11, r12 = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
-    r20, r21, r22 = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
-    px, py, pz = state[4], state[5], state[6]
-    nx, ny, nz = wrench[3], wrench[4], wrench[5]
-    mx = wrench[0] - (py * nz - pz * ny)
-    my = wrench[1] - (pz * nx - px * nz)
-    mz = wrench[2] - (px * ny - py * nx)
-    body[0] = r00 * mx + r10 * my + r20 * mz
-    body[1] = r01 * mx + r11 * my + r21 * mz
-    body[2] = r02 * mx + r12 * my + r22 * mz
-    body[3] = r00 * nx + r10 * ny + r20 * nz
-    body[4] = r01 * nx + r11 * ny + r21 * nz
-    body[5] = r02 * nx + r12 * ny + r22 * nz
-    for c in range(6):
-        tx, ty, tz = state[7 + c], state[13 + c], state[19 + c]
-        dx, dy, dz = state[25 + c], state[31 + c], state[37 + c]
-        # Change of the moment in the start's frame: dm - dp x n - p x dn.
-        qx, qy, qz = -(dy * nz - dz * ny), -(dz * nx - dx * nz), -(dx * ny - dy * nx)
-        fx = fy = fz = 0.0
-        if c == 0:
-            qx += 1.0
-        elif c == 1:
-            qy += 1.0
-        elif c == 2:
-            qz += 1.0
-        elif c == 3:
-            fx = 1.0
-            qy -= pz
-            qz += py
-        elif c == 4:
-            fy = 1.0
-            qz -= px
-            qx += pz
-        else:
-            fz = 1.0
-            qx -= py
-            qy += px
-        columns[0, c] = r00 * qx + r10 * qy + r20 * qz - (ty * body[2] - tz * body[1])
-        columns[1, c] = r01 * qx + r11 * qy + r21 * qz - (tz * body[0] - tx * body[2])
-        columns[2, c] = r02 * qx + r12 * qy + r22 * qz - (tx * body[1] - ty * body[0])
-        columns[3, c] = r00 * fx + r10 * fy + r20 * fz - (ty * body[5] - tz * body[4])
-        columns[4, c] = r01 * fx + r11 * fy + r21 * fz - (tz * body[3] - tx * body[5])
-        columns[5, c] = r02 * fx + r12 * fy + r22 * fz - (tx * body[4] - ty * body[3])
-    if along:
-        _strain_of(compliance, hole, tension, body, strain, stiffness)
-        for i in range(6):
-            if compliance[i] == 0.0:
-                for c in range(6):
-                    columns[i, c] = 0.0
-        _solve_in_place(stiffness, columns)
-    else:
-        for i in range(6):
-            strain[i] = compliance[i] * body[i]
-            for c in range(6):
-                columns[i, c] *= compliance[i]
-    ux, uy, uz = strain[0], strain[1], strain[2]
-    vx, vy, vz = strain[3], strain[4], 1.0 + strain[5]
-    rate[0] = 0.5 * (-x * ux - y * uy - z * uz)
-    rate[1] = 0.5 * (w * ux + y * uz - z * uy)
-    rate[2] = 0.5 * (w * uy + z * ux - x * uz)
-    rate[3] = 0.5 * (w * uz + x * uy - y * ux)
-    rate[4] = r00 * vx + r01 * vy + r02 * vz
-    rate[5] = r10 * vx + r11 * vy + r12 * vz
-    rate[6] = r20 * vx + r21 * vy + r22 * vz
-    for c in range(6):
-        tx, ty, tz = state[7 + c], state[13 + c], state[19 + c]
-        rate[7 + c] = columns[0, c] - (uy * tz - uz * ty)
-        rate[13 + c] = columns[1, c] - (uz * tx - ux * tz)
-        rate[19 + c] = columns[2, c] - (ux * ty - uy * tx)
-        sx = columns[3, c] + ty * vz - tz * vy
-        sy = columns[4, c] + tz * vx - tx * vz
-        sz = columns[5, c] + tx * vy - ty * vx
-        rate[25 + c] = r00 * sx + r01 * sy + r02 * sz
-        rate[31 + c] = r10 * sx + r11 * sy + r12 * sz
-        rate[37 + c] = r20 * sx + r21 * sy + r22 * sz
+def _three(w: Array, slot: int, i: int) -> tuple[float, float, float]:
+    """Return three slots in a row."""
+    return w[slot * LANES + i], w[(slot + 1) * LANES + i], w[(slot + 2) * LANES + i]
 
 
 @_compiled
-def _cross_section(
-    rod: Array,
-    hole: Array,
-    tension: Array,
-    wrench: Array,
-    turn: Array,
-    shift: Array,
-    turn_slope: Array,
-    shift_slope: Array,
-) -> None:
-    """Integrate one stretch from its start to its end.
+def _column(w: Array, slot: int, o: int) -> tuple[float, float, float]:
+    """Return three numbers of a column of a matrix with rows of six."""
+    return w[slot * LANES + o], w[(slot + 6) * LANES + o], w[(slot + 12) * LANES + o]
 
-    Args:
-        rod: six compliances, length, number of steps, shape (8,).
-        hole: shape (t, 2) [m].
-        tension: of the tendons that run along the stretch and belong to the wrench, shape (t,) [N].
-        wrench: at the start, in the frame of the start, shape (6,).
-        turn, shift: result, the end's pose in the frame of the start, shapes (3, 3) and (3,).
-        turn_slope: result, turn of the end in its own frame by the wrench, shape (3, 6).
-        shift_slope: result, shift of the end in the frame of the start by the wrench, shape (3, 6).
+
+@_compiled
+def _bodies(w: Array, columns: int) -> None:
+    """Set orientation and wrench of the trial in the body's frame, and the wrench's derivative."""
+    for i in range(LANES):
+        a, x, y, z = (
+            w[_TRIAL * LANES + i],
+            w[(_TRIAL + 1) * LANES + i],
+            w[(_TRIAL + 2) * LANES + i],
+            w[(_TRIAL + 3) * LANES + i],
+        )
+        r00, r01, r02 = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - a * z), 2.0 * (x * z + a * y)
+        r10, r11, r12 = 2.0 * (x * y + a * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - a * x)
+        r20, r21, r22 = 2.0 * (x * z - a * y), 2.0 * (y * z + a * x), 1.0 - 2.0 * (x * x + y * y)
+        w[_TURN * LANES + i], w[(_TURN + 1) * LANES + i], w[(_TURN + 2) * LANES + i] = r00, r01, r02
+        w[(_TURN + 3) * LANES + i], w[(_TURN + 4) * LANES + i], w[(_TURN + 5) * LANES + i] = r10, r11, r12
+        w[(_TURN + 6) * LANES + i], w[(_TURN + 7) * LANES + i], w[(_TURN + 8) * LANES + i] = r20, r21, r22
+        px, py, pz = _three(w, _TRIAL + 4, i)
+        nx, ny, nz = _three(w, _WRENCH + 3, i)
+        mx = w[_WRENCH * LANES + i] - (py * nz - pz * ny)
+        my = w[(_WRENCH + 1) * LANES + i] - (pz * nx - px * nz)
+        mz = w[(_WRENCH + 2) * LANES + i] - (px * ny - py * nx)
+        w[_BODY * LANES + i] = r00 * mx + r10 * my + r20 * mz
+        w[(_BODY + 1) * LANES + i] = r01 * mx + r11 * my + r21 * mz
+        w[(_BODY + 2) * LANES + i] = r02 * mx + r12 * my + r22 * mz
+        w[(_BODY + 3) * LANES + i] = r00 * nx + r10 * ny + r20 * nz
+        w[(_BODY + 4) * LANES + i] = r01 * nx + r11 * ny + r21 * nz
+        w[(_BODY + 5) * LANES + i] = r02 * nx + r12 * ny + r22 * nz
+    for c in range(columns):
+        mx, my, mz = (1.0 if c == 0 else 0.0), (1.0 if c == 1 else 0.0), (1.0 if c == 2 else 0.0)
+        fx, fy, fz = (1.0 if c == 3 else 0.0), (1.0 if c == 4 else 0.0), (1.0 if c == 5 else 0.0)
+        for i in range(LANES):
+            o = c * LANES + i
+            tx, ty, tz = _column(w, _TRIAL + 7, o)
+            dx, dy, dz = _column(w, _TRIAL + 25, o)
+            px, py, pz = _three(w, _TRIAL + 4, i)
+            nx, ny, nz = _three(w, _WRENCH + 3, i)
+            # Change of the moment in the start's frame: dm - dp x n - p x dn.
+            qx = mx - (dy * nz - dz * ny) - (py * fz - pz * fy)
+            qy = my - (dz * nx - dx * nz) - (pz * fx - px * fz)
+            qz = mz - (dx * ny - dy * nx) - (px * fy - py * fx)
+            r00, r01, r02 = _three(w, _TURN, i)
+            r10, r11, r12 = _three(w, _TURN + 3, i)
+            r20, r21, r22 = _three(w, _TURN + 6, i)
+            b0, b1, b2 = _three(w, _BODY, i)
+            b3, b4, b5 = _three(w, _BODY + 3, i)
+            w[_COLUMNS * LANES + o] = r00 * qx + r10 * qy + r20 * qz - (ty * b2 - tz * b1)
+            w[(_COLUMNS + 6) * LANES + o] = r01 * qx + r11 * qy + r21 * qz - (tz * b0 - tx * b2)
+            w[(_COLUMNS + 12) * LANES + o] = r02 * qx + r12 * qy + r22 * qz - (tx * b1 - ty * b0)
+            w[(_COLUMNS + 18) * LANES + o] = r00 * fx + r10 * fy + r20 * fz - (ty * b5 - tz * b4)
+            w[(_COLUMNS + 24) * LANES + o] = r01 * fx + r11 * fy + r21 * fz - (tz * b3 - tx * b5)
+            w[(_COLUMNS + 30) * LANES + o] = r02 * fx + r12 * fy + r22 * fz - (tx * b4 - ty * b3)
+
+
+@_compiled
+def _law(w: Array, hole: Array, along: bool, columns: int) -> None:
+    """Set the strains of the body's wrench and, in place, their derivative.
+
+    With tendons along the sections the strains are corrected by a fixed inverse until they balance.
     """
-    steps = int(rod[STEPS])
-    h = rod[LENGTH] / steps
-    along = False
-    for k in range(len(tension)):
-        along = along or tension[k] != 0.0
-    state, trial, total = np.zeros(43), np.empty(43), np.empty(43)
-    rate = np.empty(43)
-    strain, body = np.zeros(6), np.empty(6)
-    stiffness, columns = np.empty((6, 6)), np.empty((6, 6))
-    state[0] = 1.0
+    if not along:
+        for o in range(6 * LANES):
+            w[_STRAIN * LANES + o] = w[_COMPLIANCE * LANES + o] * w[_BODY * LANES + o]
+        for row in range(columns):
+            for c in range(columns):
+                for i in range(LANES):
+                    w[(_COLUMNS + 6 * row + c) * LANES + i] *= w[(_COMPLIANCE + row) * LANES + i]
+        return
+    for _ in range(_CHORD_ROUNDS):
+        for o in range(6 * LANES):
+            w[_RATE * LANES + o] = (
+                w[_STRAIN * LANES + o] * w[_STIFFNESS * LANES + o] - w[_BODY * LANES + o]
+            )  # gradient
+        for k in range(len(hole)):
+            x, y = hole[k, 0], hole[k, 1]
+            for i in range(LANES):
+                gx = w[(_STRAIN + 3) * LANES + i] - w[(_STRAIN + 2) * LANES + i] * y
+                gy = w[(_STRAIN + 4) * LANES + i] + w[(_STRAIN + 2) * LANES + i] * x
+                gz = 1.0 + w[(_STRAIN + 5) * LANES + i]
+                gz += w[_STRAIN * LANES + i] * y - w[(_STRAIN + 1) * LANES + i] * x
+                pull = w[(_TENDONS + 3 * k) * LANES + i] / math.sqrt(gx * gx + gy * gy + gz * gz)
+                gx, gy, gz = gx * pull, gy * pull, gz * pull
+                w[_RATE * LANES + i] += y * gz
+                w[(_RATE + 1) * LANES + i] -= x * gz
+                w[(_RATE + 2) * LANES + i] += x * gy - y * gx
+                w[(_RATE + 3) * LANES + i] += gx
+                w[(_RATE + 4) * LANES + i] += gy
+                w[(_RATE + 5) * LANES + i] += gz
+        for o in range(6 * LANES):
+            w[(_RATE + 6) * LANES + o] = 0.0
+        for row in range(6):
+            for c in range(6):
+                for i in range(LANES):
+                    w[(_RATE + 6 + row) * LANES + i] += (
+                        w[(_INVERSE + 6 * row + c) * LANES + i] * w[(_RATE + c) * LANES + i]
+                    )
+        for i in range(LANES):
+            w[(_RATE + 12) * LANES + i] = 0.0
+        for row in range(6):
+            for i in range(LANES):
+                change = w[(_RATE + 6 + row) * LANES + i]
+                w[(_STRAIN + row) * LANES + i] -= change
+                w[(_RATE + 12) * LANES + i] = max(w[(_RATE + 12) * LANES + i], abs(change))
+        largest = 0.0
+        for i in range(LANES):
+            largest = max(largest, w[(_RATE + 12) * LANES + i])
+        if largest < _CHORD_TOLERANCE:
+            break
+    for c in range(columns):
+        for row in range(columns):
+            for i in range(LANES):
+                w[(_RATE + row) * LANES + i] = 0.0
+            for k in range(columns):
+                for i in range(LANES):
+                    w[(_RATE + row) * LANES + i] += (
+                        w[(_INVERSE + 6 * row + k) * LANES + i] * w[(_COLUMNS + 6 * k + c) * LANES + i]
+                    )
+        for row in range(columns):
+            for i in range(LANES):
+                w[(_COLUMNS + 6 * row + c) * LANES + i] = w[(_RATE + row) * LANES + i]
+
+
+@_compiled
+def _rates(w: Array, hole: Array, along: bool, columns: int) -> None:
+    """Set the trial's derivative along the rod."""
+    _bodies(w, columns)
+    _law(w, hole, along, columns)
+    for i in range(LANES):
+        a, x, y, z = (
+            w[_TRIAL * LANES + i],
+            w[(_TRIAL + 1) * LANES + i],
+            w[(_TRIAL + 2) * LANES + i],
+            w[(_TRIAL + 3) * LANES + i],
+        )
+        ux, uy, uz = _three(w, _STRAIN, i)
+        vx, vy, vz = (
+            w[(_STRAIN + 3) * LANES + i],
+            w[(_STRAIN + 4) * LANES + i],
+            1.0 + w[(_STRAIN + 5) * LANES + i],
+        )
+        w[_RATE * LANES + i] = 0.5 * (-x * ux - y * uy - z * uz)
+        w[(_RATE + 1) * LANES + i] = 0.5 * (a * ux + y * uz - z * uy)
+        w[(_RATE + 2) * LANES + i] = 0.5 * (a * uy + z * ux - x * uz)
+        w[(_RATE + 3) * LANES + i] = 0.5 * (a * uz + x * uy - y * ux)
+        for row in range(3):
+            w[(_RATE + 4 + row) * LANES + i] = (
+                w[(_TURN + 3 * row) * LANES + i] * vx
+                + w[(_TURN + 3 * row + 1) * LANES + i] * vy
+                + w[(_TURN + 3 * row + 2) * LANES + i] * vz
+            )
+    for c in range(columns):
+        for i in range(LANES):
+            o = c * LANES + i
+            ux, uy, uz = _three(w, _STRAIN, i)
+            vx, vy, vz = (
+                w[(_STRAIN + 3) * LANES + i],
+                w[(_STRAIN + 4) * LANES + i],
+                1.0 + w[(_STRAIN + 5) * LANES + i],
+            )
+            tx, ty, tz = _column(w, _TRIAL + 7, o)
+            w[(_RATE + 7) * LANES + o] = w[_COLUMNS * LANES + o] - (uy * tz - uz * ty)
+            w[(_RATE + 13) * LANES + o] = w[(_COLUMNS + 6) * LANES + o] - (uz * tx - ux * tz)
+            w[(_RATE + 19) * LANES + o] = w[(_COLUMNS + 12) * LANES + o] - (ux * ty - uy * tx)
+            sx = w[(_COLUMNS + 18) * LANES + o] + ty * vz - tz * vy
+            sy = w[(_COLUMNS + 24) * LANES + o] + tz * vx - tx * vz
+            sz = w[(_COLUMNS + 30) * LANES + o] + tx * vy - ty * vx
+            for row in range(3):
+                w[(_RATE + 25 + 6 * row) * LANES + o] = (
+                    w[(_TURN + 3 * row) * LANES + i] * sx
+                    + w[(_TURN + 3 * row + 1) * LANES + i] * sy
+                    + w[(_TURN + 3 * row + 2) * LANES + i] * sz
+                )
+
+
+@_compiled
+def _integrate(w: Array, hole: Array, steps: int, along: bool, columns: int) -> None:
+    """Integrate the workspace's sections from their starts to their ends; the end is the trial, too."""
+    size = 7 + 6 * columns
+    for o in range(_SIZE * LANES):
+        w[_STATE * LANES + o] = 0.0
+    for i in range(LANES):
+        w[_STATE * LANES + i] = 1.0
+    for o in range(size * LANES):
+        w[_TRIAL * LANES + o] = w[_STATE * LANES + o]
     for _ in range(steps):
-        _rates(rod, hole, tension, along, wrench, state, rate, strain, stiffness, columns, body)
-        for i in range(43):
-            total[i] = rate[i]
-            trial[i] = state[i] + 0.5 * h * rate[i]
-        _rates(rod, hole, tension, along, wrench, trial, rate, strain, stiffness, columns, body)
-        for i in range(43):
-            total[i] += 2.0 * rate[i]
-            trial[i] = state[i] + 0.5 * h * rate[i]
-        _rates(rod, hole, tension, along, wrench, trial, rate, strain, stiffness, columns, body)
-        for i in range(43):
-            total[i] += 2.0 * rate[i]
-            trial[i] = state[i] + h * rate[i]
-        _rates(rod, hole, tension, along, wrench, trial, rate, strain, stiffness, columns, body)
-        for i in range(43):
-            state[i] += h / 6.0 * (total[i] + rate[i])
-        norm = math.sqrt(state[0] ** 2 + state[1] ** 2 + state[2] ** 2 + state[3] ** 2)
-        for i in range(4):
-            state[i] /= norm
-    w, x, y, z = state[0], state[1], state[2], state[3]
-    turn[0, 0], turn[0, 1], turn[0, 2] = (
-        1.0 - 2.0 * (y * y + z * z),
-        2.0 * (x * y - w * z),
-        2.0 * (x * z + w * y),
-    )
-    turn[1, 0], turn[1, 1], turn[1, 2] = (
-        2.0 * (x * y + w * z),
-        1.0 - 2.0 * (x * x + z * z),
-        2.0 * (y * z - w * x),
-    )
-    turn[2, 0], turn[2, 1], turn[2, 2] = (
-        2.0 * (x * z - w * y),
-        2.0 * (y * z + w * x),
-        1.0 - 2.0 * (x * x + y * y),
-    )
-    for i in range(3):
-        shift[i] = state[4 + i]
+        for stage in range(4):
+            _rates(w, hole, along, columns)
+            weight = 2.0 if stage in (1, 2) else 1.0
+            keep = 0.0 if stage == 0 else 1.0
+            ahead = 1.0 if stage == 2 else 0.5
+            if stage < 3:
+                for slot in range(size):
+                    for i in range(LANES):
+                        o = slot * LANES + i
+                        rate = w[_RATE * LANES + o]
+                        w[_TOTAL * LANES + o] = keep * w[_TOTAL * LANES + o] + weight * rate
+                        w[_TRIAL * LANES + o] = w[_STATE * LANES + o] + ahead * w[_STEP * LANES + i] * rate
+            else:
+                for slot in range(size):
+                    for i in range(LANES):
+                        o = slot * LANES + i
+                        w[_STATE * LANES + o] += (
+                            w[_STEP * LANES + i] / 6.0 * (w[_TOTAL * LANES + o] + w[_RATE * LANES + o])
+                        )
+        for i in range(LANES):
+            square = 0.0
+            for q in range(4):
+                square += w[(_STATE + q) * LANES + i] * w[(_STATE + q) * LANES + i]
+            for q in range(4):
+                w[(_STATE + q) * LANES + i] /= math.sqrt(square)
+        for o in range(size * LANES):
+            w[_TRIAL * LANES + o] = w[_STATE * LANES + o]
+
+
+@_compiled
+def _pulls(w: Array, hole: Array, columns: int) -> None:
+    """Add the pulls of straight spans: on the lower disk to `_LOW`, on the upper one to `-_BODY`.
+
+    `_BODY` and `_COLUMNS` are the wrench at the sections' ends, so that what they become is what is left
+    over there with its sign reversed.
+    """
+    for o in range(42 * LANES):
+        w[_LOW * LANES + o] = 0.0
+    for k in range(len(hole)):
+        x, y = hole[k, 0], hole[k, 1]
+        for i in range(LANES):
+            tension = w[(_TENDONS + 3 * k) * LANES + i]
+            low, high = w[(_TENDONS + 3 * k + 1) * LANES + i], w[(_TENDONS + 3 * k + 2) * LANES + i]
+            a0 = w[_TURN * LANES + i] * x + w[(_TURN + 1) * LANES + i] * y
+            a1 = w[(_TURN + 3) * LANES + i] * x + w[(_TURN + 4) * LANES + i] * y
+            a2 = w[(_TURN + 6) * LANES + i] * x + w[(_TURN + 7) * LANES + i] * y
+            a0 += w[(_TRIAL + 4) * LANES + i] - x
+            a1 += w[(_TRIAL + 5) * LANES + i] - y
+            a2 += w[(_TRIAL + 6) * LANES + i]
+            length = math.sqrt(a0 * a0 + a1 * a1 + a2 * a2)
+            d0, d1, d2 = a0 / length, a1 / length, a2 / length
+            e0 = -(w[_TURN * LANES + i] * d0 + w[(_TURN + 3) * LANES + i] * d1)
+            e0 -= w[(_TURN + 6) * LANES + i] * d2
+            e1 = -(w[(_TURN + 1) * LANES + i] * d0 + w[(_TURN + 4) * LANES + i] * d1)
+            e1 -= w[(_TURN + 7) * LANES + i] * d2
+            e2 = -(w[(_TURN + 2) * LANES + i] * d0 + w[(_TURN + 5) * LANES + i] * d1)
+            e2 -= w[(_TURN + 8) * LANES + i] * d2
+            w[_SPAN * LANES + i], w[(_SPAN + 1) * LANES + i], w[(_SPAN + 2) * LANES + i] = d0, d1, d2
+            w[(_SPAN + 3) * LANES + i] = length
+            w[(_SPAN + 4) * LANES + i], w[(_SPAN + 5) * LANES + i] = e0, e1
+            w[(_SPAN + 6) * LANES + i] = e2
+            fx, fy, fz = tension * d0, tension * d1, low * d2
+            w[_LOW * LANES + i] += y * fz
+            w[(_LOW + 1) * LANES + i] -= x * fz
+            w[(_LOW + 2) * LANES + i] += x * fy - y * fx
+            w[(_LOW + 3) * LANES + i] += fx
+            w[(_LOW + 4) * LANES + i] += fy
+            w[(_LOW + 5) * LANES + i] += fz
+            fx, fy, fz = tension * e0, tension * e1, high * e2
+            w[_BODY * LANES + i] -= y * fz
+            w[(_BODY + 1) * LANES + i] += x * fz
+            w[(_BODY + 2) * LANES + i] -= x * fy - y * fx
+            w[(_BODY + 3) * LANES + i] -= fx
+            w[(_BODY + 4) * LANES + i] -= fy
+            w[(_BODY + 5) * LANES + i] -= fz
+        for c in range(columns):
+            for i in range(LANES):
+                o = c * LANES + i
+                length = w[(_SPAN + 3) * LANES + i]
+                tension = w[(_TENDONS + 3 * k) * LANES + i] / length
+                low = w[(_TENDONS + 3 * k + 1) * LANES + i] / length
+                high = w[(_TENDONS + 3 * k + 2) * LANES + i] / length
+                r00, r01, r02 = _three(w, _TURN, i)
+                r10, r11, r12 = _three(w, _TURN + 3, i)
+                r20, r21, r22 = _three(w, _TURN + 6, i)
+                tx, ty, tz = _column(w, _TRIAL + 7, o)
+                c0, c1, c2 = -tz * y, tz * x, tx * y - ty * x  # turn x hole
+                s0 = r00 * c0 + r01 * c1 + r02 * c2 + w[(_TRIAL + 25) * LANES + o]
+                s1 = r10 * c0 + r11 * c1 + r12 * c2 + w[(_TRIAL + 31) * LANES + o]
+                s2 = r20 * c0 + r21 * c1 + r22 * c2 + w[(_TRIAL + 37) * LANES + o]
+                d0, d1, d2 = _three(w, _SPAN, i)
+                along = d0 * s0 + d1 * s1 + d2 * s2
+                s0, s1, s2 = s0 - d0 * along, s1 - d1 * along, s2 - d2 * along
+                fx, fy, fz = tension * s0, tension * s1, low * s2
+                w[_LOW_SLOPE * LANES + o] += y * fz
+                w[(_LOW_SLOPE + 6) * LANES + o] -= x * fz
+                w[(_LOW_SLOPE + 12) * LANES + o] += x * fy - y * fx
+                w[(_LOW_SLOPE + 18) * LANES + o] += fx
+                w[(_LOW_SLOPE + 24) * LANES + o] += fy
+                w[(_LOW_SLOPE + 30) * LANES + o] += fz
+                e0, e1, e2 = (
+                    w[(_SPAN + 4) * LANES + i] * length,
+                    w[(_SPAN + 5) * LANES + i] * length,
+                    w[(_SPAN + 6) * LANES + i] * length,
+                )
+                fx = -tension * (r00 * s0 + r10 * s1 + r20 * s2 + (ty * e2 - tz * e1))
+                fy = -tension * (r01 * s0 + r11 * s1 + r21 * s2 + (tz * e0 - tx * e2))
+                fz = -high * (r02 * s0 + r12 * s1 + r22 * s2 + (tx * e1 - ty * e0))
+                w[_COLUMNS * LANES + o] -= y * fz
+                w[(_COLUMNS + 6) * LANES + o] += x * fz
+                w[(_COLUMNS + 12) * LANES + o] -= x * fy - y * fx
+                w[(_COLUMNS + 18) * LANES + o] -= fx
+                w[(_COLUMNS + 24) * LANES + o] -= fy
+                w[(_COLUMNS + 30) * LANES + o] -= fz
+
+
+@_compiled
+def _inverse_of(stiffness: Array, compliance: Array, inverse: Array) -> None:
+    """Set the inverse of a law's stiffness, (6, 6); rows and columns of locked strains are zero."""
+    for i in range(6):
         for c in range(6):
-            turn_slope[i, c] = state[7 + 6 * i + c]
-            shift_slope[i, c] = state[25 + 6 * i + c]
+            inverse[i, c] = 1.0 if i == c else 0.0
+    _solve_in_place(stiffness, inverse)
+    for i in range(6):
+        if compliance[i] == 0.0:
+            for c in range(6):
+                inverse[i, c] = inverse[c, i] = 0.0
+
+
+@_compiled
+def _laws(rod: Array, hole: Array, span: Array, wrench: Array, strain: Array, inverse: Array) -> None:
+    """Set each section's strain at its start, (n, 6), and the inverse of its stiffness there, (n, 6, 6).
+
+    A section like the one before with the same tensions takes over that one's: they only have to be near.
+    """
+    tendons, n = span.shape
+    along, stiffness = np.empty(tendons), np.empty((6, 6))
+    for j in range(n):
+        same = j > 0
+        for k in range(tendons):
+            along[k] = span[k, j]
+            same = same and span[k, j] == span[k, j - 1]
+        for i in range(6):
+            same = same and rod[j, i] == rod[j - 1, i]
+        for i in range(6):
+            strain[j, i] = strain[j - 1, i] if same else 0.0
+        if same:
+            for i in range(6):
+                for c in range(6):
+                    inverse[j, i, c] = inverse[j - 1, i, c]
+        else:
+            _strain_of(rod[j], hole, along, wrench[j], strain[j], stiffness)
+            _inverse_of(stiffness, rod[j], inverse[j])
 
 
 @_compiled
@@ -383,45 +594,6 @@ def _turned_back(R: Array, a: Array, out: Array) -> None:
 
 
 @_compiled
-def _pull(
-    tension: float,
-    across: Array,
-    slope: Array,
-    hole: Array,
-    projected: float,
-    wrench: Array,
-    derivative: Array,
-) -> None:
-    """Add one straight span's pull on a disk at `hole` to `wrench` and its derivative.
-
-    `across` reaches from this hole to the next one in the disk's frame, `slope` (3, 6) is its
-    derivative. `projected` is the part of the tension whose force along the disk's axis is left out.
-    """
-    length = math.sqrt(across[0] ** 2 + across[1] ** 2 + across[2] ** 2)
-    d0, d1, d2 = across[0] / length, across[1] / length, across[2] / length
-    kept = tension - projected
-    x, y = hole[0], hole[1]
-    fx, fy, fz = tension * d0, tension * d1, kept * d2
-    wrench[0] += y * fz
-    wrench[1] -= x * fz
-    wrench[2] += x * fy - y * fx
-    wrench[3] += fx
-    wrench[4] += fy
-    wrench[5] += fz
-    for c in range(6):
-        along = d0 * slope[0, c] + d1 * slope[1, c] + d2 * slope[2, c]
-        fx = tension / length * (slope[0, c] - d0 * along)
-        fy = tension / length * (slope[1, c] - d1 * along)
-        fz = kept / length * (slope[2, c] - d2 * along)
-        derivative[0, c] += y * fz
-        derivative[1, c] -= x * fz
-        derivative[2, c] += x * fy - y * fx
-        derivative[3, c] += fx
-        derivative[4, c] += fy
-        derivative[5, c] += fz
-
-
-@_compiled
 def _tangent(strain: Array, hole: Array, out: Array) -> None:
     """Direction v + u x r of a tendon's path along the rod (Rao 2021, Eq. 27)."""
     out[0] = strain[3] - strain[2] * hole[1]
@@ -431,9 +603,16 @@ def _tangent(strain: Array, hole: Array, out: Array) -> None:
 
 @_compiled
 def _add_directions(
-    rod: Array, hole: Array, tension: Array, pull: Array, wrench: Array, result: Array, slope: Array
+    rod: Array,
+    hole: Array,
+    tension: Array,
+    pull: Array,
+    wrench: Array,
+    result: Array,
+    slope: Array,
+    derive: bool,
 ) -> None:
-    """Add moment and force of `pull` along the continuous paths at a place; set their derivative.
+    """Add moment and force of `pull` along the continuous paths at a place; with `derive` set their slope.
 
     Args:
         rod: the section's data.
@@ -462,7 +641,7 @@ def _add_directions(
         result[4] += pull[k] * t1
         result[5] += pull[k] * t2
         for i in range(6):
-            if rod[i] == 0.0:
+            if not derive or rod[i] == 0.0:
                 continue
             a0 = a1 = a2 = 0.0
             if i == 0:
@@ -485,10 +664,92 @@ def _add_directions(
             by_strain[i, 3] += pull[k] * d0
             by_strain[i, 4] += pull[k] * d1
             by_strain[i, 5] += pull[k] * d2
+    if not derive:
+        return
     _solve_in_place(stiffness, by_strain)  # symmetric
     for i in range(6):
         for c in range(6):
             slope[i, c] = by_strain[c, i]
+
+
+@_compiled
+def _sections(
+    path: int,
+    rod: Array,
+    hole: Array,
+    span: Array,
+    wrench: Array,
+    strain: Array,
+    inverse: Array,
+    derive: bool,
+    w: Array,
+    turn: Array,
+    shift: Array,
+    turn_slope: Array,
+    end: Array,
+    here: Array,
+    low: Array,
+    low_slope: Array,
+) -> None:
+    """Set the sections' poses, wrenches at their ends, `end` (n, 6), and pulls on their lower disks.
+
+    `end` holds the pulls on the upper disks, too: what it leaves over there has the sign reversed. With
+    `derive` also their derivatives by the wrenches at the starts: `turn_slope` (n, 3, 6), `here`, that
+    of -end, and `low_slope`, (n, 6, 6). `strain` and `inverse` are those of `_laws`.
+    """
+    tendons, n = span.shape
+    along = path in (CONTINUOUS, LUMENS)
+    columns = 6 if derive else 0
+    for first in range(0, n, LANES):
+        steps = 1
+        for i in range(LANES):
+            steps = max(steps, int(rod[min(first + i, n - 1), STEPS]))
+        for i in range(LANES):
+            j = min(first + i, n - 1)
+            for q in range(6):
+                w[(_WRENCH + q) * LANES + i] = wrench[j, q]
+                w[(_COMPLIANCE + q) * LANES + i] = rod[j, q]
+            w[_STEP * LANES + i] = rod[j, LENGTH] / steps
+            for k in range(tendons):
+                w[(_TENDONS + 3 * k) * LANES + i] = span[k, j]
+            if along:
+                for q in range(6):
+                    w[(_STIFFNESS + q) * LANES + i] = 1.0 / rod[j, q] if rod[j, q] > 0.0 else 0.0
+                    w[(_STRAIN + q) * LANES + i] = strain[j, q]
+                    for c in range(6):
+                        w[(_INVERSE + 6 * q + c) * LANES + i] = inverse[j, q, c]
+            else:
+                for k in range(tendons):
+                    both = below = 0.0
+                    if path == PROJECTED and span[k, j] > 0.0:
+                        if j > 0:
+                            below = 0.5 * (span[k, j - 1] + span[k, j])
+                        if j + 1 < n and span[k, j + 1] > 0.0:
+                            both = 0.5 * (span[k, j] + span[k, j + 1])
+                    w[(_TENDONS + 3 * k + 1) * LANES + i] = span[k, j] - below
+                    w[(_TENDONS + 3 * k + 2) * LANES + i] = span[k, j] - both
+        _integrate(w, hole, steps, along, columns)
+        _bodies(w, columns)
+        if not along:
+            _pulls(w, hole, columns)
+        for i in range(min(LANES, n - first)):
+            j = first + i
+            for q in range(3):
+                shift[j, q] = w[(_TRIAL + 4 + q) * LANES + i]
+                for c in range(3):
+                    turn[j, q, c] = w[(_TURN + 3 * q + c) * LANES + i]
+            for q in range(6):
+                end[j, q] = w[(_BODY + q) * LANES + i]
+                low[j, q] = w[(_LOW + q) * LANES + i] if not along else 0.0
+            if not derive:
+                continue
+            for q in range(3):
+                for c in range(6):
+                    turn_slope[j, q, c] = w[(_TRIAL + 7 + 6 * q + c) * LANES + i]
+            for q in range(6):
+                for c in range(6):
+                    here[j, q, c] = -w[(_COLUMNS + 6 * q + c) * LANES + i]
+                    low_slope[j, q, c] = w[(_LOW_SLOPE + 6 * q + c) * LANES + i] if not along else 0.0
 
 
 @_compiled
@@ -499,218 +760,181 @@ def _left_over(
     span: Array,
     applied: Array,
     wrench: Array,
+    strain: Array,
+    inverse: Array,
+    derive: bool,
+    w: Array,
     turn: Array,
     shift: Array,
     turn_slope: Array,
-    shift_slope: Array,
     R_w: Array,
     residual: Array,
     here: Array,
     above: Array,
     load: Array,
+    end: Array,
+    low: Array,
 ) -> None:
-    """Residual (n, 6) at the disks, derivatives by the section below and above and by the disk's turn.
+    """Set the residual at the disks, (n, 6), and the sections' poses; with `derive` the derivatives, too.
 
-    `turn` ... `shift_slope` are the sections' poses and their derivatives, `R_w` the orientations of
-    disks 0 to n; `here`, `above`, shapes (n, 6, 6), `load`, shape (n, 6, 3), are results as well.
+    `here`, `above`, shapes (n, 6, 6), and `load`, shape (n, 6, 3), are the residual's derivatives by the
+    wrench of the section below and above and by the disk's turn. `R_w`: orientations of disks 0 to n.
     """
-    n, tendons = len(rod), len(hole)
-    along = np.empty(tendons)
-    end = np.empty(6)
-    slope = np.empty((3, 6))
-    across = np.empty(3)
+    tendons, n = span.shape
+    _sections(
+        path, rod, hole, span, wrench, strain, inverse, derive, w,
+        turn, shift, turn_slope, end, here, low, above,
+    )  # fmt: skip
     body, column = np.empty(6), np.empty(6)
-    pull, against = np.empty(tendons), np.empty(tendons)
+    kinks = path == CONTINUOUS
+    along, pull, against = np.empty(tendons), np.empty(tendons), np.empty(tendons)
     by_end, by_start = np.empty((6, 6)), np.empty((6, 6))
     for j in range(n):
-        for k in range(tendons):
-            along[k] = span[k, j] if path in (CONTINUOUS, LUMENS) else 0.0
-        _cross_section(rod[j], hole, along, wrench[j], turn[j], shift[j], turn_slope[j], shift_slope[j])
         for i in range(3):
             for k in range(3):
                 R_w[j + 1, i, k] = (
                     R_w[j, i, 0] * turn[j, 0, k] + R_w[j, i, 1] * turn[j, 1, k] + R_w[j, i, 2] * turn[j, 2, k]
                 )
-    for j in range(n):
-        R, p = turn[j], shift[j]
-        for i in range(6):
-            residual[j, i] = 0.0
-            for c in range(6):
-                above[j, i, c] = 0.0
-        m, f = wrench[j, :3], wrench[j, 3:]
-        at0 = m[0] - (p[1] * f[2] - p[2] * f[1])
-        at1 = m[1] - (p[2] * f[0] - p[0] * f[2])
-        at2 = m[2] - (p[0] * f[1] - p[1] * f[0])
-        for i in range(3):
-            end[i] = R[0, i] * at0 + R[1, i] * at1 + R[2, i] * at2
-            end[3 + i] = R[0, i] * f[0] + R[1, i] * f[1] + R[2, i] * f[2]
-            residual[j, i] -= end[i]
-            residual[j, 3 + i] -= end[3 + i]
-        for c in range(6):
-            t0, t1, t2 = turn_slope[j, 0, c], turn_slope[j, 1, c], turn_slope[j, 2, c]
-            s0, s1, s2 = shift_slope[j, 0, c], shift_slope[j, 1, c], shift_slope[j, 2, c]
-            q0 = -(s1 * f[2] - s2 * f[1])
-            q1 = -(s2 * f[0] - s0 * f[2])
-            q2 = -(s0 * f[1] - s1 * f[0])
-            g0 = g1 = g2 = 0.0
-            if c == 0:
-                q0 += 1.0
-            elif c == 1:
-                q1 += 1.0
-            elif c == 2:
-                q2 += 1.0
-            elif c == 3:
-                g0 = 1.0
-                q1 -= p[2]
-                q2 += p[1]
-            elif c == 4:
-                g1 = 1.0
-                q2 -= p[0]
-                q0 += p[2]
-            else:
-                g2 = 1.0
-                q0 -= p[1]
-                q1 += p[0]
-            turned0, turned1, turned2 = t1 * end[2] - t2 * end[1], t2 * end[0] - t0 * end[2], 0.0
-            turned2 = t0 * end[1] - t1 * end[0]
-            here[j, 0, c] = turned0 - (R[0, 0] * q0 + R[1, 0] * q1 + R[2, 0] * q2)
-            here[j, 1, c] = turned1 - (R[0, 1] * q0 + R[1, 1] * q1 + R[2, 1] * q2)
-            here[j, 2, c] = turned2 - (R[0, 2] * q0 + R[1, 2] * q1 + R[2, 2] * q2)
-            here[j, 3, c] = t1 * end[5] - t2 * end[4] - (R[0, 0] * g0 + R[1, 0] * g1 + R[2, 0] * g2)
-            here[j, 4, c] = t2 * end[3] - t0 * end[5] - (R[0, 1] * g0 + R[1, 1] * g1 + R[2, 1] * g2)
-            here[j, 5, c] = t0 * end[4] - t1 * end[3] - (R[0, 2] * g0 + R[1, 2] * g1 + R[2, 2] * g2)
-        if j + 1 < n:
-            for i in range(6):
-                residual[j, i] += wrench[j + 1, i]
-                above[j, i, i] += 1.0
         # Loads that keep their direction: R^T F turns by F_body x (turn of the disk).
         _turned_back(R_w[j + 1], applied[j, :3], body[:3])
         _turned_back(R_w[j + 1], applied[j, 3:], body[3:])
         for i in range(6):
-            residual[j, i] += body[i]
-        for half in (0, 3):
-            load[j, half, 0] = load[j, half + 1, 1] = load[j, half + 2, 2] = 0.0
-            load[j, half, 1], load[j, half, 2] = -body[half + 2], body[half + 1]
-            load[j, half + 1, 0], load[j, half + 1, 2] = body[half + 2], -body[half]
-            load[j, half + 2, 0], load[j, half + 2, 1] = -body[half + 1], body[half]
-        if path == CONTINUOUS and j + 1 < n:
+            residual[j, i] = body[i] - end[j, i]
+        if j + 1 < n:
+            for i in range(6):
+                residual[j, i] += wrench[j + 1, i] + low[j + 1, i]
+        if derive:
+            for half in (0, 3):
+                load[j, half, 0] = load[j, half + 1, 1] = load[j, half + 2, 2] = 0.0
+                load[j, half, 1], load[j, half, 2] = -body[half + 2], body[half + 1]
+                load[j, half + 1, 0], load[j, half + 1, 2] = body[half + 2], -body[half]
+                load[j, half + 2, 0], load[j, half + 2, 1] = -body[half + 1], body[half]
+            for i in range(6):  # `above` so far: the pulls of section j on its lower disk
+                for c in range(6):
+                    above[j, i, c] = above[j + 1, i, c] if j + 1 < n else 0.0
+                if j + 1 < n:
+                    above[j, i, i] += 1.0
+        if kinks and j + 1 < n:
             kinked = False
             for k in range(tendons):
                 kinked = kinked or (span[k, j] > 0.0 and span[k, j + 1] == 0.0)
             for i in range(6):
-                kinked = kinked or rod[j, i] != rod[j + 1, i]
-            for i in range(6):
-                kinked = kinked or applied[j, i] != 0.0
+                kinked = kinked or rod[j, i] != rod[j + 1, i] or applied[j, i] != 0.0
             if kinked:
                 for k in range(tendons):
                     along[k], pull[k], against[k] = span[k, j], span[k, j + 1], -span[k, j + 1]
-                _add_directions(rod[j], hole, along, pull, end, residual[j], by_end)
-                _add_directions(rod[j + 1], hole, pull, against, wrench[j + 1], residual[j], by_start)
-                # So far `here` holds what the section's end wrench changes by, with its sign reversed.
-                for c in range(6):
-                    for i in range(6):
-                        total = 0.0
-                        for k in range(6):
-                            total += by_end[i, k] * here[j, k, c]
-                        column[i] = total
-                    for i in range(6):
-                        here[j, i, c] -= column[i]
-                        above[j, i, c] += by_start[i, c]
-        if path in (CONTINUOUS, LUMENS):
-            continue
-        for k in range(tendons):
-            below, beyond = span[k, j], span[k, j + 1] if j + 1 < n else 0.0
-            x, y = hole[k, 0], hole[k, 1]
-            both = 0.0
-            if path == PROJECTED and beyond > 0.0:
-                both = 0.5 * (below + beyond)
-            if below > 0.0:
-                # Hole of disk j in the frame of disk j + 1: R^T (r - p), less r.
-                a0, a1, a2 = x - p[0], y - p[1], -p[2]
-                for i in range(3):
-                    across[i] = R[0, i] * a0 + R[1, i] * a1 + R[2, i] * a2
-                b0, b1, b2 = across[0], across[1], across[2]
-                across[0] -= x
-                across[1] -= y
-                for c in range(6):
-                    t0, t1, t2 = turn_slope[j, 0, c], turn_slope[j, 1, c], turn_slope[j, 2, c]
-                    s0, s1, s2 = shift_slope[j, 0, c], shift_slope[j, 1, c], shift_slope[j, 2, c]
-                    slope[0, c] = -(R[0, 0] * s0 + R[1, 0] * s1 + R[2, 0] * s2) - (t1 * b2 - t2 * b1)
-                    slope[1, c] = -(R[0, 1] * s0 + R[1, 1] * s1 + R[2, 1] * s2) - (t2 * b0 - t0 * b2)
-                    slope[2, c] = -(R[0, 2] * s0 + R[1, 2] * s1 + R[2, 2] * s2) - (t0 * b1 - t1 * b0)
-                _pull(below, across, slope, hole[k], both, residual[j], here[j])
-            if beyond > 0.0:
-                Q, q = turn[j + 1], shift[j + 1]
-                for i in range(3):
-                    across[i] = Q[i, 0] * x + Q[i, 1] * y + q[i]
-                across[0] -= x
-                across[1] -= y
-                for c in range(6):
-                    t0, t1, t2 = (
-                        turn_slope[j + 1, 0, c],
-                        turn_slope[j + 1, 1, c],
-                        turn_slope[j + 1, 2, c],
-                    )
-                    c0, c1, c2 = -t2 * y, t2 * x, t0 * y - t1 * x  # turn x hole
-                    for i in range(3):
-                        slope[i, c] = Q[i, 0] * c0 + Q[i, 1] * c1 + Q[i, 2] * c2 + shift_slope[j + 1, i, c]
-                _pull(beyond, across, slope, hole[k], both, residual[j], above[j])
+                _add_directions(rod[j], hole, along, pull, end[j], residual[j], by_end, derive)
+                _add_directions(rod[j + 1], hole, pull, against, wrench[j + 1], residual[j], by_start, derive)
+                if derive:  # so far `here` holds what the end's wrench changes by, with its sign reversed
+                    for c in range(6):
+                        for i in range(6):
+                            total = 0.0
+                            for k in range(6):
+                                total += by_end[i, k] * here[j, k, c]
+                            column[i] = total
+                        for i in range(6):
+                            here[j, i, c] -= column[i]
+                            above[j, i, c] += by_start[i, c]
+
+
+@_compiled
+def _factorized(
+    turn: Array, turn_slope: Array, here: Array, above: Array, load: Array, by_tip: Array, last: Array
+) -> bool:
+    """Prepare `_correction`: here -> its inverse, above -> -inverse above, load -> -inverse load.
+
+    `by_tip`, (n, 6, 3), becomes the corrections by the tip's small turn, and `last`, (3, 3), the inverse of
+    what that turns the base by. Returns False where the system is singular.
+    """
+    n = len(here)
+    matrix, disk, below, unit = np.empty((6, 6)), np.zeros((3, 3)), np.empty((3, 3)), np.empty((6, 6))
+    disk[0, 0] = disk[1, 1] = disk[2, 2] = 1.0
+    for j in range(n - 1, -1, -1):
+        for i in range(6):
+            for c in range(6):
+                matrix[i, c] = here[j, i, c]
+                here[j, i, c] = 1.0 if i == c else 0.0
+        if not _solve_in_place(matrix, here[j]):
+            return False
+        for i in range(6):
+            for c in range(6):
+                total = 0.0
+                for k in range(6):
+                    total -= here[j, i, k] * above[j, k, c]
+                unit[i, c] = total
+            for c in range(3):
+                total = 0.0
+                for k in range(6):
+                    total -= here[j, i, k] * load[j, k, c]
+                by_tip[j, i, c] = total
+        for i in range(6):
+            for c in range(6):
+                above[j, i, c] = unit[i, c]
+            for c in range(3):
+                load[j, i, c] = by_tip[j, i, c]
+        for i in range(6):
+            for c in range(3):
+                total = 0.0
+                for k in range(3):
+                    total += load[j, i, k] * disk[k, c]
+                if j + 1 < n:
+                    for k in range(6):
+                        total += above[j, i, k] * by_tip[j + 1, k, c]
+                by_tip[j, i, c] = total
+        for i in range(3):
+            for c in range(3):
+                total = disk[i, c]
+                for k in range(6):
+                    total -= turn_slope[j, i, k] * by_tip[j, k, c]
+                below[i, c] = total
+        for c in range(3):
+            for i in range(3):
+                disk[i, c] = turn[j, i, 0] * below[0, c] + turn[j, i, 1] * below[1, c]
+                disk[i, c] += turn[j, i, 2] * below[2, c]
+    for i in range(3):
+        for c in range(3):
+            last[i, c] = 1.0 if i == c else 0.0
+    return _solve_in_place(disk, last)
 
 
 @_compiled
 def _correction(
-    turn: Array, turn_slope: Array, residual: Array, here: Array, above: Array, load: Array, step: Array
-) -> bool:
-    """Newton's correction of the wrenches, `step` (n, 6); returns False where the system is singular."""
+    turn: Array, turn_slope: Array, residual: Array, inverse: Array, above: Array, load: Array,
+    by_tip: Array, last: Array, step: Array,
+) -> None:  # fmt: skip
+    """Set Newton's correction of the wrenches, `step` (n, 6), by what `_factorized` left."""
     n = len(residual)
-    by_tip = np.zeros((n + 1, 6, 4))  # corrections: without the tip's turn, and by each of its components
-    disk = np.zeros((3, 4))  # the disk's turn in its own frame, in the same way
-    disk[0, 1] = disk[1, 2] = disk[2, 3] = 1.0
-    matrix, right, below = np.empty((6, 6)), np.empty((6, 4)), np.empty(3)
+    disk, below, tip = np.zeros(3), np.empty(3), np.empty(3)
     for j in range(n - 1, -1, -1):
         for i in range(6):
-            for c in range(4):
-                total = 0.0
-                for k in range(6):
-                    total -= above[j, i, k] * by_tip[j + 1, k, c]
-                for k in range(3):
-                    total -= load[j, i, k] * disk[k, c]
-                right[i, c] = total
-            right[i, 0] -= residual[j, i]
+            total = 0.0
             for k in range(6):
-                matrix[i, k] = here[j, i, k]
-        if not _solve_in_place(matrix, right):
-            return False
-        for c in range(4):
-            for i in range(6):
-                by_tip[j, i, c] = right[i, c]
-            for i in range(3):
-                total = disk[i, c]
+                total -= inverse[j, i, k] * residual[j, k]
+            for k in range(3):
+                total += load[j, i, k] * disk[k]
+            if j + 1 < n:
                 for k in range(6):
-                    total -= turn_slope[j, i, k] * right[k, c]
-                below[i] = total
-            for i in range(3):
-                disk[i, c] = turn[j, i, 0] * below[0] + turn[j, i, 1] * below[1] + turn[j, i, 2] * below[2]
-    last = np.empty((3, 3))
-    tip = np.empty((3, 1))
+                    total += above[j, i, k] * step[j + 1, k]
+            step[j, i] = total
+        for i in range(3):
+            total = disk[i]
+            for k in range(6):
+                total -= turn_slope[j, i, k] * step[j, k]
+            below[i] = total
+        _turned(turn[j], below, disk)
     for i in range(3):
-        tip[i, 0] = -disk[i, 0]
-        for c in range(3):
-            last[i, c] = disk[i, 1 + c]
-    if not _solve_in_place(last, tip):
-        return False
+        tip[i] = -(last[i, 0] * disk[0] + last[i, 1] * disk[1] + last[i, 2] * disk[2])
     for j in range(n):
         for i in range(6):
-            step[j, i] = by_tip[j, i, 0]
             for c in range(3):
-                step[j, i] += by_tip[j, i, 1 + c] * tip[c, 0]
-    return True
+                step[j, i] += by_tip[j, i, c] * tip[c]
 
 
-@_compiled
-def newton(
+@_inlined
+def _newton(
     path: int,
-    rod: Array,
+    rough: Array,
+    fine: Array,
     hole: Array,
     span: Array,
     applied: Array,
@@ -718,55 +942,62 @@ def newton(
     turn: Array,
     shift: Array,
     R_w: Array,
-    tolerance: float,
+    to_the_end: bool,
     farthest: float,
     residual: Array,
+    w: Array,
 ) -> tuple[int, int, float]:
     """Balance a robot at given tensions, starting from `wrench`, which is the result too.
 
     Args:
         path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
-        rod: sections' data, shape (n, 8).
+        rough, fine: sections' data with few and many integration steps, shape (n, 8).
         hole: shape (t, 2) [m].
         span: tension of every tendon along every section, zero beyond its end, shape (t, n) [N].
         applied: moment and force on disks 1 to n, base frame, shape (n, 6).
         wrench: at the sections' starts, in their frames, shape (n, 6).
         turn, shift: result, the sections' poses, shapes (n, 3, 3) and (n, 3).
         R_w: result, orientations of disks 0 to n, shape (n + 1, 3, 3); the first one is given.
-        tolerance: of the last correction, turns of the sections, summed [rad].
+        to_the_end: whether to balance the fine residual, instead of the rough one by and large.
         farthest: what a correction may turn the sections by, summed [rad].
         residual: result, unbalanced wrench at disks 1 to n, shape (n, 6).
+        w: workspace.
 
     Returns:
         How it ended, the number of corrections, and what the first one turned the sections by [rad].
     """
-    n = len(rod)
-    turn_slope, shift_slope = np.empty((n, 3, 6)), np.empty((n, 3, 6))
+    n = span.shape[1]
+    turn_slope = np.empty((n, 3, 6))
     here, above, load = np.empty((n, 6, 6)), np.empty((n, 6, 6)), np.empty((n, 6, 3))
-    step = np.empty((n, 6))
-    size = 0.0
-    for j in range(n):
-        size += rod[j, 6]
+    by_tip, last = np.empty((n, 6, 3)), np.empty((3, 3))
+    step, end, low = np.empty((n, 6)), np.empty((n, 6)), np.empty((n, 6))
+    strain, inverse = np.empty((n, 6)), np.empty((n, 6, 6))
+    if path in (CONTINUOUS, LUMENS):
+        _laws(rough, hole, span, wrench, strain, inverse)
     largest = math.inf
     rounds = 0
     first = 0.0
+    finishing, derive, slopes = False, True, rough
     while True:
         _left_over(
-            path, rod, hole, span, applied, wrench, turn, shift, turn_slope, shift_slope,
-            R_w, residual, here, above, load,
+            path, fine if finishing and not derive else slopes, hole, span, applied, wrench, strain, inverse,
+            derive, w, turn, shift, turn_slope, R_w, residual, here, above, load, end, low,
         )  # fmt: skip
         now = 0.0
         for j in range(n):
-            for i in range(3):
-                now = max(now, abs(residual[j, i]), size * abs(residual[j, 3 + i]))
+            for i in range(6):
+                now += abs(residual[j, i])
         if not math.isfinite(now):
             return DIVERGED, rounds, first
-        if largest < tolerance or now == 0.0:
+        if not derive and (largest < _AT_THE_END or now == 0.0):
             return CONVERGED, rounds, first
         if rounds >= _MOST_ROUNDS:
             return DIVERGED, rounds, first
-        if not _correction(turn, turn_slope, residual, here, above, load, step):
-            return SINGULAR, rounds, first
+        if derive:
+            if not _factorized(turn, turn_slope, here, above, load, by_tip, last):
+                return SINGULAR, rounds, first
+            derive = not finishing
+        _correction(turn, turn_slope, residual, here, above, load, by_tip, last, step)
         rounds += 1
         before = largest
         largest = 0.0
@@ -787,6 +1018,13 @@ def newton(
         for j in range(n):
             for i in range(6):
                 wrench[j, i] += step[j, i]
+        if finishing:
+            if largest > _AT_THE_END and largest > _FRESH_CONTRACTION * before:
+                derive, slopes = True, fine
+        elif largest < _ON_THE_WAY:
+            if not to_the_end:
+                return CONVERGED, rounds, first
+            finishing, derive, largest = True, False, math.inf
 
 
 @_compiled
@@ -850,13 +1088,13 @@ def _turns(
             _turned_back(R, after, before)
 
 
-@_compiled
+@_inlined
 def _balanced(
-    path: int, rod: Array, hole: Array, last: NDArray[np.intp], mu: float, tension: Array,
+    path: int, rough: Array, fine: Array, hole: Array, last: NDArray[np.intp], mu: float, tension: Array,
     applied: Array, span: Array, wrench: Array, turn: Array, shift: Array, R_w: Array,
-    tolerance: float, farthest: float, residual: Array, angle: Array,
+    to_the_end: bool, farthest: float, residual: Array, angle: Array, w: Array,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Balance posture and tensions; `span` is start and result; as `newton` otherwise."""
+    """Balance posture and tensions; `span` is start and result; as `_newton` otherwise."""
     tendons, n = span.shape
     for k in range(tendons):
         for j in range(n):
@@ -867,15 +1105,16 @@ def _balanced(
     for k in range(tendons):
         largest = max(largest, tension[k])
     for trial in range(_FRICTION_ROUNDS):
-        status, count, far = newton(
-            path, rod, hole, span, applied, wrench, turn, shift, R_w, tolerance, farthest, residual
-        )
+        status, count, far = _newton(
+            path, rough, fine, hole, span, applied, wrench, turn, shift, R_w,
+            to_the_end, farthest, residual, w,
+        )  # fmt: skip
         rounds += count
         if trial == 0:
             first = far
         if status != CONVERGED or mu == 0.0:
             return status, rounds, first
-        _turns(path, rod, hole, span, wrench, turn, shift, angle)
+        _turns(path, rough, hole, span, wrench, turn, shift, angle)
         change = 0.0
         for k in range(tendons):
             total = 0.0
@@ -885,23 +1124,66 @@ def _balanced(
                 new = tension[k] * math.exp(-mu * total)
                 change = max(change, abs(new - span[k, j]))
                 span[k, j] = new
-        if change < max(_FRICTION_TOLERANCE, 0.1 * tolerance) * largest:
+        if change < (_FRICTION_TOLERANCE if to_the_end else 0.1 * _ON_THE_WAY) * largest:
             return status, rounds, first
     return TOO_FAR, rounds, first
 
 
 @_compiled
-def advance(
+def _statics(
+    path: int, hole: Array, last: NDArray[np.intp], mu: float, angle: Array, tension: Array,
+    applied: Array, turn: Array, shift: Array, R_w: Array, slope: Array,
+) -> None:  # fmt: skip
+    """Set what tensions and loads add to the sections' wrenches while the posture stays, (n, 6).
+
+    The tendons' share is that of eyelets; on continuous paths it is in the elastic law.
+    """
+    n = len(turn)
+    moment, force = np.zeros(3), np.zeros(3)  # of the loads beyond, about the section's start
+    arm, across = np.empty(3), np.empty(3)
+    for j in range(n - 1, -1, -1):
+        for i in range(3):
+            force[i] += applied[j, 3 + i]
+            moment[i] += applied[j, i]
+        _turned(R_w[j], shift[j], arm)
+        moment[0] += arm[1] * force[2] - arm[2] * force[1]
+        moment[1] += arm[2] * force[0] - arm[0] * force[2]
+        moment[2] += arm[0] * force[1] - arm[1] * force[0]
+        _turned_back(R_w[j], moment, slope[j, :3])
+        _turned_back(R_w[j], force, slope[j, 3:])
+        if path in (CONTINUOUS, LUMENS):
+            continue
+        for k in range(len(hole)):
+            if j >= last[k] or tension[k] == 0.0:
+                continue
+            x, y = hole[k, 0], hole[k, 1]
+            for i in range(3):
+                across[i] = turn[j, i, 0] * x + turn[j, i, 1] * y + shift[j, i]
+            across[0] -= x
+            across[1] -= y
+            length = math.sqrt(across[0] ** 2 + across[1] ** 2 + across[2] ** 2)
+            pull = tension[k] * math.exp(-mu * angle[k, j]) / length
+            fx, fy, fz = -pull * across[0], -pull * across[1], -pull * across[2]
+            slope[j, 0] += y * fz
+            slope[j, 1] -= x * fz
+            slope[j, 2] += x * fy - y * fx
+            slope[j, 3] += fx
+            slope[j, 4] += fy
+            slope[j, 5] += fz
+
+
+@_inlined
+def _advance(
     path: int, rough: Array, rod: Array, hole: Array, last: NDArray[np.intp], mu: float,
     tension0: Array, applied0: Array, tension1: Array, applied1: Array,
     wrench: Array, span: Array, angle: Array, turn: Array, shift: Array, R_w: Array, residual: Array,
-    one_step: bool,
+    one_step: bool, longest: float, w: Array,
 ) -> tuple[float, int]:  # fmt: skip
     """Follow the equilibrium from one load to another; the arrays from `wrench` on are changed.
 
     Args:
         path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
-        rough: as `rod`, with fewer steps, for the way.
+        rough: as `rod`, with fewer steps, for the way and the derivatives.
         rod: sections' data, shape (n, 8).
         hole: shape (t, 2) [m].
         last: number of the disk where each tendon ends, shape (t,).
@@ -916,14 +1198,31 @@ def advance(
         R_w: orientations of disks 0 to n, shape (n + 1, 3, 3); the first one is given.
         residual: unbalanced moment and force at the disks, in their frames, shape (n, 6).
         one_step: whether to give up where a single step of little turn does not lead there.
+        longest: share of the way that one step may take.
+        w: workspace.
 
     Returns:
         The share of the way that was reached (1.0: all), and the number of Newton's corrections.
     """
     tendons, n = span.shape
     tension, applied = np.empty(tendons), np.empty((n, 6))
-    old_wrench, old_angle = np.empty((n, 6)), np.empty((tendons, n))
-    reached, step = 0.0, 1.0
+    for k in range(tendons):
+        tension[k] = tension1[k] - tension0[k]
+    for j in range(n):
+        for i in range(6):
+            applied[j, i] = applied1[j, i] - applied0[j, i]
+    slope, old_wrench, old_angle = np.empty((n, 6)), np.empty((n, 6)), np.empty((tendons, n))
+    _statics(path, hole, last, mu, angle, tension, applied, turn, shift, R_w, slope)
+    if one_step:
+        turned = 0.0
+        for j in range(n):
+            square = 0.0
+            for i in range(3):
+                square += (rod[j, i] * slope[j, i]) ** 2
+            turned += rod[j, LENGTH] * math.sqrt(square)
+        if not turned < _NEAR:
+            return 0.0, 0
+    reached, step = 0.0, longest
     farthest = _NEAR if one_step else _FARTHEST
     count = 0
     while reached < 1.0:
@@ -940,14 +1239,18 @@ def advance(
             for i in range(6):
                 applied[j, i] = applied0[j, i] + share * (applied1[j, i] - applied0[j, i])
                 old_wrench[j, i] = wrench[j, i]
+                wrench[j, i] += (share - reached) * slope[j, i]
         status, rounds, far = _balanced(
-            path, rough, hole, last, mu, tension, applied,
-            span, wrench, turn, shift, R_w, _ON_THE_WAY, farthest, residual, angle,
+            path, rough, rod, hole, last, mu, tension, applied,
+            span, wrench, turn, shift, R_w, share == 1.0, farthest, residual, angle, w,
         )  # fmt: skip
         count += rounds
         if status == CONVERGED:
+            for j in range(n):
+                for i in range(6):
+                    slope[j, i] = (wrench[j, i] - old_wrench[j, i]) / (share - reached)
             reached = share
-            step *= 2.0
+            step = min(longest, 2.0 * step)
             continue
         for j in range(n):
             for i in range(6):
@@ -956,12 +1259,178 @@ def advance(
                 angle[k, j] = old_angle[k, j]
         if one_step:
             return 0.0, count
-        if status == TOO_FAR and rounds == 1:
-            step *= max(0.35, min(0.9, 0.8 * farthest / far))
+        if status == TOO_FAR and rounds == 1 and far < 1e3:
+            step *= max(0.35, min(0.9, math.sqrt(0.8 * farthest / far)))
         else:
             step *= 0.5
-    status, rounds, far = _balanced(
-        path, rod, hole, last, mu, tension1, applied1,
-        span, wrench, turn, shift, R_w, _AT_THE_END, farthest, residual, angle,
-    )  # fmt: skip
-    return 1.0 if status == CONVERGED else reached - _SHORTEST_STEP, count + rounds
+    return 1.0, count
+
+
+@_compiled
+def _copy(a: Array, out: Array) -> None:
+    """Copy between contiguous arrays."""
+    flat, to = a.reshape(-1), out.reshape(-1)
+    for i in range(len(flat)):
+        to[i] = flat[i]
+
+
+@_compiled
+def _fill(out: Array, value: float) -> None:
+    """Set all of a contiguous array."""
+    flat = out.reshape(-1)
+    for i in range(len(flat)):
+        flat[i] = value
+
+
+@_compiled
+def _straight(rod: Array, wrench: Array, angle: Array, turn: Array, shift: Array, R_w: Array) -> None:
+    """Set the robot at rest."""
+    for j in range(len(rod)):
+        for i in range(6):
+            wrench[j, i] = 0.0
+        for k in range(len(angle)):
+            angle[k, j] = 0.0
+        for i in range(3):
+            shift[j, i] = rod[j, LENGTH] if i == 2 else 0.0
+            for c in range(3):
+                turn[j, i, c] = R_w[j + 1, i, c] = 1.0 if i == c else 0.0
+
+
+@_kept
+def follow(
+    path: int, rough: Array, rod: Array, hole: Array, last: NDArray[np.intp], mu: float,
+    tension: Array, applied: Array, wrench: Array, span: Array, shift: Array, R_w: Array, residual: Array,
+    reached: Array, corrections: NDArray[np.intp], longest: float,
+) -> None:  # fmt: skip
+    """Find the equilibria of r rows of loads; arguments as of `_advance` with rows in front.
+
+    A row is reached from the one before where that is near, else from rest; then, if that way ends, from
+    the row before at any distance, and from rest with the tensions or the other loads first.
+
+    Args:
+        reached: result, share of the way from rest that was reached, shape (r,); 1: some way led there.
+        corrections: result, of Newton's method, shape (r,).
+    """
+    rows, tendons = tension.shape
+    n = len(rod)
+    turn, angle, angle_before = np.empty((n, 3, 3)), np.zeros((tendons, n)), np.zeros((tendons, n))
+    w = np.zeros((_TENDONS + 3 * tendons) * LANES)
+    pulls, loads = np.zeros((3, tendons)), np.zeros((3, n, 6))
+    for row in range(rows):
+        before = row > 0 and reached[row - 1] == 1.0
+        tensioned = loaded = False
+        for k in range(tendons):
+            tensioned = tensioned or tension[row, k] != 0.0
+        for j in range(n):
+            for i in range(6):
+                loaded = loaded or applied[row, j, i] != 0.0
+        for way in range(5):  # near, from rest, from before, tensions first, loads first
+            if (way in (0, 2) and not before) or (way > 2 and not (tensioned and loaded)):
+                continue
+            stops = 2 if way < 3 else 3
+            _fill(pulls, 0.0)
+            _fill(loads, 0.0)
+            if way in (0, 2):
+                _copy(tension[row - 1], pulls[0])
+                _copy(applied[row - 1], loads[0])
+                _copy(wrench[row - 1], wrench[row])
+                _copy(shift[row - 1], shift[row])
+                _copy(R_w[row - 1], R_w[row])
+                _copy(angle_before, angle)
+                for j in range(n):
+                    for i in range(3):
+                        _turned_back(R_w[row, j], R_w[row, j + 1, :, i], turn[j, :, i])
+            else:
+                _straight(rod, wrench[row], angle, turn, shift[row], R_w[row])
+            if way == 3:
+                _copy(tension[row], pulls[1])
+            if way == 4:
+                _copy(applied[row], loads[1])
+            _copy(tension[row], pulls[stops - 1])
+            _copy(applied[row], loads[stops - 1])
+            share = 1.0
+            for leg in range(stops - 1):
+                share, count = _advance(
+                    path, rough, rod, hole, last, mu, pulls[leg], loads[leg], pulls[leg + 1], loads[leg + 1],
+                    wrench[row], span[row], angle, turn, shift[row], R_w[row], residual[row],
+                    way == 0, longest, w,
+                )  # fmt: skip
+                corrections[row] += count
+                if share < 1.0:
+                    break
+            if share == 1.0 or way == 1:
+                reached[row] = share
+            if share == 1.0:
+                _copy(angle, angle_before)
+                break
+
+
+@_compiled
+def _wrench_slope(strain: Array, wrench: Array, out: Array) -> None:
+    """Set how the wrench of an unloaded stretch changes along the rod, in the body's frame."""
+    ux, uy, uz = strain[0], strain[1], strain[2]
+    vx, vy, vz = strain[3], strain[4], 1.0 + strain[5]
+    mx, my, mz, nx, ny, nz = wrench[0], wrench[1], wrench[2], wrench[3], wrench[4], wrench[5]
+    out[0] = -(uy * mz - uz * my) - (vy * nz - vz * ny)
+    out[1] = -(uz * mx - ux * mz) - (vz * nx - vx * nz)
+    out[2] = -(ux * my - uy * mx) - (vx * ny - vy * nx)
+    out[3] = -(uy * nz - uz * ny)
+    out[4] = -(uz * nx - ux * nz)
+    out[5] = -(ux * ny - uy * nx)
+
+
+@_kept
+def path_lengths(
+    rod: Array, hole: Array, last: NDArray[np.intp], span: Array, wrench: Array, p_w: Array, R_w: Array,
+    length: Array,
+) -> None:  # fmt: skip
+    """Set the lengths of tendons along continuous paths from the base to their ends, shape (r, t) [m].
+
+    Simpson's rule over each section, the wrench at its middle by the values and slopes at its ends.
+
+    Args:
+        rod: sections' data, shape (n, 8).
+        hole: shape (t, 2) [m].
+        last: number of the disk where each tendon ends, shape (t,).
+        span: tensions, zero beyond a tendon's end, shape (r, t, n) [N].
+        wrench: at the sections' starts, in their frames, shape (r, n, 6).
+        p_w, R_w: of disks 0 to n, shapes (r, n + 1, 3) [m], (r, n + 1, 3, 3).
+        length: result.
+    """
+    rows, tendons, n = span.shape
+    strain, slope, wrenches = np.zeros((3, 6)), np.empty((2, 6)), np.empty((3, 6))
+    stiffness, along = np.empty((6, 6)), np.empty(tendons)
+    arm, p, path = np.empty(3), np.empty(3), np.empty(3)
+    for row in range(rows):
+        for k in range(tendons):
+            length[row, k] = 0.0
+        for j in range(n):
+            for k in range(tendons):
+                along[k] = span[row, k, j]
+            for i in range(3):
+                arm[i] = p_w[row, j + 1, i] - p_w[row, j, i]
+            _turned_back(R_w[row, j], arm, p)
+            m, f = wrench[row, j, :3], wrench[row, j, 3:]
+            for i in range(6):
+                wrenches[0, i] = wrench[row, j, i]
+            arm[0] = m[0] - (p[1] * f[2] - p[2] * f[1])
+            arm[1] = m[1] - (p[2] * f[0] - p[0] * f[2])
+            arm[2] = m[2] - (p[0] * f[1] - p[1] * f[0])
+            _turned(R_w[row, j], arm, path)
+            _turned_back(R_w[row, j + 1], path, wrenches[2, :3])
+            _turned(R_w[row, j], f, path)
+            _turned_back(R_w[row, j + 1], path, wrenches[2, 3:])
+            for end in range(2):
+                _strain_of(rod[j], hole, along, wrenches[2 * end], strain[2 * end], stiffness)
+                _wrench_slope(strain[2 * end], wrenches[2 * end], slope[end])
+            for i in range(6):
+                wrenches[1, i] = 0.5 * (wrenches[0, i] + wrenches[2, i])
+                wrenches[1, i] += 0.125 * rod[j, LENGTH] * (slope[0, i] - slope[1, i])
+            _strain_of(rod[j], hole, along, wrenches[1], strain[1], stiffness)
+            for k in range(tendons):
+                if j >= last[k]:
+                    continue
+                for place in range(3):
+                    _tangent(strain[place], hole[k], path)
+                    size = math.sqrt(path[0] ** 2 + path[1] ** 2 + path[2] ** 2)
+                    length[row, k] += (4.0 if place == 1 else 1.0) / 6.0 * rod[j, LENGTH] * size

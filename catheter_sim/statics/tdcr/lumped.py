@@ -20,9 +20,11 @@ from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.statics.result import StaticRun
 from catheter_sim.statics.tdcr import lumped_kernel
+from catheter_sim.statics.tdcr.displacement import driven, straight_lengths
 from catheter_sim.statics.tdcr.lumped_kernel import ARC, DEGREES, PLANE, SPRING_FACTORS
 from catheter_sim.statics.tdcr.postures import run_of
 from catheter_sim.statics.tdcr.problem import Load, Problem, load, problem
+from catheter_sim.statics.tdcr.threads import share_out
 
 # Turn of the robot by the straight one's moments that one load step may bring: with steps of 2.5 rad the
 # equilibria of the benchmark's cases (stiffness 0.1 to 1, 1 to 10 disks) are those of 25 steps.
@@ -61,7 +63,12 @@ class Equilibria:
 
 
 def equilibria(
-    rod: Problem, loads: Load, model: int, projected: bool = True, guess: Array | None = None
+    rod: Problem,
+    loads: Load,
+    model: int,
+    projected: bool = True,
+    guess: Array | None = None,
+    threads: int = 1,
 ) -> Equilibria:
     """Return the equilibria of `rod` under `loads`.
 
@@ -72,10 +79,11 @@ def equilibria(
         projected: whether the disks' forces lose their part along the disks' normals (Eq. 58).
         guess: unknowns to start from, shape (r, n, d); None: that of the straight robot's moments,
             or CC_sub's answer.
+        threads: among which the rows are shared out.
     """
     rows, n, tendons = len(loads), len(rod.length_m), len(rod.hole_m)
     if guess is None and model != ARC:
-        guess = links_like_arcs(equilibria(rod, loads, ARC, projected).unknowns)
+        guess = links_like_arcs(equilibria(rod, loads, ARC, projected, threads=threads).unknowns)
     linear = linear_bends(rod, loads)
     if guess is None:
         guess = np.concatenate([linear, np.zeros((rows, n, 1))], axis=2)
@@ -96,29 +104,19 @@ def equilibria(
     )
     may_move = free(rod, model)
     unknowns[:, ~may_move] = 0.0
-    lumped_kernel.solve(
-        model,
-        may_move,
-        rod.length_m,
-        rod.bending_N_m2,
-        rod.torsion_N_m2,
-        np.ascontiguousarray(rod.hole_m),
-        rod.last_disk,
-        rod.mu,
-        projected,
-        np.ascontiguousarray(loads.tension_N),
-        np.ascontiguousarray(loads.force_N),
-        np.ascontiguousarray(loads.moment_N_m),
-        np.minimum(1.0, _STEP_RAD / np.maximum(turn, 1e-9)),
-        unknowns,
-        result.span_tension,
-        result.wrench,
-        result.p_w,
-        result.R_w,
-        result.residual,
-        result.reached,
-        result.steps,
-    )
+    hole, tension = np.ascontiguousarray(rod.hole_m), np.ascontiguousarray(loads.tension_N)
+    force, moment = np.ascontiguousarray(loads.force_N), np.ascontiguousarray(loads.moment_N_m)
+    first_share = np.minimum(1.0, _STEP_RAD / np.maximum(turn, 1e-9))
+
+    def solve(part: slice) -> None:
+        lumped_kernel.solve(
+            model, may_move, rod.length_m, rod.bending_N_m2, rod.torsion_N_m2, hole, rod.last_disk, rod.mu,
+            projected, tension[part], force[part], moment[part], first_share[part], unknowns[part],
+            result.span_tension[part], result.wrench[part], result.p_w[part], result.R_w[part],
+            result.residual[part], result.reached[part], result.steps[part],
+        )  # fmt: skip
+
+    share_out(solve, rows, threads)
     return result
 
 
@@ -161,10 +159,16 @@ def static_run(
     """Return the postures of `robot` under `inputs`.
 
     Raises:
-        InputError: what no rod model carries, displacement inputs, or a row without an equilibrium
-            that load steps from the straight robot would reach.
+        InputError: what no rod model carries, displacements that no posture follows, or a row without
+            an equilibrium that load steps from the straight robot would reach.
     """
     rod = problem(robot)
     gravity = np.asarray(gravity_mps2, dtype=float)
-    found = equilibria(rod, load(rod, inputs, gravity), model)
+    loads = load(rod, inputs, gravity)
+    if inputs.actuation == "displacement":
+        loads = driven(
+            name, robot, rod, inputs, loads,
+            lambda rows: equilibria(rod, rows, model), lambda found: straight_lengths(found, rod),
+        )  # fmt: skip
+    found = equilibria(rod, loads, model)
     return run_of(name, robot, rod, inputs, gravity, found, found.residual)

@@ -15,8 +15,10 @@ disk in which the tendon ends), the tendons being straight from hole to hole.
 **Derivative.** In the frame of the tip, the tendons' part of balance k depends on the unknowns of
 subsegments k and beyond only; loads that keep their direction in the base frame add what the tip's
 rotation brings. So the derivative is U + B C, U block upper triangular, B (n d, 3) the effect of
-turning the loads against the tip, C (3, n d) the tip's rotation by the unknowns: Newton's step costs
-one back substitution with four right-hand sides.
+turning the loads against the tip, C (3, n d) the tip's rotation by the unknowns. Off its diagonal U is of
+low rank: a farther unknown acts through the force and the moment that it changes and the turn that it gives
+the loads between, nine numbers that the back substitution sums up. So Newton's step costs as much as the
+balances do, in proportion to n.
 """
 
 from __future__ import annotations
@@ -51,9 +53,9 @@ _PLANE_FLOOR = 1e-9  # keeps the bending plane of an unloaded subsegment where i
 def _compiled(function: Callable[..., Any]) -> Any:
     """Return `function` compiled, kept on disk where there is a folder for it."""
     try:
-        return numba.njit(cache=True, error_model="numpy")(function)
+        return numba.njit(cache=True, error_model="numpy", nogil=True)(function)
     except RuntimeError:  # neither beside this file nor in the user's own cache
-        return numba.njit(error_model="numpy")(function)
+        return numba.njit(error_model="numpy", nogil=True)(function)
 
 
 @_compiled
@@ -110,6 +112,13 @@ def _turned(R: Array, a: Array, out: Array) -> None:
     """Write R a into `out`, which must not be `a`."""
     for i in range(3):
         out[i] = R[i, 0] * a[0] + R[i, 1] * a[1] + R[i, 2] * a[2]
+
+
+@_compiled
+def _turned_back(R: Array, a: Array, out: Array) -> None:
+    """Write R^T a into `out`, which must not be `a`."""
+    for i in range(3):
+        out[i] = R[0, i] * a[0] + R[1, i] * a[1] + R[2, i] * a[2]
 
 
 @_compiled
@@ -342,7 +351,10 @@ def evaluate(
     force: Array,
     moment: Array,
     r: Array,
-    U: Array,
+    D: Array,
+    parts: Array,
+    loads: Array,
+    swing: Array,
     B: Array,
     C: Array,
     span: Array,
@@ -364,7 +376,11 @@ def evaluate(
         tension: at the base, shape (t,) [N].
         force, moment: on disks 1 to n, base frame, shape (n, 3).
         r: unbalanced moment, shape (n, d) [N m].
-        U, B, C: see the module's text, shapes (n, n, d, d), (n, d, 3), (n, d, 3).
+        D: the diagonal of U, shape (n, d, d).
+        parts: axes and axes x points by balance, force and moment by unknown, shape (4, n, d, 3).
+        loads, swing: force of the loads on disks k and beyond, shape (n + 2, 3), and G with a turn w of
+            these loads adding -G w to their moment about the origin, shape (n + 2, 3, 3).
+        B, C: see the module's text, shapes (n, d, 3).
         span: tension in each span, shape (t, n) [N]; it enters the derivative as a constant.
         wrench: force [N] and moment [N m] about the subsegment's base of what acts beyond it, base
             frame, shape (n, 6).
@@ -378,29 +394,25 @@ def evaluate(
     count = len(hole)
     step, turn = np.empty(3), np.empty((3, 3))
     own = np.empty((4, n, d, 3))  # spin, drift, axis, point in the base frame
+    here = np.empty((n, 4, d, 3))  # the same in that of the subsegment, and there:
     daxis, dpoint = np.empty((n, d, d, 3)), np.empty((n, d, d, 3))
     law, dlaw = np.empty((n, d)), np.empty((n, d, d))
-    here = np.empty((4, d, 3))
-    by_both = np.empty((2, d, d, 3))
     _clear(p[0])
     _clear(R[0])
     R[0, 0, 0] = R[0, 1, 1] = R[0, 2, 2] = 1.0
     for k in range(n):
         stiffness = torsion[k] if math.isfinite(torsion[k]) else 0.0
         _subsegment(
-            model, x[k], length[k], bending[k], stiffness, step, turn, here[0], here[1],
-            here[2], here[3], by_both[0], by_both[1], law[k], dlaw[k],
+            model, x[k], length[k], bending[k], stiffness, step, turn, here[k, 0], here[k, 1],
+            here[k, 2], here[k, 3], daxis[k], dpoint[k], law[k], dlaw[k],
         )  # fmt: skip
         _turned(R[k], step, p[k + 1])
         _add(p[k], p[k + 1])
         _chain(R[k], turn, R[k + 1])
         for e in range(d):
-            for which in range(4):
-                _turned(R[k], here[which, e], own[which, k, e])
+            for which in range(2, 4):
+                _turned(R[k], here[k, which, e], own[which, k, e])
             _add(p[k], own[3, k, e])
-            for i in range(d):
-                _turned(R[k], by_both[0, e, i], daxis[k, e, i])
-                _turned(R[k], by_both[1, e, i], dpoint[k, e, i])
     spin, drift, axis, point = own[0], own[1], own[2], own[3]
 
     # Tendons: holes, directions of the spans, tensions, forces on the disks.
@@ -441,8 +453,9 @@ def evaluate(
             _add(F, total[m])
             _add_cross(h[t, m], F, turning[m])
 
-    # What lies beyond each place. `swing`: G with a turn w of the loads adding -G w to the moment.
-    loads, swing = np.zeros((n + 2, 3)), np.zeros((n + 2, 3, 3))
+    # What lies beyond each place.
+    _clear(loads)
+    _clear(swing)
     for m in range(n, 0, -1):
         f, g = force[m - 1], moment[m - 1]
         _add(f, total[m])
@@ -464,8 +477,7 @@ def evaluate(
         swing[m, 2, 0] -= g[1]
         swing[m, 2, 1] += g[0]
 
-    # Balances, and the effect of turning the loads against the tip.
-    turned = np.empty((3, 3))
+    # Balances.
     for k in range(n):
         _cross(p[k], total[k + 1], M)
         for i in range(3):
@@ -476,14 +488,6 @@ def evaluate(
             _cross(c, total[k + 1], M)
             r[k, e] = a[0] * (turning[k + 1, 0] - M[0]) + a[1] * (turning[k + 1, 1] - M[1])
             r[k, e] += a[2] * (turning[k + 1, 2] - M[2]) - law[k, e]
-            _copy(spin[k, e], C[k, e])
-            along = _dot(c, loads[k + 1])
-            for i in range(3):
-                for j in range(3):
-                    turned[i, j] = swing[k + 1, i, j] - loads[k + 1, i] * c[j]
-                turned[i, i] += along
-            for j in range(3):
-                B[k, e, j] = a[0] * turned[0, j] + a[1] * turned[1, j] + a[2] * turned[2, j]
 
     norm = 0.0
     for k in range(n):
@@ -494,15 +498,45 @@ def evaluate(
     if norm < enough:
         return norm
 
+    # The effect of turning the loads against the tip.
+    turned = np.empty((3, 3))
+    for k in range(n):
+        for e in range(d):
+            a, c = axis[k, e], point[k, e]
+            for which in range(2):
+                _turned(R[k], here[k, which, e], own[which, k, e])
+            _copy(spin[k, e], C[k, e])
+            along = _dot(c, loads[k + 1])
+            for i in range(3):
+                for j in range(3):
+                    turned[i, j] = swing[k + 1, i, j] - loads[k + 1, i] * c[j]
+                turned[i, i] += along
+            for j in range(3):
+                B[k, e, j] = a[0] * turned[0, j] + a[1] * turned[1, j] + a[2] * turned[2, j]
+
     # U: unknown i of subsegment k turns all beyond disk k about p[k + 1], loads included.
-    _clear(U)
     N, dF, dM, near_F, near_M = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     w, du, arm = np.empty(3), np.empty(3), np.empty(3)
+    axes, levers, by_force, by_moment = parts[0], parts[1], parts[2], parts[3]
     for k in range(n):
         end = k + 1
         _cross(p[end], total[end], N)
+        _cross(p[k], total[end], M)
         for i in range(3):
             N[i] = turning[end, i] - N[i]
+            M[i] = turning[end, i] - M[i]
+        _turned_back(R[k], total[end], near_F)
+        _turned_back(R[k], M, near_M)
+        for e in range(d):  # what the balances' own axes and points bring
+            a, c = here[k, 2, e], here[k, 3, e]
+            _cross(c, near_F, M)
+            for c3 in range(3):
+                M[c3] = near_M[c3] - M[c3]
+            for i in range(d):
+                _cross(dpoint[k, e, i], near_F, w)
+                D[k, e, i] = _dot(daxis[k, e, i], M) - _dot(a, w) - dlaw[k, e, i]
+            _copy(axis[k, e], axes[k, e])
+            _cross(axis[k, e], point[k, e], levers[k, e])
         for i in range(d):
             omega, velocity = spin[k, i], drift[k, i]
             _cross(omega, total[end], dF)
@@ -542,45 +576,25 @@ def evaluate(
                         near_F[c3] += F[c3]
                     _add_cross(h[t, k], F, near_M)
             for e in range(d):
-                a, c = axis[k, e], point[k, e]
-                _cross(c, total[end], M)
-                for c3 in range(3):
-                    M[c3] = turning[end, c3] - M[c3]
-                value = _dot(daxis[k, e, i], M) - dlaw[k, e, i]
-                _cross(c, dF, M)
-                _add_cross(dpoint[k, e, i], total[end], M)
-                for c3 in range(3):
-                    M[c3] = dM[c3] - M[c3]
-                U[k, k, e, i] = value + _dot(a, M)
+                D[k, e, i] += _dot(axes[k, e], dM) - _dot(levers[k, e], dF)
+            # On the subsegments before: with the near disk's part, and the loads up to here turning.
+            _cross(omega, loads[end], F)
             for c3 in range(3):
-                dF[c3] += near_F[c3]
-                dM[c3] += near_M[c3]
-            for j in range(k):
-                # loads on the disks between turn too
-                for c3 in range(3):
-                    w[c3] = loads[j + 1, c3] - loads[end, c3]
-                _cross(omega, w, F)
-                for c3 in range(3):
-                    F[c3] += dF[c3]
-                    M[c3] = dM[c3]
-                    for c4 in range(3):
-                        M[c3] -= (swing[j + 1, c3, c4] - swing[end, c3, c4]) * omega[c4]
-                for e in range(d):
-                    _cross(point[j, e], F, w)
-                    value = 0.0
-                    for c3 in range(3):
-                        value += axis[j, e, c3] * (M[c3] - w[c3])
-                    U[j, k, e, i] = value
+                by_force[k, i, c3] = dF[c3] + near_F[c3] - F[c3]
+                by_moment[k, i, c3] = dM[c3] + near_M[c3]
+                for c4 in range(3):
+                    by_moment[k, i, c3] += swing[end, c3, c4] * omega[c4]
     for k in range(n):
         if model != ARC:  # an unloaded subsegment has no bending plane
             floor = _PLANE_FLOOR * bending[k] / length[k]
-            U[k, k, PLANE, PLANE] += -floor if U[k, k, PLANE, PLANE] <= 0.0 else floor
+            D[k, PLANE, PLANE] += -floor if D[k, PLANE, PLANE] <= 0.0 else floor
         for e in range(d):
             if not free[k, e]:
-                for j in range(k, n):
-                    _clear(U[k, j, e])
+                _clear(D[k, e])
                 _clear(B[k, e])
-                U[k, k, e, e] = -bending[k] / length[k]
+                _clear(axes[k, e])
+                _clear(levers[k, e])
+                D[k, e, e] = -bending[k] / length[k]
     return norm
 
 
@@ -612,20 +626,33 @@ def _eliminate(A: Array, b: Array) -> None:
 
 
 @_compiled
-def newton_step(r: Array, U: Array, B: Array, C: Array, step: Array) -> None:
-    """Write the solution of (U + B C) step = -r, shapes as in `evaluate`; U is overwritten."""
+def newton_step(
+    r: Array, D: Array, parts: Array, loads: Array, swing: Array, B: Array, C: Array, step: Array
+) -> None:
+    """Write the solution of (U + B C) step = -r, shapes as in `evaluate`; D is overwritten."""
     n, d = r.shape
+    axes, levers, by_force, by_moment = parts[0], parts[1], parts[2], parts[3]
     y = np.empty((n, d, 4))
+    force, moment, turn = np.zeros((4, 3)), np.zeros((4, 3)), np.zeros((4, 3))  # of the subsegments beyond
+    F, M = np.empty(3), np.empty(3)
     for k in range(n - 1, -1, -1):
-        for e in range(d):
-            y[k, e, 0] = r[k, e]
-            for q in range(3):
-                y[k, e, q + 1] = B[k, e, q]
-            for j in range(k + 1, n):
-                for i in range(d):
-                    for q in range(4):
-                        y[k, e, q] -= U[k, j, e, i] * y[j, i, q]
-        _eliminate(U[k, k], y[k])
+        for q in range(4):
+            _cross(turn[q], loads[k + 1], F)
+            for i in range(3):
+                F[i] += force[q, i]
+                M[i] = moment[q, i]
+                for j in range(3):
+                    M[i] -= swing[k + 1, i, j] * turn[q, j]
+            for e in range(d):
+                y[k, e, q] = r[k, e] if q == 0 else B[k, e, q - 1]
+                y[k, e, q] -= _dot(axes[k, e], M) - _dot(levers[k, e], F)
+        _eliminate(D[k], y[k])
+        for q in range(4):
+            for e in range(d):
+                for i in range(3):
+                    force[q, i] += by_force[k, e, i] * y[k, e, q]
+                    moment[q, i] += by_moment[k, e, i] * y[k, e, q]
+                    turn[q, i] += C[k, e, i] * y[k, e, q]
     tip, answer = np.zeros((3, 3)), np.zeros((3, 1))
     tip[0, 0] = tip[1, 1] = tip[2, 2] = 1.0
     for k in range(n):
@@ -701,7 +728,8 @@ def solve(
     """
     rows, n, d = x.shape
     r, B, C = np.empty((n, d)), np.empty((n, d, 3)), np.empty((n, d, 3))
-    U = np.empty((n, n, d, d))
+    D, parts = np.empty((n, d, d)), np.empty((4, n, d, 3))
+    loads, swing = np.empty((n + 2, 3)), np.empty((n + 2, 3, 3))
     step, good = np.empty((n, d)), np.empty((n, d))
     for row in range(rows):
         now = x[row]
@@ -717,11 +745,11 @@ def solve(
                 norm = evaluate(
                     model, now, free, length, bending, torsion, hole, last, mu, projected,
                     part * tension[row], part * force[row], part * moment[row],
-                    r, U, B, C, span[row], wrench[row], p[row], R[row], TOLERANCE_RAD,
+                    r, D, parts, loads, swing, B, C, span[row], wrench[row], p[row], R[row], TOLERANCE_RAD,
                 )  # fmt: skip
                 if norm < TOLERANCE_RAD:
                     break
-                newton_step(r, U, B, C, step)
+                newton_step(r, D, parts, loads, swing, B, C, step)
                 longest = _largest(step)
                 if not longest < _ABSURD_STEP_RAD:
                     norm = np.inf

@@ -14,11 +14,15 @@ from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.statics.planar_chain import row_name
 from catheter_sim.statics.result import StaticRun
-from catheter_sim.statics.tdcr.problem import Problem
+from catheter_sim.statics.tdcr.problem import Load, Problem
 
 
 class Solved(Protocol):
     """What the solvers of all models return, row by row."""
+
+    @property
+    def load(self) -> Load:
+        """What was balanced."""
 
     @property
     def p_w(self) -> Array:
@@ -65,7 +69,7 @@ def run_of(
             f"{robot.name}: {model} finds no equilibrium at {row_name(inputs, row)}: from rest it gets to "
             f"{100.0 * found.reached[row]:.3g} % of the load"
         )
-    shapes = postures(robot, rod, found.p_w, found.R_w, inputs.tendon, found.span_tension)
+    shapes = postures(robot, rod, found.p_w, found.R_w, found.load.tension_N, found.span_tension)
     return StaticRun(model, inputs, gravity_mps2, shapes, residual)
 
 
@@ -100,17 +104,32 @@ def hinge_angles(robot: ContinuumRobot, rod: Problem, R_w: Array) -> Array:
         rod: the same robot as arrays.
         R_w: orientations of disks 0 to n, shape (r, n + 1, 3, 3).
     """
-    rows, n = len(R_w), len(rod.length_m)
-    relative = np.swapaxes(R_w[:, :-1], -1, -2) @ R_w[:, 1:]
-    turns = Rotation.from_matrix(relative.reshape(-1, 3, 3)).as_rotvec().reshape(rows, n, 3)
-    turns = turns / robot.links_per_subsegment
-    columns = []
-    for j in range(n):
+    columns, signs = [], []
+    for j in range(len(rod.length_m)):
         segment = robot.segments[rod.segment[j]]
-        hinge = [turns[:, j, 1]]  # bending toward +x turns about +y, toward +y about -x
+        hinge = [(3 * j + 1, 1.0)]  # bending toward +x turns about +y, toward +y about -x
         if segment.bending_axes == "xy":
-            hinge.append(-turns[:, j, 0])
+            hinge.append((3 * j, -1.0))
         if math.isfinite(segment.torsion_stiffness_N_m2):
-            hinge.append(turns[:, j, 2])
-        columns += hinge * robot.links_per_subsegment
-    return np.stack(columns, axis=1)
+            hinge.append((3 * j + 2, 1.0))
+        for column, sign in hinge * robot.links_per_subsegment:
+            columns.append(column)
+            signs.append(sign / robot.links_per_subsegment)
+    relative = np.swapaxes(R_w[:, :-1], -1, -2) @ R_w[:, 1:]
+    return _rotation_vectors(relative).reshape(len(R_w), -1)[:, columns] * np.array(signs)
+
+
+def _rotation_vectors(R: Array) -> Array:
+    """Return rotations as vectors, shape (..., 3) [rad]; those near half a turn by way of quaternions."""
+    twice = np.stack(
+        [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1
+    )
+    sine = 0.5 * np.sqrt((twice**2).sum(axis=-1))
+    cosine = 0.5 * (R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2] - 1.0)
+    straight = sine < 1e-8
+    angle = np.arctan2(sine, cosine)
+    vectors = twice * (0.5 * np.where(straight, 1.0, angle / np.where(straight, 1.0, sine)))[..., None]
+    flipped = angle > 3.0
+    if flipped.any():
+        vectors[flipped] = Rotation.from_matrix(R[flipped]).as_rotvec()
+    return vectors

@@ -36,7 +36,7 @@ def prb(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun
     Args:
         robot: any robot that `problem.is_rod` accepts; shear and stretch of the backbone are not in
             the model, and its `effects` are not read.
-        inputs: tensions, and loads on the tip.
+        inputs: tensions or displacements, and loads on the tip.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
 
     Raises:
@@ -73,7 +73,8 @@ def prb_printed(
     may_move = free(rod, LINKS)
     if rod.mu or not may_move.all():
         raise ValueError("the printed residual is for free unknowns and no friction")
-    r, U = np.empty((n, 5)), np.empty((n, n, 5, 5))
+    r, D, parts = np.empty((n, 5)), np.empty((n, 5, 5)), np.empty((4, n, 5, 3))
+    forces, swing = np.empty((n + 2, 3)), np.empty((n + 2, 3, 3))
     B, C = np.empty((n, 5, 3)), np.empty((n, 5, 3))
     span, wrench = np.zeros((len(rod.hole_m), n)), np.empty((n, 6))
     p_w, R_w = np.empty((n + 1, 3)), np.empty((n + 1, 3, 3))
@@ -83,7 +84,7 @@ def prb_printed(
         lumped_kernel.evaluate(
             LINKS, x, may_move, rod.length_m, rod.bending_N_m2, rod.torsion_N_m2, rod.hole_m, rod.last_disk,
             0.0, True, one.tension_N[0], one.force_N[0], one.moment_N_m[0],
-            r, U, B, C, span, wrench, p_w, R_w, np.inf,
+            r, D, parts, forces, swing, B, C, span, wrench, p_w, R_w, np.inf,
         )  # fmt: skip
         across = np.einsum("kij,ki->kj", R_w[:-1], wrench[:, 3:])[:, :2]  # M* in the base's axes
         normal = np.stack([-np.sin(x[:, PLANE]), np.cos(x[:, PLANE])], axis=1)

@@ -145,21 +145,18 @@ def is_rod(robot: Robot) -> bool:
 def load(rod: Problem, inputs: Inputs, gravity_mps2: Array) -> Load:
     """Return the tensions, weights and tip loads of every row of `inputs`.
 
-    Raises:
-        InputError: the inputs are displacements.
+    Displacement inputs leave the tensions at zero: see `displacement.driven`.
     """
-    if inputs.actuation != "tension":
-        raise InputError(
-            f"{rod.name}: the rod models take tension inputs only; displacement inputs are taken by "
-            "the simulation and by the static model 'CC'"
-        )
     rows, count = len(inputs), len(rod.length_m)
     force = np.zeros((rows, count, 3))
     moment = np.zeros((rows, count, 3))
     force += rod.disk_mass_kg[:, None] * np.asarray(gravity_mps2, dtype=float)
     force[:, -1] += inputs.force_tip
     moment[:, -1] += inputs.moment_tip
-    return Load(tension_N=np.asarray(inputs.tendon, dtype=float), force_N=force, moment_N_m=moment)
+    tension = np.array(inputs.tendon, dtype=float)
+    if inputs.actuation != "tension":
+        tension[:] = 0.0
+    return Load(tension_N=tension, force_N=force, moment_N_m=moment)
 
 
 def distributed(rod: Problem, force_N_per_m: Array) -> Array:

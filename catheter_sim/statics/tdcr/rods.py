@@ -8,9 +8,7 @@ snap), the other ways are tried: from the row before, and with the tensions or t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +18,10 @@ from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.statics.result import StaticRun
 from catheter_sim.statics.tdcr import kernel
+from catheter_sim.statics.tdcr.displacement import driven, straight_lengths
 from catheter_sim.statics.tdcr.postures import run_of
 from catheter_sim.statics.tdcr.problem import Load, Problem, load, problem
+from catheter_sim.statics.tdcr.threads import share_out
 
 PATHS = {
     "continuous": kernel.CONTINUOUS,
@@ -31,11 +31,7 @@ PATHS = {
 }
 # Steps of the integration along the whole robot: the tip is then within 2e-7 of the length.
 STEPS = {"continuous": 40, "projected": 80, "eyelets": 80, "lumens": 40}
-_ROUGHER = 4  # steps at the end of a way, over those on it
-_NEAR, _FROM_REST, _FROM_BEFORE = "near", "from rest", "from before"
-_TENSIONS_FIRST, _LOADS_FIRST = "tensions first", "loads first"
-
-_Loads = tuple[Array, Array]  # tensions, moments and forces on the disks
+_ROUGHER = 4  # steps of the balance, over those of its derivative
 
 
 @dataclass(frozen=True)
@@ -68,7 +64,14 @@ class Equilibria:
     corrections: NDArray[np.intp]
 
 
-def equilibria(rod: Problem, loads: Load, path: str, steps: int = 0) -> Equilibria:
+def equilibria(
+    rod: Problem,
+    loads: Load,
+    path: str,
+    steps: int = 0,
+    longest_step: float = 1.0,
+    threads: int = 1,
+) -> Equilibria:
     """Return the equilibria of `rod` under `loads`: see the module's text.
 
     Args:
@@ -77,6 +80,8 @@ def equilibria(rod: Problem, loads: Load, path: str, steps: int = 0) -> Equilibr
         path: "continuous" (VC), "projected" (VC_ref), "eyelets" (VC_ref_noproj), or "lumens": as
             "continuous" with the forces of passing tendons where another one ends, which VC leaves out.
         steps: of the integration along the whole robot, at least; 0: as in `STEPS`.
+        longest_step: share of the load that one step of a way may take.
+        threads: among which the rows are shared out.
     """
     rows, n, tendons = len(loads), len(rod.length_m), len(rod.hole_m)
     result = Equilibria(
@@ -92,49 +97,34 @@ def equilibria(rod: Problem, loads: Load, path: str, steps: int = 0) -> Equilibr
         corrections=np.zeros(rows, dtype=np.intp),
     )
     rough, fine = sections(rod, (steps or STEPS[path]) // _ROUGHER), sections(rod, steps or STEPS[path])
-    robot = PATHS[path], rough, fine, np.ascontiguousarray(rod.hole_m), rod.last_disk, float(rod.mu)
-    turn, shift, angle = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros((tendons, n))
-    tension = np.ascontiguousarray(loads.tension_N)
+    shift = np.zeros((rows, n, 3))
+    hole, tension = np.ascontiguousarray(rod.hole_m), np.ascontiguousarray(loads.tension_N)
     applied = np.concatenate([loads.moment_N_m, loads.force_N], axis=2)
-    for row in range(rows):
-        before = row > 0 and result.reached[row - 1] == 1.0
-        for way, stops in _ways(tension, applied, row, before):
-            from_rest = way not in (_NEAR, _FROM_BEFORE)
-            result.wrench[row] = 0.0 if from_rest else result.wrench[row - 1]
-            if from_rest:
-                angle[:] = 0.0
-            reached = 1.0
-            for start, end in pairwise(stops):
-                reached, count = kernel.advance(
-                    *robot, *start, *end, result.wrench[row], result.span_tension[row], angle,
-                    turn, shift, result.R_w[row], result.unbalanced[row], way == _NEAR,
-                )  # fmt: skip
-                result.corrections[row] += count
-                if reached < 1.0:
-                    break
-            if reached == 1.0 or way == _FROM_REST:
-                result.reached[row] = reached
-            if reached == 1.0:
-                break
-        result.p_w[row, 1:] = np.cumsum(np.einsum("jab,jb->ja", result.R_w[row, :-1], shift), axis=0)
+
+    def solve(part: slice) -> None:
+        kernel.follow(
+            PATHS[path], rough, fine, hole, rod.last_disk, float(rod.mu), tension[part], applied[part],
+            result.wrench[part], result.span_tension[part], shift[part], result.R_w[part],
+            result.unbalanced[part], result.reached[part], result.corrections[part], longest_step,
+        )  # fmt: skip
+
+    share_out(solve, rows, threads)
+    moved = (result.R_w[:, :-1] @ shift[..., None])[..., 0]
+    np.cumsum(moved, axis=1, out=result.p_w[:, 1:])
     return result
 
 
-def _ways(tension: Array, applied: Array, row: int, before: bool) -> Iterator[tuple[str, list[_Loads]]]:
-    """Yield the ways to a row's loads in the order in which they are tried, each with its stops.
-
-    `before` says whether the row before is balanced and may be a start.
-    """
-    there = tension[row], applied[row]
-    rest = np.zeros_like(tension[row]), np.zeros_like(applied[row])
-    if before:
-        yield _NEAR, [(tension[row - 1], applied[row - 1]), there]
-    yield _FROM_REST, [rest, there]
-    if before:
-        yield _FROM_BEFORE, [(tension[row - 1], applied[row - 1]), there]
-    if there[0].any() and there[1].any():
-        yield _TENSIONS_FIRST, [rest, (there[0], rest[1]), there]
-        yield _LOADS_FIRST, [rest, (rest[0], there[1]), there]
+def path_lengths(found: Equilibria) -> Array:
+    """Return the lengths of the tendons' paths from the base to their ends, shape (r, t) [m]."""
+    rod = found.rod
+    if found.path in ("projected", "eyelets"):
+        return straight_lengths(found, rod)
+    length = np.zeros(found.load.tension_N.shape)
+    kernel.path_lengths(
+        sections(rod, 1), np.ascontiguousarray(rod.hole_m), rod.last_disk, found.span_tension, found.wrench,
+        found.p_w, found.R_w, length,
+    )  # fmt: skip
+    return length
 
 
 def sections(rod: Problem, steps: int) -> Array:
@@ -166,12 +156,17 @@ def static_run(
     """Return the postures of `robot` under `inputs` for one kind of tendon path.
 
     Raises:
-        InputError: what no rod model carries, displacement inputs, or a row without an equilibrium
-            that continuation from the row before or from rest would reach.
+        InputError: what no rod model carries, displacements that no posture follows, or a row without
+            an equilibrium that continuation from the row before or from rest would reach.
     """
     rod = problem(robot)
     gravity = np.asarray(gravity_mps2, dtype=float)
-    found = equilibria(rod, load(rod, inputs, gravity), path)
+    loads = load(rod, inputs, gravity)
+    if inputs.actuation == "displacement":
+        loads = driven(
+            model, robot, rod, inputs, loads, lambda rows: equilibria(rod, rows, path), path_lengths
+        )
+    found = equilibria(rod, loads, path)
     return run_of(
         model, robot, rod, inputs, gravity, found, np.abs(found.unbalanced[:, :, :3]).max(axis=(1, 2))
     )

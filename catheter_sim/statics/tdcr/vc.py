@@ -19,7 +19,7 @@ def vc(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
 
     Args:
         robot: any linear robot, straight at rest; its `effects` are not read.
-        inputs: tensions, and loads on the tip.
+        inputs: tensions or displacements, and loads on the tip.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
 
     Raises:
