@@ -10,6 +10,7 @@ fitted within these bounds before anything is called wrong; their 95 % intervals
 The output folder gets diagnosis.json, report.html (opens without a network), model.xml and
 robot.toml (the extended robot, accepted wherever a robot id is), and the fitted series as CSV.
 Errors are in mm or deg on trials held out from the fit.
+A run that was stopped goes on where it was when it is started again with the same DIR.
 """
 
 from __future__ import annotations
@@ -35,6 +36,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=1,
         help="processes to fit with; default 1",
     )
+    parser.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        default="",
+        help="scheduler of a Dask cluster to fit on, tcp://host:8786 say; needs the extra 'dask'",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -42,7 +49,13 @@ def run(options: argparse.Namespace) -> int:
     folder = arguments.check_output_folder(options.output)
     from catheter_sim.diagnosis.pipeline import diagnose
 
-    diagnosis = diagnose(options.dataset, folder, jobs=options.jobs, progress=arguments.show_progress())
+    diagnosis = diagnose(
+        options.dataset,
+        folder,
+        jobs=options.jobs,
+        progress=arguments.show_progress(),
+        dask=options.dask,
+    )
     print("\n".join(_lines(diagnosis)).replace("−", "-"))  # a minus sign that programs read
     print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml and the fitted series")
     return 0

@@ -43,6 +43,20 @@ _ADVICE: tuple[tuple[set[str], str], ...] = (
         {"payload", "precurvature", "measurement_frame"},
         "Measure the rest shape with the base turned by 180 deg: weight changes sides, shape does not.",
     ),
+    (
+        {"rate", "backlash", "tendon_friction"},
+        "Play the same loops at half and at twice the speed, and hold still in the middle of each way: a "
+        "lag's loop changes its width with the speed and closes in the hold, the others' do neither.",
+    ),
+    (
+        {"drift", "actuation_offset", "actuation_gain", "stiffness", "tendon_elongation"},
+        "Hold one input for several minutes, return to zero and wait as long: only drift goes on moving.",
+    ),
+    (
+        {"coupling", "actuation_gain", "actuation_offset", "measurement_frame", "twist"},
+        "Drive each section or joint alone while the others stand at zero, and then against a pretension of "
+        "the others: only coupling moves them.",
+    ),
 )
 
 

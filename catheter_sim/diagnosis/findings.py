@@ -22,7 +22,7 @@ from catheter_sim.diagnosis.intervals import intervals, profile_interval
 from catheter_sim.diagnosis.result import Candidate, Cause, FittedParameter, TrialFit, UnitResult
 from catheter_sim.diagnosis.select import Selection
 from catheter_sim.diagnosis.trials import Dataset, Trial, unit_of
-from catheter_sim.diagnosis.workers import each, workers
+from catheter_sim.diagnosis.workers import HERE, Workers, each
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.tables import Table
@@ -43,7 +43,7 @@ def held_out(test: Problem, before: Fit, after: Fit, unit: str, noise: float) ->
 
 
 def named_causes(
-    problem: Problem, test: Problem, after: Fit, result: UnitResult, unit: str
+    problem: Problem, test: Problem, after: Fit, result: UnitResult, unit: str, pool: Workers = HERE
 ) -> tuple[Cause, ...]:
     """Return the causes of a fitted hypothesis by their share of the held-out gain, largest first.
 
@@ -52,13 +52,13 @@ def named_causes(
     """
     if not after.terms:
         return ()
-    rises = []
     rows = sum(len(trial.inputs) for trial in problem.trials)
     thinned = replace(problem, every=max(1, round(rows / 600)))
-    for term in after.terms:
-        others = tuple(item for item in after.terms if item is not term)
-        without = fit(thinned, others, after.values, cross_validate=False)
-        rises.append(max(rmse_by_unit(test, errors_of(test, without))[unit] - result.rmse_after, 0.0))
+    others = [tuple(item for item in after.terms if item is not term) for term in after.terms]
+    without = each(pool, fit, [(thinned, terms, after.values, False) for terms in others])
+    rises = [
+        max(rmse_by_unit(test, errors_of(test, item))[unit] - result.rmse_after, 0.0) for item in without
+    ]
     total = sum(rises)
     shares = [rise / total if total > 0.0 else 1.0 / len(rises) for rise in rises]
     bounds = intervals(after)
@@ -82,7 +82,7 @@ def named_causes(
 
 
 def calibrated_numbers(
-    problem: Problem, result: Fit, along_valleys: bool, jobs: int = 1
+    problem: Problem, result: Fit, along_valleys: bool, pool: Workers = HERE
 ) -> dict[str, FittedParameter]:
     """Return the calibrated numbers of a fit, with intervals.
 
@@ -90,13 +90,12 @@ def calibrated_numbers(
         problem: what was fitted.
         result: the fit.
         along_valleys: intervals by refitting all other numbers (`profile_interval`); needs a thorough fit.
-        jobs: processes to do that with.
+        pool: where to do that.
     """
     numbers = [free.parameter for free in result.frees if not free.effect]
     names = [item.name for item in numbers]
     if along_valleys:
-        with workers(jobs) as pool:
-            ends = each(pool, profile_interval, [(problem, result, name) for name in names])
+        ends = each(pool, profile_interval, [(problem, result, name) for name in names])
     else:
         bounds = intervals(result)
         ends = [bounds["", name] for name in names]
@@ -180,17 +179,19 @@ def confirmed(
     robot: Robot,
     heldout: Sequence[Trial],
     fits: Sequence[TrialFit],
+    pool: Workers = HERE,
 ) -> tuple[dict[str, float], list[str]]:
     """Return how MuJoCo, with the causes in it, does on the held-out trials, and where it disagrees."""
     extra: dict[str, float] = {}
     notes: list[str] = []
-    replays: list[Replay] = []
-    for trial in heldout:
-        replays.append(replay(robot, trial, problem.columns, dataset.gravity_mps2))
-        if replays[-1].failure:
-            notes.append(f"Simulation of {trial.file}: {replays[-1].failure}.")
-        if replays[-1].restless:
-            notes.append(f"Simulation of {trial.file}: {replays[-1].restless} rows had not come to rest.")
+    replays: list[Replay] = each(
+        pool, replay, [(robot, trial, problem.columns, dataset.gravity_mps2) for trial in heldout]
+    )
+    for trial, item in zip(heldout, replays, strict=True):
+        if item.failure:
+            notes.append(f"Simulation of {trial.file}: {item.failure}.")
+        if item.restless:
+            notes.append(f"Simulation of {trial.file}: {item.restless} rows had not come to rest.")
     twins = [
         np.stack([item.after.columns[name] for name in problem.columns], axis=1)
         for item in fits

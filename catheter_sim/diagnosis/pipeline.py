@@ -1,8 +1,9 @@
 """From a folder of measurements to a diagnosis, step by step; each step is a function of its own.
 
-1. Split into training and held-out trials (`trials.split`).
+1. Take out what a frozen sensor repeats; split into training and held-out trials (`trials.split`).
 2. Calibrate the nuisance parameters on the training trials, or the numbers that the data set names
-   under `[calibration]`: the model "before" (`fit` without terms).
+   under `[calibration]`: the model "before" (`fit` without terms). Where the data themselves look wrong
+   (`suspicions`), no cause is looked for.
 3. Estimate the noise, which weighs units against each other (`noise`).
 4. Choose causes inside the training trials (`select`).
 5. Fit the chosen hypothesis to every training row, with intervals (`fit`, `intervals`).
@@ -14,9 +15,11 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
@@ -38,14 +41,20 @@ from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.hypothesis import Problem, measured_of, robot_with
 from catheter_sim.diagnosis.noise import is_white, noise_floor, repeat_noise, white_noise
 from catheter_sim.diagnosis.nuisance import nuisances_of
+from catheter_sim.diagnosis.residuals import STAGES
 from catheter_sim.diagnosis.result import Diagnosis, UnitResult, write_results
 from catheter_sim.diagnosis.select import candidates_for, select
+from catheter_sim.diagnosis.structure import structure_tests
+from catheter_sim.diagnosis.suspicions import suspicions, thawed
 from catheter_sim.diagnosis.trials import Dataset, Trial, split, unit_of
 from catheter_sim.diagnosis.twin import twin_for
+from catheter_sim.diagnosis.workers import HERE, Workers, workers
 from catheter_sim.effects.apply import embodied
 from catheter_sim.mjcf.build import build_mjcf
 
+SUSPECTED = "The data look wrong, so that no cause was looked for"
 NEAR_NOISE = 1.5  # times the noise floor: an error so small is no discrepancy
+UNFINISHED = ".unfinished"  # folder of finished fits in the output folder of a run that was stopped
 _SMALLEST_WEIGHT = 1e-3  # of the spread of a unit's measurements
 
 
@@ -54,46 +63,63 @@ def diagnose(
     output_folder: str | os.PathLike[str],
     jobs: int = 1,
     progress: bool = False,
+    dask: str = "",
 ) -> Diagnosis:
     """Diagnose the data set in a folder and write what was found to another.
+
+    A run that was stopped left its finished fits in the output folder; the same run, started again,
+    takes them over. They are gone when it is done.
 
     Args:
         dataset_folder: with a dataset.toml.
         output_folder: gets diagnosis.json, report.html, robot.toml, model.xml and the fitted series.
-        jobs: processes to fit with.
+        jobs: processes of this machine to fit with.
         progress: show what is being done where standard error is a terminal.
+        dask: address of a Dask scheduler to fit on instead, "" for none.
 
     Raises:
-        InputError: the data set is not what it must be, or the output folder cannot be written.
+        InputError: the data set is not what it must be, the output folder cannot be written, or no
+            scheduler answers.
     """
     dataset = load_dataset(dataset_folder)
-    diagnosis = diagnose_dataset(dataset, jobs, progress)
+    unfinished = Path(output_folder) / UNFINISHED
+    diagnosis = diagnose_dataset(dataset, Workers(jobs, dask, unfinished), progress)
     actuation = dataset.trials[0].inputs.actuation
     write_results(diagnosis, output_folder, build_mjcf(embodied(diagnosis.extended_robot), actuation))
+    shutil.rmtree(unfinished, ignore_errors=True)
     return diagnosis
 
 
 def diagnose_dataset(
-    dataset: Dataset, jobs: int = 1, progress: bool = False, simulation: bool = True
+    dataset: Dataset, place: Workers = HERE, progress: bool = False, simulation: bool = True
 ) -> Diagnosis:
-    """Return the diagnosis of a data set; arguments as in `diagnose`.
+    """Return the diagnosis of a data set.
 
     Args:
         dataset: the measurements.
-        jobs: processes to fit with.
+        place: where to fit.
         progress: show what is being done where standard error is a terminal.
         simulation: replay the held-out trials in MuJoCo at the end.
+
+    Raises:
+        InputError: no scheduler answers, or processes were killed again and again.
     """
     hidden = not (progress and sys.stderr.isatty())
-    with tqdm(bar_format="{desc} ({elapsed})", disable=hidden, leave=False) as bar:
+    with tqdm(bar_format="{desc} ({elapsed})", disable=hidden, leave=False) as bar, workers(place) as pool:
         bar.set_description("calibrating")
+        dataset, frozen = thawed(dataset)
         train, heldout = split(dataset)
         problem = training_problem(dataset, train)
-        bar.set_description("choosing causes")
-        selection = select(problem, candidates_for(problem), jobs, bar.set_description)
-        bar.set_description("fitting the chosen causes")
         wanted = bool(dataset.calibration)  # numbers that may trade against one another
         before = fit(problem, (), cross_validate=False, thorough=wanted)
+        white = noise_floor(
+            white_noise(residual_series(problem, before)), repeat_noise(train, problem.columns)
+        )
+        suspected = suspicions(problem, before, heldout, white)
+        bar.set_description("choosing causes")
+        candidates = () if suspected else candidates_for(problem)
+        selection = select(problem, candidates, pool, bar.set_description)
+        bar.set_description("fitting the chosen causes")
         after = fit(
             problem, selection.chosen.terms, selection.chosen.values, cross_validate=False, thorough=wanted
         )
@@ -104,22 +130,23 @@ def diagnose_dataset(
         )
         by_unit = {unit: held_out(test, before, after, unit, noise[unit]) for unit in noise}
         unit = max(by_unit, key=lambda name: by_unit[name].rmse_after / max(by_unit[name].noise_floor, 1e-12))
-        verdict = verdict_of(problem, before, after, by_unit)
+        verdict = "unexplained" if suspected else verdict_of(problem, before, after, by_unit)
         if verdict != "cause_found":
             after = before
             by_unit = {name: held_out(test, before, before, name, noise[name]) for name in noise}
         bar.set_description("weighing the causes")
-        causes = named_causes(problem, test, after, by_unit[unit], unit)
+        causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
         groups = selection.alike if causes else ()
         robot = robot_with(problem, after.frees, after.x)
         fits = tuple(trial_fit(problem, trial, before, after) for trial in (*train, *heldout))
         extra, notes = figures(problem, fits, after)
-        notes += doubts(causes, by_unit)
+        notes = [*(f"{SUSPECTED}: {line}" for line in suspected), *frozen, *notes, *doubts(causes, by_unit)]
+        structure = {stage: structure_tests(dataset, fits, unit, stage) for stage in STAGES}
         bar.set_description("measuring how sure the calibration is")
-        calibrated = calibrated_numbers(problem, after, wanted, jobs)
+        calibrated = calibrated_numbers(problem, after, wanted, pool)
         if simulation:
             bar.set_description("replaying in MuJoCo")
-            found, said = confirmed(dataset, problem, robot, heldout, fits)
+            found, said = confirmed(dataset, problem, robot, heldout, fits, pool)
             extra |= found
             notes += said
     return Diagnosis(
@@ -138,6 +165,7 @@ def diagnose_dataset(
         notes=tuple(notes),
         extra=extra,
         calibrated=calibrated,
+        structure=structure,
     )
 
 

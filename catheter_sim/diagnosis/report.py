@@ -15,16 +15,19 @@ import numpy as np
 from jinja2 import Environment, StrictUndefined
 
 from catheter_sim.diagnosis.pictures import Picture, errors_of, judged
-from catheter_sim.diagnosis.residuals import VIEWS
+from catheter_sim.diagnosis.residuals import STAGES, VIEWS
 from catheter_sim.diagnosis.result import (
     NEXT_EXPERIMENT_FILE,
+    SIGNIFICANT,
     Candidate,
     Diagnosis,
     FittedParameter,
+    StructureTest,
     TrialFit,
     UnitResult,
     fit_file,
 )
+from catheter_sim.diagnosis.structure import TESTS
 from catheter_sim.diagnosis.trials import unit_of
 from catheter_sim.diagnosis.wording import (
     alike,
@@ -120,6 +123,8 @@ def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any
             for score in (picture.score for picture in pictures)
             if score is not None
         ],
+        "tests": _test_rows(diagnosis),
+        "significant": f"{SIGNIFICANT:g}",
         "subject": subject,
         "trials": [_trial_row(diagnosis, fit) for fit in diagnosis.fits],
         "extra": [_extra_row(name, value) for name, value in diagnosis.extra.items()],
@@ -128,6 +133,20 @@ def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any
         "gravity": listed([f"{value:g}" for value in diagnosis.dataset.gravity_mps2]),
         "fit_files": [fit_file(fit) for fit in diagnosis.fits],
     }
+
+
+def _test_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Return the tests of residuals, before and after side by side."""
+    stages = [{test.name: test for test in diagnosis.structure.get(stage, ())} for stage in STAGES]
+    return [
+        {"what": words, "before": _p_value(stages[0].get(name)), "after": _p_value(stages[1].get(name))}
+        for name, words in TESTS.items()
+        if name in stages[0]
+    ]
+
+
+def _p_value(test: StructureTest | None) -> str:
+    return "-" if test is None else f"{test.p_value:.3f}"
 
 
 def _number(diagnosis: Diagnosis) -> Mapping[str, str]:

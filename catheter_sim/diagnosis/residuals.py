@@ -126,7 +126,7 @@ def stack(dataset: Dataset, fits: Sequence[TrialFit], column: str, stage: str) -
 
 def binned_mean(coordinate: Array, values: Array, blocks: np.ndarray, bins: int = BINS) -> BinnedMean:
     """Return the means of `values` in groups of equally many rows along `coordinate`."""
-    groups = _groups(coordinate, bins)
+    groups = groups_of(coordinate, bins)
     centre, mean, half_width, rows = [], [], [], []
     for group in np.unique(groups):
         chosen = groups == group
@@ -151,7 +151,7 @@ def explained(
         line: predict by a straight line instead of binned means; for a coordinate of which every
             block has a stretch to itself, such as time.
     """
-    groups = _groups(coordinate, BINS)
+    groups = groups_of(coordinate, BINS)
     left, total = 0.0, 0.0
     for block in np.unique(blocks):
         test = blocks == block
@@ -279,7 +279,7 @@ def _blocks(trial: Trial, keep: np.ndarray) -> np.ndarray:
     return numbers
 
 
-def _groups(coordinate: Array, bins: int) -> np.ndarray:
+def groups_of(coordinate: Array, bins: int) -> np.ndarray:
     """Return the number of each row's group: equal values together, groups about equally full."""
     distinct = np.unique(coordinate)
     if len(distinct) <= 3:

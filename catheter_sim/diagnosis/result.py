@@ -22,6 +22,7 @@ from catheter_sim.tables import Array, Table, replaced_when_whole, write_table
 
 VERDICTS = ("cause_found", "no_discrepancy", "unexplained")
 NEXT_EXPERIMENT_FILE = "next_experiment.csv"
+SIGNIFICANT = 0.01  # p-value of a test of residuals
 _DIGITS = 6  # significant, in diagnosis.json
 
 
@@ -115,6 +116,28 @@ class NextExperiment:
 
 
 @dataclass(frozen=True)
+class StructureTest:
+    """What one test says of the residuals.
+
+    Attributes:
+        name: one of `structure.TESTS`.
+        coordinate: on what the residuals hang most, of those that belong to the test; unit included.
+        share_percent: of the residuals' mean square, in means along that coordinate [%], chance included.
+        p_value: probability of as strong a dependence, of any coordinate of the test, if there is none.
+    """
+
+    name: str
+    coordinate: str
+    share_percent: float
+    p_value: float
+
+    @property
+    def significant(self) -> bool:
+        """Return whether the residuals hang on it (at `SIGNIFICANT`)."""
+        return self.p_value <= SIGNIFICANT
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The answer for one data set, with its evidence.
 
@@ -132,6 +155,7 @@ class Diagnosis:
         notes: doubts and facts that a reader must know, a sentence each.
         extra: further figures by name, unit included ("tip_rmse_aligned_after_mm").
         calibrated: numbers of this specimen, by name, beside the specified ones (`null`).
+        structure: tests of the residuals, by stage ("before", "after").
     """
 
     dataset: Dataset
@@ -147,6 +171,7 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     extra: Mapping[str, float] = field(default_factory=dict)
     calibrated: Mapping[str, FittedParameter] = field(default_factory=dict)
+    structure: Mapping[str, tuple[StructureTest, ...]] = field(default_factory=dict)
 
     @property
     def headline(self) -> UnitResult:
@@ -194,6 +219,18 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "notes": list(diagnosis.notes),
         "extra": dict(diagnosis.extra),
         "calibrated": _parameters(diagnosis.calibrated),
+        "residual_tests": {
+            stage: [
+                {
+                    "test": test.name,
+                    "coordinate": test.coordinate,
+                    "share_percent": test.share_percent,
+                    "p_value": test.p_value,
+                }
+                for test in tests
+            ]
+            for stage, tests in diagnosis.structure.items()
+        },
     }
     undefined: dict[str, str] = {}
     finite: dict[str, Any] = _finite(document, "", undefined)

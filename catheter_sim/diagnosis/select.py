@@ -5,6 +5,7 @@ the most promising few are fitted well, and the best of these is taken if the er
 fall by more than `PAYS_ERRORS` standard errors (stretches count, not rows) and by more than
 `PAYS_SHARE`. What acts on the whole robot comes first: only when no more of that pays are values
 per channel or segment tried, which are many, and fit what they see better than what they do not see.
+Where an effect has several ways of as few numbers (a lag or a delay), one may take the other's place.
 Last, backward: a cause whose loss costs nothing is dropped, and several causes that one alone
 explains as well as they do give way to it. Nothing of the held-out data is seen.
 """
@@ -12,14 +13,13 @@ explains as well as they do give way to it. Nothing of the held-out data is seen
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from catheter_sim.diagnosis.fit import Fit, fit, probe
 from catheter_sim.diagnosis.hypothesis import Problem, Term, terms_for
-from catheter_sim.diagnosis.workers import each, workers
+from catheter_sim.diagnosis.workers import HERE, Workers, each
 from catheter_sim.effects.registry import EFFECTS
 
 PAYS_ERRORS = 2.0  # standard errors by which a cause must lower the squared error
@@ -58,10 +58,13 @@ def candidates_for(problem: Problem) -> tuple[str, ...]:
     """Return the effects that a diagnosis tries: those that make sense for the robot.
 
     Left out are those whose number is calibrated already, and `payload`: many rows with a load on the
-    tip still take the twin minutes.
+    tip still take the twin minutes. With a single trial `drift` is left out: what begins anew with each
+    trial shows in several, and inside one its many slow lines fit whatever else the model lacks.
     """
     calibrated = {name for item in problem.nuisances for name in item.stands_for}
     left_out = calibrated | {"payload"}
+    if len(problem.trials) < 2:
+        left_out.add("drift")
     return tuple(name for name in EFFECTS if name not in left_out and EFFECTS[name].parameters(problem.robot))
 
 
@@ -96,7 +99,7 @@ def as_good(best: Fit, other: Fit) -> bool:
 def select(
     problem: Problem,
     candidates: Sequence[str],
-    jobs: int = 1,
+    pool: Workers = HERE,
     on_fit: Callable[[str], None] | None = None,
 ) -> Selection:
     """Return which of the effects `candidates` explain the training data, and what else was tried.
@@ -104,61 +107,66 @@ def select(
     Args:
         problem: the training trials.
         candidates: names of effects.
-        jobs: processes to fit with.
+        pool: where to fit.
         on_fit: called with a line when a step is done.
     """
     rows = sum(len(trial.inputs) for trial in problem.trials)
     problem = replace(problem, every=max(1, round(rows / _ROWS)))
     say = on_fit or (lambda line: None)
-    with workers(jobs) as pool:
-        null = fit(problem, ())
-        tiers = [terms_for(problem.robot, name) for name in candidates]
-        simple = [terms[0] for terms in tiers]
-        detailed = [term for terms in tiers for term in terms[1:]]
-        singles = _fit_all(pool, problem, [((term,), {}) for term in (*simple, *detailed)])
-        current = null
-        path = [null]
-        tried: list[Fit] = []
-        for variants in (simple, [*simple, *detailed]):
-            while len(current.terms) < MOST_CAUSES:
-                if current is null:
-                    finalists = _in_order([item for item in singles if item.terms[0] in variants])
-                else:
-                    finalists = _next_finalists(pool, problem, current, variants)
-                    tried += finalists
-                if not finalists:
-                    break
-                best = finalists[0]
-                say(
-                    f"{'+'.join(best.causes)}: {best.cross_validated_rms:.4g} "
-                    f"(was {current.cross_validated_rms:.4g})"
-                )
-                if not pays(current, best):
-                    break
-                current = best
-                path.append(current)
-        current, dropped = _backward(pool, problem, current)
-        tried += dropped
-        if len(current.terms) > 1:
-            # Causes of the whole robot come first; together they may stand for one of a channel or segment.
-            alone = [item for item in singles if as_good(current, item)]
-            current = min(
-                alone, key=lambda item: (len(item.frees), item.cross_validated_rms), default=current
+    (null,) = each(pool, fit, [(problem, ())])
+    tiers = [terms_for(problem.robot, name) for name in candidates]
+    simple = [term for terms in tiers for term in terms if len(term.free) <= len(terms[0].free)]
+    detailed = [term for terms in tiers for term in terms if term not in simple]
+    alone = [term for terms in tiers for term in _promising(pool, problem, null, terms)]
+    singles = _fit_all(pool, problem, [((term,), {}) for term in alone])
+    current = null
+    path = [null]
+    tried: list[Fit] = []
+    for variants in (simple, [*simple, *detailed]):
+        while len(current.terms) < MOST_CAUSES:
+            if current is null:
+                finalists = _in_order([item for item in singles if item.terms[0] in variants])
+            else:
+                finalists = _next_finalists(pool, problem, current, variants)
+                tried += finalists
+            if not finalists:
+                break
+            best = finalists[0]
+            say(
+                f"{'+'.join(best.causes)}: {best.cross_validated_rms:.4g} "
+                f"(was {current.cross_validated_rms:.4g})"
             )
-        if current is not path[-1]:
+            if not pays(current, best):
+                break
+            current = best
             path.append(current)
-        if len(current.terms) == 1:
-            rivals = [(current.causes[0], item) for item in singles if item.causes != current.causes]
-        else:
-            rivals = _rivals(pool, problem, current, (*simple, *detailed))
-            tried += [item for _, item in rivals]
-        groups = _alike(current, rivals)
+    current, dropped = _backward(pool, problem, current)
+    tried += dropped
+    if len(current.terms) > 1:
+        # Causes of the whole robot come first; together they may stand for one of a channel or segment.
+        equal = [item for item in singles if as_good(current, item)]
+        current = min(equal, key=lambda item: (len(item.frees), item.cross_validated_rms), default=current)
+    if current is not path[-1]:
+        path.append(current)
+    if len(current.terms) == 1:
+        rivals = [(current.causes[0], item) for item in singles if item.causes != current.causes]
+    else:
+        rivals = _rivals(pool, problem, current, (*simple, *detailed))
+        tried += [item for _, item in rivals]
+    groups = _alike(current, rivals)
     return Selection(null, tuple(singles), tuple(tried), tuple(path), current, groups)
 
 
-def _rivals(
-    pool: Executor | None, problem: Problem, chosen: Fit, variants: Sequence[Term]
-) -> list[tuple[str, Fit]]:
+def _promising(pool: Workers, problem: Problem, null: Fit, terms: Sequence[Term]) -> Sequence[Term]:
+    """Return the variants of one effect to fit alone: of many, the `FINALISTS` that a probe puts first."""
+    if len(terms) <= FINALISTS:
+        return terms
+    probes = each(pool, probe, [(problem, null, (term,)) for term in terms])
+    order = sorted(range(len(terms)), key=lambda index: probes[index][0])
+    return [terms[index] for index in sorted(order[:FINALISTS])]
+
+
+def _rivals(pool: Workers, problem: Problem, chosen: Fit, variants: Sequence[Term]) -> list[tuple[str, Fit]]:
     """Return fits in which another effect, the last term, stands in the place of a chosen one.
 
     Every effect not chosen is probed in the place of each chosen one; the best `RIVALS` per place are
@@ -196,9 +204,7 @@ def _alike(chosen: Fit, rivals: Sequence[tuple[str, Fit]]) -> tuple[tuple[str, .
     return tuple(tuple(group) for group in groups.values())
 
 
-def _next_finalists(
-    pool: Executor | None, problem: Problem, current: Fit, variants: Sequence[Term]
-) -> list[Fit]:
+def _next_finalists(pool: Workers, problem: Problem, current: Fit, variants: Sequence[Term]) -> list[Fit]:
     """Return the fits of the most promising hypotheses one step beyond `current`, best first."""
     hypotheses = [terms for terms in (_beside(current.terms, term) for term in variants) if terms]
     probes = each(pool, probe, [(problem, current, terms) for terms in hypotheses])
@@ -208,17 +214,17 @@ def _next_finalists(
 
 
 def _beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:
-    """Return `terms` with `extra`, in place of the same effect's simpler variant; () if not new."""
+    """Return `terms` with `extra`, in place of its effect's variant of no more numbers; () if not new."""
     if extra in terms:
         return ()
     for index, term in enumerate(terms):
         if term.effect == extra.effect:
-            more = len(extra.free) > len(term.free)
-            return (*terms[:index], extra, *terms[index + 1 :]) if more else ()
+            fewer = len(extra.free) < len(term.free)
+            return () if fewer else (*terms[:index], extra, *terms[index + 1 :])
     return (*terms, extra)
 
 
-def _backward(pool: Executor | None, problem: Problem, current: Fit) -> tuple[Fit, list[Fit]]:
+def _backward(pool: Workers, problem: Problem, current: Fit) -> tuple[Fit, list[Fit]]:
     """Return `current` without the causes that do not pay, and the fits made to find out."""
     made: list[Fit] = []
     while len(current.terms) > 1:
@@ -238,7 +244,7 @@ def _in_order(fits: Sequence[Fit]) -> list[Fit]:
 
 
 def _fit_all(
-    pool: Executor | None, problem: Problem, hypotheses: Sequence[tuple[Sequence[Term], Known]]
+    pool: Workers, problem: Problem, hypotheses: Sequence[tuple[Sequence[Term], Known]]
 ) -> list[Fit]:
     """Return the fits of several hypotheses, each from its known values, in order."""
     return each(pool, fit, [(problem, terms, dict(known)) for terms, known in hypotheses])

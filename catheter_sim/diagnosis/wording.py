@@ -18,6 +18,8 @@ _PLAIN_UNITS = {
     "_percent": "%",
     "_m_per_s2": "m/s²",
     "_per_s": "1/s",
+    "_mm_per_min": "mm/min",
+    "_N_per_min": "N/min",
 }
 _UNITS = {suffix: suffix.removeprefix("_") for suffix, _ in SI_TO_FILE.values()} | _PLAIN_UNITS
 _LONGEST_FIRST = sorted(_UNITS, key=len, reverse=True)

@@ -9,10 +9,13 @@ from catheter_sim.effects import (
     actuation_offset,
     axial_compression,
     backlash,
+    coupling,
+    drift,
     measurement_frame,
     nonlinear_stiffness,
     payload,
     precurvature,
+    rate,
     stiffness,
     tendon_elongation,
     tendon_friction,
@@ -23,10 +26,14 @@ from catheter_sim.effects.face import Effect
 EFFECTS: Mapping[str, Effect] = {
     effect.name: effect
     for effect in (
-        # on the way in: sensor or drive first, then its zero, then the play behind it
+        # on the way in: sensor or drive first, then its zero and where that wanders, then how fast the
+        # drive follows, the play behind it, and what the routing makes of it
         actuation_gain.EFFECT,
         actuation_offset.EFFECT,
+        drift.EFFECT,
+        rate.EFFECT,
         backlash.EFFECT,
+        coupling.EFFECT,
         payload.EFFECT,
         # in the robot
         tendon_friction.EFFECT,

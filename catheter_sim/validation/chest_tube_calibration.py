@@ -26,6 +26,7 @@ from catheter_sim.diagnosis.pipeline import diagnose_dataset, training_problem
 from catheter_sim.diagnosis.result import Diagnosis
 from catheter_sim.diagnosis.trials import Trial, split
 from catheter_sim.diagnosis.twin import StaticTwin
+from catheter_sim.diagnosis.workers import Workers
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.document import leaves, to_document
 from catheter_sim.robots.posture import Array
@@ -163,7 +164,7 @@ def calibrate_draw(folder: Path, shapes_mm: Array, seed: int, jobs: int = 1) -> 
     """Write a draw to `folder`, diagnose it, and return what came of it."""
     write_draw(folder, shapes_mm, seed)
     dataset = load_dataset(folder)
-    diagnosis = diagnose_dataset(dataset, jobs, simulation=False)
+    diagnosis = diagnose_dataset(dataset, Workers(jobs), simulation=False)
     train, heldout = split(dataset)
     problem = training_problem(dataset, train)
     (fitted,) = (item.before for item in diagnosis.fits if item.role == "heldout")

@@ -233,7 +233,7 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     dataset = load_dataset(assets_folder() / "examples" / "opencr_v4")
     asked: list[object] = []
 
-    def diagnose(data: str, out: Path, jobs: int, progress: bool) -> Diagnosis:
+    def diagnose(data: str, out: Path, jobs: int, progress: bool, dask: str) -> Diagnosis:
         asked.extend([data, str(out), jobs])
         return Diagnosis(
             dataset=dataset,

@@ -1,0 +1,60 @@
+"""Which effects a diagnosis tries, and how it speaks of those of time and coupling."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from planted import as_inputs, displacement_history, small_robot
+
+from catheter_sim.diagnosis.experiment import next_experiment
+from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.select import candidates_for
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.diagnosis.twin import twin_for
+from catheter_sim.diagnosis.wording import name_and_unit
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.tables import Table
+
+
+def problem(robot: Robot, trials: int) -> Problem:
+    """Return a problem with trials at rest."""
+    inputs = as_inputs(np.zeros((3, len(robot.tendons))), robot.actuation)
+    outputs = Table(inputs.time_s, {"tip_x_mm": np.zeros(3)})
+    twin = twin_for(robot, robot.actuation, ["tip_x_mm"], np.zeros(3))
+    made = tuple(Trial(f"{index}.csv", "train", inputs, outputs) for index in range(trials))
+    return Problem(robot, (), made, ("tip_x_mm",), np.ones(1), twin)
+
+
+def test_drift_is_tried_where_several_trials_begin_anew() -> None:
+    """A zero that wanders from each trial's start is not looked for in a single trial; a lag is."""
+    assert {"drift", "rate"} <= set(candidates_for(problem(small_robot(), 2)))
+    alone = candidates_for(problem(small_robot(), 1))
+    assert "drift" not in alone
+    assert "rate" in alone
+
+
+def test_coupling_is_tried_where_there_is_something_to_couple() -> None:
+    """Several sections or joints, not one section."""
+    assert "coupling" not in candidates_for(problem(small_robot(), 2))
+    for name in ("neuroendoscope", "mitral_4dof"):
+        assert "coupling" in candidates_for(problem(load_robot(name), 2))
+
+
+@pytest.mark.parametrize(
+    ("group", "word"),
+    [(("backlash", "rate"), "speed"), (("drift", "stiffness"), "minutes"), (("coupling", "twist"), "alone")],
+)
+def test_advice_names_what_would_tell_them_apart(group: tuple[str, ...], word: str) -> None:
+    """Rivals of rate, drift and coupling get an experiment of their own, in words."""
+    inputs = displacement_history(1, 1)
+    trial = Trial("a.csv", "train", inputs, Table(inputs.time_s, {}))
+    assert word in next_experiment(small_robot(), [trial], group[:1], [group]).words.split("The CSV")[0]
+
+
+def test_rates_have_their_units() -> None:
+    """A number's name ends in its unit, also a minute's."""
+    assert name_and_unit("zero_bending_mm_per_min") == ("zero bending", "mm/min")
+    assert name_and_unit("zero_N_per_min") == ("zero", "N/min")
+    assert name_and_unit("lag_s") == ("lag", "s")
+    assert name_and_unit("distal_to_proximal") == ("distal to proximal", "")

@@ -1,0 +1,123 @@
+"""Claims about the tests of residuals: they find what is planted, and err on noise as often as they say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from catheter_sim.diagnosis.dataset import Dataset, Trial
+from catheter_sim.diagnosis.residuals import turning_points
+from catheter_sim.diagnosis.result import TrialFit
+from catheter_sim.diagnosis.structure import TESTS, structure_tests
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.channels import Inputs
+from catheter_sim.tables import Table
+
+CYCLES, ROWS = 16, 24
+COLUMNS = ("body_1_x_mm", "body_1_y_mm", "body_2_x_mm", "body_2_y_mm", "tip_x_mm", "tip_y_mm")
+SIZE = {"body_1": 0.3, "body_2": 0.6, "tip": 1.0}
+SHARE = np.concatenate([np.linspace(0.0, 1.0, ROWS // 2), np.linspace(1.0, 0.0, ROWS // 2)])
+HEADING = np.repeat(np.random.default_rng(3).uniform(0.3, 1.27, CYCLES), ROWS)
+PULL = np.tile(SHARE, CYCLES) * np.repeat(np.random.default_rng(4).uniform(0.6, 1.0, CYCLES), ROWS)
+AXIS = {"x": np.cos(HEADING), "y": np.sin(HEADING)}
+
+
+def judged(residual):
+    """Return the tests by name, of measurements that are off by `residual`: column to shape (n,)."""
+    time_s = np.arange(float(CYCLES * ROWS))
+    zeros = np.zeros((len(time_s), 3))
+    computed, measured = {}, {}
+    for name in COLUMNS:
+        point, axis, _ = name.rsplit("_", 2)
+        computed[name] = 40.0 * SIZE[point] * PULL * AXIS[axis]
+        measured[name] = computed[name] + residual(name)
+    inputs = Inputs(time_s, "tension", np.stack([PULL, np.zeros_like(PULL)], axis=1), zeros, zeros)
+    table = Table(time_s, measured)
+    dataset = Dataset(
+        folder=Path("made_up"),
+        name="made up",
+        robot=load_robot("neuroendoscope_section"),
+        robot_reference="neuroendoscope_section",
+        source="made up",
+        licence="none",
+        gravity_mps2=np.zeros(3),
+        input_channels=("tension_right_N",),
+        output_channels=COLUMNS,
+        trials=(Trial("a.csv", "heldout", inputs, table),),
+    )
+    model = Table(time_s, computed)
+    found = structure_tests(
+        dataset, [TrialFit("a.csv", "heldout", time_s, table, model, model)], "mm", "before"
+    )
+    return {item.name: item for item in found}
+
+
+def slow_noise(generator):
+    """Return noise that hangs together from row to row inside a cycle, and not from cycle to cycle."""
+    white = generator.normal(size=(CYCLES, ROWS))
+    result = np.empty_like(white)
+    result[:, 0] = white[:, 0]
+    for row in range(1, ROWS):
+        result[:, row] = 0.9 * result[:, row - 1] + np.sqrt(1.0 - 0.9**2) * white[:, row]
+    return 0.1 * result.ravel()
+
+
+@pytest.mark.slow
+def test_noise_is_called_structure_as_rarely_as_promised():
+    """200 draws of noise that hangs together inside cycles: p below 0.05 in some 5 % of them, per test."""
+    generator = np.random.default_rng(11)
+    below = dict.fromkeys(TESTS, 0)
+    for _ in range(200):
+        noise = {name: slow_noise(generator) for name in COLUMNS}
+        for name, found in judged(noise.__getitem__).items():
+            below[name] += found.p_value <= 0.05
+    assert all(count <= 20 for count in below.values()), below
+    assert sum(below.values()) >= 20  # and no test is deaf
+
+
+@pytest.mark.parametrize(
+    ("name", "others", "shape"),
+    [
+        ("direction", ("arc length", "out of plane", "time"), lambda column, side: 0.1 * side),
+        ("position", ("arc length", "out of plane", "time"), lambda column, side: 0.2 * (PULL > 0.5) - 0.1),
+        (
+            "time",
+            ("arc length", "out of plane", "direction"),
+            lambda column, side: np.linspace(-0.1, 0.1, len(PULL)),
+        ),
+    ],
+    ids=["friction", "stiffness", "drift"],
+)
+def test_what_is_planted_is_found(name, others, shape):
+    """An error that hangs on one thing is significant there, and not where it does not hang."""
+    generator = np.random.default_rng(5)
+    side = turning_points(PULL)[0]
+    noise = {column: shape(column, side) + slow_noise(generator) for column in COLUMNS}
+    found = judged(noise.__getitem__)
+    assert found[name].significant, found[name]
+    assert not any(found[other].significant for other in others), found
+
+
+def test_error_that_grows_along_the_robot_is_found():
+    """Residuals in proportion to the place along the robot, the mean over all elements being zero."""
+    generator = np.random.default_rng(6)
+    place = {"body_1": -0.1, "body_2": 0.0, "tip": 0.1}
+    noise = {column: place[column.rsplit("_", 2)[0]] + slow_noise(generator) for column in COLUMNS}
+    assert judged(noise.__getitem__)["arc length"].significant
+
+
+def test_twist_is_found_out_of_the_plane_and_not_as_direction():
+    """A turn about the axis by 1 deg: out of the bending plane, whatever its heading."""
+    generator = np.random.default_rng(7)
+    angle = np.radians(1.0)
+
+    def turned(column):
+        point, axis, _ = column.rsplit("_", 2)
+        other = {"x": -AXIS["y"], "y": AXIS["x"]}[axis]
+        return 40.0 * SIZE[point] * PULL * angle * other + slow_noise(generator)
+
+    found = judged(turned)
+    assert found["out of plane"].significant
+    assert not found["direction"].significant
