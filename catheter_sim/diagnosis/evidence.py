@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,28 +35,59 @@ def gain_percent(before: float, after: float) -> float:
     return 100.0 * (1.0 - after / before) if before > 0.0 else 0.0
 
 
-def gain_interval(
-    problem: Problem, before: Array, after: Array, unit: str, seed: int = 0
-) -> tuple[float, float]:
-    """Return the 95 % interval of the gain [%], from drawing whole cycles with replacement.
+def cycle_squares(problem: Problem, before: Array, after: Array, unit: str) -> list[Array]:
+    """Return each trial's sums of squared errors by whole cycle, before and after, shape (c, 2) each.
 
     Args:
-        problem: the held-out trials.
+        problem: the trials.
         before, after: errors as from `errors_of`.
         unit: outputs of this unit count.
+    """
+    result: list[Array] = []
+    start = 0
+    for trial in problem.trials:
+        alone = replace(problem, trials=(trial,))
+        columns = column_of(alone)
+        mine = np.array([unit_of(name) == unit for name in alone.columns])[columns]
+        part = slice(start, start + len(columns))
+        start += len(columns)
+        if mine.any():
+            labels = np.unique(blocks_of(alone, fewest=1)[mine], return_inverse=True)[1]
+            sums = [np.bincount(labels, weights=errors[part][mine] ** 2) for errors in (before, after)]
+            result.append(np.stack(sums, axis=1).astype(float))
+    return result
+
+
+def gain_interval(held: Sequence[Array], others: Sequence[Array] = (), seed: int = 0) -> tuple[float, float]:
+    """Return the interval in which the gain on as many other trials would lie, 95 % [%].
+
+    Trials differ by more than their cycles do, and few are held out: as many as those are drawn from all
+    trials, and cycles within each, with replacement. The gains' spread about that of all trials, times
+    sqrt(2) since the held-out gain is itself of such a draw, stands about the held-out gain. With fewer
+    than three trials only cycles of the held-out ones are drawn; of a single cycle nothing is known.
+
+    Args:
+        held: of the held-out trials, as from `cycle_squares`.
+        others: of the training trials.
         seed: of the draws.
     """
-    mine = np.array([unit_of(name) == unit for name in problem.columns])[column_of(problem)]
-    labels = np.unique(blocks_of(problem)[mine], return_inverse=True)[1]
-    squares = [np.bincount(labels, weights=errors[mine] ** 2) for errors in (before, after)]
-    count = len(squares[0])
-    if count < 2:
-        return float("nan"), float("nan")
-    draws = np.random.default_rng(seed).integers(0, count, size=(BOOTSTRAPS, count))
-    sums = [np.maximum(part[draws].sum(axis=1), 1e-300) for part in squares]
-    gains = 100.0 * (1.0 - np.sqrt(sums[1] / sums[0]))
-    low, high = np.percentile(gains, [2.5, 97.5])
-    return float(low), float(high)
+    pool, count = [*held, *others], len(held)
+    if len(pool) < 3:
+        pool, count = list(held), 1
+        if sum(len(trial) for trial in held) < 2:
+            return float("nan"), float("nan")
+    generator = np.random.default_rng(seed)
+    drawn = np.empty(BOOTSTRAPS)
+    for index in range(BOOTSTRAPS):
+        trials = [pool[k] for k in generator.integers(0, len(pool), count)]
+        drawn[index] = _gain_of([trial[generator.integers(0, len(trial), len(trial))] for trial in trials])
+    low, high = np.percentile(drawn - _gain_of(pool), [2.5, 97.5]) * np.sqrt(2.0) + _gain_of(held)
+    return float(low), float(min(high, 100.0))
+
+
+def _gain_of(cycles: Sequence[Array]) -> float:
+    before, after = np.concatenate(cycles).sum(axis=0)
+    return gain_percent(float(np.sqrt(before)), float(np.sqrt(after)))
 
 
 def tip_errors(columns: Mapping[str, Sequence[tuple[Array, Array]]]) -> dict[str, float]:

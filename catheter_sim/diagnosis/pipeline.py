@@ -7,7 +7,8 @@
 3. Estimate the noise, which weighs units against each other (`noise`).
 4. Choose causes inside the training trials (`select`).
 5. Fit the chosen hypothesis to every training row, with intervals (`fit`, `intervals`).
-6. Look at the held-out trials, once: errors, the interval of the gain, shares (`findings`, `evidence`).
+6. Look at the held-out trials, once: errors, the interval of the gain, shares (`findings`, `evidence`). A
+   cause that does not pay there is not named, nor is any where what is left has a structure (`verdict`).
 7. Replay the held-out trials in MuJoCo with the causes in it (`confirm`).
 8. Say what to measure next (`experiment`), and write everything down (`result`).
 """
@@ -17,7 +18,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,25 +36,25 @@ from catheter_sim.diagnosis.findings import (
     named_causes,
     ranking,
     residual_series,
-    trial_fit,
+    trial_fits,
 )
-from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.hypothesis import Problem, measured_of, robot_with
-from catheter_sim.diagnosis.noise import is_white, noise_floor, repeat_noise, white_noise
+from catheter_sim.diagnosis.noise import noise_floor, repeat_noise, white_noise
 from catheter_sim.diagnosis.nuisance import nuisances_of
 from catheter_sim.diagnosis.residuals import STAGES
-from catheter_sim.diagnosis.result import Diagnosis, UnitResult, write_results
+from catheter_sim.diagnosis.result import Diagnosis, write_results
 from catheter_sim.diagnosis.select import candidates_for, select
 from catheter_sim.diagnosis.structure import structure_tests
 from catheter_sim.diagnosis.suspicions import suspicions, thawed
 from catheter_sim.diagnosis.trials import Dataset, Trial, split, unit_of
 from catheter_sim.diagnosis.twin import twin_for
+from catheter_sim.diagnosis.verdict import left_over, left_over_note, unsupported, verdict_of
 from catheter_sim.diagnosis.workers import HERE, Workers, workers
 from catheter_sim.effects.apply import embodied
 from catheter_sim.mjcf.build import build_mjcf
 
 SUSPECTED = "The data look wrong, so that no cause was looked for"
-NEAR_NOISE = 1.5  # times the noise floor: an error so small is no discrepancy
 UNFINISHED = ".unfinished"  # folder of finished fits in the output folder of a run that was stopped
 _SMALLEST_WEIGHT = 1e-3  # of the spread of a unit's measurements
 
@@ -128,20 +129,37 @@ def diagnose_dataset(
         noise = noise_floor(
             white_noise(residual_series(problem, after)), repeat_noise(train, problem.columns)
         )
-        by_unit = {unit: held_out(test, before, after, unit, noise[unit]) for unit in noise}
+        by_unit = held_out(problem, test, before, after, noise)
         unit = max(by_unit, key=lambda name: by_unit[name].rmse_after / max(by_unit[name].noise_floor, 1e-12))
-        verdict = "unexplained" if suspected else verdict_of(problem, before, after, by_unit)
-        if verdict != "cause_found":
-            after = before
-            by_unit = {name: held_out(test, before, before, name, noise[name]) for name in noise}
         bar.set_description("weighing the causes")
         causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
+        weak = unsupported(causes)
+        if weak:
+            terms = tuple(term for term in after.terms if term.effect not in weak)
+            after = fit(problem, terms, after.values, cross_validate=False, thorough=wanted)
+            by_unit = held_out(problem, test, before, after, noise)
+            causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
+        fits = trial_fits(problem, (*train, *heldout), before, after)
+        structure = {stage: structure_tests(dataset, fits, unit, stage) for stage in STAGES}
+        left = left_over(by_unit[unit], structure["after"])
+        verdict = "unexplained" if suspected else verdict_of(problem, before, after, by_unit, left)
+        notes = [*(f"{SUSPECTED}: {line}" for line in suspected), *frozen]
+        if after.terms and left is not None:
+            notes.append(left_over_note(after, by_unit[unit], left))
+        if verdict != "cause_found":
+            after, causes, weak = before, (), ()
+            by_unit = held_out(problem, test, before, before, noise)
+            fits = trial_fits(problem, (*train, *heldout), before, before)
+            structure["after"] = structure["before"]
+        notes += [
+            f"{name.replace('_', ' ')} pays on stretches left out of the training data, but not on the "
+            "held-out data, and is not named."
+            for name in weak
+        ]
         groups = selection.alike if causes else ()
         robot = robot_with(problem, after.frees, after.x)
-        fits = tuple(trial_fit(problem, trial, before, after) for trial in (*train, *heldout))
-        extra, notes = figures(problem, fits, after)
-        notes = [*(f"{SUSPECTED}: {line}" for line in suspected), *frozen, *notes, *doubts(causes, by_unit)]
-        structure = {stage: structure_tests(dataset, fits, unit, stage) for stage in STAGES}
+        extra, said = figures(problem, fits, after)
+        notes += [*said, *doubts(causes, by_unit)]
         bar.set_description("measuring how sure the calibration is")
         calibrated = calibrated_numbers(problem, after, wanted, pool)
         if simulation:
@@ -195,17 +213,3 @@ def training_problem(dataset: Dataset, train: Sequence[Trial]) -> Problem:
         max(noise.get(unit_of(name), 0.0), _SMALLEST_WEIGHT * spread[unit_of(name)]) for name in columns
     ]
     return replace(problem, weight=np.array(weight))
-
-
-def verdict_of(problem: Problem, before: Fit, after: Fit, by_unit: Mapping[str, UnitResult]) -> str:
-    """Return the verdict.
-
-    A cause is found where causes were chosen on the training trials and the error on the held-out ones
-    falls, in at least one unit, with an interval above zero. Otherwise there is no discrepancy if the
-    calibrated model's residuals are near the noise, or show no structure from row to row.
-    """
-    if after.terms and any(result.gain_percent_ci95[0] > 0.0 for result in by_unit.values()):
-        return "cause_found"
-    near = all(result.rmse_before <= NEAR_NOISE * result.noise_floor for result in by_unit.values())
-    white = all(is_white(series) for series in residual_series(problem, before).values())
-    return "no_discrepancy" if near or white else "unexplained"

@@ -23,7 +23,7 @@ from catheter_sim.diagnosis.workers import HERE, Workers, each
 from catheter_sim.effects.registry import EFFECTS
 
 PAYS_ERRORS = 2.0  # standard errors by which a cause must lower the squared error
-PAYS_SHARE = 0.02  # share of the root mean square by which it must lower it
+PAYS_SHARE = 0.03  # share of the root mean square by which it must lower it
 FINALISTS = 3
 RIVALS = 2  # fitted in the place of each chosen cause
 _RIVAL_COST = 2.0  # a rival's squared error after one step, over that of the choice, still worth a fit

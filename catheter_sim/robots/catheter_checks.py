@@ -95,7 +95,8 @@ def _check_segment(segment: CatheterSegment, prefix: str) -> None:
         _check_bending(segment, prefix)
     if segment.joint == "torsion":
         _check_limit(segment, segment.wrap_rad, "the tendon's wrap", prefix)
-        within = partial(_at_most, segment.outer_radius_m)
+        # On the module's surface as printed, where a specimen's may lie a percent further out.
+        within = partial(_at_most, 1.02 * segment.outer_radius_m)
         need(segment, "tendon_radius_m", prefix, within, "lies outside the module")
 
 

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from planted import displacement_history, pair_history, small_robot
 
-from catheter_sim.diagnosis.evidence import TIP, gain_interval, gain_percent, rmse_by_unit, tip_errors
+from catheter_sim.diagnosis.evidence import (
+    TIP,
+    cycle_squares,
+    gain_interval,
+    gain_percent,
+    rmse_by_unit,
+    tip_errors,
+)
 from catheter_sim.diagnosis.experiment import loops, next_experiment
 from catheter_sim.diagnosis.hypothesis import Problem
 from catheter_sim.diagnosis.noise import is_white, noise_floor, repeat_noise, white_noise
@@ -68,14 +75,36 @@ def test_gain_interval_is_around_the_gain_and_honest_about_few_cycles():
     rows = len(problem.trials[0].inputs)
     generator = np.random.default_rng(8)
     before = generator.normal(size=rows)
-    low, high = gain_interval(problem, before, 0.5 * before, "mm")
+    low, high = gain_interval(cycle_squares(problem, before, 0.5 * before, "mm"))
     assert low == pytest.approx(50.0)
     assert high == pytest.approx(50.0)
     patchy = np.where(np.arange(rows) < rows // 2, 0.1, 1.0) * before
-    low, high = gain_interval(problem, before, patchy, "mm")
+    low, high = gain_interval(cycle_squares(problem, before, patchy, "mm"))
     assert low < gain_percent(*(float(np.sqrt(np.mean(e**2))) for e in (before, patchy))) < high
     assert high - low > 10.0
     assert gain_percent(0.0, 0.0) == 0.0
+
+
+def test_gain_interval_knows_that_trials_differ():
+    """Gains alike in all cycles of a trial, but not from trial to trial: other trials' gains lie inside."""
+    generator = np.random.default_rng(9)
+
+    def trial():
+        before = generator.uniform(0.5, 1.5, size=6) ** 2
+        return np.stack([before, before * generator.uniform(0.02, 0.2)], axis=1)
+
+    inside = 0
+    for _ in range(60):
+        held, others = [trial(), trial()], [trial() for _ in range(6)]
+        low, high = gain_interval(held, others)
+        third = np.concatenate([trial(), trial()]).sum(axis=0)
+        inside += low <= 100.0 * (1.0 - np.sqrt(third[1] / third[0])) <= high
+    assert inside >= 54
+
+
+def test_one_cycle_says_nothing_of_the_gain():
+    """Nothing to compare with: undefined, not narrow."""
+    assert np.isnan(gain_interval([np.array([[1.0, 0.5]])])).all()
 
 
 def test_alignment_takes_out_a_shift_and_nothing_else():

@@ -1,0 +1,69 @@
+"""The verdict, and what speaks against naming a cause."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from catheter_sim.diagnosis.findings import residual_series
+from catheter_sim.diagnosis.fit import Fit
+from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.noise import is_white
+from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
+from catheter_sim.diagnosis.structure import TESTS
+
+NEAR_NOISE = 1.5  # times the noise floor: an error so small is no discrepancy
+ROUGH_NOISE = 3.0  # the same where the error shows no structure from row to row
+LEFT_OVER = 2.0  # times the noise floor: an error after correction that must have no structure
+HANGS_PERCENT = 20.0  # of what is left over, hanging on one thing: the causes are not what they seem
+LEAST_GAIN_PERCENT = 0.5  # of the error before, on held-out data, below which a cause is not named
+
+
+def verdict_of(
+    problem: Problem,
+    before: Fit,
+    after: Fit,
+    by_unit: Mapping[str, UnitResult],
+    left: StructureTest | None,
+) -> str:
+    """Return the verdict.
+
+    A cause is found where causes were chosen on the training trials, the error on the held-out ones falls,
+    in at least one unit, with an interval above zero, and nothing well above the noise is left that hangs
+    on something (`left_over`). Otherwise there is no discrepancy if the calibrated model's residuals are
+    near the noise.
+    """
+    if after.terms and left is None and any(result.gain_percent_ci95[0] > 0.0 for result in by_unit.values()):
+        return "cause_found"
+    times = max(result.rmse_before / max(result.noise_floor, 1e-12) for result in by_unit.values())
+    white = all(is_white(series) for series in residual_series(problem, before).values())
+    return "no_discrepancy" if times <= (ROUGH_NOISE if white else NEAR_NOISE) else "unexplained"
+
+
+def left_over(result: UnitResult, tests: Sequence[StructureTest]) -> StructureTest | None:
+    """Return on what most of the error after correction hangs, if it is well above the noise and does.
+
+    Causes that are imitated by others leave what the imitation cannot do: a dependence on the input or the
+    position, say.
+    """
+    if result.rmse_after <= LEFT_OVER * result.noise_floor:
+        return None
+    hanging = [test for test in tests if test.significant and test.share_percent >= HANGS_PERCENT]
+    return max(hanging, key=lambda test: test.share_percent, default=None)
+
+
+def left_over_note(after: Fit, result: UnitResult, left: StructureTest) -> str:
+    """Return what to say of causes that are not named because of what they leave."""
+    names = ", ".join(name.replace("_", " ") for name in after.causes)
+    times = result.rmse_after / result.noise_floor
+    return (
+        f"The best that was found, {names}, lowers the held-out error from {result.rmse_before:.3g} to "
+        f"{result.rmse_after:.3g}, but what is left is {times:.1f} times the noise, and "
+        f"{left.share_percent:.0f} % of it hangs on {TESTS[left.name]} ({left.coordinate}): that is not the "
+        "whole cause, or not the cause, so that none is named."
+    )
+
+
+def unsupported(causes: Sequence[Cause]) -> tuple[str, ...]:
+    """Return the causes, beside others, without which the held-out error would be as small."""
+    weak = tuple(cause.name for cause in causes if cause.gain_percent < LEAST_GAIN_PERCENT)
+    return weak if len(weak) < len(causes) else ()

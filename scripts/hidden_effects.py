@@ -1,0 +1,73 @@
+"""Hide effects in made data, let the diagnosis look for them, and score it.
+
+    python scripts/hidden_effects.py --draws 100 --seed 7 --jobs 2 -o results/hidden
+
+Every draw takes a robot, a story (one effect, two, none, or a cause outside the list), a size of 5 to 30
+times the noise, inputs, noise and errors of calibration. The simulation makes the data; the diagnosis, in
+another process that is given only the data set's folder, fits the analytic twin. A draw takes one or two
+minutes of one core, of the two-section neuroendoscope far more. A stopped run goes on where it was; a draw
+that is scored is not run again.
+
+-o DIR gets data/, answers/, found/, scores/ (one JSON per draw), table.txt and table.json. Times per draw
+are those of one process beside the other jobs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from catheter_sim.cli.arguments import whole_number
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.hidden.bench import run_bench
+from catheter_sim.hidden.folders import write_json
+from catheter_sim.hidden.robots import BENCH_ROBOTS
+from catheter_sim.hidden.table import as_text, miss_text, summary
+from catheter_sim.tables import replaced_when_whole
+
+
+def main() -> int:
+    """Run the bench; return the exit status: 1 where a line of the table is missed."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--draws", type=whole_number(1, 10000), default=20, help="default 20")
+    parser.add_argument("--seed", type=whole_number(0, 2**31), default=1, help="default 1")
+    parser.add_argument("--jobs", type=whole_number(1, 256), default=1, help="draws at a time; default 1")
+    parser.add_argument("--robots", help=f"comma-separated, of {', '.join(BENCH_ROBOTS)}; default all")
+    parser.add_argument("--limit", type=float, default=900.0, help="seconds for one diagnosis; default 900")
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder to write")
+    options = parser.parse_args()
+    try:
+        robots = _robots(options.robots)
+        root = Path(options.output)
+        print(f"seed {options.seed}, {options.draws} draws of {', '.join(robots)}", flush=True)
+        scores = run_bench(
+            options.seed, options.draws, root, options.jobs, robots, options.limit, on_score=_say
+        )
+    except InputError as error:
+        print(f"hidden_effects: error: {error}", file=sys.stderr)
+        return 2
+    table = summary(scores)
+    with replaced_when_whole(root / "table.txt") as file:
+        file.write(as_text(table) + "\n")
+    write_json(table, root / "table.json")
+    print(as_text(table))
+    return 0 if all(line["met"] is not False for line in table["lines"]) else 1
+
+
+def _robots(text: str | None) -> tuple[str, ...]:
+    names = tuple(text.split(",")) if text else tuple(BENCH_ROBOTS)
+    for name in names:
+        if name not in BENCH_ROBOTS:
+            raise unknown("robot", name, BENCH_ROBOTS, "--robots")
+    return names
+
+
+def _say(score: dict) -> None:
+    print(f"{'hit ' if score['right'] else 'MISS'} {miss_text(score)} [{score['seconds']:.0f} s]", flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

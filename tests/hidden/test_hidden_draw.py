@@ -1,0 +1,108 @@
+"""Draws of the hidden-effect bench: decided by seed and number, sized as they say."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.hidden.draw import robot_of, setting_of, story_of
+from catheter_sim.hidden.robots import BENCH_ROBOTS, bench_robot
+from catheter_sim.hidden.sizes import SMALLEST, amplitude_for, drawn_direction, over_noise
+
+QUICK = [name for name in BENCH_ROBOTS if name != "neuroendoscope"]
+
+
+def test_twenty_draws_tell_every_story():
+    """Twenty draws in a row hold ten single effects, four pairs, three times nothing, three from outside."""
+    for block in range(3):
+        stories = Counter(story_of(5, 20 * block + place) for place in range(20))
+        assert stories == {"single": 10, "pair": 4, "none": 3, "outside": 3}
+
+
+def test_every_robot_has_its_turn():
+    """As many draws in a row as there are robots meet each robot once, in another order with another seed."""
+    count = len(BENCH_ROBOTS)
+    orders = [[robot_of(seed, index) for index in range(count)] for seed in (1, 2)]
+    assert sorted(orders[0]) == sorted(BENCH_ROBOTS)
+    assert orders[0] != orders[1]
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_setting_is_decided_by_its_key(name):
+    """The same key gives the same robot, inputs and noise; another key other inputs."""
+    first, again, other = (setting_of((seed, 0, 0), name, False) for seed in (3, 3, 4))
+    assert first.built == again.built
+    assert first.columns == again.columns
+    np.testing.assert_array_equal(first.noise, again.noise)
+    for one, two in zip((*first.trials, *first.aside), (*again.trials, *again.aside), strict=True):
+        np.testing.assert_array_equal(one.tendon, two.tendon)
+    assert not np.array_equal(first.trials[0].tendon, other.trials[0].tendon)
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_inputs_start_at_rest_and_one_trial_is_repeated(name):
+    """Every trial begins with zero inputs at time zero; one training trial repeats the first."""
+    setting = setting_of((1, 2, 0), name, False)
+    for inputs in (*setting.trials, *setting.aside):
+        assert not inputs.tendon[0].any()
+        assert inputs.time_s[0] == 0.0
+        assert (np.diff(inputs.time_s) > 0.0).all()
+    np.testing.assert_array_equal(setting.trials[0].tendon, setting.trials[4].tendon)
+    rows = sum(len(inputs) for inputs in setting.trials)
+    assert 100 <= rows <= 900
+
+
+def test_third_set_has_its_own_inputs():
+    """No trial of the third set repeats one of the data set."""
+    setting = setting_of((1, 2, 0), "chest_tube_section", False)
+    for aside in setting.aside:
+        assert not any(np.array_equal(aside.tendon, inputs.tendon) for inputs in setting.trials)
+
+
+def test_errors_of_calibration_stay_in_their_ranges():
+    """Stiffness within 3 %, friction within 20 %, arm within 1 % of the specification: the nominal ranges."""
+    factors = [setting_of((seed, 0, 0), "chest_tube_section", False).factors for seed in range(20)]
+    for name, half in (("elastic_constant", 0.03), ("friction_coefficient", 0.2), ("moment_arm", 0.01)):
+        values = np.array([item[name] for item in factors])
+        assert np.abs(values - 1.0).max() <= half
+        assert np.abs(values - 1.0).max() > 0.5 * half
+
+
+@pytest.mark.parametrize("slope", [0.3, 7.0])
+@pytest.mark.parametrize("power", [0.5, 1.0, 2.0])
+def test_amplitude_gives_the_wanted_change(slope, power):
+    """Where a change grows as some power of an amplitude, the amplitude found gives the wanted one to 3 %."""
+    found = amplitude_for(lambda amplitude: slope * amplitude**power, 12.0)
+    assert found is not None
+    assert slope * found[0] ** power == pytest.approx(12.0, rel=0.03)
+
+
+def test_amplitude_stops_at_a_bound():
+    """Beyond its bound an effect is not possible: the largest amplitude is taken if it shows, else none."""
+    shows = amplitude_for(lambda amplitude: 2.0 * amplitude if amplitude <= 4.0 else math.nan, 25.0)
+    assert shows is not None
+    assert 7.0 < shows[1] <= 8.0
+    assert amplitude_for(lambda amplitude: amplitude if amplitude <= SMALLEST / 2 else math.nan, 25.0) is None
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_directions_leave_the_value_that_does_nothing(name):
+    """Every effect of every robot moves off the value that does nothing without leaving its bounds."""
+    generator = np.random.default_rng(0)
+    robot = bench_robot(name, generator).robot
+    for effect in (item for item in EFFECTS if EFFECTS[item].parameters(robot)):
+        direction = drawn_direction(robot, effect, generator)
+        values = direction.values(1e-3)
+        assert values is not None, effect
+        assert any(values[item.name] != item.null for item in direction.parameters)
+
+
+def test_size_is_the_rms_over_the_noise():
+    """A change of 3 in one of two columns with noise 0.5 and 2 is the root of (6^2 + 0^2) / 2 times noise."""
+    ones = [np.ones((5, 2)), np.ones((3, 2))]
+    moved = [item + np.array([3.0, 0.0]) for item in ones]
+    assert over_noise(moved, ones, np.array([0.5, 2.0])) == pytest.approx(math.sqrt(18.0))
