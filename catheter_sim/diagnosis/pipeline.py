@@ -134,7 +134,10 @@ def diagnose_dataset(
         bar.set_description("weighing the causes")
         causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
         weak = unsupported(causes)
+        as_chosen: dict[str, float] = {}
         if weak:
+            chosen, _ = figures(problem, trial_fits(problem, heldout, before, after), after)
+            as_chosen = {f"{name}_as_chosen_in_training": value for name, value in chosen.items()}
             terms = tuple(term for term in after.terms if term.effect not in weak)
             after = fit(problem, terms, after.values, cross_validate=False, thorough=wanted)
             by_unit = held_out(problem, test, before, after, noise)
@@ -159,6 +162,7 @@ def diagnose_dataset(
         groups = selection.alike if causes else ()
         robot = robot_with(problem, after.frees, after.x)
         extra, said = figures(problem, fits, after)
+        extra |= {name: value for name, value in as_chosen.items() if "after" in name}
         notes += [*said, *doubts(causes, by_unit)]
         bar.set_description("measuring how sure the calibration is")
         calibrated = calibrated_numbers(problem, after, wanted, pool)

@@ -14,6 +14,9 @@ from catheter_sim.diagnosis.structure import TESTS
 NEAR_NOISE = 1.5  # times the noise floor: an error so small is no discrepancy
 ROUGH_NOISE = 3.0  # the same where the error shows no structure from row to row
 LEFT_OVER = 2.0  # times the noise floor: an error after correction that must have no structure
+LEFT_SHARE = (
+    0.07  # of the error before: less than that left over, and the causes are right but for their form
+)
 HANGS_PERCENT = 20.0  # of what is left over, hanging on one thing: the causes are not what they seem
 LEAST_GAIN_PERCENT = 0.5  # of the error before, on held-out data, below which a cause is not named
 
@@ -40,12 +43,12 @@ def verdict_of(
 
 
 def left_over(result: UnitResult, tests: Sequence[StructureTest]) -> StructureTest | None:
-    """Return on what most of the error after correction hangs, if it is well above the noise and does.
+    """Return on what the error after correction hangs; None where it does not, or is small.
 
     Causes that are imitated by others leave what the imitation cannot do: a dependence on the input or the
-    position, say.
+    position, say. Small is an error near the noise, or beside the error before.
     """
-    if result.rmse_after <= LEFT_OVER * result.noise_floor:
+    if result.rmse_after <= max(LEFT_OVER * result.noise_floor, LEFT_SHARE * result.rmse_before):
         return None
     hanging = [test for test in tests if test.significant and test.share_percent >= HANGS_PERCENT]
     return max(hanging, key=lambda test: test.share_percent, default=None)

@@ -1,0 +1,47 @@
+"""Claims about the verdict: when a cause is named, and when what it leaves speaks against it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
+from catheter_sim.diagnosis.verdict import left_over, unsupported
+
+RESULT = UnitResult("mm", 0.1, 5.0, 0.6, 88.0, (85.0, 90.0))
+HANGING = StructureTest("input", "tension_right_N", 45.0, 0.001)
+
+
+def test_structure_left_well_above_the_noise_speaks_against_the_causes():
+    """Six times the noise, 12 % of the error before, nearly half of it hanging on the input."""
+    assert left_over(RESULT, [HANGING]) is HANGING
+
+
+@pytest.mark.parametrize(
+    ("result", "test"),
+    [
+        (replace(RESULT, rmse_after=0.18), HANGING),
+        (replace(RESULT, rmse_after=0.3), HANGING),
+        (RESULT, replace(HANGING, p_value=0.2)),
+        (RESULT, replace(HANGING, share_percent=8.0)),
+    ],
+    ids=["near the noise", "small beside the error before", "chance", "hangs on nothing much"],
+)
+def test_what_is_left_may_be_left(result, test):
+    """Noise, a small rest of a large error, and a rest without much structure are no objection."""
+    assert left_over(result, [test]) is None
+
+
+def test_strongest_dependence_is_told():
+    """Of several, the one that most of the rest hangs on."""
+    weaker = StructureTest("position", "each output's own", 30.0, 0.001)
+    assert left_over(RESULT, [weaker, HANGING]) is HANGING
+
+
+def test_cause_without_which_the_error_is_as_small_is_not_named():
+    """Beside others; a cause that stands alone is judged by the gain's interval."""
+    strong, weak = Cause("backlash", {}, 60.0), Cause("actuation_gain", {}, 0.1)
+    assert unsupported([strong, weak]) == ("actuation_gain",)
+    assert unsupported([weak]) == ()
+    assert unsupported([strong]) == ()
