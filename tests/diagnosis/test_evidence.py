@@ -94,12 +94,12 @@ def test_gain_interval_knows_that_trials_differ():
         return np.stack([before, before * generator.uniform(0.02, 0.2)], axis=1)
 
     inside = 0
-    for _ in range(60):
+    for _ in range(20):
         held, others = [trial(), trial()], [trial() for _ in range(6)]
         low, high = gain_interval(held, others)
         third = np.concatenate([trial(), trial()]).sum(axis=0)
         inside += low <= 100.0 * (1.0 - np.sqrt(third[1] / third[0])) <= high
-    assert inside >= 54
+    assert inside >= 18
 
 
 def test_one_cycle_says_nothing_of_the_gain():

@@ -142,6 +142,7 @@ def test_undefined_numbers_are_null_with_a_reason() -> None:
     assert json.loads(json.dumps(document, allow_nan=False)) == document
 
 
+@pytest.mark.slow
 def test_folder_holds_everything(tmp_path: Path) -> None:
     """The folder is made; robot, model, series, next inputs, pictures, report and JSON are in it."""
     diagnosis = made_up()

@@ -65,12 +65,14 @@ def test_killed_process_is_replaced(tmp_path):
     assert (tmp_path / "mark").exists()
 
 
+@pytest.mark.slow
 def test_processes_that_always_die_get_one_line():
     """The line names the number of jobs."""
     with workers(Workers(2)) as pool, pytest.raises(InputError, match=r"--jobs 2: .* killed 3 times"):
         each(pool, always_die, NUMBERS)
 
 
+@pytest.mark.slow
 def test_no_scheduler_gets_one_line(monkeypatch):
     """Nobody listens at the address, or it is none."""
     monkeypatch.setattr(module, "_LONGEST_WAIT_S", 0.5)

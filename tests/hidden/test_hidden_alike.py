@@ -17,6 +17,7 @@ from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.tables import Table
 
+pytestmark = pytest.mark.slow
 COLUMNS = ("tip_x_mm", "tip_z_mm")
 
 

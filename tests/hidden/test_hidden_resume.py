@@ -119,6 +119,7 @@ def test_diagnosis_out_of_time_is_a_failure(tmp_path):
     assert "out of time" in bench.diagnose_elsewhere(tmp_path, tmp_path / "out", 0.05)
 
 
+@pytest.mark.slow
 def test_bad_data_set_is_a_failure(tmp_path):
     """What the command line refuses is a failure with its line."""
     assert "dataset.toml" in bench.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
