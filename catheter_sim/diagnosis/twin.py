@@ -65,37 +65,27 @@ class ArcTwin:
         With `every` > 1 only each so-many-th row is returned; the others still make the history.
         """
         arrived = [arriving_inputs(robot, inputs) for robot in robots]
-        shown = slice(None, None, every)
         changed = [embodied(robot) for robot in robots]
-        by_tension = inputs.actuation == "tension"
-        result = np.empty((len(robots), len(inputs.time_s[shown]), len(self.columns)))
-        # A batch with friction is marched row by row: robots without stay apart.
-        for rough in (False, True):
-            group = [index for index, robot in enumerate(changed) if (robot.friction.mu > 0.0) is rough]
-            if not group:
-                continue
-            members = [changed[index] for index in group]
-            arcs = arc_robots(members, straight_between_disks=True)
-            # Without friction a row does not depend on those before it.
-            rows = slice(None) if rough else shown
-            kept = shown if rough else slice(None)
-            driven = [slice_inputs(arrived[index], rows) for index in group]
-            load = loads(members, driven, self.gravity_mps2)
-            states = solve_rows(arcs, np.array([item.tendon for item in driven]), by_tension, load)
-            segment, fraction = places(members[0])
-            disks = wanted_disks(self.columns, len(segment))
-            for position, index in enumerate(group):
-                bend = states.bend[position, kept]
-                p_w, R_w = points_on_arcs(bend, arcs.length[position], segment[disks], fraction[disks])
-                p_w[..., 2] -= states.shift[position, kept, None]
-                result[index] = output_columns(
-                    robots[index],
+        arcs = arc_robots(changed, straight_between_disks=True)
+        commands = np.array([item.tendon for item in arrived])
+        acting = loads(changed, arrived, self.gravity_mps2)
+        states = solve_rows(arcs, commands, inputs.actuation == "tension", acting, every)
+        segment, fraction = places(changed[0])
+        disks = wanted_disks(self.columns, len(segment))
+        p_w, R_w = points_on_arcs(states.bend, arcs.length[:, None], segment[disks], fraction[disks])
+        p_w[..., 2] -= states.shift[..., None]
+        return np.array(
+            [
+                output_columns(
+                    robot,
                     self.columns,
-                    (disks, p_w, R_w),
-                    partial(joint_values, robots[index], bend),
-                    states.tension[position, kept],
+                    (disks, p_w[index], R_w[index]),
+                    partial(joint_values, robot, states.bend[index]),
+                    states.tension[index],
                 )
-        return result
+                for index, robot in enumerate(robots)
+            ]
+        )
 
 
 @dataclass(frozen=True)

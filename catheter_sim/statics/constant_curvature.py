@@ -20,7 +20,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs
@@ -28,7 +27,7 @@ from catheter_sim.robots.checks import disks
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.specification import ContinuumRobot, Segment, Tendon
-from catheter_sim.statics.arc_equilibrium import ArcRobots, ArcStates, Load, LoadOf, solve_rows
+from catheter_sim.statics.arc_equilibrium import ArcLoads, ArcRobots, ArcStates, solve_rows
 from catheter_sim.statics.arcs import points_on_arcs
 from catheter_sim.statics.result import StaticRun
 
@@ -36,8 +35,6 @@ MODEL = "CC"
 # An inextensible tendon driven by displacement is a spring this many times stiffer than the
 # robot's bending seen from that tendon: its stretch stays below 0.1 % of the bending's share.
 INEXTENSIBLE_RATIO = 1000.0
-_DIFFERENCE_RAD = 1e-5  # step of the load's derivative; its error is some 1e-10 of the load
-_SLOPE_DIFFERENCE_RAD = 1e-4  # of its second derivative: only Newton's speed depends on it
 _BALANCED_RAD = 1e-5  # unbalanced moment, over a segment's stiffness, that still counts as balance
 
 
@@ -54,8 +51,8 @@ def constant_curvature(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Arra
     """
     gravity = np.asarray(gravity_mps2, dtype=float)
     robots = arc_robots([robot])
-    load = loads([robot], [inputs], gravity)
-    states = solve_rows(robots, inputs.tendon[None], inputs.actuation == "tension", load)
+    acting = loads([robot], [inputs], gravity)
+    states = solve_rows(robots, inputs.tendon[None], inputs.actuation == "tension", acting)
     unbalanced = states.residual[0] > _BALANCED_RAD * float((robots.bending / robots.length).max())
     if unbalanced.any():
         row = int(np.argmax(unbalanced))
@@ -153,71 +150,18 @@ def places(robot: ContinuumRobot) -> tuple[np.ndarray, Array]:
     return np.array(segment), np.array(fraction)
 
 
-def loads(robots: Sequence[ContinuumRobot], inputs: Sequence[Inputs], gravity_mps2: Array) -> LoadOf | None:
-    """Return the generalised load of each robot at each row, or None where nothing acts.
+def loads(robots: Sequence[ContinuumRobot], inputs: Sequence[Inputs], gravity_mps2: Array) -> ArcLoads:
+    """Return what acts on each robot at each row.
 
     Weight acts at each disk, lumped as the specification says; force and moment on the tip.
     """
-    force = np.array([item.force_tip for item in inputs])  # (B, r, 3)
-    moment = np.array([item.moment_tip for item in inputs])
-    if not (force.any() or moment.any() or gravity_mps2.any()):
-        return None
-    segment, fraction = places(robots[0])
-    length = np.array([[item.length_m for item in robot.segments] for robot in robots])
-    weight = np.zeros((len(robots), len(segment), 3))
-    if gravity_mps2.any():
-        mass = np.array([[_disk_mass(robot, robot.segments[s]) for s in segment] for robot in robots])
-        weight = mass[:, :, None] * gravity_mps2
-    else:  # the tip alone carries a load
-        segment, fraction, weight = segment[-1:], fraction[-1:], weight[:, -1:]
-
-    def load_of(robot: NDArray[np.intp], row: NDArray[np.intp]) -> Load:
-        forces = weight[robot].copy()
-        forces[:, -1] += force[robot, row]
-        moments = moment[robot, row]
-        lengths = length[robot]
-
-        def generalised(bend: Array) -> Array:
-            """Return the power of the loads per rate of each bend component, shape (m, 2s)."""
-            values = []
-            for s in range(bend.shape[1]):
-                for axis in range(2):
-                    shift = np.zeros(bend.shape[1:])
-                    shift[s, axis] = _DIFFERENCE_RAD
-                    high, turned_high = points_on_arcs(bend + shift, lengths, segment, fraction)
-                    low, turned_low = points_on_arcs(bend - shift, lengths, segment, fraction)
-                    work = ((high - low) * forces).sum(axis=(-2, -1))
-                    if moments.any():
-                        turn = turned_high[:, -1] @ np.swapaxes(turned_low[:, -1], -1, -2)
-                        work = work + (_small_rotation(turn) * moments).sum(axis=-1)
-                    values.append(work / (2.0 * _DIFFERENCE_RAD))
-            return np.stack(values, axis=-1)
-
-        def load(bend: Array) -> tuple[Array, Array]:
-            here = generalised(bend)
-            size = here.shape[-1]
-            slope = np.empty((len(bend), size, size))
-            for j in range(size):
-                shift = np.zeros(size)
-                shift[j] = _SLOPE_DIFFERENCE_RAD
-                there = generalised(bend + shift.reshape(bend.shape[1:]))
-                slope[:, :, j] = (there - here) / _SLOPE_DIFFERENCE_RAD
-            return here, slope
-
-        return load
-
-    return load_of
-
-
-def _small_rotation(turn: Array) -> Array:
-    """Return the rotation vector of nearly equal orientations, shape (..., 3) [rad]."""
-    return 0.5 * np.stack(
-        [
-            turn[..., 2, 1] - turn[..., 1, 2],
-            turn[..., 0, 2] - turn[..., 2, 0],
-            turn[..., 1, 0] - turn[..., 0, 1],
-        ],
-        axis=-1,
+    segments = robots[0].segments
+    mass = np.array([[_disk_mass(robot, segment) for segment in robot.segments] for robot in robots])
+    return ArcLoads(
+        disks=np.array([disks(robots[0], segment) for segment in segments]),
+        weight=mass[:, :, None] * gravity_mps2,
+        force_tip=np.array([item.force_tip for item in inputs]),
+        moment_tip=np.array([item.moment_tip for item in inputs]),
     )
 
 
