@@ -72,7 +72,7 @@ def score(folders: Folders, run: Document) -> dict[str, Any]:
             apart = distance(problem, trials, robot, answer["noise"], named, _known(found))
             result |= {"distance": apart[0], "distance_rms": apart[1]}
             grouped = all(_accounted(name, first, found["indistinguishable"]) for name in true)
-            result["right"] = bool(named) and grouped and apart[0] < TOLD_APART
+            result["right"] = _stands_for(named, found["verdict"], grouped, apart[0])
             result["by_group"] = grouped
         result["coverage"] = _coverage(answer["effects"], found["causes"])
     else:
@@ -102,6 +102,14 @@ def _problem(folders: Folders) -> tuple[Problem, tuple[Trial, ...]]:
 def _accounted(name: str, named: Sequence[str], groups: Sequence[Sequence[str]]) -> bool:
     """Return whether a true cause is named, or stands in a group with a named one."""
     return name in named or any(name in group and not set(named).isdisjoint(group) for group in groups)
+
+
+def _stands_for(named: Sequence[str], verdict: str, grouped: bool, distance: float) -> bool:
+    """Return whether other names than the true ones are as good: what is named cannot be told from the truth.
+
+    What a calibration within its ranges does as well is no cause: naming none is right then.
+    """
+    return distance < TOLD_APART and (grouped if named else verdict == "no_discrepancy")
 
 
 def _known(found: Document) -> dict[tuple[str, str], float]:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from catheter_sim.hidden.score import _accounted, _coverage
+from catheter_sim.hidden.score import _accounted, _coverage, _stands_for
 from catheter_sim.hidden.table import as_text, miss_text, summary
 
 
@@ -71,6 +71,15 @@ def test_true_cause_may_stand_in_the_group_of_a_named_one():
     assert _accounted("stiffness", ["actuation_gain"], [["actuation_gain", "stiffness"]])
     assert not _accounted("stiffness", ["backlash"], [["actuation_gain", "stiffness"]])
     assert not _accounted("stiffness", [], [["actuation_gain", "stiffness"]])
+
+
+def test_what_calibration_does_as_well_needs_no_name():
+    """Nothing named is right where the calibrated model is as near; another name must stand in a group."""
+    assert _stands_for([], "no_discrepancy", False, 0.5)
+    assert not _stands_for([], "no_discrepancy", False, 6.0)
+    assert not _stands_for([], "unexplained", False, 0.5)
+    assert _stands_for(["stiffness"], "cause_found", True, 0.5)
+    assert not _stands_for(["stiffness"], "cause_found", False, 0.5)
 
 
 def test_coverage_asks_for_the_true_value_in_the_interval():
