@@ -2,7 +2,7 @@
 
 Forward, one cause at a time: every remaining effect is probed beside those chosen so far,
 the most promising few are fitted well, and the best of these is taken if the errors on the stretches left out
-fall by more than `PAYS_ERRORS` standard errors (stretches count, not rows) and by more than
+fall by more than chance allows (`PAYS_CHANCE`; stretches count, not rows) and by more than
 `PAYS_SHARE`. What acts on the whole robot comes first: only when no more of that pays are values
 per channel or segment tried, which are many, and fit what they see better than what they do not see.
 Where an effect has several ways of as few numbers (a lag or a delay), one may take the other's place.
@@ -12,6 +12,7 @@ explains as well as they do give way to it. Nothing of the held-out data is seen
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -22,12 +23,14 @@ from catheter_sim.diagnosis.hypothesis import Problem, Term, terms_for
 from catheter_sim.diagnosis.workers import HERE, Workers, each
 from catheter_sim.effects.registry import EFFECTS
 
-PAYS_ERRORS = 2.0  # standard errors by which a cause must lower the squared error
+PAYS_CHANCE = 0.023  # probability of a gain by chance, at most: two standard errors of a normal distribution
 PAYS_SHARE = 0.03  # share of the root mean square by which it must lower it
 FINALISTS = 3
 RIVALS = 2  # fitted in the place of each chosen cause
 _RIVAL_COST = 2.0  # a rival's squared error after one step, over that of the choice, still worth a fit
 MOST_CAUSES = 8
+_SIGNS = 4096  # draws
+_ROUNDS = 3  # of choosing, if something better stands in a cause's place in the end
 _ROWS = 600  # rows compared in the fits that choose
 
 Known = Mapping[tuple[str, str], float]
@@ -68,32 +71,32 @@ def candidates_for(problem: Problem) -> tuple[str, ...]:
     return tuple(name for name in EFFECTS if name not in left_out and EFFECTS[name].parameters(problem.robot))
 
 
-def paired_gain(before: Fit, after: Fit) -> tuple[float, float]:
-    """Return how much the squared error on left-out stretches falls, and the standard error of that."""
-    return paired_difference(before.left_out, after.left_out, before.block)
+def chance_of_gain(before: Fit, after: Fit) -> float:
+    """Return how probable it is that left-out stretches gain by as much where neither fit is better.
 
-
-def paired_difference(before: np.ndarray, after: np.ndarray, block: np.ndarray) -> tuple[float, float]:
-    """Return sum(before^2 - after^2) and its standard error over blocks."""
-    labels = np.unique(block, return_inverse=True)[1]
-    change = np.bincount(labels, weights=before**2 - after**2)
-    return float(change.sum()), float(np.sqrt(len(change)) * change.std(ddof=1)) if len(
-        change
-    ) > 1 else np.inf
+    The gains of whole stretches, in squared error, have their signs turned in every way, or in
+    `_SIGNS` ways at random: a few stretches that gain much are no doubt about the others.
+    """
+    labels = np.unique(before.block, return_inverse=True)[1]
+    change = np.bincount(labels, weights=before.left_out**2 - after.left_out**2)
+    count = len(change)
+    if 2**count <= _SIGNS:
+        signs = np.array(list(itertools.product((-1.0, 1.0), repeat=count)))
+    else:
+        signs = np.random.default_rng(0).choice((-1.0, 1.0), size=(_SIGNS, count))
+    total = float(change.sum())
+    return float(np.mean(signs @ change >= total - 1e-9 * abs(total)))
 
 
 def pays(before: Fit, after: Fit) -> bool:
     """Return whether `after` explains left-out stretches better than `before` by more than chance."""
-    gain, error = paired_gain(before, after)
     share = 1.0 - after.cross_validated_rms / max(before.cross_validated_rms, 1e-300)
-    return gain > PAYS_ERRORS * error and share > PAYS_SHARE
+    return share > PAYS_SHARE and chance_of_gain(before, after) <= PAYS_CHANCE
 
 
 def as_good(best: Fit, other: Fit) -> bool:
     """Return whether `other` explains left-out stretches as well as `best`, to within chance."""
-    gain, error = paired_gain(other, best)
-    share = 1.0 - best.cross_validated_rms / max(other.cross_validated_rms, 1e-300)
-    return gain <= PAYS_ERRORS * error or share <= PAYS_SHARE
+    return not pays(other, best)
 
 
 def select(
@@ -122,37 +125,45 @@ def select(
     current = null
     path = [null]
     tried: list[Fit] = []
-    for variants in (simple, [*simple, *detailed]):
-        while len(current.terms) < MOST_CAUSES:
-            if current is null:
-                finalists = _in_order([item for item in singles if item.terms[0] in variants])
-            else:
-                finalists = _next_finalists(pool, problem, current, variants)
-                tried += finalists
-            if not finalists:
-                break
-            best = finalists[0]
-            say(
-                f"{'+'.join(best.causes)}: {best.cross_validated_rms:.4g} "
-                f"(was {current.cross_validated_rms:.4g})"
+    for _ in range(_ROUNDS):
+        for variants in (simple, [*simple, *detailed]):
+            while len(current.terms) < MOST_CAUSES:
+                if current is null:
+                    finalists = _in_order([item for item in singles if item.terms[0] in variants])
+                else:
+                    finalists = _next_finalists(pool, problem, current, variants)
+                    tried += finalists
+                if not finalists:
+                    break
+                best = finalists[0]
+                say(
+                    f"{'+'.join(best.causes)}: {best.cross_validated_rms:.4g} "
+                    f"(was {current.cross_validated_rms:.4g})"
+                )
+                if not pays(current, best):
+                    break
+                current = best
+                path.append(current)
+        current, dropped = _backward(pool, problem, current)
+        tried += dropped
+        if len(current.terms) > 1:
+            # Causes of the whole robot come first; together they may stand for one of a channel or segment.
+            equal = [item for item in singles if as_good(current, item)]
+            current = min(
+                equal, key=lambda item: (len(item.frees), item.cross_validated_rms), default=current
             )
-            if not pays(current, best):
-                break
-            current = best
+        if current is not path[-1]:
             path.append(current)
-    current, dropped = _backward(pool, problem, current)
-    tried += dropped
-    if len(current.terms) > 1:
-        # Causes of the whole robot come first; together they may stand for one of a channel or segment.
-        equal = [item for item in singles if as_good(current, item)]
-        current = min(equal, key=lambda item: (len(item.frees), item.cross_validated_rms), default=current)
-    if current is not path[-1]:
+        if len(current.terms) == 1:
+            rivals = [(current.causes[0], item) for item in singles if item.causes != current.causes]
+        else:
+            rivals = _rivals(pool, problem, current, (*simple, *detailed))
+            tried += [item for _, item in rivals]
+        better = _in_order([item for _, item in rivals])[:1]
+        if not better or not pays(current, better[0]):
+            break
+        current = better[0]
         path.append(current)
-    if len(current.terms) == 1:
-        rivals = [(current.causes[0], item) for item in singles if item.causes != current.causes]
-    else:
-        rivals = _rivals(pool, problem, current, (*simple, *detailed))
-        tried += [item for _, item in rivals]
     groups = _alike(current, rivals)
     return Selection(null, tuple(singles), tuple(tried), tuple(path), current, groups)
 

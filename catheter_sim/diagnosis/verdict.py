@@ -17,7 +17,7 @@ LEFT_OVER = 2.0  # times the noise floor: an error after correction that must ha
 LEFT_SHARE = (
     0.07  # of the error before: less than that left over, and the causes are right but for their form
 )
-HANGS_PERCENT = 20.0  # of what is left over, hanging on one thing: the causes are not what they seem
+HANGS_PERCENT = 25.0  # of what is left over, hanging on one thing: the causes are not what they seem
 LEAST_GAIN_PERCENT = 0.5  # of the error before, on held-out data, below which a cause is not named
 
 
