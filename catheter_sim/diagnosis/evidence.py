@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import t as student_t
 
 from catheter_sim.diagnosis.fit import Fit
 from catheter_sim.diagnosis.hypothesis import Problem, blocks_of, column_of, residuals
 from catheter_sim.diagnosis.trials import unit_of
 from catheter_sim.robots.posture import Array
 
-BOOTSTRAPS = 2000
+SIGNS = 4096  # draws
 TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 
 
@@ -58,36 +60,51 @@ def cycle_squares(problem: Problem, before: Array, after: Array, unit: str) -> l
     return result
 
 
-def gain_interval(held: Sequence[Array], others: Sequence[Array] = (), seed: int = 0) -> tuple[float, float]:
+def gain_interval(held: Sequence[Array], others: Sequence[Array] = ()) -> tuple[float, float]:
     """Return the interval in which the gain on as many other trials would lie, 95 % [%].
 
-    Trials differ by more than their cycles do, and few are held out: as many as those are drawn from all
-    trials, and cycles within each, with replacement. The gains' spread about that of all trials, times
-    sqrt(2) since the held-out gain is itself of such a draw, stands about the held-out gain. With fewer
-    than three trials only cycles of the held-out ones are drawn; of a single cycle nothing is known.
+    Trials differ by more than their cycles do, and few are held out, so that their spread is taken from all
+    trials: that of a ratio of sums, squared errors after over before (`after - ratio * before`, trial by
+    trial), times sqrt(2) since the held-out gain is itself of such a draw. With fewer than three trials
+    the held-out cycles stand in; of a single cycle nothing is known.
 
     Args:
         held: of the held-out trials, as from `cycle_squares`.
         others: of the training trials.
-        seed: of the draws.
     """
-    pool, count = [*held, *others], len(held)
+    pool, count = np.array([trial.sum(axis=0) for trial in (*held, *others)]), len(held)
     if len(pool) < 3:
-        pool, count = list(held), 1
-        if sum(len(trial) for trial in held) < 2:
-            return float("nan"), float("nan")
-    generator = np.random.default_rng(seed)
-    drawn = np.empty(BOOTSTRAPS)
-    for index in range(BOOTSTRAPS):
-        trials = [pool[k] for k in generator.integers(0, len(pool), count)]
-        drawn[index] = _gain_of([trial[generator.integers(0, len(trial), len(trial))] for trial in trials])
-    low, high = np.percentile(drawn - _gain_of(pool), [2.5, 97.5]) * np.sqrt(2.0) + _gain_of(held)
-    return float(low), float(min(high, 100.0))
+        pool = np.concatenate(held)
+        count = len(pool)
+    number = len(pool)
+    before, after = pool.sum(axis=0)
+    if number < 2 or before <= 0.0:
+        return float("nan"), float("nan")
+    apart = pool[:, 1] - after / before * pool[:, 0]
+    error = float(np.sqrt(number / (number - 1) * (apart**2).sum()) / before) * np.sqrt(2.0 * number / count)
+    reach = float(student_t.ppf(0.975, number - 1)) * error
+    own = np.concatenate(held).sum(axis=0)
+    ratio = float(own[1] / own[0])
+    low, high = (100.0 * (1.0 - np.sqrt(max(ratio + side * reach, 0.0))) for side in (1.0, -1.0))
+    return float(low), float(high)
 
 
-def _gain_of(cycles: Sequence[Array]) -> float:
-    before, after = np.concatenate(cycles).sum(axis=0)
-    return gain_percent(float(np.sqrt(before)), float(np.sqrt(after)))
+def chance_of_gain(change: Array) -> float:
+    """Return how probable it is that squared errors fall by as much where there is no gain.
+
+    The falls of whole stretches have their signs turned in every way, or in `SIGNS` ways at random: a few
+    stretches that gain much are no doubt about the others.
+
+    Args:
+        change: squared error before minus after, by stretch, shape (c,).
+    """
+    count = len(change)
+    if 2**count <= SIGNS:
+        signs = np.array(list(itertools.product((-1.0, 1.0), repeat=count)))
+    else:
+        signs = np.random.default_rng(0).choice((-1.0, 1.0), size=(SIGNS, count))
+    total = float(change.sum())
+    return float(np.mean(signs @ change >= total - 1e-9 * abs(total)))
 
 
 def tip_errors(columns: Mapping[str, Sequence[tuple[Array, Array]]]) -> dict[str, float]:

@@ -10,6 +10,7 @@ import numpy as np
 from catheter_sim.diagnosis.confirm import Replay, replay
 from catheter_sim.diagnosis.evidence import (
     TIP,
+    chance_of_gain,
     cycle_squares,
     errors_of,
     gain_interval,
@@ -39,10 +40,12 @@ def held_out(
 def _held_out(train: Problem, test: Problem, before: Fit, after: Fit, unit: str, noise: float) -> UnitResult:
     errors = errors_of(test, before), errors_of(test, after)
     rmse = [rmse_by_unit(test, error)[unit] for error in errors]
-    interval = 0.0, 0.0
+    interval, chance = (0.0, 0.0), 1.0
     if after is not before:
+        held = cycle_squares(test, *errors, unit)
         inside = cycle_squares(train, errors_of(train, before), errors_of(train, after), unit)
-        interval = gain_interval(cycle_squares(test, *errors, unit), inside)
+        interval = gain_interval(held, inside)
+        chance = chance_of_gain(-np.diff(np.concatenate(held), axis=1)[:, 0])
     return UnitResult(
         unit=unit,
         noise_floor=noise,
@@ -50,6 +53,7 @@ def _held_out(train: Problem, test: Problem, before: Fit, after: Fit, unit: str,
         rmse_after=rmse[1],
         gain_percent=gain_percent(*rmse),
         gain_percent_ci95=interval,
+        chance=chance,
     )
 
 

@@ -75,7 +75,8 @@ class UnitResult:
         rmse_before: of the calibrated model without causes.
         rmse_after: of the extended model.
         gain_percent: 100 (1 - after / before).
-        gain_percent_ci95: its 95 % interval.
+        gain_percent_ci95: in which the gain on as many other trials would lie, 95 %.
+        chance: probability of as much gain on the held-out cycles where there is none.
     """
 
     unit: str
@@ -84,6 +85,7 @@ class UnitResult:
     rmse_after: float
     gain_percent: float
     gain_percent_ci95: tuple[float, float]
+    chance: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,12 @@ explains as well as they do give way to it. Nothing of the held-out data is seen
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.diagnosis.evidence import chance_of_gain
 from catheter_sim.diagnosis.fit import Fit, fit, probe
 from catheter_sim.diagnosis.hypothesis import Problem, Term, terms_for
 from catheter_sim.diagnosis.workers import HERE, Workers, each
@@ -29,7 +29,6 @@ FINALISTS = 3
 RIVALS = 2  # fitted in the place of each chosen cause
 _RIVAL_COST = 2.0  # a rival's squared error after one step, over that of the choice, still worth a fit
 MOST_CAUSES = 8
-_SIGNS = 4096  # draws
 _ROUNDS = 3  # of choosing, if something better stands in a cause's place in the end
 _ROWS = 600  # rows compared in the fits that choose
 
@@ -71,27 +70,12 @@ def candidates_for(problem: Problem) -> tuple[str, ...]:
     return tuple(name for name in EFFECTS if name not in left_out and EFFECTS[name].parameters(problem.robot))
 
 
-def chance_of_gain(before: Fit, after: Fit) -> float:
-    """Return how probable it is that left-out stretches gain by as much where neither fit is better.
-
-    The gains of whole stretches, in squared error, have their signs turned in every way, or in
-    `_SIGNS` ways at random: a few stretches that gain much are no doubt about the others.
-    """
-    labels = np.unique(before.block, return_inverse=True)[1]
-    change = np.bincount(labels, weights=before.left_out**2 - after.left_out**2)
-    count = len(change)
-    if 2**count <= _SIGNS:
-        signs = np.array(list(itertools.product((-1.0, 1.0), repeat=count)))
-    else:
-        signs = np.random.default_rng(0).choice((-1.0, 1.0), size=(_SIGNS, count))
-    total = float(change.sum())
-    return float(np.mean(signs @ change >= total - 1e-9 * abs(total)))
-
-
 def pays(before: Fit, after: Fit) -> bool:
     """Return whether `after` explains left-out stretches better than `before` by more than chance."""
     share = 1.0 - after.cross_validated_rms / max(before.cross_validated_rms, 1e-300)
-    return share > PAYS_SHARE and chance_of_gain(before, after) <= PAYS_CHANCE
+    labels = np.unique(before.block, return_inverse=True)[1]
+    change = np.bincount(labels, weights=before.left_out**2 - after.left_out**2).astype(float)
+    return share > PAYS_SHARE and chance_of_gain(change) <= PAYS_CHANCE
 
 
 def as_good(best: Fit, other: Fit) -> bool:

@@ -1,10 +1,11 @@
 """The analytic twin: a robot with effects in, the outputs of a data set's trials out, fast.
 
 A diagnosis asks for the outputs of many robots that differ in a few numbers. Robots that bend in a
-plane and are driven by tension go through the exact-arm statics: those with one pair of tendons all at
-once (`statics.planar_batch`), others one by one (`fkm_exact_arm`). All other continuum robots go
+plane and are driven by tension go through the exact-arm statics, all at once (`statics.planar_batch`) or,
+with tendons that it does not know, one by one (`fkm_exact_arm`). All other continuum robots go
 through arcs of constant curvature, all at once (`statics.arc_equilibrium`), with tendons that run
-straight between disks, as in the simulation. Robots of rolling joints go through the complete balance.
+straight between disks, as in the simulation. Robots of rolling joints go through the complete balance,
+catheters through their kinematics, all at once (`statics.catheter.batch`).
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from catheter_sim.diagnosis.outputs import output_columns, wanted_disks
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.channels import Inputs, joint_names, posture_columns, slice_inputs
+from catheter_sim.robots.channels import Inputs, body_count, joint_names, posture_columns, slice_inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.layout import links
 from catheter_sim.robots.posture import Array
@@ -28,19 +29,18 @@ from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.statics.arc_equilibrium import solve_rows
 from catheter_sim.statics.arcs import points_on_arcs
-from catheter_sim.statics.catheter.balance import has_laws
+from catheter_sim.statics.catheter.batch import batch_frames, batch_joints
+from catheter_sim.statics.catheter.pure import hinge_angles, joint_vector
 from catheter_sim.statics.constant_curvature import arc_robots, joint_values, loads, places
 from catheter_sim.statics.models import STATIC_MODELS
-from catheter_sim.statics.planar import hinge_chain
-from catheter_sim.statics.planar_batch import knows, solve_pairs
+from catheter_sim.statics.planar import hinge_faces, rotations
+from catheter_sim.statics.planar_batch import knows, solve_planar
 from catheter_sim.statics.planar_chain import bends_in_plane
 from catheter_sim.statics.rolling.chain import rolling_chain
 from catheter_sim.statics.rolling.complete import solve_history
 from catheter_sim.statics.rolling.history import faces
 
 PLANAR_MODEL = "fkm_exact_arm"
-CATHETER_MODEL = "pk"
-CATHETER_LAWS_MODEL = "balance"  # of catheters whose joints and tendons do more than `pk` knows
 
 # (robots with effects, of the kind that it was made for; commanded inputs; every how many rows)
 # -> outputs in file units, (B, r, o)
@@ -89,8 +89,8 @@ class ArcTwin:
 
 
 @dataclass(frozen=True)
-class PairTwin:
-    """Exact-arm twin of planar robots with one antagonistic pair of tendons, many at once."""
+class PlanarTwin:
+    """Exact-arm twin of planar robots driven by tension, many at once."""
 
     columns: tuple[str, ...]
     gravity_mps2: Array
@@ -100,18 +100,19 @@ class PairTwin:
         arrived = [arriving_inputs(robot, inputs) for robot in robots]
         changed = [embodied(robot) for robot in robots]
         shown = slice(None, None, every)
-        angles, shift = solve_pairs(changed, arrived, self.gravity_mps2)
+        angles, shift = solve_planar(changed, arrived, self.gravity_mps2)
         angles = angles[:, shown]
-        length = np.array([link.length_m for link in links(changed[0])])
-        p_w, R_w = hinge_chain(angles, length)
-        p_w[..., 2] += shift[:, shown, None]
+        length = np.array([[[link.length_m for link in links(robot)]] for robot in changed])
         disks = wanted_disks(self.columns, angles.shape[2])
+        p_w = hinge_faces(angles, length, disks)
+        p_w[..., 2] += shift[:, shown, None]
+        R_w = rotations(np.cumsum(angles, axis=2)[:, :, disks])
         return np.array(
             [
                 output_columns(
                     robot,
                     self.columns,
-                    (disks, p_w[index][:, disks], R_w[index][:, disks]),
+                    (disks, p_w[index], R_w[index]),
                     partial(_hinge_columns, robot, angles[index]),
                     arrived[index].tendon[shown],
                 )
@@ -139,16 +140,43 @@ class StaticTwin:
         result = []
         for robot in robots:
             try:
-                built_in = embodied(robot)
-                model = CATHETER_LAWS_MODEL if _has_laws(built_in) else self.model
-                solve = STATIC_MODELS[model].solve
-                run = solve(built_in, arriving_inputs(robot, inputs), self.gravity_mps2)
+                solve = STATIC_MODELS[self.model].solve
+                run = solve(embodied(robot), arriving_inputs(robot, inputs), self.gravity_mps2)
             except InputError:  # no equilibrium with these numbers: a fit must turn back from them
                 result.append(np.full((len(inputs.time_s[::every]), len(self.columns)), np.nan))
                 continue
             values = posture_columns(robot, observed(robot, run.postures[::every]))
             result.append(np.stack([values[name] for name in self.columns], axis=1))
         return np.array(result)
+
+
+@dataclass(frozen=True)
+class CatheterTwin:
+    """Twin of catheters: pure kinematics, or the joints' balance where these do more, many at once."""
+
+    columns: tuple[str, ...]
+    gravity_mps2: Array
+
+    def __call__(self, robots: Sequence[CatheterRobot], inputs: Inputs, every: int = 1) -> Array:
+        """Return the outputs of `robots` at each `every`-th row, shape (B, r, o); NaN: out of range."""
+        arrived = [arriving_inputs(robot, inputs) for robot in robots]
+        changed = [embodied(robot) for robot in robots]
+        values, tension = batch_joints(changed, arrived, self.gravity_mps2)
+        values, tension = values[:, ::every], tension[:, ::every]
+        disks = wanted_disks(self.columns, body_count(robots[0]))
+        p_w, R_w = batch_frames(changed, values, disks)
+        angles = {f"angle_{pair.moves}_deg": k for k, pair in enumerate(robots[0].tendons)}
+        others = tuple(name for name in self.columns if name not in angles)
+        result = np.empty((*values.shape[:2], len(self.columns)))
+        for index, robot in enumerate(robots):
+            found = {name: np.degrees(values[index, :, k]) for name, k in angles.items()}
+            if others:
+                frames = disks, p_w[index], R_w[index]
+                hinges = partial(hinge_angles, changed[index], joint_vector(changed[index], values[index]))
+                shown = output_columns(robot, others, frames, hinges, tension[index])
+                found |= dict(zip(others, shown.T, strict=True))
+            result[index] = np.stack([found[name] for name in self.columns], axis=1)
+        return result
 
 
 @dataclass(frozen=True)
@@ -190,14 +218,12 @@ def twin_for(robot: Robot, actuation: str, columns: Sequence[str], gravity_mps2:
     if isinstance(robot, RollingRobot):
         return RollingTwin(names, gravity_mps2)
     if isinstance(robot, CatheterRobot):
-        return StaticTwin(CATHETER_MODEL, names, gravity_mps2)
+        return CatheterTwin(names, gravity_mps2)
     if not bends_in_plane(robot) or actuation != "tension":
         return ArcTwin(names, gravity_mps2)
-    return PairTwin(names, gravity_mps2) if knows(robot) else StaticTwin(PLANAR_MODEL, names, gravity_mps2)
-
-
-def _has_laws(robot: Robot) -> bool:
-    return isinstance(robot, CatheterRobot) and has_laws(robot)
+    if knows(robot):
+        return PlanarTwin(names, gravity_mps2)
+    return StaticTwin(PLANAR_MODEL, names, gravity_mps2)
 
 
 def _identity(theta: Array) -> Array:

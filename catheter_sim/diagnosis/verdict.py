@@ -18,6 +18,7 @@ LEFT_SHARE = (
     0.07  # of the error before: less than that left over, and the causes are right but for their form
 )
 HANGS_PERCENT = 25.0  # of what is left over, hanging on one thing: the causes are not what they seem
+SURE = 0.05  # probability of the held-out gain by chance, at most
 LEAST_GAIN_PERCENT = 0.5  # of the error before, on held-out data, below which a cause is not named
 
 
@@ -31,11 +32,12 @@ def verdict_of(
     """Return the verdict.
 
     A cause is found where causes were chosen on the training trials, the error on the held-out ones falls,
-    in at least one unit, with an interval above zero, and nothing well above the noise is left that hangs
+    in at least one unit, by more than chance (`SURE`), and nothing well above the noise is left that hangs
     on something (`left_over`). Otherwise there is no discrepancy if the calibrated model's residuals are
     near the noise.
     """
-    if after.terms and left is None and any(result.gain_percent_ci95[0] > 0.0 for result in by_unit.values()):
+    gains = any(item.gain_percent > 0.0 and item.chance <= SURE for item in by_unit.values())
+    if after.terms and left is None and gains:
         return "cause_found"
     times = max(result.rmse_before / max(result.noise_floor, 1e-12) for result in by_unit.values())
     white = all(is_white(series) for series in residual_series(problem, before).values())

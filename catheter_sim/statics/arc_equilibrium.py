@@ -16,7 +16,8 @@ stays stuck and a reversal runs through the whole interval.
 
 The generalised load is that of weights at the disks and of a force and a moment on the tip, all of
 fixed direction in the base frame (virtual work). The rows of a robot with friction are marched one by
-one; without, each stands alone. Solved in compiled loops (`arc_kernel`).
+one; without, a row's equilibrium does not depend on others, unless there are several: then the one near
+the row before is found. Solved in compiled loops (`arc_kernel`).
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -116,12 +116,14 @@ def fkm_exact_arm(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) ->
 
 def _run(chain: PlanarChain, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
     cells = _cells(chain)
-    start = _State(rest_angles(chain), np.zeros(chain.offset.shape), 0.0 * rest_angles(chain))
+    start = _State(rest_angles(chain), np.zeros(chain.offset.shape), np.zeros(len(cells)))
     postures, residual = [], []
     row = 0  # a failure at rest is the first row's
     try:
         state = _settle(chain, cells, start, at_rest(chain, gravity_mps2))
         for row, steps in enumerate(drives(chain, inputs, gravity_mps2)):  # noqa: B007
+            # At a turn of the inputs a search further on could end on a far branch of a softening law.
+            state = replace(state, trend=np.zeros(len(cells)))
             for drive in steps:
                 state = _settle(chain, cells, state, drive)
             p_w, R_w = hinge_chain(state.angles, chain.cell_length)

@@ -6,6 +6,8 @@ one chain, or many at once (leading axes), and starts at the origin along +z.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from catheter_sim.robots.posture import Array
@@ -23,26 +25,32 @@ def headings(angles: Array) -> tuple[Array, Array]:
     return behind - angles, behind
 
 
+def hinge_faces(angles: Array, cell_length: Array, cells: Sequence[int] | slice = slice(None)) -> Array:
+    """Return the centres of the distal faces of `cells`, shape (..., c, 3) [m]; see `hinge_chain`."""
+    before, behind = headings(angles)
+    half = 0.5 * cell_length
+    x = np.cumsum(half * (np.sin(before) + np.sin(behind)), axis=-1)
+    z = np.cumsum(half * (np.cos(before) + np.cos(behind)), axis=-1)
+    return _in_space(x[..., cells], z[..., cells])
+
+
 def hinge_chain(angles: Array, cell_length: Array) -> tuple[Array, Array]:
     """Return the cells' distal faces where each cell bends at a hinge halfway along it.
 
     Args:
         angles: bend angle of each cell, base to tip, shape (..., n) [rad].
-        cell_length: shape (n,) [m]; in cells of equal length h, cell k's hinge is at (k - 1/2) h.
+        cell_length: shape (n,), or one that broadcasts to `angles` [m]; in cells of equal length h, cell
+            k's hinge is at (k - 1/2) h.
 
     Returns:
         Centres `p_w`, shape (..., n, 3) [m], and orientations `R_w`, shape (..., n, 3, 3).
     """
-    before, behind = headings(angles)
-    half = 0.5 * cell_length
-    x = np.cumsum(half * (np.sin(before) + np.sin(behind)), axis=-1)
-    z = np.cumsum(half * (np.cos(before) + np.cos(behind)), axis=-1)
-    return _in_space(x, z), rotations(behind)
+    return hinge_faces(angles, cell_length), rotations(np.cumsum(angles, axis=-1))
 
 
 def hinge_points(angles: Array, cell_length: Array) -> Array:
     """Return the cells' hinges, shape (..., n, 3) [m]; arguments as in `hinge_chain`."""
-    faces, _ = hinge_chain(angles, cell_length)
+    faces = hinge_faces(angles, cell_length)
     _, behind = headings(angles)
     half = 0.5 * cell_length
     return faces - _in_space(half * np.sin(behind), half * np.cos(behind))

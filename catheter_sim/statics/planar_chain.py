@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs, joint_names
@@ -188,24 +189,36 @@ def drives(chain: PlanarChain, inputs: Inputs, gravity_mps2: Array) -> Iterator[
     by no more than `STEP_BEND_RAD`.
     """
     weight = chain.face_mass[:, None] * gravity_mps2[None, :]
-    compliance = float(np.sum(chain.cell_length / chain.stiffness))  # rad per N m
-    arm = max((tendon.radius_m for tendon in chain.robot.tendons), default=0.0)
-    reach = float(np.sum(chain.cell_length))
+    counts = step_counts(chain, inputs, STEP_BEND_RAD)
     tension = np.zeros(inputs.tendon.shape[1])
     force, moment = np.zeros(3), 0.0
     for row in range(len(inputs)):
         d_tension = inputs.tendon[row] - tension
         d_force = inputs.force_tip[row] - force
         d_moment = float(inputs.moment_tip[row, 1]) - moment
-        change = arm * np.abs(d_tension).sum() + reach * np.abs(d_force[[0, 2]]).sum() + abs(d_moment)
-        count = min(max(math.ceil(compliance * change / STEP_BEND_RAD), 1), _MAX_STEPS)
         steps = []
-        for part in np.arange(1, count + 1) / count:
+        for part in np.arange(1, counts[row] + 1) / counts[row]:
             face_force = weight.copy()
             face_force[-1] += force + part * d_force
             steps.append(Drive(tension + part * d_tension, face_force, moment + part * d_moment))
         yield tuple(steps)
         tension, force, moment = inputs.tendon[row], inputs.force_tip[row], float(inputs.moment_tip[row, 1])
+
+
+def step_counts(chain: PlanarChain, inputs: Inputs, step_bend_rad: float) -> NDArray[np.intp]:
+    """Return in how many steps to go from row to row, from zero inputs to the first, shape (r,).
+
+    A step's change of inputs bends a frictionless robot by no more than `step_bend_rad`.
+    """
+
+    def changes(values: Array) -> Array:
+        return np.abs(np.diff(values, axis=0, prepend=0.0)).sum(axis=1)
+
+    compliance = float(np.sum(chain.cell_length / chain.stiffness))  # rad per N m
+    arm = max((tendon.radius_m for tendon in chain.robot.tendons), default=0.0)
+    moment = arm * changes(inputs.tendon) + changes(inputs.moment_tip[:, 1:2])
+    moment += float(np.sum(chain.cell_length)) * changes(inputs.force_tip[:, [0, 2]])
+    return np.clip(np.ceil(compliance * moment / step_bend_rad), 1, _MAX_STEPS).astype(np.intp)
 
 
 def at_rest(chain: PlanarChain, gravity_mps2: Array) -> Drive:

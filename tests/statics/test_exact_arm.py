@@ -228,6 +228,22 @@ def test_elastic_law_and_rest_curvature():
     assert k[0] * 2e-3 < 0.99 * moment / K  # it matters
 
 
+def test_a_softening_law_is_left_on_the_way_it_was_entered():
+    """Let out from just below the peak of a softening law, with a load, every cell unbends.
+
+    Beyond the peak, at k = (-3 c3)^-1/2, the same tensions have a second balance, which no path reaches.
+    """
+    cubic = -5.5e-4
+    segment = replace(section().segments[0], stiffness_cubic_m2=cubic)
+    robot = replace(section(), segments=(segment,))
+    inputs = tensions([[0.0, 0.0], [0.12, 0.3356], [0.12, 0.15]], [[0.0, 0.0, 1e-3]] * 3)
+    run = fkm_exact_arm(robot, inputs, NO_GRAVITY)
+    peak = 2e-3 / math.sqrt(-3.0 * cubic)
+    assert 0.95 * peak < np.abs(run.postures[1].joint_angles).max() < peak
+    assert (np.abs(run.postures[2].joint_angles) < np.abs(run.postures[1].joint_angles)).all()
+    assert (np.abs(run.postures[2].joint_angles) < 0.5 * peak).all()
+
+
 def test_a_soft_mount_gives_way_under_everything_that_presses_on_it():
     """All points sink by (tensions - axial force) / stiffness; the shape stays."""
     soft = replace(section(), mount=Mount(axial_stiffness_N_per_m=1000.0))

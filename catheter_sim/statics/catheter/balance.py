@@ -48,24 +48,37 @@ def balance(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> Static
             cannot combine.
     """
     require_unloaded(robot, inputs, gravity_mps2, MODEL)
+    values, tension, residual = balanced_joints(robot, inputs)
+    return run_of(robot, inputs, gravity_mps2, MODEL, list(values.T), residual, tension)
+
+
+def balanced_joints(robot: CatheterRobot, inputs: Inputs) -> tuple[Array, Array, Array]:
+    """Return what the joint of each pair does along `inputs`, without any load.
+
+    Returns:
+        Angles [rad] and advances [m], shape (r, t), tensions, shape (r, t) [N], and the run's residual, (r,).
+
+    Raises:
+        InputError: as `balance`.
+    """
     rows = len(inputs)
-    values: list[Array] = [np.zeros(rows) for _ in robot.tendons]
-    tension, residual = np.zeros((rows, len(robot.tendons))), np.zeros(rows)
+    values, tension = np.zeros((rows, len(robot.tendons))), np.zeros((rows, len(robot.tendons)))
+    residual = np.zeros(rows)
     bending = [pair for pair, item in enumerate(robot.tendons) if item.name in bent_by(robot)]
     # A joint's tendons turn with the joints before it, so these come first.
-    for pair in sorted(range(len(values)), key=lambda pair: moved_segment(robot, pair)):
+    for pair in sorted(range(len(robot.tendons)), key=lambda pair: moved_segment(robot, pair)):
         segment = robot.segments[moved_segment(robot, pair)]
         if pair not in bending or not _has_history(robot, pair):
-            values[pair], left = pure_joint(robot, inputs, pair, MODEL)
+            values[:, pair], left = pure_joint(robot, inputs, pair, MODEL)
             if pair in bending:
-                moment = joint_stiffness(robot, segment) * np.abs(values[pair] - segment.rest_rad)
-                tension[:, pair] = moment / arm_m(segment, values[pair])
+                moment = joint_stiffness(robot, segment) * np.abs(values[:, pair] - segment.rest_rad)
+                tension[:, pair] = moment / arm_m(segment, values[:, pair])
         else:
             passed = [k for k in bending if moved_segment(robot, k) < moved_segment(robot, pair)]
-            path = robot.path_rad + sum((np.abs(values[k]) for k in passed), np.zeros(rows))
-            values[pair], tension[:, pair], left = _balanced(robot, inputs, pair, path)
+            path = robot.path_rad + np.abs(values[:, passed]).sum(axis=1)
+            values[:, pair], tension[:, pair], left = _balanced(robot, inputs, pair, path)
         residual = np.maximum(residual, left)
-    return run_of(robot, inputs, gravity_mps2, MODEL, values, residual, tension)
+    return values, tension, residual
 
 
 def has_laws(robot: CatheterRobot) -> bool:

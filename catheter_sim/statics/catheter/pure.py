@@ -119,13 +119,11 @@ def run_of(
         residual: shape (r,).
         tension_N: of each pair, shape (r, t) [N]; default: the elastic moment's.
     """
-    pair_of = {moved_segment(robot, pair): pair for pair in range(len(robot.tendons))}
-    order = [pair_of[index] for index in moving(robot)]
-    q = np.stack([values[pair] for pair in order], axis=-1)
+    q = joint_vector(robot, np.stack(values, axis=-1))
     p_w, R_w = element_frames(robot, q)
     if tension_N is None:
         tension_N = np.stack([elastic_tension_N(robot, k, value) for k, value in enumerate(values)], axis=-1)
-    angles = _hinge_angles(robot, q)
+    angles = hinge_angles(robot, q)
     inside = np.full((len(robot.tendons), body_count(robot)), np.nan)
     postures = tuple(
         Posture(p_w[row], R_w[row], angles[row], tension_N[row], inside) for row in range(len(inputs))
@@ -145,8 +143,17 @@ def _tension_N_per_rad(robot: CatheterRobot, segment: CatheterSegment) -> float:
     return joint_stiffness(robot, segment) / segment.arm_m
 
 
-def _hinge_angles(robot: CatheterRobot, q: Array) -> Array:
-    """Return every hinge's angle, shape (r, hinges) [rad]: the gaps of a bending joint share its bend."""
+def joint_vector(robot: CatheterRobot, values: Array) -> Array:
+    """Return the pairs' values (..., t) in the order of the joints, base to tip, shape (..., m)."""
+    pair_of = {moved_segment(robot, pair): pair for pair in range(len(robot.tendons))}
+    return values[..., [pair_of[index] for index in moving(robot)]]
+
+
+def hinge_angles(robot: CatheterRobot, q: Array) -> Array:
+    """Return every hinge's angle at joint values q (r, m), shape (r, hinges) [rad].
+
+    The gaps of a bending joint share its bend.
+    """
     turns = [k for k, index in enumerate(moving(robot)) if robot.segments[index].joint != "prismatic"]
     counts = hinge_counts(robot)
     return np.repeat(q[:, turns] / np.array(counts), counts, axis=1)
