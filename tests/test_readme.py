@@ -81,3 +81,4 @@ def test_opencr_figures_are_those_of_the_golden_run():
     for key in ("before", "after"):
         assert f"{golden[f'heldout_tip_distance_rmse_{key}_mm']:.2f}" in section
         assert f"{golden[f'heldout_tip_distance_rmse_aligned_{key}_mm']:.2f}" in section
+    assert f"{golden['heldout_tip_distance_rmse_aligned_after_mm_as_chosen_in_training']:.2f}" in section
