@@ -26,8 +26,10 @@ def diagnosed(tmp_path_factory):
 
 
 def test_heldout_error_beats_the_published_simulator(diagnosed):
-    """On the authors' held-out file the corrected model, twin and simulation, errs by at most 5.3 mm; as chosen
-    inside the training file, with nothing decided by the held-out one, by at most 6 mm."""
+    """On the authors' held-out file the corrected model, twin and simulation, errs by at most 5.3 mm.
+
+    As chosen inside the training file, with nothing decided by the held-out one, by at most 6 mm.
+    """
     extra = diagnosed[0].extra
     for source in ("heldout", "heldout_simulation"):
         assert extra[f"{source}_tip_distance_rmse_aligned_after_mm"] < 5.3 < AUTHORS_MM
