@@ -37,8 +37,10 @@ def gain_percent(before: float, after: float) -> float:
     return 100.0 * (1.0 - after / before) if before > 0.0 else 0.0
 
 
-def cycle_squares(problem: Problem, before: Array, after: Array, unit: str) -> list[Array]:
-    """Return each trial's sums of squared errors by whole cycle, before and after, shape (c, 2) each.
+def stretch_squares(problem: Problem, before: Array, after: Array, unit: str) -> list[Array]:
+    """Return each trial's sums of squared errors by stretch, before and after, shape (c, 2) each.
+
+    A stretch is a whole cycle, or a part of one where there are few (`hypothesis.blocks_of`).
 
     Args:
         problem: the trials.
@@ -54,7 +56,7 @@ def cycle_squares(problem: Problem, before: Array, after: Array, unit: str) -> l
         part = slice(start, start + len(columns))
         start += len(columns)
         if mine.any():
-            labels = np.unique(blocks_of(alone, fewest=1)[mine], return_inverse=True)[1]
+            labels = np.unique(blocks_of(alone)[mine], return_inverse=True)[1]
             sums = [np.bincount(labels, weights=errors[part][mine] ** 2) for errors in (before, after)]
             result.append(np.stack(sums, axis=1).astype(float))
     return result
@@ -66,10 +68,10 @@ def gain_interval(held: Sequence[Array], others: Sequence[Array] = ()) -> tuple[
     Trials differ by more than their cycles do, and few are held out, so that their spread is taken from all
     trials: that of a ratio of sums, squared errors after over before (`after - ratio * before`, trial by
     trial), times sqrt(2) since the held-out gain is itself of such a draw. With fewer than three trials
-    the held-out cycles stand in; of a single cycle nothing is known.
+    the held-out stretches stand in; of a single one nothing is known.
 
     Args:
-        held: of the held-out trials, as from `cycle_squares`.
+        held: of the held-out trials, as from `stretch_squares`.
         others: of the training trials.
     """
     pool, count = np.array([trial.sum(axis=0) for trial in (*held, *others)]), len(held)

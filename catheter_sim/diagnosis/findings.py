@@ -11,11 +11,11 @@ from catheter_sim.diagnosis.confirm import Replay, replay
 from catheter_sim.diagnosis.evidence import (
     TIP,
     chance_of_gain,
-    cycle_squares,
     errors_of,
     gain_interval,
     gain_percent,
     rmse_by_unit,
+    stretch_squares,
     tip_errors,
 )
 from catheter_sim.diagnosis.fit import Fit, fit
@@ -42,8 +42,8 @@ def _held_out(train: Problem, test: Problem, before: Fit, after: Fit, unit: str,
     rmse = [rmse_by_unit(test, error)[unit] for error in errors]
     interval, chance = (0.0, 0.0), 1.0
     if after is not before:
-        held = cycle_squares(test, *errors, unit)
-        inside = cycle_squares(train, errors_of(train, before), errors_of(train, after), unit)
+        held = stretch_squares(test, *errors, unit)
+        inside = stretch_squares(train, errors_of(train, before), errors_of(train, after), unit)
         interval = gain_interval(held, inside)
         chance = chance_of_gain(-np.diff(np.concatenate(held), axis=1)[:, 0])
     return UnitResult(

@@ -76,7 +76,7 @@ class UnitResult:
         rmse_after: of the extended model.
         gain_percent: 100 (1 - after / before).
         gain_percent_ci95: in which the gain on as many other trials would lie, 95 %.
-        chance: probability of as much gain on the held-out cycles where there is none.
+        chance: probability of as much gain on the held-out stretches where there is none.
     """
 
     unit: str

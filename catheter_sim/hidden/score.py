@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.diagnosis.dataset import load_dataset
-from catheter_sim.diagnosis.evidence import cycle_squares, gain_interval, gain_percent
+from catheter_sim.diagnosis.evidence import gain_interval, gain_percent, stretch_squares
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.hypothesis import Problem, measured_of, robot_with
 from catheter_sim.diagnosis.pipeline import training_problem
@@ -170,7 +170,7 @@ def _gains(folders: Folders, problem: Problem, found: Document) -> dict[str, Any
     claimed = found["heldout"]
     low, high = claimed["gain_percent_ci95"]
     gain = gain_percent(*rmse)
-    own = gain_interval(cycle_squares(test, errors[0], errors[1], unit))
+    own = gain_interval(stretch_squares(test, errors[0], errors[1], unit))
     inside = low is not None and high is not None and low <= gain <= high
     return {
         "claimed": claimed["gain_percent"],

@@ -10,10 +10,10 @@ from planted import displacement_history, pair_history, small_robot
 
 from catheter_sim.diagnosis.evidence import (
     TIP,
-    cycle_squares,
     gain_interval,
     gain_percent,
     rmse_by_unit,
+    stretch_squares,
     tip_errors,
 )
 from catheter_sim.diagnosis.experiment import loops, next_experiment
@@ -75,11 +75,11 @@ def test_gain_interval_is_around_the_gain_and_honest_about_few_cycles():
     rows = len(problem.trials[0].inputs)
     generator = np.random.default_rng(8)
     before = generator.normal(size=rows)
-    low, high = gain_interval(cycle_squares(problem, before, 0.5 * before, "mm"))
+    low, high = gain_interval(stretch_squares(problem, before, 0.5 * before, "mm"))
     assert low == pytest.approx(50.0)
     assert high == pytest.approx(50.0)
     patchy = np.where(np.arange(rows) < rows // 2, 0.1, 1.0) * before
-    low, high = gain_interval(cycle_squares(problem, before, patchy, "mm"))
+    low, high = gain_interval(stretch_squares(problem, before, patchy, "mm"))
     assert low < gain_percent(*(float(np.sqrt(np.mean(e**2))) for e in (before, patchy))) < high
     assert high - low > 10.0
     assert gain_percent(0.0, 0.0) == 0.0
