@@ -67,7 +67,7 @@ def catheter_data(effects: Effects) -> Dataset:
 def sections_data(effects: Effects) -> Dataset:
     """Return three trials of a robot of two sections, from a chain with twice its hinges."""
     histories = [paced(both_sections(seed), seed) for seed in (1, 2, 3)]
-    columns = (*TIP, *(f"body_6_{axis}_mm" for axis in "xyz"))
+    columns = (*TIP, *(f"body_12_{axis}_mm" for axis in "xyz"))
     return data_set(two_sections(), "two.toml", effects, histories, columns, links=2)
 
 
@@ -76,7 +76,8 @@ def two_sections() -> ContinuumRobot:
     return replace(
         small_robot(),
         name="two",
-        segments=tuple(Segment(name, 0.05, 6, 5e-3, 2.5e-3, 3e-3) for name in ("near", "far")),
+        # Twelve disks each: of six, arcs and chain would be three quarters of the noise apart.
+        segments=tuple(Segment(name, 0.05, 12, 5e-3, 2.5e-3, 3e-3) for name in ("near", "far")),
         tendons=tuple(
             Tendon(
                 f"{name}_{k}",
