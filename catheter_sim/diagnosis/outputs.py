@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -31,6 +31,7 @@ def output_columns(
     frames: tuple[Sequence[int], Array, Array],
     joint_angles: Callable[[], Array],
     tension: Array,
+    moved: Mapping[str, Array] | None = None,
 ) -> Array:
     """Return output columns from a robot's state along r rows, shape (r, o), in file units.
 
@@ -40,6 +41,7 @@ def output_columns(
         frames: indices of disks, their positions (r, k, 3) [m] and orientations (r, k, 3, 3).
         joint_angles: gives the hinges' angles in the order of `joint_names`, shape (r, j) [rad].
         tension: at the actuator, shape (r, t) [N].
+        moved: angles of a catheter's joints by column, shape (r,) each [rad].
     """
     disks, p_w, R_w = frames
     values: dict[str, Array] = {}
@@ -56,6 +58,7 @@ def output_columns(
     if any(name.startswith("joint_") for name in columns):
         angles = np.degrees(joint_angles())
         values |= {f"joint_{name}_deg": angles[:, i] for i, name in enumerate(joint_names(robot))}
+    values |= {name: np.degrees(angle) for name, angle in (moved or {}).items()}
     names = [tendon.name for tendon in robot.tendons]
     values |= {f"tension_{name}_N": tension[:, i] for i, name in enumerate(names)}
     return np.stack([values[name] for name in columns], axis=1)

@@ -150,7 +150,7 @@ def diagnose_dataset(
         if after.terms and left is not None:
             notes.append(left_over_note(after, by_unit[unit], left))
         if verdict != "cause_found":
-            after, causes, weak = before, (), ()
+            after, causes, weak, as_chosen = before, (), (), {}
             by_unit = held_out(problem, test, before, before, noise)
             fits = trial_fits(problem, (*train, *heldout), before, before)
             structure["after"] = structure["before"]

@@ -57,17 +57,19 @@ class Selection:
 
 
 def candidates_for(problem: Problem) -> tuple[str, ...]:
-    """Return the effects that a diagnosis tries: those that make sense for the robot.
+    """Return the effects that a diagnosis tries: those that make sense for the robot and its trials.
 
-    Left out are those whose number is calibrated already, and `payload`: many rows with a load on the
-    tip still take the twin minutes. With a single trial `drift` is left out: what begins anew with each
-    trial shows in several, and inside one its many slow lines fit whatever else the model lacks.
+    Left out are those whose number is calibrated already, and `payload`, whose rivalry with precurvature and
+    frame has not been tested.
     """
-    calibrated = {name for item in problem.nuisances for name in item.stands_for}
-    left_out = calibrated | {"payload"}
-    if len(problem.trials) < 2:
-        left_out.add("drift")
-    return tuple(name for name in EFFECTS if name not in left_out and EFFECTS[name].parameters(problem.robot))
+    left_out = {name for item in problem.nuisances for name in item.stands_for} | {"payload"}
+    return tuple(
+        name
+        for name, effect in EFFECTS.items()
+        if name not in left_out
+        and effect.parameters(problem.robot)
+        and len(problem.trials) >= effect.least_trials
+    )
 
 
 def pays(before: Fit, after: Fit) -> bool:
@@ -106,28 +108,12 @@ def select(
     detailed = [term for terms in tiers for term in terms if term not in simple]
     alone = [term for terms in tiers for term in _promising(pool, problem, null, terms)]
     singles = _fit_all(pool, problem, [((term,), {}) for term in alone])
-    current = null
     path = [null]
     tried: list[Fit] = []
-    for _ in range(_ROUNDS):
+    for left in reversed(range(_ROUNDS)):
         for variants in (simple, [*simple, *detailed]):
-            while len(current.terms) < MOST_CAUSES:
-                if current is null:
-                    finalists = _in_order([item for item in singles if item.terms[0] in variants])
-                else:
-                    finalists = _next_finalists(pool, problem, current, variants)
-                    tried += finalists
-                if not finalists:
-                    break
-                best = finalists[0]
-                say(
-                    f"{'+'.join(best.causes)}: {best.cross_validated_rms:.4g} "
-                    f"(was {current.cross_validated_rms:.4g})"
-                )
-                if not pays(current, best):
-                    break
-                current = best
-                path.append(current)
+            _forward(pool, problem, singles, variants, path, tried, say)
+        current = path[-1]
         current, dropped = _backward(pool, problem, current)
         tried += dropped
         if len(current.terms) > 1:
@@ -144,12 +130,39 @@ def select(
             rivals = _rivals(pool, problem, current, (*simple, *detailed))
             tried += [item for _, item in rivals]
         better = _in_order([item for _, item in rivals])[:1]
-        if not better or not pays(current, better[0]):
+        if not left or not better or not pays(current, better[0]):
             break
-        current = better[0]
-        path.append(current)
+        path.append(better[0])
     groups = _alike(current, rivals)
     return Selection(null, tuple(singles), tuple(tried), tuple(path), current, groups)
+
+
+def _forward(
+    pool: Workers,
+    problem: Problem,
+    singles: Sequence[Fit],
+    variants: Sequence[Term],
+    path: list[Fit],
+    tried: list[Fit],
+    say: Callable[[str], None],
+) -> None:
+    """Lengthen `path` by one of `variants` at a time while each pays; what was fitted goes to `tried`."""
+    while len(path[-1].terms) < MOST_CAUSES:
+        current = path[-1]
+        if current.terms:
+            finalists = _next_finalists(pool, problem, current, variants)
+            tried += finalists
+        else:
+            finalists = _in_order([item for item in singles if item.terms[0] in variants])
+        if not finalists:
+            return
+        best = finalists[0]
+        say(
+            f"{'+'.join(best.causes)}: {best.cross_validated_rms:.4g} (was {current.cross_validated_rms:.4g})"
+        )
+        if not pays(current, best):
+            return
+        path.append(best)
 
 
 def _promising(pool: Workers, problem: Problem, null: Fit, terms: Sequence[Term]) -> Sequence[Term]:

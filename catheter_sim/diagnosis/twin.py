@@ -165,18 +165,19 @@ class CatheterTwin:
         values, tension = values[:, ::every], tension[:, ::every]
         disks = wanted_disks(self.columns, body_count(robots[0]))
         p_w, R_w = batch_frames(changed, values, disks)
-        angles = {f"angle_{pair.moves}_deg": k for k, pair in enumerate(robots[0].tendons)}
-        others = tuple(name for name in self.columns if name not in angles)
-        result = np.empty((*values.shape[:2], len(self.columns)))
-        for index, robot in enumerate(robots):
-            found = {name: np.degrees(values[index, :, k]) for name, k in angles.items()}
-            if others:
-                frames = disks, p_w[index], R_w[index]
-                hinges = partial(hinge_angles, changed[index], joint_vector(changed[index], values[index]))
-                shown = output_columns(robot, others, frames, hinges, tension[index])
-                found |= dict(zip(others, shown.T, strict=True))
-            result[index] = np.stack([found[name] for name in self.columns], axis=1)
-        return result
+        return np.array(
+            [
+                output_columns(
+                    robot,
+                    self.columns,
+                    (disks, p_w[index], R_w[index]),
+                    partial(hinge_angles, changed[index], joint_vector(changed[index], values[index])),
+                    tension[index],
+                    {f"angle_{pair.moves}_deg": values[index, :, k] for k, pair in enumerate(robot.tendons)},
+                )
+                for index, robot in enumerate(robots)
+            ]
+        )
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from catheter_sim.effects._scales import tension_N
 from catheter_sim.effects.face import Parameter, Values
-from catheter_sim.robots.channels import channel_of
+from catheter_sim.robots.channels import Inputs, channel_of
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 
@@ -52,3 +53,24 @@ def actuation_unit(robot: Robot) -> float:
 def scale_of(robot: Robot) -> str:
     """Return the unit in files of the robot's actuator inputs."""
     return UNIT[robot.actuation]
+
+
+def sized_parameter(robot: Robot, name: str, size: Mapping[str, tuple[float, float]]) -> Parameter:
+    """Return a parameter that does nothing at zero, with bounds on both sides of it.
+
+    Args:
+        robot: of which the unit is, and the tension that bends it.
+        name: of the parameter.
+        size: by unit in files, its bound and a change that matters: in mm, or in tensions that bend the
+            robot by a radian.
+    """
+    bound, scale = (round(value * actuation_unit(robot), 9) for value in size[scale_of(robot)])
+    return Parameter(name, null=0.0, lower=-bound, upper=bound, scale=scale, start=0.0)
+
+
+def added(inputs: Inputs, extra: Array) -> Inputs:
+    """Return `inputs` with `extra` on the tendons, SI units, shape (r, t) or (t,); a tendon cannot push."""
+    tendon = inputs.tendon + extra
+    if inputs.actuation == "tension":
+        tendon = np.maximum(tendon, 0.0)
+    return replace(inputs, tendon=tendon)

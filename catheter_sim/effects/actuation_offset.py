@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
-
 from catheter_sim.effects._channels import (
     TO_SI,
-    actuation_unit,
+    added,
     common_and_each,
     common_then_each,
     per_tendon,
     scale_of,
+    sized_parameter,
 )
-from catheter_sim.effects.face import Effect, Parameter, Values
+from catheter_sim.effects.face import Effect, Values
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.kinds import Robot
 
@@ -27,25 +24,18 @@ def _names(robot: Robot) -> tuple[str, str]:
     return f"offset_{unit}", f"offset_{{}}_{unit}"
 
 
-def _parameter(robot: Robot, name: str) -> Parameter:
-    bound, scale = (round(size * actuation_unit(robot), 9) for size in _SIZE[scale_of(robot)])
-    return Parameter(name, null=0.0, lower=-bound, upper=bound, scale=scale, start=0.0)
-
-
 def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
     common, each = _names(robot)
-    offset = (values[common] + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)]
-    tendon = inputs.tendon + offset
-    if inputs.actuation == "tension":
-        tendon = np.maximum(tendon, 0.0)  # a tendon cannot push
-    return replace(inputs, tendon=tendon)
+    return added(inputs, (values[common] + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)])
 
 
 EFFECT = Effect(
     name="actuation_offset",
     summary="the input channels' zero is wrong: what arrives is input + offset + offset_<channel>",
     trace="an error that is there at zero input already, and does not depend on direction",
-    parameters=lambda robot: common_and_each(robot, *_names(robot), lambda name: _parameter(robot, name)),
+    parameters=lambda robot: common_and_each(
+        robot, *_names(robot), lambda name: sized_parameter(robot, name, _SIZE)
+    ),
     change_inputs=_change_inputs,
     variants=lambda robot: common_then_each(robot, *_names(robot)),
 )

@@ -13,12 +13,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
 
-from catheter_sim.effects._channels import channels
+from catheter_sim.effects._channels import added, channels
 from catheter_sim.effects.face import Effect, Parameter, Values
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.catheter_layout import moved_segment
@@ -113,11 +112,7 @@ def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
     tendons = member.sum(axis=0)
     # A channel's tension is its tendons' sum, its displacement that of each.
     into, out_of = (member, member / tendons) if inputs.actuation == "tension" else (member / tendons, member)
-    added = inputs.tendon @ into @ (coefficient * _shares(robot)).T @ out_of.T
-    tendon = inputs.tendon + added
-    if inputs.actuation == "tension":
-        tendon = np.maximum(tendon, 0.0)  # a tendon cannot push
-    return replace(inputs, tendon=tendon)
+    return added(inputs, inputs.tendon @ into @ (coefficient * _shares(robot)).T @ out_of.T)
 
 
 def _members(robot: Robot) -> Array:

@@ -8,17 +8,16 @@ creeps). A tension stays at zero or above: a tendon cannot push.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from catheter_sim.effects._channels import (
     TO_SI,
-    actuation_unit,
+    added,
     common_and_each,
     common_then_each,
     per_tendon,
     scale_of,
+    sized_parameter,
 )
 from catheter_sim.effects._clock import elapsed_s, lagged
 from catheter_sim.effects.face import Effect, Parameter, Values
@@ -35,15 +34,10 @@ def _names(robot: Robot) -> tuple[str, str]:
     return f"zero_{unit}_per_min", f"zero_{{}}_{unit}_per_min"
 
 
-def _zero(robot: Robot, name: str) -> Parameter:
-    bound, scale = (round(size * actuation_unit(robot), 9) for size in _SIZE[scale_of(robot)])
-    return Parameter(name, null=0.0, lower=-bound, upper=bound, scale=scale, start=0.0)
-
-
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     amount, time_s = _CREEP
     return (
-        *common_and_each(robot, *_names(robot), lambda name: _zero(robot, name)),
+        *common_and_each(robot, *_names(robot), lambda name: sized_parameter(robot, name, _SIZE)),
         Parameter(amount, null=0.0, lower=-0.9, upper=1.0, scale=0.02, start=0.05),
         # Faster than 10 s it would be a lag (`rate`), beyond a quarter of an hour no trial shows its end.
         Parameter(time_s, null=60.0, lower=10.0, upper=900.0, scale=5.0, start=60.0),
@@ -63,12 +57,10 @@ def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
     if amount == 0.0 and not rate.any():
         return inputs
     time_s = elapsed_s(inputs.time_s, EFFECT.name)
-    tendon = inputs.tendon + rate * (time_s[:, np.newaxis] / 60.0)
+    wandered = rate * (time_s[:, np.newaxis] / 60.0)
     if amount != 0.0:
-        tendon = tendon + amount * lagged(time_s, tendon, constant_s)
-    if inputs.actuation == "tension":
-        tendon = np.maximum(tendon, 0.0)  # a tendon cannot push
-    return replace(inputs, tendon=tendon)
+        wandered = wandered + amount * lagged(time_s, inputs.tendon + wandered, constant_s)
+    return added(inputs, wandered)
 
 
 EFFECT = Effect(
@@ -79,4 +71,6 @@ EFFECT = Effect(
     parameters=_parameters,
     change_inputs=_change_inputs,
     variants=_variants,
+    # It begins anew with each trial; inside one its slow lines fit whatever else a model lacks.
+    least_trials=2,
 )

@@ -96,6 +96,7 @@ class Effect:
         change_frames: the same for bare positions (..., 3) and orientations (..., 3, 3), for speed;
             None where nothing observed changes.
         variants: which parameters a diagnosis frees together, simplest first; () frees all.
+        least_trials: number of training trials below which a diagnosis cannot tell it from others.
     """
 
     name: str
@@ -107,6 +108,7 @@ class Effect:
     change_postures: Callable[[Robot, tuple[Posture, ...], Values], tuple[Posture, ...]] = same_postures
     change_frames: Callable[[Values, Array, Array], tuple[Array, Array]] | None = None
     variants: Callable[[Robot], tuple[tuple[str, ...], ...]] = all_together
+    least_trials: int = 1
 
     def complete(self, robot: Robot, values: Values) -> dict[str, float]:
         """Return every parameter's value: the given one, or the one that does nothing."""

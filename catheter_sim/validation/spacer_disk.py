@@ -8,14 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from catheter_sim.resources import assets_folder
-from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.spacer_disk import spacer_disk
-from catheter_sim.simulation.replay import simulate
 from catheter_sim.statics.constant_curvature import constant_curvature
 from catheter_sim.validation import plots
 from catheter_sim.validation.drives import NO_GRAVITY, given, tips_mm
 from catheter_sim.validation.lines import Line, Validation
+from catheter_sim.validation.tdcr_tips import (
+    SETS,
+    SIMULATION,
+    TIP_FORCES_N,
+    benchmark_robot,
+    largest_tension_N,
+    tips,
+)
 
 LENGTH_MM = 100.0
 # Mean tip errors of a chain of hinges at element middles, ten disks [% of length], by links a subsegment.
@@ -66,8 +72,9 @@ def reference_tips(disks: int) -> tuple[Array, Array]:
 
 
 def _mean_error_percent(links: int, tensions: Array, reference_mm: Array) -> float:
-    robot = load_robot("spacer_disk", [f"links_per_subsegment={links}"])
-    ours = tips_mm(simulate(robot, given(tensions), NO_GRAVITY).postures)
-    if len(ours) < len(reference_mm):
-        return float("nan")
-    return float(np.linalg.norm(ours - reference_mm, axis=1).mean() / LENGTH_MM * 100.0)
+    """Return the chain's mean tip error over the reference's load cases [% of length]."""
+    robot = benchmark_robot(links=links)
+    ours = tips(robot, SIMULATION, TIP_FORCES_N["none"]).p_w * 1e3
+    share = np.round(tensions / largest_tension_N(robot))
+    cases = [int(np.flatnonzero((SETS == row).all(axis=1))[0]) for row in share]
+    return float(np.linalg.norm(ours[cases] - reference_mm, axis=1).mean() / LENGTH_MM * 100.0)
