@@ -76,5 +76,5 @@ def _mean_error_percent(links: int, tensions: Array, reference_mm: Array) -> flo
     robot = benchmark_robot(links=links)
     ours = tips(robot, SIMULATION, TIP_FORCES_N["none"]).p_w * 1e3
     share = np.round(tensions / largest_tension_N(robot))
-    cases = [int(np.flatnonzero((SETS == row).all(axis=1))[0]) for row in share]
+    cases = [int(np.flatnonzero((row == SETS).all(axis=1))[0]) for row in share]
     return float(np.linalg.norm(ours[cases] - reference_mm, axis=1).mean() / LENGTH_MM * 100.0)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from made_up import pulled_by
 
-from catheter_sim.diagnosis.dataset import Dataset, Trial
+from catheter_sim.diagnosis.dataset import Dataset
 from catheter_sim.diagnosis.pictures import view_figure
 from catheter_sim.diagnosis.residuals import (
     VIEWS,
@@ -19,8 +19,6 @@ from catheter_sim.diagnosis.residuals import (
     turning_points,
 )
 from catheter_sim.diagnosis.result import TrialFit
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
 from catheter_sim.tables import Array, Table
 
 SEED = 20240131
@@ -35,26 +33,14 @@ def loops(cycles: int, rows: int = 20) -> Array:
 
 def planted(residual: Array, pull: Array) -> tuple[Dataset, tuple[TrialFit, ...]]:
     """Return a data set of one held-out trial with the given residual before and none but noise after."""
-    generator = np.random.default_rng(SEED)
-    time_s = np.arange(float(len(pull)))
-    zeros = np.zeros((len(pull), 3))
-    inputs = Inputs(time_s, "tension", np.stack([pull, 0 * pull], axis=1), zeros, zeros)
-    computed = Table(time_s, {"tip_x_mm": 60.0 * pull})
-    measured = Table(time_s, {"tip_x_mm": 60.0 * pull + residual + 0.1 * generator.normal(size=len(pull))})
-    after = Table(time_s, {"tip_x_mm": 60.0 * pull + residual})
-    dataset = Dataset(
-        folder=Path("loops"),
-        name="loops",
-        robot=load_robot("neuroendoscope_section"),
-        robot_reference="neuroendoscope_section",
-        source="made up",
-        licence="MIT",
-        gravity_mps2=np.zeros(3),
-        input_channels=("tension_right_N",),
-        output_channels=("tip_x_mm",),
-        trials=(Trial("a.csv", "heldout", inputs, measured),),
-    )
-    return dataset, (TrialFit("a.csv", "heldout", time_s, measured, computed, after),)
+    computed = 60.0 * pull
+    noise = 0.1 * np.random.default_rng(SEED).normal(size=len(pull))
+    dataset = pulled_by(pull, {"tip_x_mm": computed + residual + noise})
+    trial = dataset.trials[0]
+    time_s = trial.inputs.time_s
+    before = Table(time_s, {"tip_x_mm": computed})
+    after = Table(time_s, {"tip_x_mm": computed + residual})
+    return dataset, (TrialFit(trial.file, trial.role, time_s, trial.outputs, before, after),)
 
 
 def shares(residual: Array, pull: Array) -> dict[str, tuple[float, float]]:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from made_up import pulled_by
 
-from catheter_sim.diagnosis.dataset import Dataset, Trial
 from catheter_sim.diagnosis.residuals import turning_points
 from catheter_sim.diagnosis.result import TrialFit
 from catheter_sim.diagnosis.structure import TESTS, structure_tests
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
 from catheter_sim.tables import Table
 
 CYCLES, ROWS = 16, 24
@@ -26,27 +22,14 @@ AXIS = {"x": np.cos(HEADING), "y": np.sin(HEADING)}
 
 def judged(residual):
     """Return the tests by name, of measurements that are off by `residual`: column to shape (n,)."""
-    time_s = np.arange(float(CYCLES * ROWS))
-    zeros = np.zeros((len(time_s), 3))
     computed, measured = {}, {}
     for name in COLUMNS:
         point, axis, _ = name.rsplit("_", 2)
         computed[name] = 40.0 * SIZE[point] * PULL * AXIS[axis]
         measured[name] = computed[name] + residual(name)
-    inputs = Inputs(time_s, "tension", np.stack([PULL, np.zeros_like(PULL)], axis=1), zeros, zeros)
-    table = Table(time_s, measured)
-    dataset = Dataset(
-        folder=Path("made_up"),
-        name="made up",
-        robot=load_robot("neuroendoscope_section"),
-        robot_reference="neuroendoscope_section",
-        source="made up",
-        licence="none",
-        gravity_mps2=np.zeros(3),
-        input_channels=("tension_right_N",),
-        output_channels=COLUMNS,
-        trials=(Trial("a.csv", "heldout", inputs, table),),
-    )
+    dataset = pulled_by(PULL, measured)
+    trial = dataset.trials[0]
+    time_s, table = trial.inputs.time_s, trial.outputs
     model = Table(time_s, computed)
     found = structure_tests(
         dataset, [TrialFit("a.csv", "heldout", time_s, table, model, model)], "mm", "before"
