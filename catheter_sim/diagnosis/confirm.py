@@ -9,6 +9,7 @@ import numpy as np
 
 from catheter_sim.diagnosis.hypothesis import measured_of
 from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.diagnosis.workers import HERE, Workers, each
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.robots.channels import posture_columns
 from catheter_sim.robots.kinds import Robot
@@ -33,6 +34,13 @@ class Replay:
     measured: Array
     failure: str | None
     restless: int
+
+
+def replays(
+    robot: Robot, trials: Sequence[Trial], columns: Sequence[str], gravity_mps2: Array, pool: Workers = HERE
+) -> list[Replay]:
+    """Return trials replayed with `robot`, its effects in force."""
+    return each(pool, replay, [(robot, trial, columns, gravity_mps2) for trial in trials])
 
 
 def replay(

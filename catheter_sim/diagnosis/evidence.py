@@ -1,4 +1,4 @@
-"""What a hypothesis is worth on held-out trials: errors by unit, and how sure the gain is."""
+"""What a fitted hypothesis does on trials, held-out ones say: errors by unit, and how sure the gain is."""
 
 from __future__ import annotations
 
@@ -10,8 +10,15 @@ import numpy as np
 from scipy.stats import t as student_t
 
 from catheter_sim.diagnosis.fit import Fit
-from catheter_sim.diagnosis.hypothesis import Problem, blocks_of, column_of, residuals
-from catheter_sim.diagnosis.trials import unit_of
+from catheter_sim.diagnosis.hypothesis import (
+    Problem,
+    blocks_of,
+    column_of,
+    measured_of,
+    residuals,
+    robot_with,
+)
+from catheter_sim.diagnosis.trials import Trial, unit_of
 from catheter_sim.robots.posture import Array
 
 SIGNS = 4096  # draws
@@ -21,6 +28,21 @@ TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 def errors_of(problem: Problem, fit: Fit) -> Array:
     """Return model minus measurement of a fitted hypothesis on `problem`'s trials, in file units, (n,)."""
     return residuals(problem, fit.frees, fit.x[None])[0] * problem.weight[column_of(problem)]
+
+
+def outputs_of(problem: Problem, trial: Trial, result: Fit) -> Array:
+    """Return a fitted hypothesis's outputs along a trial, shape (r, o)."""
+    return problem.twin([robot_with(problem, result.frees, result.x)], trial.inputs, 1)[0]
+
+
+def residual_series(problem: Problem, result: Fit) -> dict[str, list[Array]]:
+    """Return model minus measurement by output column, one array per trial."""
+    series: dict[str, list[Array]] = {name: [] for name in problem.columns}
+    for trial in problem.trials:
+        error = outputs_of(problem, trial, result) - measured_of(trial, problem.columns)
+        for index, name in enumerate(problem.columns):
+            series[name].append(error[:, index])
+    return series
 
 
 def rmse_by_unit(problem: Problem, errors: Array) -> dict[str, float]:

@@ -7,25 +7,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from catheter_sim.diagnosis.confirm import Replay, replay
+from catheter_sim.diagnosis.confirm import Replay
 from catheter_sim.diagnosis.evidence import (
     TIP,
     chance_of_gain,
     errors_of,
     gain_interval,
     gain_percent,
+    outputs_of,
     rmse_by_unit,
     stretch_squares,
     tip_errors,
 )
 from catheter_sim.diagnosis.fit import Fit, fit
-from catheter_sim.diagnosis.hypothesis import Problem, measured_of, robot_with
-from catheter_sim.diagnosis.intervals import intervals, profile_interval
+from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.intervals import Interval, intervals, profile_interval
 from catheter_sim.diagnosis.result import Candidate, Cause, FittedParameter, TrialFit, UnitResult
 from catheter_sim.diagnosis.select import Selection
-from catheter_sim.diagnosis.trials import Dataset, Trial, unit_of
+from catheter_sim.diagnosis.trials import Trial, unit_of
 from catheter_sim.diagnosis.workers import HERE, Workers, each
-from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.tables import Table
 
@@ -96,8 +96,25 @@ def named_causes(
     return tuple(sorted(causes, key=lambda cause: -cause.gain_percent))
 
 
+def with_intervals(causes: Sequence[Cause], ends: Mapping[tuple[str, str], Interval]) -> tuple[Cause, ...]:
+    """Return the causes with their parameters' intervals taken from `ends`."""
+    return tuple(
+        replace(
+            cause,
+            parameters={
+                name: replace(item, ci95=ends[cause.name, name]) for name, item in cause.parameters.items()
+            },
+        )
+        for cause in causes
+    )
+
+
 def calibrated_numbers(
-    problem: Problem, result: Fit, along_valleys: bool, pool: Workers = HERE
+    problem: Problem,
+    result: Fit,
+    along_valleys: bool,
+    shift: Array | None = None,
+    pool: Workers = HERE,
 ) -> dict[str, FittedParameter]:
     """Return the calibrated numbers of a fit, with intervals.
 
@@ -105,6 +122,7 @@ def calibrated_numbers(
         problem: what was fitted.
         result: the fit.
         along_valleys: intervals by refitting all other numbers (`profile_interval`); needs a thorough fit.
+        shift: as for `intervals`; not used along valleys.
         pool: where to do that.
     """
     numbers = [free.parameter for free in result.frees if not free.effect]
@@ -112,7 +130,7 @@ def calibrated_numbers(
     if along_valleys:
         ends = each(pool, profile_interval, [(problem, result, name) for name in names])
     else:
-        bounds = intervals(result)
+        bounds = intervals(result, shift)
         ends = [bounds["", name] for name in names]
     return {
         item.name: FittedParameter(result.values["", item.name], end, item.null)
@@ -184,19 +202,11 @@ def doubts(causes: Sequence[Cause], by_unit: Mapping[str, UnitResult]) -> list[s
 
 
 def confirmed(
-    dataset: Dataset,
-    problem: Problem,
-    robot: Robot,
-    heldout: Sequence[Trial],
-    fits: Sequence[TrialFit],
-    pool: Workers = HERE,
+    problem: Problem, heldout: Sequence[Trial], replays: Sequence[Replay], fits: Sequence[TrialFit]
 ) -> tuple[dict[str, float], list[str]]:
     """Return how MuJoCo, with the causes in it, does on the held-out trials, and where it disagrees."""
     extra: dict[str, float] = {}
     notes: list[str] = []
-    replays: list[Replay] = each(
-        pool, replay, [(robot, trial, problem.columns, dataset.gravity_mps2) for trial in heldout]
-    )
     for trial, item in zip(heldout, replays, strict=True):
         if item.failure:
             notes.append(f"Simulation of {trial.file}: {item.failure}.")
@@ -232,21 +242,6 @@ def confirmed(
             f"heldout_simulation_{name.format('after')}": value for name, value in tip_errors(columns).items()
         }
     return extra, notes
-
-
-def outputs_of(problem: Problem, trial: Trial, result: Fit) -> Array:
-    """Return a fitted hypothesis's outputs along a trial, shape (r, o)."""
-    return problem.twin([robot_with(problem, result.frees, result.x)], trial.inputs, 1)[0]
-
-
-def residual_series(problem: Problem, result: Fit) -> dict[str, list[Array]]:
-    """Return model minus measurement by output column, one array per trial."""
-    series: dict[str, list[Array]] = {name: [] for name in problem.columns}
-    for trial in problem.trials:
-        error = outputs_of(problem, trial, result) - measured_of(trial, problem.columns)
-        for index, name in enumerate(problem.columns):
-            series[name].append(error[:, index])
-    return series
 
 
 def trial_fits(problem: Problem, trials: Sequence[Trial], before: Fit, after: Fit) -> tuple[TrialFit, ...]:

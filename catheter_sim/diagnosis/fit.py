@@ -27,6 +27,7 @@ _CONVERGED = 2e-4  # relative decrease of the sum of squares that is not worth a
 _NO_INFLUENCE = 1e-2
 _NEAR_BOUND = 1e-3  # in units of a parameter's scale: as good as at the bound
 _MOST_TRIALS = 100  # of the thorough search
+_STEP_PARTS = (1.0, 0.3, 0.1)  # of the step to a fit without some rows, until it lowers their error
 _LONGEST_STEP = 20.0  # of one iteration, in units of a parameter's scale
 
 
@@ -102,7 +103,7 @@ def fit(
     prior = prior_of(frees)
     search = _bottom if thorough else _descended
     x = search(problem, frees, x, (low, high), prior)
-    error, jacobian = _linearised(problem, frees, x, high)
+    error, jacobian = linearised(problem, frees, x, high)
     held = _held(x, low, high, prior.gradient(x) + jacobian.T @ error)
     left_out = error
     if cross_validate:
@@ -119,7 +120,7 @@ def _descended(
     """
     low, high = box
     damping = 1e-3
-    error, jacobian = _linearised(problem, frees, x, high)
+    error, jacobian = linearised(problem, frees, x, high)
     cost = float(error @ error) + prior.cost(x)
     for _ in range(_MAX_STEPS):
         candidates = np.array(
@@ -138,7 +139,7 @@ def _descended(
         damping = float(np.clip(damping * 10.0 ** (best - 1), 1e-6, 1e6))
         if gained < _CONVERGED * cost:
             break
-        error, jacobian = _linearised(problem, frees, x, high)
+        error, jacobian = linearised(problem, frees, x, high)
     return x
 
 
@@ -154,7 +155,7 @@ def _bottom(
         return np.concatenate([residuals(problem, frees, point[None])[0], root * (point - prior.middle)])
 
     def slope(point: Array) -> Array:
-        return np.concatenate([_linearised(problem, frees, point, high)[1], np.diag(root)])
+        return np.concatenate([linearised(problem, frees, point, high)[1], np.diag(root)])
 
     found = least_squares(value, inside, slope, bounds=box, ftol=1e-7, xtol=1e-6, max_nfev=_MOST_TRIALS)
     at_bound = np.where(found.x - low < 2.0 * _NEAR_BOUND, low, found.x)
@@ -223,8 +224,8 @@ def _details(name: str, common: str) -> bool:
     return all(word in words for word in common.split("_"))
 
 
-def _linearised(problem: Problem, frees: Sequence[Free], x: Array, high: Array) -> tuple[Array, Array]:
-    """Return the residual (n,) and its derivative by forward differences (n, p)."""
+def linearised(problem: Problem, frees: Sequence[Free], x: Array, high: Array) -> tuple[Array, Array]:
+    """Return the residual (n,) and its derivative by differences (n, p), backward near `high` (p,)."""
     step = np.where(x + _STEP > high, -_STEP, _STEP)
     errors = residuals(problem, frees, np.concatenate([x[None], x + np.diag(step)]))
     return errors[0], ((errors[1:] - errors[0]) / step[:, None]).T
@@ -291,17 +292,29 @@ def _left_out(
 ) -> Array:
     """Return the residual of each fold under the parameters fitted without it, shape (n,).
 
-    Those parameters are one Gauss-Newton step from the fit to everything: exact where the model is
-    linear in them over the step; the residual itself is computed with the full model.
+    Those parameters are one Gauss-Newton step from the fit to everything, or a part of it where the model
+    bends so much that the whole step would raise the error on the rows kept; the residual itself is computed
+    with the full model.
     """
     fold = fold_of(block)
     chosen = np.unique(fold)
     prior = prior_of(frees)
-    points = []
-    for index in chosen:
-        keep = fold != index
-        points.append(np.clip(x + _step(jacobian[keep], error[keep], x, box, 1e-9, prior), *box))
-    errors = residuals(problem, frees, np.array(points))
+    keeps = [fold != index for index in chosen]
+    steps = np.array([_step(jacobian[keep], error[keep], x, box, 1e-9, prior) for keep in keeps])
+    errors = np.repeat(error[None], len(chosen), axis=0)
+    least = np.array([float(error[keep] @ error[keep]) + prior.cost(x) for keep in keeps])
+    waiting = np.arange(len(chosen))
+    for part in _STEP_PARTS:
+        points = np.clip(x + part * steps[waiting], *box)
+        found = residuals(problem, frees, points)
+        costs = [
+            float((found[k][keeps[i]] ** 2).sum()) + prior.cost(points[k]) for k, i in enumerate(waiting)
+        ]
+        better = np.array(costs) <= least[waiting]
+        errors[waiting[better]] = found[better]
+        waiting = waiting[~better]
+        if not len(waiting):
+            break
     left_out = error.copy()
     for position, index in enumerate(chosen):
         left_out[fold == index] = errors[position][fold == index]

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import t as student
 
-from catheter_sim.diagnosis.fit import Fit, fit, influential, prior_of
-from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.fit import Fit, fit, influential, linearised, prior_of
+from catheter_sim.diagnosis.hypothesis import Problem, measured_of
 from catheter_sim.robots.posture import Array
 
 Interval = tuple[float, float]
@@ -18,7 +19,7 @@ Interval = tuple[float, float]
 _TOLERANCE = 0.05  # of the way between the two values that enclose an interval's end
 
 
-def intervals(result: Fit) -> dict[tuple[str, str], Interval]:
+def intervals(result: Fit, shift: Array | None = None) -> dict[tuple[str, str], Interval]:
     """Return a 95 % interval of every fitted value, by effect and parameter.
 
     The wider of two. Where residuals are white, that of least squares: s^2 A^-1 with A = J^T J and
@@ -28,8 +29,16 @@ def intervals(result: Fit) -> dict[tuple[str, str], Interval]:
     Zeger 1986; Cameron and Miller 2015). A number known beforehand brings its own precision to A, also
     where it stands at a bound. Another value held at a bound, or one without influence, has the
     interval of its bounds.
+
+    Args:
+        result: a fit.
+        shift: by how much the values would change if another model of the same physics were fitted
+            (`shift_by_model`), shape (p,); noise says nothing about that, so that its size is added to
+            both sides.
     """
     half = half_widths(result)
+    if shift is not None:
+        half = half + np.abs(shift)
     found: dict[tuple[str, str], Interval] = {}
     for free, x, width in zip(result.frees, result.x, half, strict=True):
         parameter = free.parameter
@@ -52,6 +61,41 @@ def half_widths(result: Fit) -> Array:
     widths = [_white(result, inverse), _by_blocks(result, inverse, part)]
     half[use] = np.maximum(*widths)
     return half
+
+
+def shift_by_model(test: Problem, result: Fit, other: Sequence[Array]) -> Array:
+    """Return by how much fitted numbers would change if another model of the same physics were fitted.
+
+    One Gauss-Newton step that makes up for the difference of the two models, on trials that both have
+    computed; zero for a number that is held or changes nothing.
+
+    Args:
+        test: trials.
+        result: a fit by `test`'s twin, to these or other trials.
+        other: the other model's outputs with the same numbers, by trial, shape (r, o), in file units; NaN
+            where it has none.
+
+    Returns:
+        In units of the numbers' scales, shape (p,).
+    """
+    shift = np.zeros(len(result.frees))
+    bounds = np.array([free.parameter.fit_bounds for free in result.frees]).reshape(-1, 2)
+    scale = np.array([free.parameter.scale for free in result.frees])
+    if not len(shift):
+        return shift
+    error, jacobian = linearised(test, result.frees, result.x, bounds[:, 1] / scale)
+    parts = []
+    for trial, values in zip(test.trials, other, strict=True):
+        measured = measured_of(trial, test.columns)
+        parts.append(((values - measured) / test.weight)[:: test.every][np.isfinite(measured[:: test.every])])
+    apart = np.concatenate(parts) - error
+    known = np.isfinite(apart)
+    use = influential(jacobian[known]) & ~result.held
+    if use.any():
+        part = jacobian[known][:, use]
+        precision = prior_of(result.frees).precision[use]
+        shift[use] = -_inverse(part, precision) @ part.T @ apart[known]
+    return shift
 
 
 def _inverse(part: Array, precision: Array) -> Array:

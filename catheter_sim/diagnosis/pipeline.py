@@ -9,7 +9,8 @@
 5. Fit the chosen hypothesis to every training row, with intervals (`fit`, `intervals`).
 6. Look at the held-out trials, once: errors, the interval of the gain, shares (`findings`, `evidence`). A
    cause that does not pay there is not named, nor is any where what is left has a structure (`verdict`).
-7. Replay the held-out trials in MuJoCo with the causes in it (`confirm`).
+7. Replay the held-out trials in MuJoCo with the causes in it (`confirm`); where it differs from the twin, the
+   intervals are widened by what that would change (`intervals.shift_by_model`).
 8. Say what to measure next (`experiment`), and write everything down (`result`).
 """
 
@@ -25,7 +26,9 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from catheter_sim.diagnosis.confirm import replays
 from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.evidence import residual_series
 from catheter_sim.diagnosis.experiment import next_experiment
 from catheter_sim.diagnosis.findings import (
     calibrated_numbers,
@@ -35,11 +38,12 @@ from catheter_sim.diagnosis.findings import (
     held_out,
     named_causes,
     ranking,
-    residual_series,
     trial_fits,
+    with_intervals,
 )
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.hypothesis import Problem, measured_of, robot_with
+from catheter_sim.diagnosis.intervals import intervals, shift_by_model
 from catheter_sim.diagnosis.noise import noise_floor, repeat_noise, white_noise
 from catheter_sim.diagnosis.nuisance import nuisances_of
 from catheter_sim.diagnosis.residuals import STAGES
@@ -164,13 +168,17 @@ def diagnose_dataset(
         extra, said = figures(problem, fits, after)
         extra |= {name: value for name, value in as_chosen.items() if "after" in name}
         notes += [*said, *doubts(causes, by_unit)]
-        bar.set_description("measuring how sure the calibration is")
-        calibrated = calibrated_numbers(problem, after, wanted, pool)
+        shift = None
         if simulation:
             bar.set_description("replaying in MuJoCo")
-            found, said = confirmed(dataset, problem, robot, heldout, fits, pool)
+            replayed = replays(robot, heldout, problem.columns, dataset.gravity_mps2, pool)
+            found, said = confirmed(problem, heldout, replayed, fits)
             extra |= found
             notes += said
+            shift = shift_by_model(test, after, [item.outputs for item in replayed])
+        causes = with_intervals(causes, intervals(after, shift))
+        bar.set_description("measuring how sure the calibration is")
+        calibrated = calibrated_numbers(problem, after, wanted, shift, pool)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,

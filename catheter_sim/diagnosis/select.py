@@ -1,13 +1,16 @@
 """Chooses causes inside the training data: each has to pay for itself on stretches left out.
 
-Forward, one cause at a time: every remaining effect is probed beside those chosen so far,
-the most promising few are fitted well, and the best of these is taken if the errors on the stretches left out
-fall by more than chance allows (`PAYS_CHANCE`; stretches count, not rows) and by more than
-`PAYS_SHARE`. What acts on the whole robot comes first: only when no more of that pays are values
-per channel or segment tried, which are many, and fit what they see better than what they do not see.
-Where an effect has several ways of as few numbers (a lag or a delay), one may take the other's place.
-Last, backward: a cause whose loss costs nothing is dropped, and several causes that one alone
-explains as well as they do give way to it. Nothing of the held-out data is seen.
+Forward, one cause more at a time, beside each of the few best sets so far (`BEAM`): every remaining effect
+is probed, the most promising are fitted well, and the best of these is taken if the errors on the stretches
+left out fall by more than chance allows (`PAYS_CHANCE`; stretches count, not rows) and by more than
+`PAYS_SHARE`. Two causes may pay where neither does alone, since each raises some errors that the other
+takes away, so that where structure is left (`SETTLED`) the search ends only when two steps have not paid
+(`PATIENCE`). Values per channel or segment fit what they see better than what they do not see. So a set of
+fewer numbers is taken before a better one that it equals to within chance and `EQUAL`, and what acts on the
+whole robot comes first: only when no more of that pays are such values tried; where that ends with
+structure left, both are tried together from the start, and taken if that leaves none.
+Last, backward: a cause whose loss costs nothing is dropped, and the set gives way to any of fewer numbers
+that was tried and explains as much. Nothing of the held-out data is seen.
 """
 
 from __future__ import annotations
@@ -17,18 +20,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.diagnosis.evidence import chance_of_gain
+from catheter_sim.diagnosis.evidence import chance_of_gain, residual_series
 from catheter_sim.diagnosis.fit import Fit, fit, probe
 from catheter_sim.diagnosis.hypothesis import Problem, Term, terms_for
+from catheter_sim.diagnosis.noise import white_noise
+from catheter_sim.diagnosis.trials import unit_of
 from catheter_sim.diagnosis.workers import HERE, Workers, each
 from catheter_sim.effects.registry import EFFECTS
 
 PAYS_CHANCE = 0.023  # probability of a gain by chance, at most: two standard errors of a normal distribution
 PAYS_SHARE = 0.03  # share of the root mean square by which it must lower it
-FINALISTS = 3
+FINALISTS = 3  # fitted of the hypotheses of one step; as many of few numbers; as many beside the best set
+BEAM = 3  # sets of causes to which another one is added
+EQUAL = 1.1  # times the error of the best, of a set that may be taken in its place for its fewer numbers
+PATIENCE = 1  # steps that need not pay, if the next one does
 RIVALS = 2  # fitted in the place of each chosen cause
-_RIVAL_COST = 2.0  # a rival's squared error after one step, over that of the choice, still worth a fit
+SETTLED = 1.2  # times its white part, of an error in which nothing more is looked for than one step finds
 MOST_CAUSES = 8
+_MOST_FORMS = 8  # of the causes of a set, fitted where the search would end
 _ROUNDS = 3  # of choosing, if something better stands in a cause's place in the end
 _ROWS = 600  # rows compared in the fits that choose
 
@@ -43,7 +52,7 @@ class Selection:
         null: the calibrated model without causes.
         singles: every effect alone, one fit per variant.
         tried: further hypotheses that were fitted well.
-        path: from `null` to the chosen hypothesis, a cause more (or another variant) each time.
+        path: from `null` to the chosen hypothesis, each better than the one before.
         chosen: the chosen hypothesis.
         alike: groups of a chosen effect, first, and others that do as well in its place.
     """
@@ -59,10 +68,9 @@ class Selection:
 def candidates_for(problem: Problem) -> tuple[str, ...]:
     """Return the effects that a diagnosis tries: those that make sense for the robot and its trials.
 
-    Left out are those whose number is calibrated already, and `payload`, whose rivalry with precurvature and
-    frame has not been tested.
+    Left out are those whose number is calibrated already.
     """
-    left_out = {name for item in problem.nuisances for name in item.stands_for} | {"payload"}
+    left_out = {name for item in problem.nuisances for name in item.stands_for}
     return tuple(
         name
         for name, effect in EFFECTS.items()
@@ -81,8 +89,8 @@ def pays(before: Fit, after: Fit) -> bool:
 
 
 def as_good(best: Fit, other: Fit) -> bool:
-    """Return whether `other` explains left-out stretches as well as `best`, to within chance."""
-    return not pays(other, best)
+    """Return whether `other` explains left-out stretches as well as `best`, to within chance and `EQUAL`."""
+    return other.cross_validated_rms <= EQUAL * best.cross_validated_rms and not pays(other, best)
 
 
 def select(
@@ -111,25 +119,23 @@ def select(
     path = [null]
     tried: list[Fit] = []
     for left in reversed(range(_ROUNDS)):
-        for variants in (simple, [*simple, *detailed]):
+        for variants in ((simple, []), (simple, detailed)):
             _forward(pool, problem, singles, variants, path, tried, say)
+        if left == _ROUNDS - 1 and not _settled(problem, path[-1]):
+            other = [null]
+            _forward(pool, problem, singles, (simple, detailed), other, tried, say)
+            if pays(path[-1], other[-1]) and _settled(problem, other[-1]):
+                path = other
         current = path[-1]
         current, dropped = _backward(pool, problem, current)
         tried += dropped
-        if len(current.terms) > 1:
-            # Causes of the whole robot come first; together they may stand for one of a channel or segment.
-            equal = [item for item in singles if as_good(current, item)]
-            current = min(
-                equal, key=lambda item: (len(item.frees), item.cross_validated_rms), default=current
-            )
+        current = _simplest(current, (*singles, *tried))
         if current is not path[-1]:
             path.append(current)
-        if len(current.terms) == 1:
-            rivals = [(current.causes[0], item) for item in singles if item.causes != current.causes]
-        else:
-            rivals = _rivals(pool, problem, current, (*simple, *detailed))
-            tried += [item for _, item in rivals]
-        better = _in_order([item for _, item in rivals])[:1]
+        if len(current.terms) > 1:
+            tried += _in_each_place(pool, problem, current, (*simple, *detailed))
+        rivals = _rivals(current, (*singles, *tried))
+        better = _in_order([item for _, _, item in rivals])[:1]
         if not left or not better or not pays(current, better[0]):
             break
         path.append(better[0])
@@ -141,28 +147,78 @@ def _forward(
     pool: Workers,
     problem: Problem,
     singles: Sequence[Fit],
-    variants: Sequence[Term],
+    variants: tuple[Sequence[Term], Sequence[Term]],
     path: list[Fit],
     tried: list[Fit],
     say: Callable[[str], None],
 ) -> None:
-    """Lengthen `path` by one of `variants` at a time while each pays; what was fitted goes to `tried`."""
-    while len(path[-1].terms) < MOST_CAUSES:
-        current = path[-1]
-        if current.terms:
-            finalists = _next_finalists(pool, problem, current, variants)
-            tried += finalists
+    """Lengthen `path` by hypotheses that pay, best sets first; what was fitted goes to `tried`."""
+    beam: Sequence[Fit] = path[-1:]
+    waited = 0
+    while len(beam[0].terms) < MOST_CAUSES:
+        best = path[-1]
+        if beam[0].terms:
+            level = _grown(pool, problem, beam, variants)
+            tried += level
         else:
-            finalists = _in_order([item for item in singles if item.terms[0] in variants])
-        if not finalists:
+            level = _in_order([item for item in singles if item.terms[0] in (*variants[0], *variants[1])])
+        if not level:
             return
-        best = finalists[0]
-        say(
-            f"{'+'.join(best.causes)}: {best.cross_validated_rms:.4g} (was {current.cross_validated_rms:.4g})"
-        )
-        if not pays(current, best):
+        front = _simplest(level[0], level)
+        say(f"{'+'.join(front.causes)}: {front.cross_validated_rms:.4g} (was {best.cross_validated_rms:.4g})")
+        beam = _distinct([front, *level])[:BEAM]
+        if pays(best, front):
+            path.append(front)
+            waited = 0
+        elif _settled(problem, best):
             return
-        path.append(best)
+        elif waited < PATIENCE:
+            waited += 1
+        else:
+            forms = _other_forms(pool, problem, best, variants)
+            tried += forms
+            if not forms or not pays(best, forms[0]):
+                return
+            path.append(forms[0])
+            beam, waited = forms[:1], 0
+
+
+def _other_forms(
+    pool: Workers, problem: Problem, best: Fit, variants: tuple[Sequence[Term], Sequence[Term]]
+) -> list[Fit]:
+    """Return the fits in which one of the causes has another of its variants, best first."""
+    hypotheses = [
+        tuple(other if term is mine else term for term in best.terms)
+        for mine in best.terms
+        for other in (*variants[0], *variants[1])
+        if other.effect == mine.effect and other != mine
+    ]
+    return _in_order(_fit_all(pool, problem, [(terms, best.values) for terms in hypotheses[:_MOST_FORMS]]))
+
+
+def _simplest(best: Fit, others: Sequence[Fit]) -> Fit:
+    """Return the fit of fewest numbers among those as good as `best`; `best` itself if none has fewer."""
+    equal = [best, *(item for item in others if as_good(best, item))]
+    return min(equal, key=lambda item: (len(item.frees), item.cross_validated_rms))
+
+
+def _settled(problem: Problem, best: Fit) -> bool:
+    """Return whether a hypothesis leaves little more than what is white from row to row."""
+    series = residual_series(problem, best)
+    white = white_noise(series)
+    for unit, size in white.items():
+        errors = np.concatenate([part for name in series if unit_of(name) == unit for part in series[name]])
+        if np.sqrt(np.nanmean(errors**2)) > SETTLED * size:
+            return False
+    return True
+
+
+def _distinct(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the first fit of each set of causes."""
+    first: dict[frozenset[str], Fit] = {}
+    for item in fits:
+        first.setdefault(frozenset(item.causes), item)
+    return list(first.values())
 
 
 def _promising(pool: Workers, problem: Problem, null: Fit, terms: Sequence[Term]) -> Sequence[Term]:
@@ -174,8 +230,8 @@ def _promising(pool: Workers, problem: Problem, null: Fit, terms: Sequence[Term]
     return [terms[index] for index in sorted(order[:FINALISTS])]
 
 
-def _rivals(pool: Workers, problem: Problem, chosen: Fit, variants: Sequence[Term]) -> list[tuple[str, Fit]]:
-    """Return fits in which another effect, the last term, stands in the place of a chosen one.
+def _in_each_place(pool: Workers, problem: Problem, chosen: Fit, variants: Sequence[Term]) -> list[Fit]:
+    """Return fits in which another effect stands in the place of a chosen one.
 
     Every effect not chosen is probed in the place of each chosen one; the best `RIVALS` per place are
     fitted.
@@ -188,48 +244,68 @@ def _rivals(pool: Workers, problem: Problem, chosen: Fit, variants: Sequence[Ter
         if rival.effect not in named
     ]
     probes = each(pool, probe, [(problem, chosen, terms) for _, terms in hypotheses])
-    limit = _RIVAL_COST * float(chosen.residual @ chosen.residual)
     picked: list[int] = []
     for name in chosen.causes:
-        mine = [i for i, (cause, _) in enumerate(hypotheses) if cause == name and probes[i][0] < limit]
-        picked += sorted(mine, key=lambda i: probes[i][0])[:RIVALS]
-    fits = _fit_all(pool, problem, [(hypotheses[i][1], probes[i][1]) for i in picked])
-    return [(hypotheses[index][0], item) for index, item in zip(picked, fits, strict=True)]
+        mine = [index for index, (cause, _) in enumerate(hypotheses) if cause == name]
+        picked += sorted(mine, key=lambda index: probes[index][0])[:RIVALS]
+    return _fit_all(pool, problem, [(hypotheses[index][1], probes[index][1]) for index in picked])
 
 
-def _alike(chosen: Fit, rivals: Sequence[tuple[str, Fit]]) -> tuple[tuple[str, ...], ...]:
-    """Return each chosen effect with those that do as well in its place.
+def _rivals(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:
+    """Return those of `fits` with another effect in a chosen one's place: its name, the other's, the fit."""
+    named = set(chosen.causes)
+    found = []
+    for item in fits:
+        gone, come = named - set(item.causes), set(item.causes) - named
+        if len(gone) == len(come) == 1:
+            found.append((gone.pop(), come.pop(), item))
+    return found
 
-    Args:
-        chosen: the chosen hypothesis.
-        rivals: name of a chosen effect, and a fit whose last term stands in its place.
-    """
+
+def _alike(chosen: Fit, rivals: Sequence[tuple[str, str, Fit]]) -> tuple[tuple[str, ...], ...]:
+    """Return each chosen effect with those that do as well in its place, `rivals` as from `_rivals`."""
     groups: dict[str, list[str]] = {}
-    for name, item in rivals:
-        rival = item.terms[-1].effect
+    for name, rival, item in rivals:
         if as_good(chosen, item) and rival not in groups.get(name, []):
             groups.setdefault(name, [name]).append(rival)
     return tuple(tuple(group) for group in groups.values())
 
 
-def _next_finalists(pool: Workers, problem: Problem, current: Fit, variants: Sequence[Term]) -> list[Fit]:
-    """Return the fits of the most promising hypotheses one step beyond `current`, best first."""
-    hypotheses = [terms for terms in (_beside(current.terms, term) for term in variants) if terms]
-    probes = each(pool, probe, [(problem, current, terms) for terms in hypotheses])
+def _grown(
+    pool: Workers,
+    problem: Problem,
+    beam: Sequence[Fit],
+    variants: tuple[Sequence[Term], Sequence[Term]],
+) -> list[Fit]:
+    """Return the fits of the most promising hypotheses one step beyond any of `beam`, best first.
+
+    Args:
+        pool: where to fit.
+        problem: the training trials.
+        beam: where from.
+        variants: of all effects, those with few numbers and the others.
+    """
+    simple, detailed = variants
+    new: dict[frozenset[Term], tuple[Fit, tuple[Term, ...], bool]] = {}
+    for start in beam:
+        for term in (*simple, *detailed):
+            terms = _beside(start.terms, term)
+            if terms:
+                new.setdefault(frozenset(terms), (start, terms, term in simple))
+    hypotheses = list(new.values())
+    probes = each(pool, probe, [(problem, start, terms) for start, terms, _ in hypotheses])
     order = sorted(range(len(probes)), key=lambda index: probes[index][0])
-    best = [(hypotheses[index], probes[index][1]) for index in order[:FINALISTS]]
-    return _in_order(_fit_all(pool, problem, best))
+    few = [index for index in order if hypotheses[index][2]]
+    first = [index for index in order if hypotheses[index][0] is beam[0]]
+    picked = dict.fromkeys(index for ranked in (order, few, first) for index in ranked[:FINALISTS])
+    return _in_order(_fit_all(pool, problem, [(hypotheses[i][1], probes[i][1]) for i in picked]))
 
 
 def _beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:
-    """Return `terms` with `extra`, in place of its effect's variant of no more numbers; () if not new."""
+    """Return `terms` with `extra`, in the place of another variant of its effect; () if not new."""
     if extra in terms:
         return ()
-    for index, term in enumerate(terms):
-        if term.effect == extra.effect:
-            fewer = len(extra.free) < len(term.free)
-            return () if fewer else (*terms[:index], extra, *terms[index + 1 :])
-    return (*terms, extra)
+    return (*(term for term in terms if term.effect != extra.effect), extra)
 
 
 def _backward(pool: Workers, problem: Problem, current: Fit) -> tuple[Fit, list[Fit]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from catheter_sim.diagnosis.findings import residual_series
+from catheter_sim.diagnosis.evidence import residual_series
 from catheter_sim.diagnosis.fit import Fit
 from catheter_sim.diagnosis.hypothesis import Problem
 from catheter_sim.diagnosis.noise import is_white

@@ -2,7 +2,9 @@
 
 The twin that will diagnose and the simulation that makes the data differ a little with every effect off,
 and a little with the hidden effects on. Neither may reach more than `GAP_SHARE` of the noise: a draw in
-which it does gets more noise, up to `MOST_NOISE`, or is drawn again. What was refused is kept.
+which it does gets more noise, up to `MOST_NOISE`, or is drawn again. A pair is drawn again, too, if one of
+the two, fitted alone, does what both do to within that share: no data would show the other. What was
+refused is kept.
 """
 
 from __future__ import annotations
@@ -12,7 +14,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.diagnosis.trials import unit_of
+from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.nuisance import nuisances_of
+from catheter_sim.diagnosis.trials import Trial, unit_of
+from catheter_sim.diagnosis.twin import twin_for
+from catheter_sim.hidden.alike import TOLD_APART, distance
 from catheter_sim.hidden.draw import (
     TRAINING,
     Hidden,
@@ -31,6 +37,7 @@ from catheter_sim.hidden.robots import BENCH_ROBOTS
 from catheter_sim.hidden.sizes import LARGEST, SMALLEST, over_noise
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.posture import Array
+from catheter_sim.tables import Table
 
 GAP_SHARE = 1.0 / 3.0  # of the noise, that the twin and the simulation may differ by
 MOST_NOISE = {"mm": 0.5, "deg": 0.75}
@@ -108,6 +115,8 @@ def _made(key: tuple[int, int, int], story: str, robot: str, refused: tuple[str,
         setting = _with_noise_above(setting, gap_with, ", ".join(hidden.effects))
     else:
         raise CannotMake(f"{', '.join(hidden.effects)}: the twin differs by {gap_with} with it")
+    if len(hidden.effects) > 1:
+        _require_all_shown(setting, hidden.effects)
     size = over_noise(clean, _without(setting, hidden, nothing), setting.noise)
     if hidden.sizes and not SMALLEST <= size <= LARGEST * len(hidden.sizes):
         raise CannotMake(f"{', '.join(hidden.sizes)}: {size:.1f} times the noise in the simulation")
@@ -128,6 +137,33 @@ def _made(key: tuple[int, int, int], story: str, robot: str, refused: tuple[str,
         aside=tuple(_measured(values, setting.noise, generator) for values in aside),
         refused=(*refused, *hidden.refused),
     )
+
+
+def _require_all_shown(setting: Setting, effects: Effects) -> None:
+    """Raise where one of several effects, fitted alone, does what all of them do."""
+    tables = [
+        Table(inputs.time_s, {name: np.zeros(len(inputs)) for name in setting.columns})
+        for inputs in setting.trials
+    ]
+    robot = replace(setting.bench.robot, actuation=setting.trials[0].actuation)
+    problem = Problem(
+        robot=robot,
+        nuisances=nuisances_of(setting.bench.reference),
+        trials=tuple(
+            Trial("", "train", inputs, table) for inputs, table in zip(setting.trials, tables, strict=True)
+        ),
+        columns=setting.columns,
+        weight=setting.noise,
+        twin=twin_for(robot, setting.trials[0].actuation, setting.columns, setting.gravity_mps2),
+    )
+    true = truth(setting, effects)
+    for name, values in effects.items():
+        known = {(name, key): value for key, value in values.items()}
+        apart, per_value = distance(problem, problem.trials, true, _noise(setting), (name,), known)
+        if apart < TOLD_APART or per_value < GAP_SHARE:
+            raise CannotMake(
+                f"{', '.join(effects)}: {name} alone does the same to {per_value:.2f} of the noise"
+            )
 
 
 def _simulations(setting: Setting, hidden: Hidden, trials: Sequence[Inputs]) -> list[Array]:

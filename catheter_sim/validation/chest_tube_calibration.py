@@ -19,7 +19,7 @@ import numpy as np
 import tomli_w
 
 from catheter_sim.diagnosis.dataset import load_dataset
-from catheter_sim.diagnosis.findings import outputs_of
+from catheter_sim.diagnosis.evidence import outputs_of
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.hypothesis import Problem, measured_of
 from catheter_sim.diagnosis.pipeline import diagnose_dataset, training_problem

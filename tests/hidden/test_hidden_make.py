@@ -25,7 +25,7 @@ from catheter_sim.hidden.folders import (
     write_draw,
 )
 from catheter_sim.hidden.make import GAP_SHARE, make
-from catheter_sim.hidden.makers import rms, simulated
+from catheter_sim.hidden.makers import CannotMake, rms, simulated
 from catheter_sim.hidden.outside import OUTSIDE
 from catheter_sim.hidden.robots import BENCH_ROBOTS
 from catheter_sim.robots.catalogue import load_robot
@@ -111,6 +111,24 @@ def test_third_set_is_kept_from_the_data_set(written):
     for trial in aside:
         assert set(trial.outputs.columns) == set(dataset.output_channels)
         assert not any(np.array_equal(trial.inputs.tendon, item.inputs.tendon) for item in dataset.trials)
+
+
+@pytest.mark.parametrize(
+    ("effects", "shown"),
+    [
+        ({"tendon_elongation": {"stiffness_N_per_mm": 7.0}, "stiffness": {"scale": 2.0}}, False),
+        ({"tendon_elongation": {"stiffness_N_per_mm": 7.0}, "backlash": {"width_mm": 0.3}}, True),
+    ],
+    ids=["tendons over springs", "tendons and a dead-band"],
+)
+def test_pair_that_one_alone_explains_is_refused(effects, shown):
+    """Of the catheter's springs and tendons only the ratio of the stiffnesses shows: that is no pair."""
+    setting = setting_of((1, 0, 0), "mitral_transseptal", False)
+    if shown:
+        make_module._require_all_shown(setting, effects)
+    else:
+        with pytest.raises(CannotMake, match="alone does the same"):
+            make_module._require_all_shown(setting, effects)
 
 
 @pytest.mark.parametrize("name", [name for name in BENCH_ROBOTS if name != "neuroendoscope"])
