@@ -113,7 +113,7 @@ def calibrated_numbers(
     problem: Problem,
     result: Fit,
     along_valleys: bool,
-    shift: Array | None = None,
+    margin: Array | None = None,
     pool: Workers = HERE,
 ) -> dict[str, FittedParameter]:
     """Return the calibrated numbers of a fit, with intervals.
@@ -122,7 +122,7 @@ def calibrated_numbers(
         problem: what was fitted.
         result: the fit.
         along_valleys: intervals by refitting all other numbers (`profile_interval`); needs a thorough fit.
-        shift: as for `intervals`; not used along valleys.
+        margin: as for `intervals`; not used along valleys.
         pool: where to do that.
     """
     numbers = [free.parameter for free in result.frees if not free.effect]
@@ -130,7 +130,7 @@ def calibrated_numbers(
     if along_valleys:
         ends = each(pool, profile_interval, [(problem, result, name) for name in names])
     else:
-        bounds = intervals(result, shift)
+        bounds = intervals(result, margin)
         ends = [bounds["", name] for name in names]
     return {
         item.name: FittedParameter(result.values["", item.name], end, item.null)

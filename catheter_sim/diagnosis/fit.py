@@ -214,12 +214,13 @@ def carried(current: Fit, terms: Sequence[Term]) -> dict[tuple[str, str], float]
             if (term.effect, name) in values:
                 continue
             for (effect, common), value in current.values.items():
-                if effect == term.effect and _details(name, common) and common not in term.free:
+                if effect == term.effect and details(name, common) and common not in term.free:
                     values[effect, name] = value
     return values
 
 
-def _details(name: str, common: str) -> bool:
+def details(name: str, common: str) -> bool:
+    """Return whether a parameter says for one channel or segment what another, `common`, says for all."""
     words = iter(name.split("_"))
     return all(word in words for word in common.split("_"))
 

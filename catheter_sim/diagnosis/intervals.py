@@ -16,10 +16,11 @@ from catheter_sim.robots.posture import Array
 
 Interval = tuple[float, float]
 
+TRUSTED = 0.1  # of the residuals: an error so small no model of these robots is known to stay below
 _TOLERANCE = 0.05  # of the way between the two values that enclose an interval's end
 
 
-def intervals(result: Fit, shift: Array | None = None) -> dict[tuple[str, str], Interval]:
+def intervals(result: Fit, margin: Array | None = None) -> dict[tuple[str, str], Interval]:
     """Return a 95 % interval of every fitted value, by effect and parameter.
 
     The wider of two. Where residuals are white, that of least squares: s^2 A^-1 with A = J^T J and
@@ -32,13 +33,12 @@ def intervals(result: Fit, shift: Array | None = None) -> dict[tuple[str, str], 
 
     Args:
         result: a fit.
-        shift: by how much the values would change if another model of the same physics were fitted
-            (`shift_by_model`), shape (p,); noise says nothing about that, so that its size is added to
-            both sides.
+        margin: what a model that is not exact may put the values off by, shape (p,) (`model_margin`); noise
+            says nothing about that, so that it is added to both sides.
     """
     half = half_widths(result)
-    if shift is not None:
-        half = half + np.abs(shift)
+    if margin is not None:
+        half = half + margin
     found: dict[tuple[str, str], Interval] = {}
     for free, x, width in zip(result.frees, result.x, half, strict=True):
         parameter = free.parameter
@@ -61,6 +61,25 @@ def half_widths(result: Fit) -> Array:
     widths = [_white(result, inverse), _by_blocks(result, inverse, part)]
     half[use] = np.maximum(*widths)
     return half
+
+
+def model_margin(result: Fit, shift: Array) -> Array:
+    """Return how far off a model that is not exact may put fitted numbers, shape (p,), in their scales.
+
+    The size of `shift`, and what an unknown error of the model of `TRUSTED` times the residuals' root mean
+    square can do at most, A^-1 as in `intervals`: by the Cauchy-Schwarz inequality an error of root mean
+    square e over n rows moves a number by at most e (n A^-1)^1/2. More rows do not make that smaller.
+
+    Args:
+        result: a fit.
+        shift: by how much another model of the same physics would change the numbers, shape (p,).
+    """
+    margin = np.abs(shift)
+    use = influential(result.jacobian) & ~result.held
+    if use.any():
+        inverse = _inverse(result.jacobian[:, use], prior_of(result.frees).precision[use])
+        margin[use] += TRUSTED * np.sqrt(float(result.residual @ result.residual) * np.diag(inverse))
+    return margin
 
 
 def shift_by_model(test: Problem, result: Fit, other: Sequence[Array]) -> Array:

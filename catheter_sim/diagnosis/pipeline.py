@@ -10,7 +10,7 @@
 6. Look at the held-out trials, once: errors, the interval of the gain, shares (`findings`, `evidence`). A
    cause that does not pay there is not named, nor is any where what is left has a structure (`verdict`).
 7. Replay the held-out trials in MuJoCo with the causes in it (`confirm`); where it differs from the twin, the
-   intervals are widened by what that would change (`intervals.shift_by_model`).
+   intervals are widened by what that would change (`intervals.model_margin`).
 8. Say what to measure next (`experiment`), and write everything down (`result`).
 """
 
@@ -43,7 +43,7 @@ from catheter_sim.diagnosis.findings import (
 )
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.hypothesis import Problem, measured_of, robot_with
-from catheter_sim.diagnosis.intervals import intervals, shift_by_model
+from catheter_sim.diagnosis.intervals import intervals, model_margin, shift_by_model
 from catheter_sim.diagnosis.noise import noise_floor, repeat_noise, white_noise
 from catheter_sim.diagnosis.nuisance import nuisances_of
 from catheter_sim.diagnosis.residuals import STAGES
@@ -168,7 +168,7 @@ def diagnose_dataset(
         extra, said = figures(problem, fits, after)
         extra |= {name: value for name, value in as_chosen.items() if "after" in name}
         notes += [*said, *doubts(causes, by_unit)]
-        shift = None
+        shift = np.zeros(len(after.frees))
         if simulation:
             bar.set_description("replaying in MuJoCo")
             replayed = replays(robot, heldout, problem.columns, dataset.gravity_mps2, pool)
@@ -176,9 +176,10 @@ def diagnose_dataset(
             extra |= found
             notes += said
             shift = shift_by_model(test, after, [item.outputs for item in replayed])
-        causes = with_intervals(causes, intervals(after, shift))
+        margin = model_margin(after, shift)
+        causes = with_intervals(causes, intervals(after, margin))
         bar.set_description("measuring how sure the calibration is")
-        calibrated = calibrated_numbers(problem, after, wanted, shift, pool)
+        calibrated = calibrated_numbers(problem, after, wanted, margin, pool)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,

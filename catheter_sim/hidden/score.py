@@ -11,7 +11,7 @@ import numpy as np
 
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.evidence import gain_interval, gain_percent, stretch_squares
-from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.fit import details, fit
 from catheter_sim.diagnosis.hypothesis import Problem, measured_of, robot_with
 from catheter_sim.diagnosis.pipeline import training_problem
 from catheter_sim.diagnosis.trials import Trial, split, unit_of
@@ -124,7 +124,8 @@ def _known(found: Document) -> dict[tuple[str, str], float]:
 def _coverage(effects: Mapping[str, Mapping[str, float]], causes: Sequence[Document]) -> list[dict[str, Any]]:
     """Return, for each parameter of a true effect that was named, whether its interval holds it.
 
-    `comparable` is false where other parameters of the effect were fitted than those that were hidden.
+    A value hidden for all channels or segments is the true one of each that was fitted. `comparable` is false
+    where other parameters of the effect were fitted than those that were hidden.
     """
     rows = []
     for cause in causes:
@@ -132,11 +133,19 @@ def _coverage(effects: Mapping[str, Mapping[str, float]], causes: Sequence[Docum
             continue
         true = effects[cause["name"]]
         fitted = cause["parameters"]
-        for name, value in true.items():
+        common = {
+            name: true[other]
+            for other in true
+            if other not in fitted
+            for name in fitted
+            if details(name, other)
+        }
+        known = {**common, **{name: value for name, value in true.items() if name in fitted or not common}}
+        comparable = set(known) == set(fitted)
+        for name, value in known.items():
             low, high = fitted[name]["ci95"] if name in fitted else (None, None)
             low = -math.inf if low is None else low
             high = math.inf if high is None else high
-            comparable = set(fitted) == set(true)
             rows.append(
                 {
                     "parameter": f"{cause['name']}.{name}",

@@ -12,7 +12,13 @@ from scipy.stats import t as student
 
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.hypothesis import Problem
-from catheter_sim.diagnosis.intervals import intervals, profile_interval
+from catheter_sim.diagnosis.intervals import (
+    TRUSTED,
+    intervals,
+    model_margin,
+    profile_interval,
+    shift_by_model,
+)
 from catheter_sim.diagnosis.nuisance import calibration_numbers
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.face import Parameter
@@ -121,3 +127,36 @@ def test_a_number_known_beforehand_keeps_its_own_width():
     found = fit(problem, (), cross_validate=False)
     low, high = intervals(found)["", "stiffness_scale"]
     assert high - low > 2.0 * spread
+
+
+def test_margin_bounds_what_an_error_of_the_model_does():
+    """An error of a tenth of the residuals moves no number further than the margin; one gets there."""
+    generator = np.random.default_rng(5)
+    problem = problem_of(noisy(generator, 2.0, 3.0, line), line)
+    found = fit(problem, (), cross_validate=False)
+    margin = model_margin(found, np.zeros(2))
+    size = TRUSTED * np.sqrt(np.mean(found.residual**2))
+    inverse = np.linalg.inv(found.jacobian.T @ found.jacobian)
+    for index in range(2):
+        worst = found.jacobian @ inverse[:, index]
+        worst *= size / np.sqrt(np.mean(worst**2))
+        moved = inverse @ found.jacobian.T @ worst
+        assert abs(moved[index]) == pytest.approx(margin[index], rel=1e-6)
+        for _ in range(20):
+            error = generator.normal(size=len(found.residual))
+            error *= size / np.sqrt(np.mean(error**2))
+            assert abs(inverse @ found.jacobian.T @ error)[index] < margin[index]
+
+
+def test_other_model_moves_the_numbers_by_what_it_differs():
+    """Where another model of the same numbers is a line steeper by 0.1, a fit by it is less steep by 0.1."""
+    generator = np.random.default_rng(6)
+    problem = problem_of(noisy(generator, 2.0, 3.0, line), line)
+    found = fit(problem, (), cross_validate=False)
+    values = line(
+        np.array([found.values["", "stiffness_scale"]]), np.array([found.values["", "friction.mu"]])
+    )[0]
+    shift = shift_by_model(problem, found, [(values + 0.1 * X)[:, None]])
+    scale = [free.parameter.scale for free in found.frees]
+    assert shift * scale == pytest.approx([0.0, -0.1], abs=1e-6)
+    assert shift_by_model(problem, found, [np.full((ROWS, 1), np.nan)]).tolist() == [0.0, 0.0]

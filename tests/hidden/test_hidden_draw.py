@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.effects.registry import EFFECTS
-from catheter_sim.hidden.draw import robot_of, setting_of, story_of
+from catheter_sim.hidden.draw import _shown, robot_of, setting_of, story_of
 from catheter_sim.hidden.robots import BENCH_ROBOTS, bench_robot
 from catheter_sim.hidden.sizes import SMALLEST, amplitude_for, drawn_direction, over_noise
 
@@ -106,3 +106,12 @@ def test_size_is_the_rms_over_the_noise():
     ones = [np.ones((5, 2)), np.ones((3, 2))]
     moved = [item + np.array([3.0, 0.0]) for item in ones]
     assert over_noise(moved, ones, np.array([0.5, 2.0])) == pytest.approx(math.sqrt(18.0))
+
+
+def test_frame_of_a_plane_is_not_turned_out_of_it():
+    """What the measured plane does not show of a frame stays as it is."""
+    setting = setting_of((1, 0, 0), "neuroendoscope_section", False)
+    drawn = drawn_direction(setting.bench.robot, "measurement_frame", np.random.default_rng(0))
+    shown = _shown(setting, drawn)
+    moved = {item.name for item, share in zip(shown.parameters, shown.share, strict=True) if share}
+    assert moved == {"translation_x_mm", "translation_z_mm", "rotation_y_deg"}

@@ -83,7 +83,7 @@ def test_what_calibration_does_as_well_needs_no_name():
 
 
 def test_coverage_asks_for_the_true_value_in_the_interval():
-    """Inside, outside, and not comparable where other parameters were fitted than those that were hidden."""
+    """Inside, outside, each of what was hidden for all, and not comparable where others were fitted."""
 
     def cause(name, low, high):
         return {"name": name, "parameters": {"scale": {"value": 1.0, "ci95": [low, high]}}}
@@ -94,6 +94,15 @@ def test_coverage_asks_for_the_true_value_in_the_interval():
     (other,) = _coverage({"actuation_gain": {"scale_right": 0.9}}, [cause("actuation_gain", 0.8, 1.0)])
     assert (inside["inside"], outside["inside"], unbounded["inside"]) == (True, False, True)
     assert (other["comparable"], other["inside"]) == (False, False)
+    gain = {
+        "name": "actuation_gain",
+        "parameters": {
+            "scale_right": {"value": 1.0, "ci95": [0.8, 1.0]},
+            "scale_left": {"value": 1.0, "ci95": [0.95, 1.1]},
+        },
+    }
+    detailed = _coverage({"actuation_gain": {"scale": 0.9}}, [gain])
+    assert [(row["parameter"][-5:], row["inside"]) for row in detailed] == [("right", True), ("_left", False)]
     assert _coverage({"backlash": {"width_N": 1.0}}, [cause("stiffness", 0.8, 1.0)]) == []
 
 
