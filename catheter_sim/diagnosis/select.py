@@ -16,7 +16,7 @@ that was tried and explains as much. Nothing of the held-out data is seen.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -42,6 +42,7 @@ _ROUNDS = 3  # of choosing, if something better stands in a cause's place in the
 _ROWS = 600  # rows compared in the fits that choose
 
 Known = Mapping[tuple[str, str], float]
+Probe = tuple[float, dict[tuple[str, str], float]]  # as `fit.probe` returns it
 
 
 @dataclass(frozen=True)
@@ -109,83 +110,115 @@ def select(
     """
     rows = sum(len(trial.inputs) for trial in problem.trials)
     problem = replace(problem, every=max(1, round(rows / _ROWS)))
-    say = on_fit or (lambda line: None)
-    (null,) = each(pool, fit, [(problem, ())])
+    search = _Search(pool, problem, on_fit or (lambda line: None))
+    (null,) = search.fitted([((), {})])
     tiers = [terms_for(problem.robot, name) for name in candidates]
     simple = [term for terms in tiers for term in terms if len(term.free) <= len(terms[0].free)]
     detailed = [term for terms in tiers for term in terms if term not in simple]
-    alone = [term for terms in tiers for term in _promising(pool, problem, null, terms)]
-    singles = _fit_all(pool, problem, [((term,), {}) for term in alone])
+    alone = [term for terms in tiers for term in _promising(search, null, terms)]
+    singles = search.fitted([((term,), {}) for term in alone])
     path = [null]
-    tried: list[Fit] = []
     for left in reversed(range(_ROUNDS)):
         for variants in ((simple, []), (simple, detailed)):
-            _forward(pool, problem, singles, variants, path, tried, say)
+            _forward(search, singles, variants, path)
         if left == _ROUNDS - 1 and not _settled(problem, path[-1]):
             other = [null]
-            _forward(pool, problem, singles, (simple, detailed), other, tried, say)
+            _forward(search, singles, (simple, detailed), other)
             if pays(path[-1], other[-1]) and _settled(problem, other[-1]):
                 path = other
-        current = path[-1]
-        current, dropped = _backward(pool, problem, current)
-        tried += dropped
-        current = _simplest(current, (*singles, *tried))
+        current = _backward(search, path[-1])
+        current = _simplest(current, search.tried)
         if current is not path[-1]:
             path.append(current)
         if len(current.terms) > 1:
-            tried += _in_each_place(pool, problem, current, (*simple, *detailed))
-        rivals = _rivals(current, (*singles, *tried))
+            _fit_in_each_place(search, current, (*simple, *detailed))
+        rivals = _rivals(current, search.tried)
         better = _in_order([item for _, _, item in rivals])[:1]
         if not left or not better or not pays(current, better[0]):
             break
         path.append(better[0])
     groups = _alike(current, rivals)
-    return Selection(null, tuple(singles), tuple(tried), tuple(path), current, groups)
+    return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, groups)
+
+
+@dataclass
+class _Search:
+    """What a selection has fitted and probed so far; nothing is worked out twice.
+
+    Attributes:
+        pool: where to fit.
+        problem: the training trials.
+        say: called with a line when a step is done.
+        fits: by hypothesis.
+        probes: by the hypotheses from which and to which.
+    """
+
+    pool: Workers
+    problem: Problem
+    say: Callable[[str], None]
+    fits: dict[frozenset[Term], Fit] = field(default_factory=dict)
+    probes: dict[tuple[frozenset[Term], frozenset[Term]], Probe] = field(default_factory=dict)
+
+    @property
+    def tried(self) -> list[Fit]:
+        """Every fit that has a cause."""
+        return [item for item in self.fits.values() if item.terms]
+
+    def fitted(self, hypotheses: Sequence[tuple[Sequence[Term], Known]]) -> list[Fit]:
+        """Return the fits of several hypotheses, each from its known values, in order."""
+        new = {frozenset(terms): (self.problem, tuple(terms), dict(known)) for terms, known in hypotheses}
+        missing = [key for key in new if key not in self.fits]
+        found = each(self.pool, fit, [new[key] for key in missing])
+        self.fits |= dict(zip(missing, found, strict=True))
+        return [self.fits[frozenset(terms)] for terms, _ in hypotheses]
+
+    def probed(self, hypotheses: Sequence[tuple[Fit, tuple[Term, ...]]]) -> list[Probe]:
+        """Return what one step from a fit to a hypothesis reaches, of several, in order."""
+        keys = [(frozenset(start.terms), frozenset(terms)) for start, terms in hypotheses]
+        missing = [index for index, key in enumerate(keys) if key not in self.probes]
+        found = each(self.pool, probe, [(self.problem, *hypotheses[index]) for index in missing])
+        self.probes |= {keys[index]: item for index, item in zip(missing, found, strict=True)}
+        return [self.probes[key] for key in keys]
 
 
 def _forward(
-    pool: Workers,
-    problem: Problem,
+    search: _Search,
     singles: Sequence[Fit],
     variants: tuple[Sequence[Term], Sequence[Term]],
     path: list[Fit],
-    tried: list[Fit],
-    say: Callable[[str], None],
 ) -> None:
-    """Lengthen `path` by hypotheses that pay, best sets first; what was fitted goes to `tried`."""
+    """Lengthen `path` by hypotheses that pay, best sets first."""
     beam: Sequence[Fit] = path[-1:]
     waited = 0
     while len(beam[0].terms) < MOST_CAUSES:
         best = path[-1]
         if beam[0].terms:
-            level = _grown(pool, problem, beam, variants)
-            tried += level
+            level = _grown(search, beam, variants)
         else:
             level = _in_order([item for item in singles if item.terms[0] in (*variants[0], *variants[1])])
         if not level:
             return
         front = _simplest(level[0], level)
-        say(f"{'+'.join(front.causes)}: {front.cross_validated_rms:.4g} (was {best.cross_validated_rms:.4g})")
+        search.say(
+            f"{'+'.join(front.causes)}: {front.cross_validated_rms:.4g} (was {best.cross_validated_rms:.4g})"
+        )
         beam = _distinct([front, *level])[:BEAM]
         if pays(best, front):
             path.append(front)
             waited = 0
-        elif _settled(problem, best):
+        elif _settled(search.problem, best):
             return
         elif waited < PATIENCE:
             waited += 1
         else:
-            forms = _other_forms(pool, problem, best, variants)
-            tried += forms
+            forms = _other_forms(search, best, variants)
             if not forms or not pays(best, forms[0]):
                 return
             path.append(forms[0])
             beam, waited = forms[:1], 0
 
 
-def _other_forms(
-    pool: Workers, problem: Problem, best: Fit, variants: tuple[Sequence[Term], Sequence[Term]]
-) -> list[Fit]:
+def _other_forms(search: _Search, best: Fit, variants: tuple[Sequence[Term], Sequence[Term]]) -> list[Fit]:
     """Return the fits in which one of the causes has another of its variants, best first."""
     hypotheses = [
         tuple(other if term is mine else term for term in best.terms)
@@ -193,7 +226,7 @@ def _other_forms(
         for other in (*variants[0], *variants[1])
         if other.effect == mine.effect and other != mine
     ]
-    return _in_order(_fit_all(pool, problem, [(terms, best.values) for terms in hypotheses[:_MOST_FORMS]]))
+    return _in_order(search.fitted([(terms, best.values) for terms in hypotheses[:_MOST_FORMS]]))
 
 
 def _simplest(best: Fit, others: Sequence[Fit]) -> Fit:
@@ -221,17 +254,17 @@ def _distinct(fits: Sequence[Fit]) -> list[Fit]:
     return list(first.values())
 
 
-def _promising(pool: Workers, problem: Problem, null: Fit, terms: Sequence[Term]) -> Sequence[Term]:
+def _promising(search: _Search, null: Fit, terms: Sequence[Term]) -> Sequence[Term]:
     """Return the variants of one effect to fit alone: of many, the `FINALISTS` that a probe puts first."""
     if len(terms) <= FINALISTS:
         return terms
-    probes = each(pool, probe, [(problem, null, (term,)) for term in terms])
+    probes = search.probed([(null, (term,)) for term in terms])
     order = sorted(range(len(terms)), key=lambda index: probes[index][0])
     return [terms[index] for index in sorted(order[:FINALISTS])]
 
 
-def _in_each_place(pool: Workers, problem: Problem, chosen: Fit, variants: Sequence[Term]) -> list[Fit]:
-    """Return fits in which another effect stands in the place of a chosen one.
+def _fit_in_each_place(search: _Search, chosen: Fit, variants: Sequence[Term]) -> None:
+    """Fit hypotheses in which another effect stands in the place of a chosen one.
 
     Every effect not chosen is probed in the place of each chosen one; the best `RIVALS` per place are
     fitted.
@@ -243,12 +276,12 @@ def _in_each_place(pool: Workers, problem: Problem, chosen: Fit, variants: Seque
         for rival in variants
         if rival.effect not in named
     ]
-    probes = each(pool, probe, [(problem, chosen, terms) for _, terms in hypotheses])
+    probes = search.probed([(chosen, terms) for _, terms in hypotheses])
     picked: list[int] = []
     for name in chosen.causes:
         mine = [index for index, (cause, _) in enumerate(hypotheses) if cause == name]
         picked += sorted(mine, key=lambda index: probes[index][0])[:RIVALS]
-    return _fit_all(pool, problem, [(hypotheses[index][1], probes[index][1]) for index in picked])
+    search.fitted([(hypotheses[index][1], probes[index][1]) for index in picked])
 
 
 def _rivals(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:
@@ -272,16 +305,12 @@ def _alike(chosen: Fit, rivals: Sequence[tuple[str, str, Fit]]) -> tuple[tuple[s
 
 
 def _grown(
-    pool: Workers,
-    problem: Problem,
-    beam: Sequence[Fit],
-    variants: tuple[Sequence[Term], Sequence[Term]],
+    search: _Search, beam: Sequence[Fit], variants: tuple[Sequence[Term], Sequence[Term]]
 ) -> list[Fit]:
     """Return the fits of the most promising hypotheses one step beyond any of `beam`, best first.
 
     Args:
-        pool: where to fit.
-        problem: the training trials.
+        search: what was fitted already.
         beam: where from.
         variants: of all effects, those with few numbers and the others.
     """
@@ -293,12 +322,12 @@ def _grown(
             if terms:
                 new.setdefault(frozenset(terms), (start, terms, term in simple))
     hypotheses = list(new.values())
-    probes = each(pool, probe, [(problem, start, terms) for start, terms, _ in hypotheses])
+    probes = search.probed([(start, terms) for start, terms, _ in hypotheses])
     order = sorted(range(len(probes)), key=lambda index: probes[index][0])
     few = [index for index in order if hypotheses[index][2]]
     first = [index for index in order if hypotheses[index][0] is beam[0]]
     picked = dict.fromkeys(index for ranked in (order, few, first) for index in ranked[:FINALISTS])
-    return _in_order(_fit_all(pool, problem, [(hypotheses[i][1], probes[i][1]) for i in picked]))
+    return _in_order(search.fitted([(hypotheses[i][1], probes[i][1]) for i in picked]))
 
 
 def _beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:
@@ -308,27 +337,19 @@ def _beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:
     return (*(term for term in terms if term.effect != extra.effect), extra)
 
 
-def _backward(pool: Workers, problem: Problem, current: Fit) -> tuple[Fit, list[Fit]]:
-    """Return `current` without the causes that do not pay, and the fits made to find out."""
-    made: list[Fit] = []
+def _backward(search: _Search, current: Fit) -> Fit:
+    """Return `current` without the causes that do not pay."""
     while len(current.terms) > 1:
         known = current.values
         without = [tuple(term for term in current.terms if term is not one) for one in current.terms]
-        fits = _fit_all(pool, problem, [(terms, known) for terms in without])
-        made += fits
-        idle = [item for item in fits if not pays(item, current)]
+        idle = [
+            item for item in search.fitted([(terms, known) for terms in without]) if not pays(item, current)
+        ]
         if not idle:
             break
         current = min(idle, key=lambda item: item.cross_validated_rms)
-    return current, made
+    return current
 
 
 def _in_order(fits: Sequence[Fit]) -> list[Fit]:
     return sorted(fits, key=lambda item: item.cross_validated_rms)
-
-
-def _fit_all(
-    pool: Workers, problem: Problem, hypotheses: Sequence[tuple[Sequence[Term], Known]]
-) -> list[Fit]:
-    """Return the fits of several hypotheses, each from its known values, in order."""
-    return each(pool, fit, [(problem, terms, dict(known)) for terms, known in hypotheses])
