@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+from planted import as_inputs, small_robot
 
+from catheter_sim.diagnosis import select as select_module
 from catheter_sim.diagnosis.evidence import chance_of_gain
 from catheter_sim.diagnosis.fit import Fit
-from catheter_sim.diagnosis.select import as_good, pays
+from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.select import as_good, pays, select
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.tables import Table
 
 BLOCK = np.repeat(np.arange(8), 10)
 
@@ -45,3 +51,43 @@ def test_gain_too_small_to_matter_does_not_pay():
     assert chance(after) < 0.01
     assert not pays(BEFORE, after)
     assert as_good(after, BEFORE)
+
+
+STRETCHES, ROWS = 16, 12
+UNITS = {"nonlinear_stiffness": "cubic_mm2", "twist": "rate_deg_per_m"}
+
+
+def opposed(seed: int) -> Problem:
+    """Return data of two causes that add in every second cycle and cancel in the others."""
+    robot = small_robot()
+    scale = {
+        name: next(item.scale for item in EFFECTS[name].parameters(robot) if item.name == number)
+        for name, number in UNITS.items()
+    }
+    pull = np.tile(np.sin(np.pi * np.arange(ROWS) / ROWS), STRETCHES)
+    side = np.repeat(np.where(np.arange(STRETCHES) % 2, 1.0, -1.0), ROWS)
+
+    def outputs(a: float, b: float) -> np.ndarray:
+        return pull * (a + side * b)
+
+    def twin(robots, inputs, every):
+        sizes = [
+            [item.effects.get(name, {}).get(number, 0.0) / scale[name] for name, number in UNITS.items()]
+            for item in robots
+        ]
+        return np.array([outputs(*size) for size in sizes])[:, ::every, None]
+
+    inputs = as_inputs(np.stack([pull, 0 * pull, 0 * pull], axis=1), "displacement")
+    noise = 0.1 * np.random.default_rng(seed).normal(size=len(pull))
+    table = Table(inputs.time_s, {"tip_x_mm": outputs(3.0, 3.0) + noise}, "made")
+    trial = Trial("a.csv", "train", inputs, table)
+    return Problem(robot, (), (trial,), ("tip_x_mm",), np.full(1, 0.1), twin)
+
+
+def test_two_causes_are_found_that_do_not_pay_alone(monkeypatch):
+    """Each alone makes half of the cycles worse: a search of one step ends with none, of two with both."""
+    problem = opposed(1)
+    candidates = ("stiffness", *UNITS)
+    assert set(select(problem, candidates).chosen.causes) == set(UNITS)
+    monkeypatch.setattr(select_module, "PATIENCE", 0)
+    assert select(problem, candidates).chosen.causes == ()
