@@ -206,6 +206,8 @@ def _forward(
         if pays(best, front):
             path.append(front)
             waited = 0
+            if _settled(search.problem, front):
+                beam = [front]
         elif _settled(search.problem, best):
             return
         elif waited < PATIENCE:
