@@ -18,8 +18,8 @@ QUICK = ("mitral_transseptal", "mitral_4dof", "file_displacement")
 TRIALS = {"TRAINING": 3, "HELDOUT": 1, "ASIDE": 1}  # fewer than the bench's, for speed
 # Draws in which the diagnosis is known to fail, and why.
 MISSED = {
-    17: "an offset beside a frame is named precurvature, which leaves 1.2 times the noise: the search takes that "
-    "for enough; the offset stands in its group, but the data can tell the two apart"
+    17: "an offset beside a frame is named precurvature, which leaves 1.2 times the noise: the search takes "
+    "that for enough; the offset stands in its group, but the data can tell the two apart"
 }
 
 
