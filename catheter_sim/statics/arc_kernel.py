@@ -17,7 +17,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from catheter_sim.compiled import compiled
 
 PRE_SLIDING_M = 1e-5  # path within which a stuck tendon gives way
 SHIFT_UNIT_M = 1e-3  # the base's shift is solved for in this unit, alike in size to an angle
@@ -37,7 +38,7 @@ _SMALLEST_PIVOT = 1e-14
 _SHORTEST_WAY = 1.0 / 64.0  # of what changes from one row to the next
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def arc_functions(angle2):
     """Return sin(t)/t, (1 - cos t)/t^2, their slopes by t^2, and (t - sin t)/t^3 for `angle2` = t^2."""
     u = angle2
@@ -61,7 +62,7 @@ def arc_functions(angle2):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def turned(x, y, sine, versine, rotation, out):
     """Set `out` to `rotation` times the turn of an arc bent by (x, y), both (3, 3)."""
     for i in range(3):
@@ -72,7 +73,7 @@ def turned(x, y, sine, versine, rotation, out):
         out[i, 2] = c + sine * toward - versine * (x * x + y * y) * c
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _along_arc(bend_x, bend_y, length, share, force):
     """Return where a point at `share` of an arc is, (3,), and its work on `force` by the bend, (2,)."""
     x, y, reach = share * bend_x, share * bend_y, share * length
@@ -87,7 +88,7 @@ def _along_arc(bend_x, bend_y, length, share, force):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _generalised_load(bend, length, count, weight, tip_force, tip_moment, frames, out):
     """Set `out` (2S,) to the power of the loads per rate of each bend component [N m].
 
@@ -145,14 +146,14 @@ def _generalised_load(bend, length, count, weight, tip_force, tip_moment, frames
         out[2 * s], out[2 * s + 1] = qx, qy
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _copy(source, target):
     """Set `target` to `source`, both (n,); a slice assignment compiles its error messages with it."""
     for i in range(len(source)):
         target[i] = source[i]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _acts(tip_force, tip_moment, weight):
     """Return whether anything acts: tip force and moment (3,), weights (S, 3)."""
     for i in range(3):
@@ -164,7 +165,7 @@ def _acts(tip_force, tip_moment, weight):
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _solve_in_place(matrix, vector):
     """Set `vector` (n,) to the solution of matrix x = vector; `matrix` (n, n) is used up."""
     n = len(vector)
@@ -192,7 +193,7 @@ def _solve_in_place(matrix, vector):
         vector[k] = total / matrix[k, k]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivative):
     """Set what the unknowns `x` (2S + 1,) leave over [rad], and its derivative; return the largest of it.
 
@@ -329,7 +330,7 @@ def _balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivati
     return max(largest, abs(residual[last]))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _newton(x, robot, by_tension, inputs, anchor, smooth, tolerance, most, work, newton, state):
     """Move `x` to the balance next to it by Newton's method; return what is left over there [rad].
 
@@ -360,7 +361,7 @@ def _newton(x, robot, by_tension, inputs, anchor, smooth, tolerance, most, work,
             tried[i] = x[i] - share * step[i]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _equilibrium(x, robot, by_tension, inputs, anchor, work, newton, state):
     """Move `x` to the balance next to it; return what is left over there [rad].
 
@@ -385,7 +386,7 @@ def _equilibrium(x, robot, by_tension, inputs, anchor, work, newton, state):
             smooth = _WIDEST_M
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _anchored(x, robot, slip, anchor):
     """Set `anchor` (T, S) to the paths at which tendons that have `slip` at `x` would have none."""
     arm, chord = robot[6], robot[7]
@@ -396,7 +397,7 @@ def _anchored(x, robot, slip, anchor):
             anchor[t, s] = path - PRE_SLIDING_M * slip[t, s]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _followed(x, guess, robot, by_tension, begin, end, anchor, between, work, newton, state):
     """Move `x`, in balance at `begin`, to the balance at `end`; return what is left over there [rad].
 
@@ -443,7 +444,7 @@ def _followed(x, guess, robot, by_tension, begin, end, anchor, between, work, ne
     return size
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def solve_histories(robots, free, disks, by_tension, inputs, every, results):
     """Set `results` to the equilibria of B robots at each `every`-th of r rows, see `arc_equilibrium`.
 

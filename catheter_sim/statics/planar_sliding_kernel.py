@@ -14,12 +14,10 @@ shape (t + 3,): tensions at the actuators, force along x and z on the tip, momen
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
-import numba
 import numpy as np
 
+from catheter_sim.compiled import compiled
 from catheter_sim.robots.posture import Array
 
 LENGTH, STIFFNESS, CUBIC, QUINTIC, REST, LARGEST = range(6)
@@ -34,33 +32,25 @@ _MOST_CREEP_STEPS = 200
 _NO_DRAG, _MOST_DRAG = 1e-4, 1e4  # of a cell's stiffness
 
 
-def _compiled(function: Callable[..., Any]) -> Any:
-    """Return `function` compiled, kept on disk where there is a folder for it."""
-    try:
-        return numba.njit(cache=True, error_model="numpy")(function)
-    except RuntimeError:  # neither beside this file nor in the user's own cache
-        return numba.njit(error_model="numpy")(function)
-
-
-@_compiled
+@compiled
 def _copy(values: Array, out: Array) -> None:
     for k in range(len(values)):
         out[k] = values[k]
 
 
-@_compiled
+@compiled
 def _fill(out: Array, value: float) -> None:
     for k in range(len(out)):
         out[k] = value
 
 
-@_compiled
+@compiled
 def _scale(values: Array, factor: float) -> None:
     for k in range(len(values)):
         values[k] *= factor
 
 
-@_compiled
+@compiled
 def _loads(cell: Array, weight: Array, wrench: Array, angles: Array, load: Array, outer: Array) -> None:
     """Fill the loads' moments about the hinges, and by how much turning one changes those of others.
 
@@ -92,7 +82,7 @@ def _loads(cell: Array, weight: Array, wrench: Array, angles: Array, load: Array
         outer[k] = hinge[k, 0] * fx + hinge[k, 1] * fz - along
 
 
-@_compiled
+@compiled
 def _evaluate(
     cell: Array,
     offset: Array,
@@ -162,7 +152,7 @@ def _evaluate(
     return math.sqrt(squares)
 
 
-@_compiled
+@compiled
 def _stuck_losses(
     stiff: float,
     m: int,
@@ -220,7 +210,7 @@ def _stuck_losses(
             row[s, c] /= matrix[p, p]
 
 
-@_compiled
+@compiled
 def _newton_step(
     cell: Array,
     offset: Array,
@@ -341,7 +331,7 @@ def _newton_step(
         known, following = following, known
 
 
-@_compiled
+@compiled
 def _equilibrium(
     cell: Array,
     offset: Array,
@@ -412,7 +402,7 @@ def _equilibrium(
     return False
 
 
-@_compiled
+@compiled
 def _creep(
     cell: Array,
     offset: Array,
@@ -447,7 +437,7 @@ def _creep(
     return False
 
 
-@_compiled
+@compiled
 def _advance(
     cell: Array,
     offset: Array,
@@ -484,7 +474,7 @@ def _advance(
     return True
 
 
-@_compiled
+@compiled
 def _going_on(past: Array, before: Array, after: Array, t: int) -> float:
     """Return by which share of the last step the next one goes on: how far its search starts."""
     old, new = 0.0, 0.0
@@ -496,7 +486,7 @@ def _going_on(past: Array, before: Array, after: Array, t: int) -> float:
     return new / old
 
 
-@_compiled
+@compiled
 def march(
     cell: Array,
     offset: Array,

@@ -11,12 +11,10 @@ the right and of the left tendon, both positive [m].
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
-import numba
 import numpy as np
 
+from catheter_sim.compiled import compiled
 from catheter_sim.robots.posture import Array
 
 LENGTH, STIFFNESS, CUBIC, QUINTIC, REST, LARGEST = range(6)
@@ -30,15 +28,7 @@ _MOST_BISECTIONS = 60
 _MOST_LOAD_ROUNDS = 100
 
 
-def _compiled(function: Callable[..., Any]) -> Any:
-    """Return `function` compiled, kept on disk where there is a folder for it."""
-    try:
-        return numba.njit(cache=True, error_model="numpy")(function)
-    except RuntimeError:  # neither beside this file nor in the user's own cache
-        return numba.njit(error_model="numpy")(function)
-
-
-@_compiled
+@compiled
 def _behind(
     right: float, left: float, kept_right: float, kept_left: float, a: float, b: float, capstan: float
 ) -> tuple[float, float]:
@@ -59,7 +49,7 @@ def _behind(
     return stuck, (a * stuck - moment) / b
 
 
-@_compiled
+@compiled
 def _excess(
     cell: Array,
     k: int,
@@ -85,7 +75,7 @@ def _excess(
     return acting + load - cell[k, STIFFNESS] * bent * law, right, left
 
 
-@_compiled
+@compiled
 def _bisected(
     cell: Array,
     k: int,
@@ -116,7 +106,7 @@ def _bisected(
     return angle, out_right, out_left
 
 
-@_compiled
+@compiled
 def _elastic_slope(cell: Array, k: int, angle: float) -> float:
     bent = angle / cell[k, LENGTH] - cell[k, REST]
     square = bent * bent
@@ -124,7 +114,7 @@ def _elastic_slope(cell: Array, k: int, angle: float) -> float:
     return cell[k, STIFFNESS] / cell[k, LENGTH] * law
 
 
-@_compiled
+@compiled
 def _pass(
     cell: Array,
     arm: Array,
@@ -178,7 +168,7 @@ def _pass(
     return True
 
 
-@_compiled
+@compiled
 def _loads(cell: Array, weight: Array, wrench: Array, angles: Array, load: Array, outer: Array) -> None:
     """Fill the loads' moments about the hinges, and by how much turning one changes those of others.
 
@@ -210,7 +200,7 @@ def _loads(cell: Array, weight: Array, wrench: Array, angles: Array, load: Array
         outer[k] = hinge[k, 0] * fx + hinge[k, 1] * fz - along
 
 
-@_compiled
+@compiled
 def _coupled_step(own: Array, outer: Array, change: Array, step: Array) -> None:
     """Solve (diag(own) - outer[max(k, m)]) step = own * change, from the tip to the base and back.
 
@@ -232,7 +222,7 @@ def _coupled_step(own: Array, outer: Array, change: Array, step: Array) -> None:
         lean += step[k]
 
 
-@_compiled
+@compiled
 def _settle(
     cell: Array,
     arm: Array,
@@ -281,7 +271,7 @@ def _settle(
     return True
 
 
-@_compiled
+@compiled
 def _going_on(tension: Array, row: int, steps: np.ndarray) -> float:
     """Return by which share of the last step the first one of `row` goes on: where to look for it."""
     if row <= 0:
@@ -297,7 +287,7 @@ def _going_on(tension: Array, row: int, steps: np.ndarray) -> float:
     return share if 0.0 < share < 2.0 else 0.0  # after a turn most cells stick first
 
 
-@_compiled
+@compiled
 def _between(values: Array, row: int, column: int, part: float) -> float:
     """Return a value on the way to `row` from the row before; before the first all are zero."""
     if row < 0:
@@ -306,7 +296,7 @@ def _between(values: Array, row: int, column: int, part: float) -> float:
     return last + part * (values[row, column] - last)
 
 
-@_compiled
+@compiled
 def march(
     cell: Array,
     arm: Array,

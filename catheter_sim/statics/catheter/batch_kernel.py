@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from catheter_sim.compiled import compiled
 from catheter_sim.statics.arc_kernel import arc_functions, turned
 
 BENDING, TORSION, PRISMATIC, RIGID = 0, 1, 2, 3
@@ -18,7 +18,7 @@ _SMALLEST_STEP_RAD = 1e-14
 _LAST_BITS = 1.0 + 1e-12  # the last bit of the largest displacement is no reason to refuse it
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _drawn_m(angle, half_gap, arm, gaps):
     """Return `tendons._drawn_m`: by how much a bending joint's tendon is shorter than straight [m]."""
     phi = angle / gaps
@@ -26,7 +26,7 @@ def _drawn_m(angle, half_gap, arm, gaps):
     return gaps * (2.0 * half_gap * half * half + arm * math.sin(phi))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _bending_angle(way, compliance, rest, half_gap, arm, gaps, largest):
     """Return `tendons.elastic_angle_rad` of a bending joint [rad]; NaN beyond its range."""
     side = 1.0 if way >= 0.0 else -1.0
@@ -50,7 +50,7 @@ def _bending_angle(way, compliance, rest, half_gap, arm, gaps, largest):
     return rest + side * turn
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _torsion_angle(way, radius, wrap, height):
     """Return `tendons.angle_rad` of a torsion joint [rad]; NaN beyond its range."""
     whole = math.hypot(radius * wrap, height)
@@ -63,7 +63,7 @@ def _torsion_angle(way, radius, wrap, height):
     return math.copysign(size * (2.0 * whole - size) / (radius * (radius * wrap + around)), way)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def pure_values(joint, numbers, ways, values):
     """Set `values` (B, r, t) to the joints' values, angle [rad] or advance [m]; NaN beyond the range.
 
@@ -90,7 +90,7 @@ def pure_values(joint, numbers, ways, values):
                 values[b, row, pair] = value
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def element_frames(joint, mover, numbers, segment, faces, values, places, rotations):
     """Set frames of elements, (B, r, n, 3) [m] and (B, r, n, 3, 3), at joint values (B, r, t).
 

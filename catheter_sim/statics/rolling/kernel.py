@@ -11,13 +11,11 @@ columns' names below. Loads as in `loads.Loads`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
-import numba
 import numpy as np
 
+from catheter_sim.compiled import compiled
 from catheter_sim.robots.posture import Array
 from catheter_sim.statics.rolling.chain import RollingChain
 
@@ -80,27 +78,19 @@ def pack(chain: RollingChain) -> Packed:
     return Packed(joint, rod, chain.stiffness.copy(), chain.pulled, chain.mu)
 
 
-def _compiled(function: Callable[..., Any]) -> Any:
-    """Return `function` compiled, kept on disk where there is a folder for it."""
-    try:
-        return numba.njit(cache=True, error_model="numpy")(function)
-    except RuntimeError:  # neither beside this file nor in the user's own cache
-        return numba.njit(error_model="numpy")(function)
-
-
-@_compiled
+@compiled
 def _cross(a: Array, b: Array, out: Array) -> None:
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@_compiled
+@compiled
 def _dot(a: Array, b: Array) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@_compiled
+@compiled
 def _turn(
     theta: float, radius: float, offset: float, mouth: float, clearance: float, hole_end: float, below: float
 ) -> tuple[float, float]:
@@ -117,7 +107,7 @@ def _turn(
     return phi, 2.0 * slope
 
 
-@_compiled
+@compiled
 def _rods(
     joint: Array,
     rod: Array,
@@ -212,7 +202,7 @@ def _rods(
             above[r, k] = tension
 
 
-@_compiled
+@compiled
 def _evaluate(
     joint: Array,
     rod: Array,
@@ -341,7 +331,7 @@ def _evaluate(
         length[k] = joint[k, LENGTH] - inside * joint[k, COMPLIANCE]
 
 
-@_compiled
+@compiled
 def _largest(values: Array) -> float:
     """Return the largest size in a vector, NaN where one is."""
     result = 0.0
@@ -351,20 +341,20 @@ def _largest(values: Array) -> float:
     return result
 
 
-@_compiled
+@compiled
 def _blend(start: Array, end: Array, part: float, out: Array) -> None:
     """Fill the vector or matrix between `start` and `end`."""
     for i in range(start.size):
         out.flat[i] = start.flat[i] + part * (end.flat[i] - start.flat[i])
 
 
-@_compiled
+@compiled
 def _copy(source: Array, out: Array) -> None:
     for i in range(source.size):
         out.flat[i] = source.flat[i]
 
 
-@_compiled
+@compiled
 def _solve_linear(matrix: Array, right: Array) -> bool:
     """Solve in place by elimination with row exchange; return whether the matrix is regular."""
     n = right.shape[0]
@@ -392,7 +382,7 @@ def _solve_linear(matrix: Array, right: Array) -> bool:
     return True
 
 
-@_compiled
+@compiled
 def _equilibrium(
     joint: Array,
     rod: Array,
@@ -448,7 +438,7 @@ def _equilibrium(
     return False
 
 
-@_compiled
+@compiled
 def advance(
     joint: Array,
     rod: Array,
@@ -503,7 +493,7 @@ def advance(
     return 1.0
 
 
-@_compiled
+@compiled
 def load_batch(
     joint: Array,
     rod: Array,

@@ -7,25 +7,14 @@ this file changes, not when another does.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
-import numba
-
+from catheter_sim.compiled import compiled
 from catheter_sim.robots.posture import Array
 
 _SMALL_RAD2 = 1e-4  # squared angle below which the series is exact to the last bit
 
 
-def _compiled(function: Callable[..., Any]) -> Any:
-    """Return `function` compiled, kept on disk where there is a folder for it."""
-    try:
-        return numba.njit(cache=True, error_model="numpy", nogil=True)(function)
-    except RuntimeError:  # neither beside this file nor in the user's own cache
-        return numba.njit(error_model="numpy", nogil=True)(function)
-
-
-@_compiled
+@compiled
 def disks_on_arcs(per_tension: Array, tension: Array, length: Array, p: Array, R: Array) -> None:
     """Write the disks' positions, shape (r, n + 1, 3) [m], and orientations, shape (r, n + 1, 3, 3).
 

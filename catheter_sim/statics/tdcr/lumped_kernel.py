@@ -24,12 +24,11 @@ balances do, in proportion to n.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 
+from catheter_sim.compiled import compiled
 from catheter_sim.robots.posture import Array
 
 # Models: one arc per subsegment (d = 3); four rigid links (d = 5), the bending plane and the twist
@@ -50,15 +49,7 @@ _SMALL_RAD2 = 1e-4  # squared angle below which the series is exact to the last 
 _PLANE_FLOOR = 1e-9  # keeps the bending plane of an unloaded subsegment where it is
 
 
-def _compiled(function: Callable[..., Any]) -> Any:
-    """Return `function` compiled, kept on disk where there is a folder for it."""
-    try:
-        return numba.njit(cache=True, error_model="numpy", nogil=True)(function)
-    except RuntimeError:  # neither beside this file nor in the user's own cache
-        return numba.njit(error_model="numpy", nogil=True)(function)
-
-
-@_compiled
+@compiled
 def _cross(a: Array, b: Array, out: Array) -> None:
     x = a[1] * b[2] - a[2] * b[1]
     y = a[2] * b[0] - a[0] * b[2]
@@ -67,31 +58,31 @@ def _cross(a: Array, b: Array, out: Array) -> None:
     out[1] = y
 
 
-@_compiled
+@compiled
 def _add_cross(a: Array, b: Array, out: Array) -> None:
     out[0] += a[1] * b[2] - a[2] * b[1]
     out[1] += a[2] * b[0] - a[0] * b[2]
     out[2] += a[0] * b[1] - a[1] * b[0]
 
 
-@_compiled
+@compiled
 def _dot(a: Array, b: Array) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@_compiled
+@compiled
 def _copy(a: Array, out: Array) -> None:
     for i in range(3):
         out[i] = a[i]
 
 
-@_compiled
+@compiled
 def _add(a: Array, out: Array) -> None:
     for i in range(3):
         out[i] += a[i]
 
 
-@_compiled
+@compiled
 def _clear(out: Array) -> None:
     """Set a contiguous array to zero."""
     flat = out.reshape(-1)
@@ -99,7 +90,7 @@ def _clear(out: Array) -> None:
         flat[i] = 0.0
 
 
-@_compiled
+@compiled
 def _chain(R: Array, turn: Array, out: Array) -> None:
     """Write R turn into `out`."""
     for i in range(3):
@@ -107,21 +98,21 @@ def _chain(R: Array, turn: Array, out: Array) -> None:
             out[i, j] = R[i, 0] * turn[0, j] + R[i, 1] * turn[1, j] + R[i, 2] * turn[2, j]
 
 
-@_compiled
+@compiled
 def _turned(R: Array, a: Array, out: Array) -> None:
     """Write R a into `out`, which must not be `a`."""
     for i in range(3):
         out[i] = R[i, 0] * a[0] + R[i, 1] * a[1] + R[i, 2] * a[2]
 
 
-@_compiled
+@compiled
 def _turned_back(R: Array, a: Array, out: Array) -> None:
     """Write R^T a into `out`, which must not be `a`."""
     for i in range(3):
         out[i] = R[0, i] * a[0] + R[1, i] * a[1] + R[2, i] * a[2]
 
 
-@_compiled
+@compiled
 def arc(
     x: Array,
     length: float,
@@ -195,7 +186,7 @@ def arc(
         dlaw[e, e] = stiffness
 
 
-@_compiled
+@compiled
 def links(
     model: int,
     x: Array,
@@ -289,7 +280,7 @@ def links(
     dlaw[4, 4] = torsion / length
 
 
-@_compiled
+@compiled
 def _subsegment(
     model: int,
     x: Array,
@@ -315,7 +306,7 @@ def _subsegment(
         )  # fmt: skip
 
 
-@_compiled
+@compiled
 def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
     """Write the disks' positions `p`, shape (n + 1, 3), and orientations `R` at the unknowns `x`, (n, d)."""
     d = x.shape[1]
@@ -335,7 +326,7 @@ def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
         _chain(R[k], turn, R[k + 1])
 
 
-@_compiled
+@compiled
 def evaluate(
     model: int,
     x: Array,
@@ -598,7 +589,7 @@ def evaluate(
     return norm
 
 
-@_compiled
+@compiled
 def _eliminate(A: Array, b: Array) -> None:
     """Solve A y = b in place, `b` of shape (m, columns), by elimination with row exchange."""
     m, columns = b.shape
@@ -625,7 +616,7 @@ def _eliminate(A: Array, b: Array) -> None:
             b[i, q] /= A[i, i]
 
 
-@_compiled
+@compiled
 def newton_step(
     r: Array, D: Array, parts: Array, loads: Array, swing: Array, B: Array, C: Array, step: Array
 ) -> None:
@@ -669,7 +660,7 @@ def newton_step(
                 step[k, e] += y[k, e, q + 1] * answer[q, 0]
 
 
-@_compiled
+@compiled
 def _largest(values: Array) -> float:
     """Return the largest size in a matrix; NaN where it holds one."""
     largest = 0.0
@@ -680,7 +671,7 @@ def _largest(values: Array) -> float:
     return largest
 
 
-@_compiled
+@compiled
 def _straighten(model: int, x: Array) -> None:
     """Set all bends and twists to zero; the bending planes stay."""
     for k in range(len(x)):
@@ -689,7 +680,7 @@ def _straighten(model: int, x: Array) -> None:
                 x[k, e] = 0.0
 
 
-@_compiled
+@compiled
 def solve(
     model: int,
     free: Any,
