@@ -89,7 +89,9 @@ def gain_interval(held: Sequence[Array], others: Sequence[Array] = ()) -> tuple[
 
     Trials differ by more than their cycles do, and few are held out, so that their spread is taken from all
     trials: that of a ratio of sums, squared errors after over before (`after - ratio * before`, trial by
-    trial), times sqrt(2) since the held-out gain is itself of such a draw. With fewer than three trials
+    trial), times sqrt(2) since the held-out gain is itself of such a draw. How sure that spread is depends on
+    how many trials make it up: those with small errors before count for little, so that Student's t has
+    (sum e)^2 / sum e^2 - 1 degrees of freedom, of the squared errors before, e. With fewer than three trials
     the held-out stretches stand in; of a single one nothing is known.
 
     Args:
@@ -106,7 +108,8 @@ def gain_interval(held: Sequence[Array], others: Sequence[Array] = ()) -> tuple[
         return float("nan"), float("nan")
     apart = pool[:, 1] - after / before * pool[:, 0]
     error = float(np.sqrt(number / (number - 1) * (apart**2).sum()) / before) * np.sqrt(2.0 * number / count)
-    reach = float(student_t.ppf(0.975, number - 1)) * error
+    freedom = max(float(before**2 / (pool[:, 0] ** 2).sum()) - 1.0, 1.0)
+    reach = float(student_t.ppf(0.975, freedom)) * error
     own = np.concatenate(held).sum(axis=0)
     ratio = float(own[1] / own[0])
     low, high = (100.0 * (1.0 - np.sqrt(max(ratio + side * reach, 0.0))) for side in (1.0, -1.0))

@@ -104,11 +104,21 @@ def fit(
     search = _bottom if thorough else _descended
     x = search(problem, frees, x, (low, high), prior)
     error, jacobian = linearised(problem, frees, x, high)
+    null = start_of(frees, {free.key: free.parameter.null for free in frees})
+    rested = np.where(influential(jacobian), x, null)
+    if (rested != x).any() and _cost(problem, frees, rested, prior) <= error @ error + prior.cost(x):
+        x = rested  # what changes nothing does nothing, wherever the search began
+        error, jacobian = linearised(problem, frees, x, high)
     held = _held(x, low, high, prior.gradient(x) + jacobian.T @ error)
     left_out = error
     if cross_validate:
         left_out = _left_out(problem, frees, x, error, jacobian, block, (low, high))
     return Fit(tuple(terms), frees, x, error, jacobian, held, block, left_out)
+
+
+def _cost(problem: Problem, frees: Sequence[Free], x: Array, prior: Prior) -> float:
+    error = residuals(problem, frees, x[None])[0]
+    return float(error @ error) + prior.cost(x)
 
 
 def _descended(

@@ -33,15 +33,27 @@ def verdict_of(
 
     A cause is found where causes were chosen on the training trials, the error on the held-out ones falls,
     in at least one unit, by more than chance (`SURE`), and nothing well above the noise is left that hangs
-    on something (`left_over`). Otherwise there is no discrepancy if the calibrated model's residuals are
+    on something (`left_over`). Where the error stays well above the noise, the gain must also be sure to
+    come back on other trials. Otherwise there is no discrepancy if the calibrated model's residuals are
     near the noise.
     """
-    gains = any(item.gain_percent > 0.0 and item.chance <= SURE for item in by_unit.values())
+    gains = any(gains_surely(item) for item in by_unit.values())
     if after.terms and left is None and gains:
         return "cause_found"
     times = max(result.rmse_before / max(result.noise_floor, 1e-12) for result in by_unit.values())
     white = all(is_white(series) for series in residual_series(problem, before).values())
     return "no_discrepancy" if times <= (ROUGH_NOISE if white else NEAR_NOISE) else "unexplained"
+
+
+def gains_surely(result: UnitResult) -> bool:
+    """Return whether the error falls, by more than chance on the held-out trials (`SURE`).
+
+    An error that stays well above the noise must also be sure to fall on other trials: what imitates a cause
+    that is not in the list does well on some and ill on others.
+    """
+    low = result.gain_percent_ci95[0]
+    near = result.rmse_after <= LEFT_OVER * result.noise_floor
+    return result.gain_percent > 0.0 and result.chance <= SURE and (near or not low <= 0.0)
 
 
 def left_over(result: UnitResult, tests: Sequence[StructureTest]) -> StructureTest | None:

@@ -63,9 +63,15 @@ def sized_parameter(robot: Robot, name: str, size: Mapping[str, tuple[float, flo
         name: of the parameter.
         size: by unit in files, its bound and a change that matters: in mm, or in tensions that bend the
             robot by a radian.
+
+    A fit starts a little below zero where tensions drive the robot. There only the rows say something in
+    which a tendon is pulled; at zero, every row at rest speaks for whoever adds nothing, since it cannot
+    show that the zero is too low: a tendon cannot push.
     """
-    bound, scale = (round(value * actuation_unit(robot), 9) for value in size[scale_of(robot)])
-    return Parameter(name, null=0.0, lower=-bound, upper=bound, scale=scale, start=0.0)
+    unit = scale_of(robot)
+    bound, scale = (round(value * actuation_unit(robot), 9) for value in size[unit])
+    start = -scale if unit == "N" else 0.0
+    return Parameter(name, null=0.0, lower=-bound, upper=bound, scale=scale, start=start)
 
 
 def added(inputs: Inputs, extra: Array) -> Inputs:

@@ -102,6 +102,24 @@ def test_gain_interval_knows_that_trials_differ():
     assert inside >= 18
 
 
+def test_gain_interval_knows_that_small_trials_say_little():
+    """Few trials with large errors before, more with small ones, noise after: 95 % of other sets lie inside."""
+    generator = np.random.default_rng(4)
+
+    def trials(count):
+        large = [index == 0 or generator.random() < 0.6 for index in range(count)]
+        before = [generator.lognormal(3.0 if rich else 1.5, 0.6) for rich in large]
+        after = [generator.chisquare(300) / 300 for _ in large]
+        return [np.array([[b + a, a]]) for b, a in zip(before, after, strict=True)]
+
+    inside = 0
+    for _ in range(400):
+        low, high = gain_interval(trials(2), trials(5))
+        third = np.concatenate(trials(3)).sum(axis=0)
+        inside += low <= 100.0 * (1.0 - np.sqrt(third[1] / third[0])) <= high
+    assert 0.94 * 400 <= inside < 400
+
+
 def test_one_cycle_says_nothing_of_the_gain():
     """Nothing to compare with: undefined, not narrow."""
     assert np.isnan(gain_interval([np.array([[1.0, 0.5]])])).all()

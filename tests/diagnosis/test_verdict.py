@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
-from catheter_sim.diagnosis.verdict import left_over, unsupported
+from catheter_sim.diagnosis.verdict import gains_surely, left_over, unsupported
 
 RESULT = UnitResult("mm", 0.1, 5.0, 0.6, 88.0, (85.0, 90.0))
 HANGING = StructureTest("input", "tension_right_N", 45.0, 0.001)
@@ -45,3 +45,19 @@ def test_cause_without_which_the_error_is_as_small_is_not_named():
     assert unsupported([strong, weak]) == ("actuation_gain",)
     assert unsupported([weak]) == ()
     assert unsupported([strong]) == ()
+
+
+@pytest.mark.parametrize(
+    ("result", "sure"),
+    [
+        (RESULT, True),
+        (replace(RESULT, gain_percent_ci95=(-5.0, 99.0)), False),
+        (replace(RESULT, gain_percent_ci95=(-5.0, 99.0), rmse_after=0.15), True),
+        (replace(RESULT, chance=0.3), False),
+        (replace(RESULT, gain_percent=-2.0), False),
+    ],
+    ids=["sure", "may not come back", "near the noise", "by chance", "a loss"],
+)
+def test_gain_is_sure(result, sure):
+    """On the held-out trials; where much is left, also on others."""
+    assert gains_surely(result) is sure
