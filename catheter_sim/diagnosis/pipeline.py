@@ -6,8 +6,9 @@
    (`suspicions`), no cause is looked for.
 3. Estimate the noise, which weighs units against each other (`noise`).
 4. Choose causes inside the training trials (`select`).
-5. Fit the chosen hypothesis to every training row, with intervals (`fit`, `intervals`).
-6. Look at the held-out trials, once: errors, the interval of the gain, shares (`findings`, `evidence`). A
+5. Fit the chosen hypothesis to every training row, with intervals (`fit`, `intervals`). Hypotheses that do as
+   well there and not on the held-out trials are told apart by these (`told_apart`).
+6. Look at the held-out trials: errors, the interval of the gain, shares (`findings`, `evidence`). A
    cause that does not pay there is not named, nor is any where what is left has a structure (`verdict`).
 7. Replay the held-out trials in MuJoCo with the causes in it (`confirm`); where it differs from the twin, the
    intervals are widened by what that would change (`intervals.model_margin`).
@@ -51,6 +52,7 @@ from catheter_sim.diagnosis.result import Diagnosis, write_results
 from catheter_sim.diagnosis.select import candidates_for, select
 from catheter_sim.diagnosis.structure import structure_tests
 from catheter_sim.diagnosis.suspicions import suspicions, thawed
+from catheter_sim.diagnosis.told_apart import told_apart, told_apart_note
 from catheter_sim.diagnosis.trials import Dataset, Trial, split, unit_of
 from catheter_sim.diagnosis.twin import twin_for
 from catheter_sim.diagnosis.verdict import left_over, left_over_note, unsupported, verdict_of
@@ -129,6 +131,8 @@ def diagnose_dataset(
             problem, selection.chosen.terms, selection.chosen.values, cross_validate=False, thorough=wanted
         )
         test = replace(problem, trials=heldout)
+        trained = after
+        after, groups = told_apart(problem, test, trained, selection.equals, wanted, pool)
         # A cut trial's held-out part runs through all its rows; a whole trial stands for itself.
         noise = noise_floor(
             white_noise(residual_series(problem, after)), repeat_noise(train, problem.columns)
@@ -138,19 +142,22 @@ def diagnose_dataset(
         bar.set_description("weighing the causes")
         causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
         weak = unsupported(causes)
-        as_chosen: dict[str, float] = {}
         if weak:
-            chosen, _ = figures(problem, trial_fits(problem, heldout, before, after), after)
-            as_chosen = {f"{name}_as_chosen_in_training": value for name, value in chosen.items()}
             terms = tuple(term for term in after.terms if term.effect not in weak)
             after = fit(problem, terms, after.values, cross_validate=False, thorough=wanted)
             by_unit = held_out(problem, test, before, after, noise)
             causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
+        as_chosen: dict[str, float] = {}
+        if after is not trained:
+            chosen, _ = figures(problem, trial_fits(problem, heldout, before, trained), trained)
+            as_chosen = {f"{name}_as_chosen_in_training": value for name, value in chosen.items()}
         fits = trial_fits(problem, (*train, *heldout), before, after)
         structure = {stage: structure_tests(dataset, fits, unit, stage) for stage in STAGES}
         left = left_over(by_unit[unit], structure["after"])
         verdict = "unexplained" if suspected else verdict_of(problem, before, after, by_unit, left)
         notes = [*(f"{SUSPECTED}: {line}" for line in suspected), *frozen]
+        if set(after.causes) - set(trained.causes) and verdict == "cause_found":
+            notes.append(told_apart_note(trained, after))
         if after.terms and left is not None:
             notes.append(left_over_note(after, by_unit[unit], left))
         if verdict != "cause_found":
@@ -163,7 +170,7 @@ def diagnose_dataset(
             "held-out data, and is not named."
             for name in weak
         ]
-        groups = selection.alike if causes else ()
+        groups = groups if causes else ()
         robot = robot_with(problem, after.frees, after.x)
         extra, said = figures(problem, fits, after)
         extra |= {name: value for name, value in as_chosen.items() if "after" in name}

@@ -55,7 +55,7 @@ class Selection:
         tried: further hypotheses that were fitted well.
         path: from `null` to the chosen hypothesis, each better than the one before.
         chosen: the chosen hypothesis.
-        alike: groups of a chosen effect, first, and others that do as well in its place.
+        equals: those of `tried` that do as well with another effect in the place of a chosen one.
     """
 
     null: Fit
@@ -63,7 +63,7 @@ class Selection:
     tried: tuple[Fit, ...]
     path: tuple[Fit, ...]
     chosen: Fit
-    alike: tuple[tuple[str, ...], ...]
+    equals: tuple[Fit, ...]
 
 
 def candidates_for(problem: Problem) -> tuple[str, ...]:
@@ -81,12 +81,22 @@ def candidates_for(problem: Problem) -> tuple[str, ...]:
     )
 
 
-def pays(before: Fit, after: Fit) -> bool:
+def pays(before: Fit, after: Fit, chance: float = PAYS_CHANCE) -> bool:
     """Return whether `after` explains left-out stretches better than `before` by more than chance."""
     share = 1.0 - after.cross_validated_rms / max(before.cross_validated_rms, 1e-300)
     labels = np.unique(before.block, return_inverse=True)[1]
     change = np.bincount(labels, weights=before.left_out**2 - after.left_out**2).astype(float)
-    return share > PAYS_SHARE and chance_of_gain(change) <= PAYS_CHANCE
+    return share > PAYS_SHARE and chance_of_gain(change) <= chance
+
+
+def alike(chosen: Fit, equals: Sequence[Fit]) -> tuple[tuple[str, ...], ...]:
+    """Return each chosen effect with those that stand in its place in `equals`."""
+    groups: dict[str, list[str]] = {}
+    for name, rival, _ in _rivals(chosen, equals):
+        group = groups.setdefault(name, [name])
+        if rival not in group:
+            group.append(rival)
+    return tuple(tuple(group) for group in groups.values())
 
 
 def as_good(best: Fit, other: Fit) -> bool:
@@ -132,13 +142,13 @@ def select(
             path.append(current)
         if len(current.terms) > 1:
             _fit_in_each_place(search, current, (*simple, *detailed))
-        rivals = _rivals(current, search.tried)
-        better = _in_order([item for _, _, item in rivals])[:1]
+        rivals = [item for _, _, item in _rivals(current, search.tried)]
+        better = _in_order(rivals)[:1]
         if not left or not better or not pays(current, better[0]):
             break
         path.append(better[0])
-    groups = _alike(current, rivals)
-    return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, groups)
+    equals = tuple(item for item in rivals if as_good(current, item))
+    return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, equals)
 
 
 @dataclass
@@ -295,15 +305,6 @@ def _rivals(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:
         if len(gone) == len(come) == 1:
             found.append((gone.pop(), come.pop(), item))
     return found
-
-
-def _alike(chosen: Fit, rivals: Sequence[tuple[str, str, Fit]]) -> tuple[tuple[str, ...], ...]:
-    """Return each chosen effect with those that do as well in its place, `rivals` as from `_rivals`."""
-    groups: dict[str, list[str]] = {}
-    for name, rival, item in rivals:
-        if as_good(chosen, item) and rival not in groups.get(name, []):
-            groups.setdefault(name, [name]).append(rival)
-    return tuple(tuple(group) for group in groups.values())
 
 
 def _grown(

@@ -103,7 +103,7 @@ def test_gain_interval_knows_that_trials_differ():
 
 
 def test_gain_interval_knows_that_small_trials_say_little():
-    """Few trials with large errors before, more with small ones, noise after: 95 % of other sets lie inside."""
+    """Few trials with large errors before, others with small ones, noise after: 95 % of other sets."""
     generator = np.random.default_rng(4)
 
     def trials(count):

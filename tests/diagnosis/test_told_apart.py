@@ -1,0 +1,82 @@
+"""Claims about held-out trials that tell apart what the training trials cannot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planted import as_inputs, small_robot
+
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.hypothesis import Problem, Term
+from catheter_sim.diagnosis.told_apart import told_apart, told_apart_note
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.tables import Table
+
+STRETCHES, ROWS = 16, 12
+EVERYWHERE, FORWARD = Term("nonlinear_stiffness", ("cubic_mm2",)), Term("twist", ("rate_deg_per_m",))
+
+
+def problem_with(turned: bool, seed: int) -> Problem:
+    """Return a trial in which the first effect acts, of size 3; the second can do the same in one direction.
+
+    Args:
+        turned: whether the input goes in the other direction in every second stretch.
+        seed: of the noise.
+    """
+    robot = small_robot()
+    scale = {
+        term.effect: next(p.scale for p in EFFECTS[term.effect].parameters(robot) if p.name == term.free[0])
+        for term in (EVERYWHERE, FORWARD)
+    }
+    side = np.where(turned & (np.arange(STRETCHES) % 2 == 1), -1.0, 1.0)
+    pull = np.tile(np.sin(np.pi * np.arange(ROWS) / ROWS), STRETCHES) * np.repeat(side, ROWS)
+
+    def twin(robots, inputs, every):
+        moved = inputs.tendon[:, 0]
+        found = []
+        for item in robots:
+            first, second = (
+                item.effects.get(term.effect, {}).get(term.free[0], 0.0) / scale[term.effect]
+                for term in (EVERYWHERE, FORWARD)
+            )
+            found.append(first * moved + second * np.maximum(moved, 0.0))
+        return np.array(found)[:, ::every, None]
+
+    inputs = as_inputs(np.stack([pull, 0 * pull, 0 * pull], axis=1), "displacement")
+    noise = 0.1 * np.random.default_rng(seed).normal(size=len(pull))
+    trial = Trial("a.csv", "train", inputs, Table(inputs.time_s, {"tip_x_mm": 3.0 * pull + noise}, "made"))
+    return Problem(robot, (), (trial,), ("tip_x_mm",), np.full(1, 0.1), twin)
+
+
+@pytest.mark.parametrize(("chosen", "other"), [(EVERYWHERE, FORWARD), (FORWARD, EVERYWHERE)])
+def test_held_out_trials_decide_where_they_can(chosen, other):
+    """Trials with turned inputs show which one acts; the other is then no longer alike."""
+    train = problem_with(False, 1)
+    first, second = fit(train, (chosen,)), fit(train, (other,))
+    taken, groups = told_apart(train, problem_with(True, 2), first, [second])
+    assert taken.causes == (EVERYWHERE.effect,)
+    assert groups == ()
+    if chosen is FORWARD:
+        note = told_apart_note(first, taken)
+        assert "twist does as well as nonlinear stiffness" in note
+        assert note.count("nonlinear stiffness") == 2
+
+
+def test_what_no_trial_tells_apart_stays_alike():
+    """Held-out trials like the training trials: the one that was chosen stays, and the other beside it."""
+    train = problem_with(False, 1)
+    first, second = fit(train, (FORWARD,)), fit(train, (EVERYWHERE,))
+    taken, groups = told_apart(train, problem_with(False, 2), first, [second])
+    assert taken.causes == first.causes
+    assert groups == ((FORWARD.effect, EVERYWHERE.effect),)
+
+
+def test_one_that_loses_on_other_trials_is_not_taken():
+    """However well it does on the training trials."""
+    train = problem_with(False, 1)
+    spoilt = replace(train, twin=lambda robots, inputs, every: train.twin(robots, inputs, every) + 5.0)
+    first = fit(train, (EVERYWHERE,))
+    assert told_apart(train, problem_with(True, 2), first, [fit(spoilt, (FORWARD,))])[0] is first
