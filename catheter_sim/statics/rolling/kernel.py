@@ -92,10 +92,17 @@ def _dot(a: Array, b: Array) -> float:
 
 @compiled
 def _turn(
-    theta: float, radius: float, offset: float, mouth: float, clearance: float, hole_end: float, below: float
+    theta: float,
+    sine: float,
+    cosine: float,
+    radius: float,
+    offset: float,
+    mouth: float,
+    clearance: float,
+    hole_end: float,
+    below: float,
 ) -> tuple[float, float]:
-    """Return phi and its derivative: `joint.turn` for one rod."""
-    sine, cosine = math.sin(theta), math.cos(theta)
+    """Return phi and its derivative at theta, of that sine and cosine: `joint.turn` for one rod."""
     reach = offset + clearance - radius * theta
     x3 = radius * sine + reach * cosine + below * sine
     z3 = radius * (1.0 - cosine) + reach * sine - below * cosine
@@ -129,6 +136,7 @@ def _rods(
     """
     n, m = joint.shape[0], rod.shape[0]
     jacobian[:, :] = 0.0
+    sines, cosines = np.sin(theta), np.cos(theta)
     for k in range(n):
         t = theta[k]
         elastic[k] = joint[k, SLEEVE] * (t - joint[k, REST])
@@ -136,7 +144,8 @@ def _rods(
     grows = np.zeros(n)
     for r in range(m):
         tension = drive[r] if r < pulled else 0.0
-        grows[:] = 0.0  # derivative of the tension by the angles below
+        grows[:] = 0.0  # derivative of the tension by the angles from `first` to the joint below
+        first = 0
         for k in range(n):
             offset = rod[r, k, OFFSET]
             if math.isnan(offset):
@@ -148,7 +157,7 @@ def _rods(
             t = theta[k]
             radius = joint[k, RADIUS_POSITIVE] if t >= 0.0 else joint[k, RADIUS_NEGATIVE]
             mouth, sink = rod[r, k, MOUTH], rod[r, k, SINK]
-            sine, cosine = math.sin(t), math.cos(t)
+            sine, cosine = sines[k], cosines[k]
             across = radius * (t - sine) + offset * cosine + mouth * sine - offset
             along = radius * (1.0 - cosine) - offset * sine + mouth * cosine + sink
             across_slope = along - sink
@@ -177,27 +186,28 @@ def _rods(
             at_joint[r, k] = tension
             wrench[r, k, 0], wrench[r, k, 1], wrench[r, k, 2] = across, along, tension / length
             jacobian[k, k] -= tension * second
-            for j in range(k):
+            for j in range(first, k):
                 jacobian[k, j] -= grows[j] * slope
             below = joint[k - 1, LENGTH] if k > 0 else joint[0, LENGTH]
             phi, phi_slope = _turn(
-                t, radius, offset, mouth, rod[r, k, CLEARANCE], joint[k, LENGTH] - sink, below
+                *(t, sine, cosine, radius, offset, mouth),
+                *(rod[r, k, CLEARANCE], joint[k, LENGTH] - sink, below),
             )
             factor = math.exp(mu * abs(phi))
             rate = mu * phi_slope if phi >= 0.0 else -mu * phi_slope
             held = kept[r, k]
             if held < tension / factor:
-                for j in range(k):
+                for j in range(first, k):
                     grows[j] /= factor
                 grows[k] = -rate * tension / factor
                 tension = tension / factor
             elif held > tension * factor:
-                for j in range(k):
+                for j in range(first, k):
                     grows[j] *= factor
                 grows[k] = rate * tension * factor
                 tension = tension * factor
             else:
-                grows[: k + 1] = 0.0
+                first = k + 1
                 tension = held
             above[r, k] = tension
 
@@ -268,7 +278,8 @@ def _evaluate(
     # Loads: where they act, what they do about the base's origin, link by link.
     push, push_moment = np.zeros((n, 3)), np.zeros((n, 3))
     moved, beyond = np.zeros((n, 3)), np.zeros((n, 3))
-    point, arm, speed = np.empty(3), np.empty(3), np.empty(3)
+    outer = np.zeros((n + 1, 3, 3))  # of points and forces, summed over each link and those beyond it
+    point = np.empty(3)
     loaded = False
     for p in range(loads):
         force = load_force[p]
@@ -284,14 +295,19 @@ def _evaluate(
         _cross(point, force, product)
         for i in range(3):
             push_moment[link, i] += product[i]
-        for k in range(link + 1):
+            for j in range(3):
+                outer[link, i, j] += point[i] * force[j]
+    if loaded:
+        # How the moments of all forces beyond a joint change as it turns: (axis x arm) x force, expanded.
+        for k in range(n - 1, -1, -1):
             for i in range(3):
-                arm[i] = point[i] - contact[k, i]
-                beyond[k, i] += force[i]
-            _cross(axis[k], arm, speed)
-            _cross(speed, force, product)
+                beyond[k, i] = push[k, i] + (beyond[k + 1, i] if k + 1 < n else 0.0)
+                for j in range(3):
+                    outer[k, i, j] += outer[k + 1, i, j]
+            a_f = _dot(axis[k], beyond[k])
+            p_f = outer[k, 0, 0] + outer[k, 1, 1] + outer[k, 2, 2] - _dot(contact[k], beyond[k])
             for i in range(3):
-                moved[k, i] += product[i]
+                moved[k, i] = _dot(outer[k, i], axis[k]) - contact[k, i] * a_f - axis[k, i] * p_f
     react, react_moment = np.zeros(3), np.zeros(3)
     for i in range(3):
         react_moment[i] = -tip_moment[i]
@@ -408,6 +424,7 @@ def _equilibrium(
         joint, rod, stiffness, pulled, mu, drive, kept, theta, length,
         load_link, load_point, load_force, tip_moment, at_joint, above, value, jacobian,
     )  # fmt: skip
+    before = 0.0  # size of the last step, if it was a whole one
     for _ in range(_MOST_ROUNDS):
         worst = _largest(value)
         for k in range(n):
@@ -433,8 +450,10 @@ def _equilibrium(
                 break
             share *= 0.5
         _copy(trial, theta)
-        if largest < ANGLE_TOLERANCE_RAD:
+        # Newton's steps shrink as their squares: the next one would be this small.
+        if largest < ANGLE_TOLERANCE_RAD or largest * (largest / before) ** 2 < ANGLE_TOLERANCE_RAD:
             return True
+        before = largest if share == 1.0 else 0.0
     return False
 
 
