@@ -424,7 +424,6 @@ def _equilibrium(
         joint, rod, stiffness, pulled, mu, drive, kept, theta, length,
         load_link, load_point, load_force, tip_moment, at_joint, above, value, jacobian,
     )  # fmt: skip
-    before = 0.0  # size of the last step, if it was a whole one
     for _ in range(_MOST_ROUNDS):
         worst = _largest(value)
         for k in range(n):
@@ -450,10 +449,9 @@ def _equilibrium(
                 break
             share *= 0.5
         _copy(trial, theta)
-        # Newton's steps shrink as their squares: the next one would be this small.
-        if largest < ANGLE_TOLERANCE_RAD or largest * (largest / before) ** 2 < ANGLE_TOLERANCE_RAD:
+        # The next step would be smaller than this one by as much as what is left over is.
+        if largest < ANGLE_TOLERANCE_RAD or largest * _largest(value) < 0.1 * ANGLE_TOLERANCE_RAD * worst:
             return True
-        before = largest if share == 1.0 else 0.0
     return False
 
 
