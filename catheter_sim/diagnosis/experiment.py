@@ -1,21 +1,37 @@
-"""What to measure next: words for what cannot be told apart yet, and a series of inputs to play."""
+"""What to measure next: inputs that would tell rivals apart, tried on both, and words where none does.
+
+Causes that explain what was measured equally well need not do so in what is played next. Each series of
+inputs (`programmes`) is played by the twin with the chosen causes; the rival is fitted anew to the
+measurements *and* to that, so that only what it cannot follow counts. The series from which most is left is
+proposed, and both are simulated on it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from dataclasses import replace
 
 import numpy as np
 
-from catheter_sim.diagnosis.result import NextExperiment
+from catheter_sim.diagnosis.confirm import replays
+from catheter_sim.diagnosis.evidence import outputs_of
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.hypothesis import Problem, robot_with
+from catheter_sim.diagnosis.programmes import FILE, Programme, loops, programmes
+from catheter_sim.diagnosis.result import NextExperiment, Separation
 from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.robots.channels import channel_of, input_channels
-from catheter_sim.robots.kinds import Robot
+from catheter_sim.diagnosis.workers import HERE, Workers, each
+from catheter_sim.errors import InputError
+from catheter_sim.robots.channels import read_inputs
 from catheter_sim.robots.posture import Array
 from catheter_sim.tables import Table
 
-_ROW_S = 2.0  # time from row to row: slow enough to be quasi-static
-_STEPS = 8  # rows of a ramp
+TELLS = 2.0  # times the noise, root mean square, that tell two causes apart for sure
+_ENOUGH = 10.0  # times the noise, beyond which more does not matter
+_LOOPS = (
+    "The CSV drives each channel alone through a full loop, a half loop and a reversal on the way, then "
+    "plays the first channel's loops again: the repeat shows noise, drift and what slips at random."
+)
 
 _ADVICE: tuple[tuple[set[str], str], ...] = (
     (
@@ -61,65 +77,129 @@ _ADVICE: tuple[tuple[set[str], str], ...] = (
 
 
 def next_experiment(
-    robot: Robot, trials: Sequence[Trial], causes: Sequence[str], groups: Sequence[Sequence[str]]
+    problem: Problem,
+    chosen: Fit,
+    equals: Sequence[Fit],
+    groups: Sequence[Sequence[str]],
+    noise: Array,
+    gravity_mps2: Array,
+    simulation: bool = True,
+    pool: Workers = HERE,
 ) -> NextExperiment:
     """Return what to measure next.
 
     Args:
-        robot: its channels are driven.
-        trials: what was played so far; the new inputs stay inside their range.
-        causes: the named causes.
-        groups: effects that these data cannot tell apart.
+        problem: the training trials; new inputs stay inside their range.
+        chosen: the hypothesis of the verdict, fitted to them.
+        equals: hypotheses that explain the data as well, with another effect in the place of one of its.
+        groups: effects that these data cannot tell apart, the chosen one first.
+        noise: of each output column, shape (o,), in file units.
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        simulation: whether to try the proposal in the simulation too.
+        pool: where to fit and simulate.
     """
-    sentences = []
-    for group in groups:
-        sentences.append(f"To tell {' from '.join(name.replace('_', ' ') for name in group)}:")
-        fitting = [text for names, text in _ADVICE if len(names & set(group)) > 1]
-        sentences.append(
-            fitting[0] if fitting else "Measure more of the robot: points along it, or tensions."
+    if not groups:
+        checking = advice(chosen.causes[:1], f"To check {_said(chosen.causes[:1])} by itself: ")
+        table = loops(problem.robot, problem.trials)
+        return NextExperiment(f"{checking} {_LOOPS}".strip(), table)
+    rivals = _rivals(chosen, equals)
+    playable = [item for item in programmes(problem.robot, problem.trials) if _played(problem, chosen, item)]
+    work = [(problem, chosen, rival, item, noise) for item in playable for rival in rivals.values()]
+    found = each(pool, _refitted, work)
+    apart = np.array([size for _, size in found]).reshape(len(playable), len(rivals))
+    best = int(np.argmax(np.minimum(apart, _ENOUGH).sum(axis=1)))
+    trial = _played(problem, chosen, playable[best])
+    assert trial is not None
+    refits = [item for item, _ in found[best * len(rivals) : (best + 1) * len(rivals)]]
+    simulated = [float("nan")] * len(rivals)
+    if simulation and apart[best].max() >= TELLS:
+        robots = [robot_with(problem, item.frees, item.x) for item in (chosen, *refits)]
+        runs = [(robot, [trial], problem.columns, gravity_mps2) for robot in robots]
+        outputs = [item[0].outputs for item in each(pool, replays, runs)]
+        simulated = [_apart(outputs[0], other, noise) for other in outputs[1:]]
+    checked = {
+        name: Separation(float(twin), float(again))
+        for name, twin, again in zip(rivals, apart[best], simulated, strict=True)
+    }
+    sentences = [f"Play the CSV: {playable[best].words}."] if apart[best].max() >= TELLS else []
+    sentences += [_group_words(group, checked) for group in groups]
+    return NextExperiment(" ".join(sentences), playable[best].table, checked)
+
+
+def advice(names: Sequence[str], before: str = "") -> str:
+    """Return how effects are told apart by other means, after the words `before`; "" where none is known."""
+    wanted = min(2, len(names))
+    fitting = [text for known, text in _ADVICE if names and len(known & set(names)) >= wanted]
+    return before + fitting[0] if fitting else ""
+
+
+def _group_words(group: Sequence[str], checked: dict[str, Separation]) -> str:
+    """Return what the proposed inputs would show of one group, and what else to do where they do not."""
+    first, *others = group
+    told = [name for name in others if checked[_for(name, first)].twin >= TELLS]
+    words = []
+    for name in told:
+        item = checked[_for(name, first)]
+        simulated = item.simulation
+        again = f", {simulated:.1f} times in the simulation" if np.isfinite(simulated) else ""
+        words.append(
+            f"If it is {_said([first])}, {_said([name])}, fitted anew, would be off by "
+            f"{item.twin:.1f} times the noise{again}."
         )
-    if causes and not groups:
-        fitting = [text for names, text in _ADVICE if names & set(causes)]
-        if fitting:
-            sentences.append(f"To check {causes[0].replace('_', ' ')} by itself: {fitting[0]}")
-    table = loops(robot, trials)
-    sentences.append(
-        "The CSV drives each channel alone through a full loop, a half loop and a reversal on the way, then "
-        "plays the first channel's loops again: the repeat shows noise, drift and what slips at random."
+    left = [name for name in others if name not in told]
+    if left:
+        alone = advice([first, *left]) or "Measure more of the robot: points along it, or tensions."
+        words.append(f"No inputs that were tried tell {_said([first])} from {_said(left)}. {alone}")
+    return " ".join(words)
+
+
+def _said(names: Sequence[str]) -> str:
+    return " or ".join(name.replace("_", " ") for name in names)
+
+
+def _for(rival: str, first: str) -> str:
+    return f"{rival} for {first}"
+
+
+def _rivals(chosen: Fit, equals: Sequence[Fit]) -> dict[str, Fit]:
+    """Return the best of the fits in which one effect stands in the place of another, by both names."""
+    found: dict[str, Fit] = {}
+    for item in sorted(equals, key=lambda fitted: fitted.cross_validated_rms):
+        (gone,), (come,) = set(chosen.causes) - set(item.causes), set(item.causes) - set(chosen.causes)
+        found.setdefault(_for(come, gone), item)
+    return found
+
+
+def _played(problem: Problem, chosen: Fit, programme: Programme) -> Trial | None:
+    """Return the programme with what the twin says under the chosen causes as measured; None: beyond it."""
+    robot = replace(problem.robot, actuation=problem.trials[0].inputs.actuation)
+    try:
+        inputs = read_inputs(robot, programme.table)
+        trial = Trial(FILE, "train", inputs, Table(inputs.time_s, {}, FILE))
+        outputs = outputs_of(problem, trial, chosen)
+    except InputError:
+        return None
+    if not np.isfinite(outputs).all():
+        return None
+    columns = {name: outputs[:, index] for index, name in enumerate(problem.columns)}
+    return replace(trial, outputs=Table(inputs.time_s, columns, FILE))
+
+
+def _refitted(
+    problem: Problem, chosen: Fit, rival: Fit, programme: Programme, noise: Array
+) -> tuple[Fit, float]:
+    """Return a rival fitted to the measurements and a programme, and how far off it is there, in noises."""
+    trial = _played(problem, chosen, programme)
+    assert trial is not None
+    result = fit(
+        replace(problem, trials=(*problem.trials, trial)), rival.terms, rival.values, cross_validate=False
     )
-    return NextExperiment(" ".join(sentences), table)
+    measured = np.stack([trial.outputs.columns[name] for name in problem.columns], axis=1)
+    return result, _apart(outputs_of(problem, trial, result), measured, noise)
 
 
-def loops(robot: Robot, trials: Sequence[Trial]) -> Table:
-    """Return nested loops of each channel alone, up to what was reached so far, in file units."""
-    kind = trials[0].inputs.actuation
-    columns = input_channels(robot, kind)
-    channels = channel_of(robot)
-    factor = 1e3 if kind == "displacement" else 1.0
-    reach = []
-    for channel in dict.fromkeys(channels):
-        members = [index for index, name in enumerate(channels) if name == channel]
-        share = len(members) if kind == "tension" else 1
-        top = max(float(trial.inputs.tendon[:, members].max()) for trial in trials)
-        reach.append(max(top, 0.0) * factor * share)
-    shape = _nested_loops()
-    order = [*range(len(columns)), 0]
-    values: Array = np.zeros((len(shape) * len(order), len(columns)))
-    for position, index in enumerate(order):
-        values[position * len(shape) : (position + 1) * len(shape), index] = (
-            np.floor(shape * reach[index] * 1e4) / 1e4
-        )
-    time_s = _ROW_S * np.arange(len(values), dtype=float)
-    return Table(
-        time_s, {name: values[:, index] for index, name in enumerate(columns)}, "next_experiment.csv"
-    )
-
-
-def _nested_loops() -> Array:
-    """Return 0, up to 1, to 0, to 1/2, to 1/4, to 1/2 and back to 0, in equal rows."""
-    corners = [0.0, 1.0, 0.0, 0.5, 0.25, 0.5, 0.0]
-    parts = [np.zeros(1)]
-    for start, end in pairwise(corners):
-        count = max(2, round(_STEPS * abs(end - start)))
-        parts.append(np.linspace(start, end, count + 1)[1:])
-    return np.concatenate(parts)
+def _apart(first: Array, second: Array, noise: Array) -> float:
+    """Return the root mean square difference of outputs, shape (r, o), in noises; 0 where none is finite."""
+    difference = (first - second) / noise
+    difference = difference[np.isfinite(difference)]
+    return float(np.sqrt(np.mean(difference**2))) if len(difference) else 0.0

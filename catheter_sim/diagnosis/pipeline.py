@@ -49,7 +49,7 @@ from catheter_sim.diagnosis.noise import noise_floor, repeat_noise, white_noise
 from catheter_sim.diagnosis.nuisance import nuisances_of
 from catheter_sim.diagnosis.residuals import STAGES
 from catheter_sim.diagnosis.result import Diagnosis, write_results
-from catheter_sim.diagnosis.select import candidates_for, select
+from catheter_sim.diagnosis.select import alike, candidates_for, select
 from catheter_sim.diagnosis.structure import structure_tests
 from catheter_sim.diagnosis.suspicions import suspicions, thawed
 from catheter_sim.diagnosis.told_apart import told_apart, told_apart_note
@@ -132,7 +132,7 @@ def diagnose_dataset(
         )
         test = replace(problem, trials=heldout)
         trained = after
-        after, groups = told_apart(problem, test, trained, selection.equals, wanted, pool)
+        after, equals = told_apart(problem, test, trained, selection.equals, wanted, pool)
         # A cut trial's held-out part runs through all its rows; a whole trial stands for itself.
         noise = noise_floor(
             white_noise(residual_series(problem, after)), repeat_noise(train, problem.columns)
@@ -170,7 +170,8 @@ def diagnose_dataset(
             "held-out data, and is not named."
             for name in weak
         ]
-        groups = groups if causes else ()
+        equals = tuple(item for item in equals if causes and alike(after, [item]))
+        groups = alike(after, equals)
         robot = robot_with(problem, after.frees, after.x)
         extra, said = figures(problem, fits, after)
         extra |= {name: value for name, value in as_chosen.items() if "after" in name}
@@ -185,6 +186,11 @@ def diagnose_dataset(
             shift = shift_by_model(test, after, [item.outputs for item in replayed])
         margin = model_margin(after, shift)
         causes = with_intervals(causes, intervals(after, margin))
+        bar.set_description("looking for what to measure next")
+        floor = np.array([by_unit[unit_of(name)].noise_floor for name in problem.columns])
+        following = next_experiment(
+            problem, after, equals, groups, floor, dataset.gravity_mps2, simulation, pool
+        )
         bar.set_description("measuring how sure the calibration is")
         calibrated = calibrated_numbers(problem, after, wanted, margin, pool)
     return Diagnosis(
@@ -195,9 +201,7 @@ def diagnose_dataset(
         causes=causes,
         ranking=ranking(test, selection, unit),
         indistinguishable=groups,
-        next_experiment=next_experiment(
-            problem.robot, dataset.trials, [cause.name for cause in causes], groups
-        ),
+        next_experiment=following,
         extended_robot=robot,
         fits=fits,
         notes=tuple(notes),

@@ -110,11 +110,31 @@ class TrialFit:
 
 
 @dataclass(frozen=True)
+class Separation:
+    """By how much inputs tell two causes apart: root mean square, over the noise.
+
+    Attributes:
+        twin: between the chosen cause and the other one, fitted anew, in the analytic twin.
+        simulation: between the two in the simulation; NaN if it was not asked.
+    """
+
+    twin: float
+    simulation: float
+
+
+@dataclass(frozen=True)
 class NextExperiment:
-    """What to measure next: in words, and as inputs to play, if that helps."""
+    """What to measure next: in words, and as inputs to play, if that helps.
+
+    Attributes:
+        words: for a person.
+        inputs: in file units; None: none helps.
+        apart: what the inputs do to effects that these data cannot tell apart, by "rival for chosen".
+    """
 
     words: str
     inputs: Table | None = None
+    apart: Mapping[str, Separation] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -214,6 +234,10 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "indistinguishable": [list(group) for group in diagnosis.indistinguishable],
         "next_experiment": diagnosis.next_experiment.words,
         "next_experiment_inputs": NEXT_EXPERIMENT_FILE if diagnosis.next_experiment.inputs else None,
+        "next_experiment_over_noise": {
+            name: {"twin": item.twin, "simulation": item.simulation}
+            for name, item in diagnosis.next_experiment.apart.items()
+        },
         "by_unit": {
             unit: {"noise_floor": result.noise_floor, **_heldout(result)}
             for unit, result in diagnosis.by_unit.items()

@@ -15,8 +15,6 @@ from catheter_sim.diagnosis.hypothesis import Problem, blocks_of, residuals
 from catheter_sim.diagnosis.select import PAYS_CHANCE, alike, as_good, pays
 from catheter_sim.diagnosis.workers import HERE, Workers, each
 
-Groups = tuple[tuple[str, ...], ...]
-
 
 def told_apart(
     problem: Problem,
@@ -25,7 +23,7 @@ def told_apart(
     equals: Sequence[Fit],
     thorough: bool = False,
     pool: Workers = HERE,
-) -> tuple[Fit, Groups]:
+) -> tuple[Fit, tuple[Fit, ...]]:
     """Return the one of several hypotheses that the held-out trials want, and what stays alike there too.
 
     `chosen` gives way only where another one is better by more than chance, allowing for how many there are.
@@ -39,7 +37,7 @@ def told_apart(
         pool: where to fit.
 
     Returns:
-        The hypothesis fitted to all training rows, and groups of one of its effects, first, and others.
+        The hypothesis fitted to all training rows, and those that do as well on both parts (`select.alike`).
     """
     fits = [
         chosen,
@@ -49,8 +47,8 @@ def told_apart(
     chance = PAYS_CHANCE / max(len(equals), 1)
     better = [index for index in range(1, len(seen)) if pays(seen[0], seen[index], chance)]
     best = min(better, key=lambda index: seen[index].cross_validated_rms, default=0)
-    still = [fits[index] for index, item in enumerate(seen) if as_good(seen[best], item)]
-    return fits[best], alike(fits[best], still)
+    still = [fits[index] for index, item in enumerate(seen) if index != best and as_good(seen[best], item)]
+    return fits[best], tuple(item for item in still if alike(fits[best], [item]))
 
 
 def told_apart_note(chosen: Fit, taken: Fit) -> str:

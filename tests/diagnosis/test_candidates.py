@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
-from planted import as_inputs, displacement_history, small_robot
+from planted import as_inputs, small_robot
 
-from catheter_sim.diagnosis.experiment import next_experiment
 from catheter_sim.diagnosis.hypothesis import Problem
 from catheter_sim.diagnosis.select import candidates_for
 from catheter_sim.diagnosis.trials import Trial
@@ -39,17 +37,6 @@ def test_coupling_is_tried_where_there_is_something_to_couple() -> None:
     assert "coupling" not in candidates_for(problem(small_robot(), 2))
     for name in ("neuroendoscope", "mitral_4dof"):
         assert "coupling" in candidates_for(problem(load_robot(name), 2))
-
-
-@pytest.mark.parametrize(
-    ("group", "word"),
-    [(("backlash", "rate"), "speed"), (("drift", "stiffness"), "minutes"), (("coupling", "twist"), "alone")],
-)
-def test_advice_names_what_would_tell_them_apart(group: tuple[str, ...], word: str) -> None:
-    """Rivals of rate, drift and coupling get an experiment of their own, in words."""
-    inputs = displacement_history(1, 1)
-    trial = Trial("a.csv", "train", inputs, Table(inputs.time_s, {}))
-    assert word in next_experiment(small_robot(), [trial], group[:1], [group]).words.split("The CSV")[0]
 
 
 def test_rates_have_their_units() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from planted import displacement_history, pair_history, small_robot
@@ -16,12 +14,9 @@ from catheter_sim.diagnosis.evidence import (
     stretch_squares,
     tip_errors,
 )
-from catheter_sim.diagnosis.experiment import loops, next_experiment
 from catheter_sim.diagnosis.hypothesis import Problem
 from catheter_sim.diagnosis.noise import is_white, noise_floor, repeat_noise, white_noise
 from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import read_inputs
 from catheter_sim.tables import Table
 
 
@@ -135,21 +130,3 @@ def test_alignment_takes_out_a_shift_and_nothing_else():
     swing = np.tile([1.0, -1.0], 20)
     swinging = {name: [(swing if name == "tip_x_mm" else rows, rows)] for name in TIP}
     assert tip_errors(swinging)["tip_distance_rmse_aligned_{}_mm"] == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("kind", ["displacement", "tension"])
-def test_next_experiment_can_be_played(kind):
-    """The proposed inputs are valid for the robot, stay inside what was reached, and end where they began."""
-    robot = small_robot() if kind == "displacement" else load_robot("neuroendoscope_section")
-    history = displacement_history(1) if kind == "displacement" else pair_history(1)
-    trials = [trial({"tip_x_mm": np.zeros(len(history))}, history)]
-    table = loops(robot, trials)
-    inputs = read_inputs(replace(robot, actuation=kind), table)
-    assert inputs.actuation == kind
-    assert inputs.tendon.min() >= 0.0
-    assert (inputs.tendon.max(axis=0) <= history.tendon.max(axis=0) + 1e-6).all()
-    assert not inputs.tendon[0].any()
-    assert not inputs.tendon[-1].any()
-    words = next_experiment(robot, trials, ["backlash"], [("backlash", "tendon_friction")]).words
-    assert "backlash" in words
-    assert "pretension" in words

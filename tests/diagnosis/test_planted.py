@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from planted import catheter_data, chest_data, section_data, small_data
 
+from catheter_sim.diagnosis.experiment import TELLS
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.result import Diagnosis
 
@@ -88,6 +89,17 @@ def test_gain_and_stiffness_of_the_chest_tube_are_not_told_apart():
     found = diagnose_dataset(chest_data({"stiffness": {"scale": 0.8}}), simulation=False)
     assert found.verdict == "cause_found"
     assert {"stiffness", "actuation_gain"} in [set(group) for group in found.indistinguishable]
+
+
+def test_proposed_experiment_tells_stiffness_from_gain_in_the_simulation_too():
+    """A known force across the tip bends a softer robot further, whatever the scale of its tensions."""
+    found = diagnose_dataset(section_data({"stiffness": {"scale": 0.8}}))
+    assert found.indistinguishable == (("stiffness", "actuation_gain"),)
+    proposal = found.next_experiment
+    assert "known force" in proposal.words
+    apart = proposal.apart["actuation_gain for stiffness"]
+    assert apart.twin > TELLS
+    assert apart.simulation == pytest.approx(apart.twin, rel=0.1)
 
 
 def test_nothing_planted_in_the_catheter():

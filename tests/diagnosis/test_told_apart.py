@@ -10,6 +10,7 @@ from planted import as_inputs, small_robot
 
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.hypothesis import Problem, Term
+from catheter_sim.diagnosis.select import alike
 from catheter_sim.diagnosis.told_apart import told_apart, told_apart_note
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.registry import EFFECTS
@@ -56,9 +57,9 @@ def test_held_out_trials_decide_where_they_can(chosen, other):
     """Trials with turned inputs show which one acts; the other is then no longer alike."""
     train = problem_with(False, 1)
     first, second = fit(train, (chosen,)), fit(train, (other,))
-    taken, groups = told_apart(train, problem_with(True, 2), first, [second])
+    taken, equals = told_apart(train, problem_with(True, 2), first, [second])
     assert taken.causes == (EVERYWHERE.effect,)
-    assert groups == ()
+    assert equals == ()
     if chosen is FORWARD:
         note = told_apart_note(first, taken)
         assert "twist does as well as nonlinear stiffness" in note
@@ -69,9 +70,9 @@ def test_what_no_trial_tells_apart_stays_alike():
     """Held-out trials like the training trials: the one that was chosen stays, and the other beside it."""
     train = problem_with(False, 1)
     first, second = fit(train, (FORWARD,)), fit(train, (EVERYWHERE,))
-    taken, groups = told_apart(train, problem_with(False, 2), first, [second])
+    taken, equals = told_apart(train, problem_with(False, 2), first, [second])
     assert taken.causes == first.causes
-    assert groups == ((FORWARD.effect, EVERYWHERE.effect),)
+    assert alike(taken, equals) == ((FORWARD.effect, EVERYWHERE.effect),)
 
 
 def test_one_that_loses_on_other_trials_is_not_taken():
