@@ -94,7 +94,7 @@ def proposed(bends_load):
 
 
 def test_inputs_are_proposed_to_which_rivals_answer_unlike():
-    """Only a force across the tip shows which it is; that is what is to be played, and by how much it shows."""
+    """Only a force across the tip shows which it is: that is what is to be played, and what it shows."""
     found = proposed(1.0)
     assert "known force" in found.words
     assert "twist, fitted anew, would be off by" in found.words
