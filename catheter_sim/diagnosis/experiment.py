@@ -16,7 +16,7 @@ import numpy as np
 from catheter_sim.diagnosis.confirm import replays
 from catheter_sim.diagnosis.evidence import outputs_of
 from catheter_sim.diagnosis.fit import Fit, fit
-from catheter_sim.diagnosis.hypothesis import Problem, robot_with
+from catheter_sim.diagnosis.hypothesis import Problem, robot_with, thinned
 from catheter_sim.diagnosis.programmes import FILE, Programme, loops, programmes
 from catheter_sim.diagnosis.result import NextExperiment, Separation
 from catheter_sim.diagnosis.trials import Trial
@@ -104,7 +104,7 @@ def next_experiment(
         return NextExperiment(f"{checking} {_LOOPS}".strip(), table)
     rivals = _rivals(chosen, equals)
     playable = [item for item in programmes(problem.robot, problem.trials) if _played(problem, chosen, item)]
-    work = [(problem, chosen, rival, item, noise) for item in playable for rival in rivals.values()]
+    work = [(thinned(problem), chosen, rival, item, noise) for item in playable for rival in rivals.values()]
     found = each(pool, _refitted, work)
     apart = np.array([size for _, size in found]).reshape(len(playable), len(rivals))
     best = int(np.argmax(np.minimum(apart, _ENOUGH).sum(axis=1)))

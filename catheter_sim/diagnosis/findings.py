@@ -20,7 +20,7 @@ from catheter_sim.diagnosis.evidence import (
     tip_errors,
 )
 from catheter_sim.diagnosis.fit import Fit, fit
-from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.hypothesis import Problem, thinned
 from catheter_sim.diagnosis.intervals import Interval, intervals, profile_interval
 from catheter_sim.diagnosis.result import Candidate, Cause, FittedParameter, TrialFit, UnitResult
 from catheter_sim.diagnosis.select import Selection
@@ -67,10 +67,8 @@ def named_causes(
     """
     if not after.terms:
         return ()
-    rows = sum(len(trial.inputs) for trial in problem.trials)
-    thinned = replace(problem, every=max(1, round(rows / 600)))
     others = [tuple(item for item in after.terms if item is not term) for term in after.terms]
-    without = each(pool, fit, [(thinned, terms, after.values, False) for terms in others])
+    without = each(pool, fit, [(thinned(problem), terms, after.values, False) for terms in others])
     rises = [
         max(rmse_by_unit(test, errors_of(test, item))[unit] - result.rmse_after, 0.0) for item in without
     ]

@@ -21,6 +21,7 @@ from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 
+ENOUGH_ROWS = 600
 FOLDS = 8  # of the cross-validation; a fold is a stretch of whole cycles
 _FAILED = 1e3  # residual, in weights, of a robot that finds no equilibrium
 
@@ -110,6 +111,12 @@ def robot_with(problem: Problem, frees: Sequence[Free], x: Array) -> Robot:
         if nuisance.name in factors:
             robot = nuisance.change_robot(robot, factors[nuisance.name])
     return replace(robot, effects=effects)
+
+
+def thinned(problem: Problem) -> Problem:
+    """Return `problem` with as many rows compared as a choice between hypotheses needs (`ENOUGH_ROWS`)."""
+    rows = sum(len(trial.inputs) for trial in problem.trials)
+    return replace(problem, every=max(1, round(rows / ENOUGH_ROWS)))
 
 
 def residuals(problem: Problem, frees: Sequence[Free], xs: Array) -> Array:

@@ -16,13 +16,13 @@ that was tried and explains as much. Nothing of the held-out data is seen.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from catheter_sim.diagnosis.evidence import chance_of_gain, residual_series
 from catheter_sim.diagnosis.fit import Fit, fit, probe
-from catheter_sim.diagnosis.hypothesis import Problem, Term, terms_for
+from catheter_sim.diagnosis.hypothesis import Problem, Term, terms_for, thinned
 from catheter_sim.diagnosis.noise import white_noise
 from catheter_sim.diagnosis.trials import unit_of
 from catheter_sim.diagnosis.workers import HERE, Workers, each
@@ -39,7 +39,6 @@ SETTLED = 1.1  # times its white part, of an error in which nothing more is look
 MOST_CAUSES = 8
 _MOST_FORMS = 8  # of the causes of a set, fitted where the search would end
 _ROUNDS = 3  # of choosing, if something better stands in a cause's place in the end
-_ROWS = 600  # rows compared in the fits that choose
 
 Known = Mapping[tuple[str, str], float]
 Probe = tuple[float, dict[tuple[str, str], float]]  # as `fit.probe` returns it
@@ -118,8 +117,7 @@ def select(
         pool: where to fit.
         on_fit: called with a line when a step is done.
     """
-    rows = sum(len(trial.inputs) for trial in problem.trials)
-    problem = replace(problem, every=max(1, round(rows / _ROWS)))
+    problem = thinned(problem)
     search = _Search(pool, problem, on_fit or (lambda line: None))
     (null,) = search.fitted([((), {})])
     tiers = [terms_for(problem.robot, name) for name in candidates]
