@@ -51,12 +51,22 @@ def test_cause_without_which_the_error_is_as_small_is_not_named():
     ("result", "sure"),
     [
         (RESULT, True),
-        (replace(RESULT, gain_percent_ci95=(-5.0, 99.0)), False),
-        (replace(RESULT, gain_percent_ci95=(float("nan"), float("nan"))), True),
+        (replace(RESULT, gain_percent_ci95=(-5.0, 99.0)), True),
+        (replace(RESULT, gain_percent=12.0, gain_percent_ci95=(-5.0, 30.0)), False),
+        (replace(RESULT, gain_percent=12.0, gain_percent_ci95=(3.0, 20.0)), True),
+        (replace(RESULT, gain_percent=12.0, gain_percent_ci95=(float("nan"), float("nan"))), True),
         (replace(RESULT, chance=0.3), False),
         (replace(RESULT, gain_percent=-2.0), False),
     ],
-    ids=["sure", "may not come back", "not known", "by chance", "a loss"],
+    ids=[
+        "sure",
+        "few trials",
+        "small and may not come back",
+        "small and sure",
+        "not known",
+        "by chance",
+        "a loss",
+    ],
 )
 def test_gain_is_sure(result, sure):
     """On the held-out trials, and on others where something is known of them."""
