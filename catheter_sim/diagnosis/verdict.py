@@ -19,7 +19,7 @@ LEFT_SHARE = (
 )
 HANGS_PERCENT = 25.0  # of what is left over, hanging on one thing: the causes are not what they seem
 SURE = 0.05  # probability of the held-out gain by chance, at most
-LARGE_GAIN_PERCENT = 25.0  # of the error before: so much is no accident of a few trials
+LARGE_GAIN_PERCENT = 15.0  # of the error before: so much is no accident of a few trials
 LEAST_GAIN_PERCENT = 0.5  # of the error before, on held-out data, below which a cause is not named
 
 

@@ -27,7 +27,7 @@ def test_wire_that_softens_is_a_nonlinear_stiffness():
 
 def test_printed_dead_bands_are_backlash():
     """Data by the modified kinematics (Nayar 2022, Eqs 23-28), diagnosed by pure kinematics."""
-    histories = [joint_history(seed, cycles=2) for seed in (1, 2, 3, 4)]
+    histories = [joint_history(seed) for seed in (1, 2, 3, 4)]
     pulled = [replace(item, tendon=np.abs(item.tendon)) for item in histories]
     columns = [f"{point}_{axis}_mm" for point in ("tip", "body_11") for axis in "xyz"]
     robot = load_robot("mitral_transseptal")
@@ -43,7 +43,7 @@ def test_printed_tendon_law_is_tendon_elongation():
 
     def history(seed):
         generator = np.random.default_rng(seed)
-        sizes = [generator.uniform([1.0, 1.0, 0.5, 0.0], [2.5, 2.5, 1.5, 0.0]) for _ in range(2)]
+        sizes = [generator.uniform([1.0, 1.0, 0.5, 0.0], [2.5, 2.5, 1.5, 0.0]) for _ in range(4)]
         moves = np.stack([np.roll(share, shift) for shift in (0, 5, 11, 0)], axis=1)
         return as_inputs(1e-3 * np.concatenate([moves * size for size in sizes]), "displacement")
 
