@@ -17,8 +17,9 @@ from catheter_sim.diagnosis.confirm import replays
 from catheter_sim.diagnosis.evidence import outputs_of
 from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.hypothesis import Problem, robot_with, thinned
-from catheter_sim.diagnosis.programmes import FILE, Programme, loops, programmes
-from catheter_sim.diagnosis.result import NextExperiment, Separation
+from catheter_sim.diagnosis.programmes import Programme, loops, programmes
+from catheter_sim.diagnosis.result import NEXT_EXPERIMENT_FILE, NextExperiment, Separation
+from catheter_sim.diagnosis.select import rivals_of
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.diagnosis.workers import HERE, Workers, each
 from catheter_sim.errors import InputError
@@ -104,6 +105,9 @@ def next_experiment(
         return NextExperiment(f"{checking} {_LOOPS}".strip(), table)
     rivals = _rivals(chosen, equals)
     playable = [item for item in programmes(problem.robot, problem.trials) if _played(problem, chosen, item)]
+    if not playable:  # the twin follows none of them
+        words = [advice(group, f"To tell {_said(group)} apart: ") for group in groups]
+        return NextExperiment(" ".join(item for item in words if item))
     work = [(thinned(problem), chosen, rival, item, noise) for item in playable for rival in rivals.values()]
     found = each(pool, _refitted, work)
     apart = np.array([size for _, size in found]).reshape(len(playable), len(rivals))
@@ -164,8 +168,7 @@ def _for(rival: str, first: str) -> str:
 def _rivals(chosen: Fit, equals: Sequence[Fit]) -> dict[str, Fit]:
     """Return the best of the fits in which one effect stands in the place of another, by both names."""
     found: dict[str, Fit] = {}
-    for item in sorted(equals, key=lambda fitted: fitted.cross_validated_rms):
-        (gone,), (come,) = set(chosen.causes) - set(item.causes), set(item.causes) - set(chosen.causes)
+    for gone, come, item in rivals_of(chosen, sorted(equals, key=lambda other: other.cross_validated_rms)):
         found.setdefault(_for(come, gone), item)
     return found
 
@@ -175,14 +178,14 @@ def _played(problem: Problem, chosen: Fit, programme: Programme) -> Trial | None
     robot = replace(problem.robot, actuation=problem.trials[0].inputs.actuation)
     try:
         inputs = read_inputs(robot, programme.table)
-        trial = Trial(FILE, "train", inputs, Table(inputs.time_s, {}, FILE))
+        trial = Trial(NEXT_EXPERIMENT_FILE, "train", inputs, Table(inputs.time_s, {}, NEXT_EXPERIMENT_FILE))
         outputs = outputs_of(problem, trial, chosen)
     except InputError:
         return None
     if not np.isfinite(outputs).all():
         return None
     columns = {name: outputs[:, index] for index, name in enumerate(problem.columns)}
-    return replace(trial, outputs=Table(inputs.time_s, columns, FILE))
+    return replace(trial, outputs=Table(inputs.time_s, columns, NEXT_EXPERIMENT_FILE))
 
 
 def _refitted(

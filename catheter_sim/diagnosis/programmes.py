@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from catheter_sim.diagnosis.result import NEXT_EXPERIMENT_FILE
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects._scales import tip_force_N
 from catheter_sim.robots.catheter import CatheterRobot
@@ -19,7 +20,6 @@ from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.tables import Table
 
-FILE = "next_experiment.csv"
 _ROW_S = 2.0  # time from row to row: slow enough to be quasi-static
 _STEPS = 8  # rows of a ramp
 _STANDING = 0.3  # of its reach, of a channel that stands while others move
@@ -191,4 +191,4 @@ def _table(
     time_s = np.round(np.cumsum(steps) - steps[0], 6)
     rounded = np.floor(values * 1e4) / 1e4
     columns = {name: rounded[:, index] for index, name in enumerate(_columns(robot, trials))}
-    return Table(time_s, columns | dict(extra or {}), FILE)
+    return Table(time_s, columns | dict(extra or {}), NEXT_EXPERIMENT_FILE)

@@ -91,7 +91,7 @@ def pays(before: Fit, after: Fit, chance: float = PAYS_CHANCE) -> bool:
 def alike(chosen: Fit, equals: Sequence[Fit]) -> tuple[tuple[str, ...], ...]:
     """Return each chosen effect with those that stand in its place in `equals`."""
     groups: dict[str, list[str]] = {}
-    for name, rival, _ in _rivals(chosen, equals):
+    for name, rival, _ in rivals_of(chosen, equals):
         group = groups.setdefault(name, [name])
         if rival not in group:
             group.append(rival)
@@ -140,7 +140,7 @@ def select(
             path.append(current)
         if len(current.terms) > 1:
             _fit_in_each_place(search, current, (*simple, *detailed))
-        rivals = [item for _, _, item in _rivals(current, search.tried)]
+        rivals = [item for _, _, item in rivals_of(current, search.tried)]
         better = _in_order(rivals)[:1]
         if not left or not better or not pays(current, better[0]):
             break
@@ -294,7 +294,7 @@ def _fit_in_each_place(search: _Search, chosen: Fit, variants: Sequence[Term]) -
     search.fitted([(hypotheses[index][1], probes[index][1]) for index in picked])
 
 
-def _rivals(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:
+def rivals_of(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:
     """Return those of `fits` with another effect in a chosen one's place: its name, the other's, the fit."""
     named = set(chosen.causes)
     found = []

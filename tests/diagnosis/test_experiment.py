@@ -116,3 +116,19 @@ def test_without_rivals_loops_are_proposed():
     found = next_experiment(problem, first, [], (), np.full(1, 0.1), np.zeros(3))
     assert "each channel alone" in found.words
     assert found.apart == {}
+
+
+def test_where_the_twin_follows_no_programme_words_are_left():
+    """No inputs are proposed then, and nothing breaks."""
+    problem, (first, second) = rivals(1.0)
+    rows = len(problem.trials[0].inputs)
+
+    def twin(robots, inputs, every):
+        known = problem.twin(robots, inputs, every)
+        return known if len(inputs) == rows else np.full_like(known, np.nan)
+
+    lost = replace(problem, twin=twin)
+    groups = (("backlash", "tendon_friction"),)
+    found = next_experiment(lost, first, [second], groups, np.full(1, 0.1), np.zeros(3))
+    assert found.inputs is None
+    assert "pretension" in found.words
