@@ -122,15 +122,20 @@ def _cost(problem: Problem, frees: Sequence[Free], x: Array, prior: Prior) -> fl
 
 
 def _descended(
-    problem: Problem, frees: Sequence[Free], x: Array, box: tuple[Array, Array], prior: Prior
+    problem: Problem,
+    frees: Sequence[Free],
+    x: Array,
+    box: tuple[Array, Array],
+    prior: Prior,
+    keep: np.ndarray | slice = slice(None),
 ) -> Array:
     """Return a smaller sum of squares than at `x` by Levenberg-Marquardt, five dampings at a time.
 
-    Numbers at a bound that the gradient pushes outward are held.
+    Numbers at a bound that the gradient pushes outward are held. Of the residuals, only `keep` count.
     """
     low, high = box
     damping = 1e-3
-    error, jacobian = linearised(problem, frees, x, high)
+    error, jacobian = (item[keep] for item in linearised(problem, frees, x, high))
     cost = float(error @ error) + prior.cost(x)
     for _ in range(_MAX_STEPS):
         candidates = np.array(
@@ -139,7 +144,7 @@ def _descended(
                 for factor in damping * np.array([0.1, 1.0, 10.0, 100.0, 1e4])
             ]
         )
-        costs = (residuals(problem, frees, candidates) ** 2).sum(axis=1)
+        costs = (residuals(problem, frees, candidates)[:, keep] ** 2).sum(axis=1)
         costs += np.array([prior.cost(point) for point in candidates])
         best = int(np.argmin(costs))
         if not costs[best] < cost:
@@ -149,7 +154,7 @@ def _descended(
         damping = float(np.clip(damping * 10.0 ** (best - 1), 1e-6, 1e6))
         if gained < _CONVERGED * cost:
             break
-        error, jacobian = linearised(problem, frees, x, high)
+        error, jacobian = (item[keep] for item in linearised(problem, frees, x, high))
     return x
 
 
@@ -304,8 +309,8 @@ def _left_out(
     """Return the residual of each fold under the parameters fitted without it, shape (n,).
 
     Those parameters are one Gauss-Newton step from the fit to everything, or a part of it where the model
-    bends so much that the whole step would raise the error on the rows kept; the residual itself is computed
-    with the full model.
+    bends so much that the whole step would raise the error on the rows kept; where any part would, the rows
+    kept are fitted by as many steps as they need. The residual itself is computed with the full model.
     """
     fold = fold_of(block)
     chosen = np.unique(fold)
@@ -326,6 +331,9 @@ def _left_out(
         waiting = waiting[~better]
         if not len(waiting):
             break
+    for i in waiting:
+        without = _descended(problem, frees, x, box, prior, keeps[i])
+        errors[i] = residuals(problem, frees, without[None])[0]
     left_out = error.copy()
     for position, index in enumerate(chosen):
         left_out[fold == index] = errors[position][fold == index]

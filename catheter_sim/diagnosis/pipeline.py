@@ -153,7 +153,7 @@ def diagnose_dataset(
             as_chosen = {f"{name}_as_chosen_in_training": value for name, value in chosen.items()}
         fits = trial_fits(problem, (*train, *heldout), before, after)
         structure = {stage: structure_tests(dataset, fits, unit, stage) for stage in STAGES}
-        left = left_over(by_unit[unit], structure["after"])
+        left = left_over(by_unit[unit], structure["after"], len(after.terms))
         verdict = "unexplained" if suspected else verdict_of(problem, before, after, by_unit, left)
         notes = [*(f"{SUSPECTED}: {line}" for line in suspected), *frozen]
         if set(after.causes) - set(trained.causes) and verdict == "cause_found":

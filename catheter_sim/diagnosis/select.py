@@ -10,7 +10,8 @@ fewer numbers is taken before a better one that it equals to within chance and `
 whole robot comes first: only when no more of that pays are such values tried; where that ends with
 structure left, both are tried together from the start, and taken if that leaves none.
 Last, backward: a cause whose loss costs nothing is dropped, and the set gives way to any of fewer numbers
-that was tried and explains as much. Nothing of the held-out data is seen.
+that was tried and explains as much, unless causes tried beside it pay there. Nothing of the held-out data is
+seen.
 """
 
 from __future__ import annotations
@@ -135,7 +136,8 @@ def select(
             if pays(path[-1], other[-1]) and _settled(problem, other[-1]):
                 path = other
         current = _backward(search, path[-1])
-        current = _simplest(current, search.tried)
+        tried = search.tried
+        current = _simplest(current, [item for item in tried if _as_final(current, item, tried)])
         if current is not path[-1]:
             path.append(current)
         if len(current.terms) > 1:
@@ -343,13 +345,22 @@ def _backward(search: _Search, current: Fit) -> Fit:
     while len(current.terms) > 1:
         known = current.values
         without = [tuple(term for term in current.terms if term is not one) for one in current.terms]
-        idle = [
-            item for item in search.fitted([(terms, known) for terms in without]) if not pays(item, current)
-        ]
+        fits = search.fitted([(terms, known) for terms in without])
+        idle = [item for item in fits if not pays(item, current) and _as_final(current, item, search.tried)]
         if not idle:
             break
         current = min(idle, key=lambda item: item.cross_validated_rms)
     return current
+
+
+def _as_final(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
+    """Return whether the search may end at `reduced` as well as at `current`.
+
+    Not where causes were tried beside it that together pay over it, and not over `current`: each one's loss
+    may cost little, and that of several much.
+    """
+    beyond = (item for item in tried if set(item.causes) > set(reduced.causes))
+    return not any(pays(reduced, item) and not pays(current, item) for item in beyond)
 
 
 def _in_order(fits: Sequence[Fit]) -> list[Fit]:

@@ -13,7 +13,7 @@ from catheter_sim.diagnosis.structure import TESTS
 
 NEAR_NOISE = 1.5  # times the noise floor: an error so small is no discrepancy
 ROUGH_NOISE = 3.0  # the same where the error shows no structure from row to row
-LEFT_OVER = 2.0  # times the noise floor: an error after correction that must have no structure
+LEFT_OVER = 2.0  # times the noise floor: an error after correction by one cause that must have no structure
 LEFT_SHARE = (
     0.07  # of the error before: less than that left over, and the causes are right but for their form
 )
@@ -56,13 +56,15 @@ def gains_surely(result: UnitResult) -> bool:
     return result.gain_percent > 0.0 and result.chance <= SURE and comes_back
 
 
-def left_over(result: UnitResult, tests: Sequence[StructureTest]) -> StructureTest | None:
-    """Return on what the error after correction hangs; None where it does not, or is small.
+def left_over(result: UnitResult, tests: Sequence[StructureTest], causes: int) -> StructureTest | None:
+    """Return on what the error after correction by so many causes hangs; None where on nothing, or small.
 
     Causes that are imitated by others leave what the imitation cannot do: a dependence on the input or the
-    position, say. Small is an error near the noise, or beside the error before.
+    position, say. Small is an error near the noise, or beside the error before. Several causes together
+    imitate more than one does, and must bring it nearer to the noise (`NEAR_NOISE`).
     """
-    if result.rmse_after <= max(LEFT_OVER * result.noise_floor, LEFT_SHARE * result.rmse_before):
+    near = LEFT_OVER if causes == 1 else NEAR_NOISE
+    if result.rmse_after <= max(near * result.noise_floor, LEFT_SHARE * result.rmse_before):
         return None
     hanging = [test for test in tests if test.significant and test.share_percent >= HANGS_PERCENT]
     return max(hanging, key=lambda test: test.share_percent, default=None)

@@ -15,7 +15,7 @@ HANGING = StructureTest("input", "tension_right_N", 45.0, 0.001)
 
 def test_structure_left_well_above_the_noise_speaks_against_the_causes():
     """Six times the noise, 12 % of the error before, nearly half of it hanging on the input."""
-    assert left_over(RESULT, [HANGING]) is HANGING
+    assert left_over(RESULT, [HANGING], 1) is HANGING
 
 
 @pytest.mark.parametrize(
@@ -30,13 +30,21 @@ def test_structure_left_well_above_the_noise_speaks_against_the_causes():
 )
 def test_what_is_left_may_be_left(result, test):
     """Noise, a small rest of a large error, and a rest without much structure are no objection."""
-    assert left_over(result, [test]) is None
+    assert left_over(result, [test], 1) is None
 
 
 def test_strongest_dependence_is_told():
     """Of several, the one that most of the rest hangs on."""
     weaker = StructureTest("position", "each output's own", 30.0, 0.001)
-    assert left_over(RESULT, [weaker, HANGING]) is HANGING
+    assert left_over(RESULT, [weaker, HANGING], 1) is HANGING
+
+
+def test_several_causes_must_come_nearer_to_the_noise_than_one():
+    """Together they imitate more: 1.8 times the noise, hanging on the input, is one's own but not theirs."""
+    result = replace(RESULT, rmse_before=1.0, rmse_after=0.18)
+    assert left_over(result, [HANGING], 1) is None
+    assert left_over(result, [HANGING], 2) is HANGING
+    assert left_over(replace(result, rmse_after=0.14), [HANGING], 2) is None
 
 
 def test_cause_without_which_the_error_is_as_small_is_not_named():

@@ -49,6 +49,7 @@ from catheter_sim.statics.rolling.printed_rods import hole_on_link, rod_tensions
 from catheter_sim.statics.rolling.varied import Varied, constant, single
 
 MODEL = "printed"
+_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
 _STEPS = 8  # from rest to each row; the even joints turn back on the way
 
 
@@ -240,8 +241,8 @@ def _in_link(links: Frames, k: int, axes: np.ndarray, force: Array) -> tuple[Var
         direction = links.R_w[:, k, :, column]
         acting = np.broadcast_to(force, direction.shape)
         slope = np.zeros((len(direction), n))
-        moved = np.cross(links.axis[:, : k + 1], direction[:, None, :])
-        slope[:, : k + 1] = np.einsum("bji,bi->bj", moved, acting)
+        # (axis x direction) . force, with the cross product taken once for all joints below
+        slope[:, : k + 1] = (links.axis[:, : k + 1] @ _cross(direction, acting)[..., None])[..., 0]
         result.append(Varied(np.einsum("bi,bi->b", direction, acting), slope))
     return result[0], result[1]
 
@@ -251,5 +252,10 @@ def _about_axis(links: Frames, k: int, moment: Array) -> Varied:
     n = links.axis.shape[-2]
     axis = links.axis[:, k]
     slope = np.zeros((len(axis), n))
-    slope[:, :k] = np.einsum("bji,bi->bj", np.cross(links.axis[:, :k], axis[:, None, :]), moment)
+    slope[:, :k] = (links.axis[:, :k] @ _cross(axis, moment)[..., None])[..., 0]
     return Varied(np.einsum("bi,bi->b", axis, moment), slope)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return a x b of shapes (b, 3); `np.cross` takes ten times as long for a few rows."""
+    return a[:, _NEXT] * b[:, _AFTER] - a[:, _AFTER] * b[:, _NEXT]
