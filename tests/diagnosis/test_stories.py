@@ -70,7 +70,7 @@ PRINTED_RIVALS = ("tendon_friction", "precurvature", "backlash", "stiffness")
 
 
 def test_printed_balance_is_not_mended_by_a_friction(monkeypatch):
-    """Data by the complete balance, diagnosed with the printed one: friction lowers the error, and is not named.
+    """Data by the complete balance, diagnosed with the printed one: no friction is named.
 
     Seven joints of the chest tube's section, pulled, let go half way, pulled again. The printed balance has
     no memory and lets the even joints buckle: what the effects leave hangs on the input and on history.
