@@ -128,13 +128,14 @@ def _descended(
     box: tuple[Array, Array],
     prior: Prior,
     keep: np.ndarray | slice = slice(None),
+    damping: float = 1e-3,
 ) -> Array:
     """Return a smaller sum of squares than at `x` by Levenberg-Marquardt, five dampings at a time.
 
     Numbers at a bound that the gradient pushes outward are held. Of the residuals, only `keep` count.
+    `damping` is what the first step is tried with.
     """
     low, high = box
-    damping = 1e-3
     error, jacobian = (item[keep] for item in linearised(problem, frees, x, high))
     cost = float(error @ error) + prior.cost(x)
     for _ in range(_MAX_STEPS):
@@ -332,7 +333,7 @@ def _left_out(
         if not len(waiting):
             break
     for i in waiting:
-        without = _descended(problem, frees, x, box, prior, keeps[i])
+        without = _descended(problem, frees, x, box, prior, keeps[i], damping=1.0)
         errors[i] = residuals(problem, frees, without[None])[0]
     left_out = error.copy()
     for position, index in enumerate(chosen):

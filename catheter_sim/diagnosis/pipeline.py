@@ -141,8 +141,9 @@ def diagnose_dataset(
         unit = max(by_unit, key=lambda name: by_unit[name].rmse_after / max(by_unit[name].noise_floor, 1e-12))
         bar.set_description("weighing the causes")
         causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
-        weak = unsupported(causes)
-        if weak:
+        weak: tuple[str, ...] = ()
+        while more := unsupported(causes):  # without one, another may no longer pay
+            weak += more
             terms = tuple(term for term in after.terms if term.effect not in weak)
             after = fit(problem, terms, after.values, cross_validate=False, thorough=wanted)
             by_unit = held_out(problem, test, before, after, noise)

@@ -137,7 +137,7 @@ def select(
                 path = other
         current = _backward(search, path[-1])
         tried = search.tried
-        current = _simplest(current, [item for item in tried if _as_final(current, item, tried)])
+        current = _simplest(current, [item for item in tried if may_end_at(current, item, tried)])
         if current is not path[-1]:
             path.append(current)
         if len(current.terms) > 1:
@@ -346,14 +346,14 @@ def _backward(search: _Search, current: Fit) -> Fit:
         known = current.values
         without = [tuple(term for term in current.terms if term is not one) for one in current.terms]
         fits = search.fitted([(terms, known) for terms in without])
-        idle = [item for item in fits if not pays(item, current) and _as_final(current, item, search.tried)]
+        idle = [item for item in fits if not pays(item, current) and may_end_at(current, item, search.tried)]
         if not idle:
             break
         current = min(idle, key=lambda item: item.cross_validated_rms)
     return current
 
 
-def _as_final(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
+def may_end_at(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
     """Return whether the search may end at `reduced` as well as at `current`.
 
     Not where causes were tried beside it that together pay over it, and not over `current`: each one's loss

@@ -16,6 +16,7 @@ from catheter_sim.diagnosis.select import as_good, pays
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.diagnosis.twin import twin_for
 from catheter_sim.effects.apply import with_effects
+from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.tables import Table
 
@@ -114,6 +115,32 @@ def test_left_out_stretches_are_predicted_as_by_fits_without_them():
         error = residuals(problem, exact.frees, exact.x[None])[0]
         gap = error[fold == index] - found.left_out[fold == index]
         assert np.sqrt(np.mean(gap**2)) < 0.02 * np.sqrt(np.mean(error[fold == index] ** 2))
+
+
+def test_stretch_that_alone_holds_a_fit_is_predicted_by_a_fit_without_it():
+    """Where the model saturates, one step from the fit to everything leads nowhere: the others are fitted.
+
+    The first stretch says 0.998 of a curve that levels off at 1, all others 0.9: without it they find
+    0.9, and miss it by a thousand of its weights.
+    """
+    robot, term = small_robot(), Term("twist", ("rate_deg_per_m",))
+    ((parameter,),) = [EFFECTS["twist"].parameters(robot)]
+    inputs = displacement_history(1, cycles=8)
+    rows = np.arange(len(inputs))
+
+    def levels_off(robots, inputs, every):
+        rates = np.array([item.effects["twist"]["rate_deg_per_m"] for item in robots]) / parameter.scale
+        values = np.tanh(3.0 * rates)[:, np.newaxis, np.newaxis]
+        return np.broadcast_to(values, (len(robots), len(inputs), 2))[:, ::every]
+
+    first = rows < len(rows) // 8
+    seen = {"tip_x_mm": np.where(first, 0.998, np.nan), "tip_y_mm": np.where(first, np.nan, 0.9)}
+    trial = Trial("made.csv", "train", inputs, Table(inputs.time_s, seen, "made"))
+    problem = Problem(robot, (), (trial,), tuple(seen), np.array([1e-4, 0.01]), levels_off)
+    found = fit(problem, (term,))
+    alone = fold_of(found.block) == 0
+    assert np.abs(found.residual[alone]).max() < 5.0
+    assert found.left_out[alone] == pytest.approx(-980.0, rel=0.02)
 
 
 def test_intervals_cover_where_rows_of_a_block_hang_together():

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from planted import as_inputs, small_robot
 
 from catheter_sim.diagnosis import select as select_module
 from catheter_sim.diagnosis.evidence import chance_of_gain
 from catheter_sim.diagnosis.fit import Fit
-from catheter_sim.diagnosis.hypothesis import Problem
-from catheter_sim.diagnosis.select import as_good, pays, select
+from catheter_sim.diagnosis.hypothesis import Problem, Term
+from catheter_sim.diagnosis.select import as_good, may_end_at, pays, select
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.tables import Table
@@ -51,6 +53,20 @@ def test_gain_too_small_to_matter_does_not_pay():
     assert chance(after) < 0.01
     assert not pays(BEFORE, after)
     assert as_good(after, BEFORE)
+
+
+def test_search_does_not_end_where_causes_tried_beside_it_pay():
+    """Two causes, each worth 2 % of the error: one may go if the other was never there, not if both pay."""
+    frame, gain, lag = (Term(name, ()) for name in ("measurement_frame", "actuation_gain", "rate"))
+    both, one, none = (
+        replace(fit_with(np.full(80, size)), terms=terms)
+        for size, terms in ((0.96, (frame, gain, lag)), (0.98, (frame, gain)), (1.0, (frame,)))
+    )
+    assert not pays(none, one)
+    assert not pays(one, both)
+    assert may_end_at(one, none, [none, one])
+    assert not may_end_at(one, none, [none, one, both])
+    assert may_end_at(one, replace(none, terms=(Term("payload", ()),)), [one, both])
 
 
 STRETCHES, ROWS = 16, 12
