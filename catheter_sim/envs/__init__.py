@@ -1,4 +1,4 @@
-"""Gymnasium environments: register them here, one line each.
+"""Gymnasium environments: register them here, a line for each robot and for each task.
 
 Importing this package registers them, and so does importing Gymnasium where this package is installed
 (`_startup.py`): `gymnasium.make("catheter_sim/NeuroendoscopeReach-v0")` works in a fresh interpreter.
@@ -22,36 +22,27 @@ SECTION_TOLERANCE_M = 2e-3
 # Assumed: what a valve's leaflets ask for is finer than a tumour; chance reaches none of 100 targets anyway.
 MITRAL_TOLERANCE_M = 2e-3
 
-_REACH = "catheter_sim.envs.reach:ReachEnv"
-# id -> (entry point, arguments)
-_ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
-    "catheter_sim/NeuroendoscopeReach-v0": (_REACH, {"robot": "neuroendoscope"}),
-    "catheter_sim/NeuroendoscopeSectionReach-v0": (
-        _REACH,
-        {"robot": "neuroendoscope_section", "tolerance_m": SECTION_TOLERANCE_M},
-    ),
-    "catheter_sim/ChestTubeReach-v0": (_REACH, {"robot": "chest_tube"}),
-    "catheter_sim/ChestTubeSectionReach-v0": (
-        _REACH,
-        {
-            "robot": "chest_tube_section",
-            "largest_bend_rad": CHEST_TUBE_SECTION_BEND_RAD,
-            "tolerance_m": SECTION_TOLERANCE_M,
-        },
-    ),
-    "catheter_sim/MitralTransseptalReach-v0": (
-        _REACH,
-        {"robot": "mitral_transseptal", "tolerance_m": MITRAL_TOLERANCE_M},
-    ),
-    "catheter_sim/Mitral4dofReach-v0": (
-        _REACH,
-        {"robot": "mitral_4dof", "tolerance_m": MITRAL_TOLERANCE_M},
-    ),
+# task -> entry point
+_TASKS = {"Reach": "catheter_sim.envs.reach:ReachEnv", "Track": "catheter_sim.envs.track:TrackEnv"}
+# name of the robot in ids -> arguments of its tasks
+_ROBOTS: dict[str, dict[str, Any]] = {
+    "Neuroendoscope": {"robot": "neuroendoscope"},
+    "NeuroendoscopeSection": {"robot": "neuroendoscope_section", "tolerance_m": SECTION_TOLERANCE_M},
+    "ChestTube": {"robot": "chest_tube"},
+    "ChestTubeSection": {
+        "robot": "chest_tube_section",
+        "largest_bend_rad": CHEST_TUBE_SECTION_BEND_RAD,
+        "tolerance_m": SECTION_TOLERANCE_M,
+    },
+    "MitralTransseptal": {"robot": "mitral_transseptal", "tolerance_m": MITRAL_TOLERANCE_M},
+    "Mitral4dof": {"robot": "mitral_4dof", "tolerance_m": MITRAL_TOLERANCE_M},
 }
 
 
 def register_environments() -> None:
     """Register the environments with Gymnasium; those that are registered already stay as they are."""
-    for name, (entry_point, arguments) in _ENVIRONMENTS.items():
-        if name not in gymnasium.registry:
-            gymnasium.register(name, entry_point, max_episode_steps=EPISODE_STEPS, kwargs=dict(arguments))
+    for robot, arguments in _ROBOTS.items():
+        for task, entry_point in _TASKS.items():
+            name = f"catheter_sim/{robot}{task}-v0"
+            if name not in gymnasium.registry:
+                gymnasium.register(name, entry_point, max_episode_steps=EPISODE_STEPS, kwargs=dict(arguments))

@@ -7,6 +7,7 @@ tendon's path by r b: bends are linear in the drives' levels.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +53,10 @@ class ArcModel:
         """Return how the tip of arcs bent by `bends` moves with the levels, the same at every level."""
         return np.einsum("isa,sad->id", tip_jacobian(bends, self.segment_length), self.drives.bend)
 
+    def direction_slopes(self, level: Array, bends: Array) -> Array:
+        """Return how the tip's direction moves with the levels, the same at every level."""
+        return np.einsum("isa,sad->id", direction_jacobian(bends, self.segment_length), self.drives.bend)
+
 
 def arc_model(robot: ContinuumRobot, actuation: str, largest_bend_rad: float) -> ArcModel:
     """Return the quick model of `robot`; arguments and errors as in `quick_model.quick_model`."""
@@ -76,10 +81,24 @@ def arc_tips(bend: Array, length: Array) -> Array:
     return segment_frames(bend, length)[0][..., -1, :]
 
 
+def arc_directions(bend: Array, length: Array) -> Array:
+    """Return the unit vectors along the tips' axes, shape (..., 3); arguments as of `arc_tips`."""
+    return segment_frames(bend, length)[1][..., -1, :, 2]
+
+
 def tip_jacobian(bend: Array, length: Array) -> Array:
     """Return how the tip moves with the segments' bends, shape (3, s, 2) [m/rad]."""
+    return _differences(arc_tips, bend, length)
+
+
+def direction_jacobian(bend: Array, length: Array) -> Array:
+    """Return how the tip's direction moves with the segments' bends, shape (3, s, 2) [1/rad]."""
+    return _differences(arc_directions, bend, length)
+
+
+def _differences(function: Callable[[Array, Array], Array], bend: Array, length: Array) -> Array:
     steps = _DIFFERENCE_RAD * np.eye(bend.size).reshape(-1, *bend.shape)
-    slopes = (arc_tips(bend + steps, length) - arc_tips(bend - steps, length)) / (2.0 * _DIFFERENCE_RAD)
+    slopes = (function(bend + steps, length) - function(bend - steps, length)) / (2.0 * _DIFFERENCE_RAD)
     return slopes.T.reshape(3, *bend.shape)
 
 

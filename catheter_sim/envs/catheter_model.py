@@ -73,12 +73,23 @@ class CatheterModel:
 
     def tip_slopes(self, level: Array, bends: Array) -> Array:
         """Return how the tip moves with the levels where the joints stand at `bends`."""
+        return self._tool_slopes(bends)[:3]
+
+    def direction_slopes(self, level: Array, bends: Array) -> Array:
+        """Return how the tip's direction moves with the levels where the joints stand at `bends`."""
+        return np.cross(
+            self._tool_slopes(bends)[3:], tool_frame(self.robot, bends)[:3, 2, np.newaxis], axis=0
+        )
+
+    def _tool_slopes(self, bends: Array) -> Array:
+        """Return the tip's velocity and the tool's angular velocity for each level, shape (6, d)."""
         full = np.diag(self.drives.tendon)
         rates = [
             size / _arm_at(segment, float(bends[value]))
             for size, segment, value in zip(full, self.moved, self.value, strict=True)
         ]
-        return tool_jacobian(self.robot, bends)[:3, self.value] * np.array(rates)
+        slopes: Array = tool_jacobian(self.robot, bends)[:, self.value] * np.array(rates)
+        return slopes
 
 
 def catheter_model(robot: CatheterRobot, largest_bend_rad: float | None) -> CatheterModel:

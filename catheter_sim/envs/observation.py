@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import gymnasium
@@ -20,6 +20,8 @@ _PLACE_BOUND = 2.0  # robot lengths
 _SPEED_BOUND = 10.0  # robot lengths a second
 _TENSION_BOUND = 10.0  # ranges of the tension drives
 _BEND_BOUND = 4.0  # half turns, or strokes of an advance
+# What a task may ask for: where to be [robot lengths], which way to look, how fast to go [lengths a second].
+GOAL_BOUNDS = {"target": _PLACE_BOUND, "target_direction": 1.0, "target_velocity": _SPEED_BOUND}
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Look:
 
     Attributes:
         tip, seen_tip: of the tip, true and as measured, shape (3,) [m].
-        seen_direction: unit vector along the tip's axis as measured, shape (3,).
+        direction, seen_direction: unit vector along the tip's axis, true and as measured, shape (3,).
         velocity, seen_velocity: mean over the step of the two tips, shape (3,) [m/s].
         level: of the drives, shape (d,).
         tension: at the actuators, shape (t,) [N].
@@ -38,6 +40,7 @@ class Look:
 
     tip: Array
     seen_tip: Array
+    direction: Array
     seen_direction: Array
     velocity: Array
     seen_velocity: Array
@@ -55,6 +58,7 @@ def look(plant: Plant, before: Look | None = None, step_s: float = 1.0) -> Look:
     return Look(
         tip=tip,
         seen_tip=seen_tip,
+        direction=posture.R_w[-1][:, 2],
         seen_direction=seen_axes[:, 2],
         velocity=(tip - before.tip) / step_s if before else np.zeros(3),
         seen_velocity=(seen_tip - before.seen_tip) / step_s if before else np.zeros(3),
@@ -65,11 +69,18 @@ def look(plant: Plant, before: Look | None = None, step_s: float = 1.0) -> Look:
     )
 
 
-def observe(plant: Plant, seen: Look, target: Array, space: gymnasium.spaces.Box) -> Observation:
-    """Return the observation of `seen` and a target [m], in the units and bounds of `space`."""
+def observe(plant: Plant, seen: Look, goal: Mapping[str, Array], space: gymnasium.spaces.Box) -> Observation:
+    """Return the observation of `seen`, in the units and bounds of `space`.
+
+    Args:
+        plant: the robot.
+        seen: how it stands.
+        goal: what the task asks for, by the names of `GOAL_BOUNDS`, each of shape (3,), in their units.
+        space: of the observations.
+    """
     length = float(plant.segment_length.sum())
     parts: Mapping[str, Array] = {
-        "target": target / length,
+        **goal,
         "tip": seen.seen_tip / length,
         "tip_direction": seen.seen_direction,
         "tip_velocity": seen.seen_velocity / length,
@@ -77,15 +88,20 @@ def observe(plant: Plant, seen: Look, target: Array, space: gymnasium.spaces.Box
         "tension": seen.tension / plant.drives.tension,
         "bend": (seen.bends / plant.quick.bend_unit).ravel(),
     }
-    values = np.concatenate([parts[name] for name in _bounds(plant)])
+    values = np.concatenate([parts[name] for name in _bounds(plant, tuple(goal))])
     return np.clip(values.astype(np.float32), space.low, space.high)
 
 
-def observation_space(plant: Plant) -> tuple[gymnasium.spaces.Box, dict[str, slice]]:
-    """Return the space of the observations, and where in them each part lies."""
+def observation_space(plant: Plant, goal: Sequence[str]) -> tuple[gymnasium.spaces.Box, dict[str, slice]]:
+    """Return the space of the observations, and where in them each part lies.
+
+    Args:
+        plant: the robot.
+        goal: names of what the task asks for, of `GOAL_BOUNDS`.
+    """
     lows, highs, start = [], [], 0
     layout: dict[str, slice] = {}
-    for name, (low, high) in _bounds(plant).items():
+    for name, (low, high) in _bounds(plant, goal).items():
         lows.append(low)
         highs.append(np.full(len(low), high))
         layout[name] = slice(start, start + len(low))
@@ -94,10 +110,10 @@ def observation_space(plant: Plant) -> tuple[gymnasium.spaces.Box, dict[str, sli
     return gymnasium.spaces.Box(lowest, highest, dtype=np.float32), layout
 
 
-def _bounds(plant: Plant) -> dict[str, tuple[Array, float]]:
+def _bounds(plant: Plant, goal: Sequence[str]) -> dict[str, tuple[Array, float]]:
     """Return the parts of an observation in their order, with lower bounds and the upper bound."""
-    return {
-        "target": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
+    asked = {name: (np.full(3, -GOAL_BOUNDS[name]), GOAL_BOUNDS[name]) for name in goal}
+    return asked | {
         "tip": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
         "tip_direction": (np.full(3, -1.0), 1.0),
         "tip_velocity": (np.full(3, -_SPEED_BOUND), _SPEED_BOUND),

@@ -84,6 +84,12 @@ class QuickModel(Protocol):
             bends: as they are, friction and load included, shape (*b).
         """
 
+    def direction_slopes(self, level: Array, bends: Array) -> Array:
+        """Return how the unit vector along the tip's axis moves with the levels, shape (3, d).
+
+        Arguments are those of `tip_slopes`.
+        """
+
 
 def quick_model(robot: Robot, actuation: str, largest_bend_rad: float | None = None) -> QuickModel:
     """Return the quick model of `robot`.

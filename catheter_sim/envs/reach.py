@@ -2,38 +2,18 @@
 
 from __future__ import annotations
 
-import math
-import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-import gymnasium
-import numpy as np
-from numpy.typing import NDArray
+from catheter_sim.envs.observation import Observation
+from catheter_sim.envs.targets import random_target
+from catheter_sim.envs.tip import DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
+from catheter_sim.errors import unknown
 
-from catheter_sim.envs import EPISODE_STEPS
-from catheter_sim.envs.observation import Observation, look, observation_space, observe
-from catheter_sim.envs.picture import TargetPicture
-from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.targets import frictionless_reach, random_target, require_reachable
-from catheter_sim.errors import InputError, SimulationDiverged, unknown
-from catheter_sim.mjcf.scene import views
-from catheter_sim.render.framing import fitted_view
-from catheter_sim.render.images import Picture
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.posture import Array
-
-Action = NDArray[np.float32]
-
-CONTROL_STEP_S = 0.1  # assumed: two relaxation times of the robots' default dynamics
-RATE_PER_S = 0.5  # assumed: at full action a drive goes from rest to its range's end in 2 s
-TARGET_TOLERANCE_M = 5e-3  # Kato 2016: target value of 5 mm, from tumours of 2 cm
 REST_S = 1.0  # assumed: at rest is a tip that would take longer than this for one tolerance
-TARGET_CLEARANCE = 0.1  # assumed: least way from rest to a random target, over the robot's length
-DIVERGED_REWARD = -2.0 * EPISODE_STEPS  # the tip is never farther than two lengths: it saves nothing
 
 
-class ReachEnv(gymnasium.Env[Any, Any]):
+class ReachEnv(TipEnv):
     """Bring the tip of a tendon- or rod-driven robot to a target, and rest there.
 
     ## The robot
@@ -144,54 +124,6 @@ class ReachEnv(gymnasium.Env[Any, Any]):
     - `width`, `height`: of the picture [pixels]. The target is a green sphere of the tolerance's radius.
     """
 
-    metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium's way
-        "render_modes": ["rgb_array"],
-        "render_fps": round(1.0 / CONTROL_STEP_S),
-    }
-
-    def __init__(
-        self,
-        robot: str | os.PathLike[str],
-        settings: Sequence[str] = (),
-        action_type: str | None = None,
-        gravity_mps2: Sequence[float] = (0.0, 0.0, 0.0),
-        tolerance_m: float = TARGET_TOLERANCE_M,
-        largest_bend_rad: float | None = None,
-        render_mode: str | None = None,
-        width: int = 640,
-        height: int = 480,
-    ) -> None:
-        """Build the robot; the arguments are those of the class's text.
-
-        Raises:
-            InputError: an argument is impossible.
-        """
-        modes = self.metadata["render_modes"]
-        if render_mode is not None and render_mode not in modes:
-            raise unknown("render_mode", render_mode, [*modes, "None"])
-        for name, value in (("tolerance_m", tolerance_m), ("largest_bend_rad", largest_bend_rad)):
-            if value is not None and not 0.0 < value < math.inf:
-                raise InputError(f"{name} = {value:g}: must be above zero and finite")
-        gravity = np.array(gravity_mps2, dtype=float)
-        if gravity.shape != (3,) or not np.isfinite(gravity).all():
-            raise InputError(f"gravity_mps2 = {gravity_mps2!r}: three finite numbers are needed")
-        self.render_mode = render_mode
-        self.tolerance_m = float(tolerance_m)
-        self.plant = Plant(load_robot(robot, settings), action_type, tuple(gravity), largest_bend_rad)
-        self.drives = self.plant.drives
-        self.length_m = float(self.plant.segment_length.sum())
-        self.target_m = np.zeros(3)
-        self._size = width, height
-        self._picture: TargetPicture | None = None
-        self._checked_targets: set[tuple[float, ...]] = set()
-        self._diverged = False
-        self.action_space: gymnasium.spaces.Box = gymnasium.spaces.Box(
-            -1.0, 1.0, (len(self.drives.names),), np.float32
-        )
-        self.observation_space: gymnasium.spaces.Box
-        self.observation_space, self.layout = observation_space(self.plant)
-        self._now = look(self.plant)
-
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
@@ -214,74 +146,21 @@ class ReachEnv(gymnasium.Env[Any, Any]):
         else:
             clearance = TARGET_CLEARANCE * self.length_m
             self.target_m = random_target(self.plant, self.np_random, clearance).tip_m
-        self._diverged = False
-        self.plant.reset()
-        self._now = look(self.plant)
+        self._start()
         return self._observation(), self._info()
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Move the drives for one control step; see the class's text."""
-        change = np.clip(np.asarray(action, dtype=float), -1.0, 1.0) * (RATE_PER_S * CONTROL_STEP_S)
-        if change.shape != self.action_space.shape or np.isnan(change).any():
-            raise InputError(f"action = {action!r}: {len(self.drives.names)} numbers are needed")
-        level = np.clip(self.plant.level + change, self.drives.lowest, 1.0)
-        try:
-            self.plant.move(level, CONTROL_STEP_S)
-        except SimulationDiverged:
-            self._diverged = True
+        if not self._moved(action):
             return self._observation(), DIVERGED_REWARD, True, False, self._info()
-        self._now = look(self.plant, self._now, CONTROL_STEP_S)
         info = self._info()
         return self._observation(), -info["distance_m"] / self.length_m, info["is_success"], False, info
 
-    def render(self) -> Picture | None:  # type: ignore[override]
-        """Return a picture of the robot and the target, shape (height, width, 3), or None.
-
-        Raises:
-            InputError: no OpenGL context can be had.
-        """
-        if self.render_mode is None:
-            gymnasium.logger.warn("render() draws only where render_mode='rgb_array' was given to make()")
-            return None
-        simulator = self.plant.simulator
-        if self._picture is None:
-            camera = "side" if self.plant.quick.planar else "overview"
-            view = next(view for view in views(simulator.robot) if view.name == camera)
-            reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
-            self._picture = TargetPicture(simulator.model, fitted_view(view, reach, *self._size), *self._size)
-        return self._picture.draw(self._now.state, self.target_m, self.tolerance_m)
-
-    def close(self) -> None:
-        """Free the renderer; may be called again."""
-        if self._picture is not None:
-            self._picture.close()
-            self._picture = None
-
-    def _reachable(self, target_m: Any) -> Array:
-        """Return `target_m`; one that was found in reach before is not sought again."""
-        try:
-            known = tuple(float(value) for value in target_m)
-        except (TypeError, ValueError):
-            known = ()
-        if known in self._checked_targets:
-            return np.array(known)
-        target = require_reachable(self.plant, target_m, self.tolerance_m)
-        self._checked_targets.add(tuple(target))
-        return target
-
     def _observation(self) -> Observation:
-        return observe(self.plant, self._now, self.target_m, self.observation_space)
+        return self._observed({"target": self.target_m / self.length_m})
 
     def _info(self) -> dict[str, Any]:
-        distance = float(np.linalg.norm(self._now.tip - self.target_m))
-        speed = float(np.linalg.norm(self._now.velocity))
-        at_rest = speed < self.tolerance_m / REST_S
-        return {
-            "tip_m": self._now.tip.copy(),
-            "target_m": self.target_m.copy(),
-            "distance_m": distance,
-            "speed_m_per_s": speed,
-            "tendon": self.drives.tendon @ self._now.level,
-            "is_success": bool(distance <= self.tolerance_m and at_rest and not self._diverged),
-            "diverged": self._diverged,
-        }
+        info = self._common_info()
+        at_rest = info["speed_m_per_s"] < self.tolerance_m / REST_S
+        near = info["distance_m"] <= self.tolerance_m
+        return {**info, "is_success": bool(near and at_rest and not self._diverged)}

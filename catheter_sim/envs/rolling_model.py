@@ -19,7 +19,7 @@ from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import Friction
 from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
 from catheter_sim.statics.rolling.complete import Solved, solve_loaded
-from catheter_sim.statics.rolling.kinematics import frames
+from catheter_sim.statics.rolling.kinematics import Frames, frames
 
 _NO_BEND_RAD = 1e-6  # a rod whose largest tension bends every segment less bends nothing
 _DIFFERENCE = 1e-3  # of a level, to either side
@@ -67,6 +67,18 @@ class RollingModel:
         Angles change as the frictionless robot's do at `level`; the robot that they move stands bent
         by `bends`: what the frictionless one lacks of them is shared evenly by a segment's joints.
         """
+        moved, change = self._moved(level, bends)
+        tips = moved.face[:, :, -1]  # (2, d, 3)
+        return ((tips[1] - tips[0]) / change[:, np.newaxis]).T
+
+    def direction_slopes(self, level: Array, bends: Array) -> Array:
+        """Return how the tip's direction moves with the levels, by the same change of the angles."""
+        moved, change = self._moved(level, bends)
+        axes = moved.R_w[:, :, -1, :, 2]
+        return ((axes[1] - axes[0]) / change[:, np.newaxis]).T
+
+    def _moved(self, level: Array, bends: Array) -> tuple[Frames, Array]:
+        """Return the links a little below and above each level, (2, d, ...), and how far apart, (d,)."""
         drives = self.drives
         level = np.clip(level, drives.lowest, 1.0)
         below = np.maximum(level - _DIFFERENCE, drives.lowest)
@@ -77,8 +89,7 @@ class RollingModel:
         low, high, here = theta[: len(level)], theta[len(level) : -1], theta[-1]
         here = here + self._evenly(bends - _bends(self.member, here))
         change = 0.5 * (high - low)
-        tips = frames(self.chain, np.stack([here - change, here + change])).face[:, :, -1]  # (2, d, 3)
-        return ((tips[1] - tips[0]) / (above - below)[:, np.newaxis]).T
+        return frames(self.chain, np.stack([here - change, here + change])), above - below
 
     def _evenly(self, bends: Array) -> Array:
         """Return angles of the joints that add up to `bends`, equal within a segment and plane, (n,)."""

@@ -16,8 +16,8 @@ def change_toward(way_m: Array, slopes: Array, length_m: float, least: Array, mo
     """Return the change of the drives' levels that moves the tip by `way_m`, or as near as they can.
 
     Args:
-        way_m: wished motion of the tip, shape (3,) [m].
-        slopes: how the tip moves with the levels (`QuickModel.tip_slopes`), shape (3, d) [m].
+        way_m: wished motion of the tip, shape (3,), or more of what is wished, (m,) [m].
+        slopes: how the tip moves with the levels (`QuickModel.tip_slopes`), shape (m, d) [m].
         length_m: of the robot.
         least, most: bounds of the change, least <= 0 <= most, shape (d,).
     """

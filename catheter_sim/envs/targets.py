@@ -1,4 +1,4 @@
-"""Points that the tip of a robot reaches: drawn at random, or checked.
+"""Points and ways that the tip of a robot reaches: drawn at random, or checked.
 
 A point counts as reachable where the simulated robot comes to it from rest on a straight way of its
 drives, friction, effects and load included. So every target has inputs that are known to reach it,
@@ -20,6 +20,7 @@ from catheter_sim.robots.posture import Array
 
 RAMP_S = 1.0  # simulated time from rest to the drives' goal, before the robot settles
 PULLED_SHARE = 0.5  # of the tension drives in a random draw: single tendons and antagonists alike
+PATH_LEGS = 2  # random levels that a way goes through
 _MOST_DRAWS = 20
 _STARTS = 4  # places in the range of the drives from which a given point is sought
 _APART_RAD = 1.0  # between their bends; a tube's stroke counts as half a turn
@@ -65,22 +66,74 @@ def random_target(plant: Plant, rng: np.random.Generator, clearance_m: float) ->
     """
     plant.reset()
     rest = plant.posture().p_w[-1]
-    lowest = plant.drives.lowest
     for _ in range(_MOST_DRAWS):
-        level = rng.uniform(lowest, 1.0)
-        pulled = rng.random(len(lowest)) < PULLED_SHARE
-        if plant.drives.actuation == "tension":
-            level = np.where(pulled, level, 0.0)
+        level = random_level(plant, rng)
         try:
             tip = tip_at(plant, level)
         except SimulationDiverged:
             continue
         if np.linalg.norm(tip - rest) >= clearance_m:
             return Found(level, tip)
-    raise InputError(
-        f"{plant.specified.name}: in {_MOST_DRAWS} random draws of its inputs the tip never came to rest "
-        f"{clearance_m * 1e3:g} mm or more from where it stands"
-    )
+    raise _too_near(plant, clearance_m)
+
+
+@dataclass(frozen=True)
+class Path:
+    """A way that the tip of a simulated robot went, from rest.
+
+    Attributes:
+        level: of the drives at the end of each control step, rest first, shape (r + 1, d).
+        tip_m: where the tip was then, shape (r + 1, 3) [m].
+        direction: unit vectors along the tip's axis there, shape (r + 1, 3).
+    """
+
+    level: Array
+    tip_m: Array
+    direction: Array
+
+
+def random_path(
+    plant: Plant, rng: np.random.Generator, clearance_m: float, steps: int, step_s: float
+) -> Path:
+    """Return the way of the tip while the drives go from rest through random levels, one after another.
+
+    Between two levels they start and stop gently; the longer way takes more of the `steps`. The tip
+    comes at least `clearance_m` away from rest.
+
+    Raises:
+        InputError: no draw takes the tip so far.
+    """
+    for _ in range(_MOST_DRAWS):
+        ends = np.array([np.zeros(len(plant.level)), *(random_level(plant, rng) for _ in range(PATH_LEGS))])
+        passed = np.cumsum([0.0, *np.abs(np.diff(ends, axis=0)).max(axis=1)])
+        if not passed[-1] > 0.0:
+            continue
+        # Along each leg by a half wave of the cosine; legs share the steps by how far they go.
+        leg = np.linspace(0.0, passed[-1], steps + 1)
+        start = np.clip(np.searchsorted(passed, leg, side="right") - 1, 0, PATH_LEGS - 1)
+        share = (leg - passed[start]) / np.maximum(passed[start + 1] - passed[start], 1e-12)
+        gently = (0.5 - 0.5 * np.cos(math.pi * np.clip(share, 0.0, 1.0)))[:, np.newaxis]
+        levels = ends[start] + gently * (ends[start + 1] - ends[start])
+        plant.reset()
+        seen = [plant.posture()]
+        try:
+            for level in levels[1:]:
+                plant.move(level, step_s)
+                seen.append(plant.posture())
+        except SimulationDiverged:
+            continue
+        tip = np.array([item.p_w[-1] for item in seen])
+        if np.linalg.norm(tip - tip[0], axis=1).max() >= clearance_m:
+            direction = np.array([item.R_w[-1][:, 2] for item in seen])
+            return Path(levels, tip, direction)
+    raise _too_near(plant, clearance_m)
+
+
+def random_level(plant: Plant, rng: np.random.Generator) -> Array:
+    """Return random levels of the drives, shape (d,); of tension drives some stay slack."""
+    level = rng.uniform(plant.drives.lowest, 1.0)
+    pulled = rng.random(len(level)) < PULLED_SHARE
+    return np.where(pulled, level, 0.0) if plant.drives.actuation == "tension" else level
 
 
 def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
@@ -222,3 +275,10 @@ def _starts(plant: Plant, target_m: Array) -> list[Array]:
 
 def _millimetres(point_m: Array) -> str:
     return "(" + ", ".join(f"{value * 1e3:.1f}" for value in point_m) + ")"
+
+
+def _too_near(plant: Plant, clearance_m: float) -> InputError:
+    return InputError(
+        f"{plant.specified.name}: in {_MOST_DRAWS} random draws of its inputs the tip never came to "
+        f"{clearance_m * 1e3:g} mm or more from where it stands"
+    )

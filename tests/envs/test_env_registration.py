@@ -12,13 +12,17 @@ import pytest
 
 from catheter_sim.envs import EPISODE_STEPS, register_environments
 
-IDS = (
-    "catheter_sim/NeuroendoscopeReach-v0",
-    "catheter_sim/NeuroendoscopeSectionReach-v0",
-    "catheter_sim/ChestTubeReach-v0",
-    "catheter_sim/ChestTubeSectionReach-v0",
-    "catheter_sim/MitralTransseptalReach-v0",
-    "catheter_sim/Mitral4dofReach-v0",
+IDS = tuple(
+    f"catheter_sim/{robot}{task}-v0"
+    for robot in (
+        "Neuroendoscope",
+        "NeuroendoscopeSection",
+        "ChestTube",
+        "ChestTubeSection",
+        "MitralTransseptal",
+        "Mitral4dof",
+    )
+    for task in ("Reach", "Track")
 )
 
 

@@ -1,0 +1,143 @@
+"""The task of following a moving target with the tip of a robot, in place and direction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from catheter_sim.envs import EPISODE_STEPS
+from catheter_sim.envs.observation import Observation
+from catheter_sim.envs.targets import Path, random_path
+from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
+from catheter_sim.errors import unknown
+
+DIRECTION_TOLERANCE_RAD = math.radians(10.0)  # assumed
+DIRECTION_WEIGHT = 0.1  # assumed: robot lengths that a half turn of the tip costs
+
+
+class TrackEnv(TipEnv):
+    """Keep the tip of a tendon- or rod-driven robot at a moving target, and look where it looks.
+
+    ## The robot and the action
+
+    As in `reach.ReachEnv`: any robot of the package in its MuJoCo simulation, friction and effects
+    included, 0.1 s a step; an action says how far each drive's level moves, in shares of 0.05.
+
+    ## The target
+
+    It starts at the tip at rest and moves for 100 steps (10 s) on a way that this very robot has gone:
+    at reset the simulated robot is driven from rest to random levels and on to others, gently, a level
+    moving by 0.047 a step at most, and the tip's place and direction after each step are the target's. So
+    there are actions that follow it exactly, through friction and effects; it goes at least a tenth of
+    the robot's length away from the tip at rest.
+
+    ## Observation
+
+    A flat `Box` of float32; `layout` maps names to slices. First the target, then what
+    `reach.ReachEnv` shows of the robot (`tip` to `bend`); L is the length of the straight robot.
+
+    | part | size | what | unit |
+    |---|---|---|---|
+    | `target` | 3 | where the target is now, base frame | L |
+    | `target_direction` | 3 | unit vector that the tip's axis is wanted along | 1 |
+    | `target_velocity` | 3 | mean velocity of the target over the step to come; zero at the end | L/s |
+
+    ## Reward
+
+    Minus the distance of the tip from the target in robot lengths, and minus a tenth of the angle
+    between their directions in half turns, after each step. A simulation that diverges costs 200.
+
+    ## Episode
+
+    It starts at rest on the target and terminates after 100 steps, where the way ends, or where the
+    simulation diverges. Success is judged at the end: the root mean square distance over all steps is
+    at most `tolerance_m`, and the root mean square angle at most 10 degrees (assumed).
+
+    ## Reset
+
+    `reset(seed=...)` draws a way. There are no options.
+
+    `path` holds the whole way: the drives' levels that made it, places and directions.
+
+    `info` of `reset` and `step`: `tip_m`, `target_m` (true ones, base frame), `distance_m`,
+    `angle_rad`, `rms_distance_m` and `rms_angle_rad` (over the steps so far), `speed_m_per_s`, `tendon`
+    (commanded input of each tendon, N or m), `is_success` (at the end of the way only), `diverged`.
+
+    ## Arguments
+
+    Those of `reach.ReachEnv`. The registered environments have its tolerances: 5 mm, and 2 mm for
+    single sections and catheters.
+    """
+
+    goal = ("target", "target_direction", "target_velocity")
+    path: Path
+    _step: int
+    _squares: np.ndarray
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode; see the class's text.
+
+        Args:
+            seed: of the random ways from now on; None: go on with the present generator.
+            options: none are known.
+
+        Raises:
+            InputError: an option, or a robot whose random inputs move its tip nowhere.
+        """
+        super().reset(seed=seed)
+        for name in options or {}:
+            raise unknown("option of reset", name, ())
+        self.path = random_path(
+            self.plant, self.np_random, TARGET_CLEARANCE * self.length_m, EPISODE_STEPS, CONTROL_STEP_S
+        )
+        self._step, self._squares = 0, np.zeros(2)
+        self.target_m = self.path.tip_m[0]
+        self._start()
+        return self._observation(), self._info()
+
+    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Move the drives for one control step; see the class's text."""
+        finite = self._moved(action)
+        self._step = min(self._step + 1, EPISODE_STEPS)
+        self.target_m = self.path.tip_m[self._step]
+        if not finite:
+            return self._observation(), DIVERGED_REWARD, True, False, self._info()
+        self._squares = self._squares + np.square([self._distance_m(), self._angle_rad()])
+        info = self._info()
+        cost = info["distance_m"] / self.length_m + DIRECTION_WEIGHT * info["angle_rad"] / math.pi
+        return self._observation(), -cost, self._step == EPISODE_STEPS, False, info
+
+    def _distance_m(self) -> float:
+        return float(np.linalg.norm(self._now.tip - self.target_m))
+
+    def _angle_rad(self) -> float:
+        """Return the angle between the tip's axis and the wanted one, exact for small ones too."""
+        here, wanted = self._now.direction, self.path.direction[self._step]
+        return 2.0 * math.atan2(float(np.linalg.norm(here - wanted)), float(np.linalg.norm(here + wanted)))
+
+    def _observation(self) -> Observation:
+        following = self.path.tip_m[min(self._step + 1, EPISODE_STEPS)]
+        return self._observed(
+            {
+                "target": self.target_m / self.length_m,
+                "target_direction": self.path.direction[self._step],
+                "target_velocity": (following - self.target_m) / (CONTROL_STEP_S * self.length_m),
+            }
+        )
+
+    def _info(self) -> dict[str, Any]:
+        distance, angle = np.sqrt(self._squares / max(self._step, 1))
+        followed = distance <= self.tolerance_m and angle <= DIRECTION_TOLERANCE_RAD
+        ended = self._step == EPISODE_STEPS and not self._diverged
+        return {
+            **self._common_info(),
+            "angle_rad": self._angle_rad(),
+            "rms_distance_m": float(distance),
+            "rms_angle_rad": float(angle),
+            "is_success": bool(followed and ended),
+        }

@@ -1,0 +1,92 @@
+"""How often the simple controllers, and chance, succeed in the environments.
+
+    python scripts/baselines.py --episodes 100 --jobs 2 -o results/baselines.csv
+    python scripts/baselines.py --environments NeuroendoscopeTrack,Mitral4dofTrack -o results/track.csv
+
+Seeds are 0, 1, ...; of each episode the end counts. -o FILE gets one row for each environment: successes of
+the controller (`catheter_sim/envs/baseline.py`) and of uniformly random actions.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+import gymnasium
+import joblib
+import numpy as np
+from tqdm import tqdm
+
+import catheter_sim  # noqa: F401 - registers the environments
+from catheter_sim.cli.arguments import whole_number
+from catheter_sim.envs.baseline import following, resolved_rate
+from catheter_sim.envs.track import TrackEnv
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.tables import replaced_when_whole
+
+PREFIX, SUFFIX = "catheter_sim/", "-v0"
+POLICIES = ("controller", "chance")
+_TOGETHER = 10  # episodes of one process at a time
+
+
+def main() -> int:
+    """Run the episodes, print and write the table; return the exit status."""
+    known = [name[len(PREFIX) : -len(SUFFIX)] for name in gymnasium.registry if name.startswith(PREFIX)]
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--episodes", type=whole_number(1, 10000), default=20, help="default 20")
+    parser.add_argument("--jobs", type=whole_number(1, 256), default=1, help="processes; default 1")
+    parser.add_argument("--environments", help=f"comma-separated, of {', '.join(known)}; default all")
+    parser.add_argument("-o", "--output", metavar="FILE", required=True, help="CSV to write")
+    options = parser.parse_args()
+    try:
+        names = options.environments.split(",") if options.environments else known
+        for name in names:
+            if name not in known:
+                raise unknown("environment", name, known, "--environments")
+        seeds = np.array_split(np.arange(options.episodes), -(-options.episodes // _TOGETHER))
+        tasks = [
+            joblib.delayed(successes)(name, policy, part)
+            for name in names
+            for policy in POLICIES
+            for part in seeds
+        ]
+        done = joblib.Parallel(options.jobs)(tqdm(tasks, disable=None, leave=False))
+        found = np.array(done).reshape(len(names), len(POLICIES), -1).sum(axis=2)
+        lines = ["environment," + ",".join(POLICIES) + ",episodes"]
+        for name, (by_controller, by_chance) in zip(names, found, strict=True):
+            lines.append(f"{name},{by_controller},{by_chance},{options.episodes}")
+        with replaced_when_whole(options.output) as file:
+            file.write("\n".join(lines) + "\n")
+    except InputError as error:
+        print(f"baselines: error: {error}", file=sys.stderr)
+        return 2
+    print("\n".join(lines))
+    return 0
+
+
+def successes(name: str, policy: str, seeds: Sequence[int]) -> int:
+    """Return how many of the episodes of these seeds end with success."""
+    env = gymnasium.make(f"{PREFIX}{name}{SUFFIX}")
+    count = 0
+    for seed in seeds:
+        generator = np.random.default_rng(seed)
+        observation, info = env.reset(seed=int(seed))
+        ended = False
+        while not ended:
+            if policy == "chance":
+                action = generator.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
+            else:
+                task = env.unwrapped
+                action = (following if isinstance(task, TrackEnv) else resolved_rate)(task, observation)
+            observation, _, terminated, truncated, info = env.step(action)
+            ended = terminated or truncated
+        count += bool(info["is_success"])
+    env.close()
+    return count
+
+
+if __name__ == "__main__":
+    sys.exit(main())
