@@ -55,7 +55,14 @@ from catheter_sim.diagnosis.suspicions import suspicions, thawed
 from catheter_sim.diagnosis.told_apart import told_apart, told_apart_note
 from catheter_sim.diagnosis.trials import Dataset, Trial, split, unit_of
 from catheter_sim.diagnosis.twin import twin_for
-from catheter_sim.diagnosis.verdict import left_over, left_over_note, unsupported, verdict_of
+from catheter_sim.diagnosis.verdict import (
+    LEAST_GAIN_PERCENT,
+    NO_GAIN_PERCENT,
+    left_over,
+    left_over_note,
+    unsupported,
+    verdict_of,
+)
 from catheter_sim.diagnosis.workers import HERE, Workers, workers
 from catheter_sim.effects.apply import embodied
 from catheter_sim.mjcf.build import build_mjcf
@@ -142,7 +149,7 @@ def diagnose_dataset(
         bar.set_description("weighing the causes")
         causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
         weak: tuple[str, ...] = ()
-        while more := unsupported(causes):  # without one, another may no longer pay
+        while more := unsupported(causes, NO_GAIN_PERCENT if weak else LEAST_GAIN_PERCENT):
             weak += more
             terms = tuple(term for term in after.terms if term.effect not in weak)
             after = fit(problem, terms, after.values, cross_validate=False, thorough=wanted)

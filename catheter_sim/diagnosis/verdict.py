@@ -21,6 +21,8 @@ HANGS_PERCENT = 25.0  # of what is left over, hanging on one thing: the causes a
 SURE = 0.05  # probability of the held-out gain by chance, at most
 LARGE_GAIN_PERCENT = 15.0  # of the error before: so much is no accident of a few trials
 LEAST_GAIN_PERCENT = 0.5  # of the error before, on held-out data, below which a cause is not named
+# The same once others were left out for it: then small shares move about, and only what has none goes too.
+NO_GAIN_PERCENT = 0.1
 
 
 def verdict_of(
@@ -82,7 +84,7 @@ def left_over_note(after: Fit, result: UnitResult, left: StructureTest) -> str:
     )
 
 
-def unsupported(causes: Sequence[Cause]) -> tuple[str, ...]:
+def unsupported(causes: Sequence[Cause], least_percent: float = LEAST_GAIN_PERCENT) -> tuple[str, ...]:
     """Return the causes, beside others, without which the held-out error would be as small."""
-    weak = tuple(cause.name for cause in causes if cause.gain_percent < LEAST_GAIN_PERCENT)
+    weak = tuple(cause.name for cause in causes if cause.gain_percent < least_percent)
     return weak if len(weak) < len(causes) else ()

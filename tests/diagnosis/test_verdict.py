@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
-from catheter_sim.diagnosis.verdict import gains_surely, left_over, unsupported
+from catheter_sim.diagnosis.verdict import NO_GAIN_PERCENT, gains_surely, left_over, unsupported
 
 RESULT = UnitResult("mm", 0.1, 5.0, 0.6, 88.0, (85.0, 90.0))
 HANGING = StructureTest("input", "tension_right_N", 45.0, 0.001)
@@ -51,6 +51,7 @@ def test_cause_without_which_the_error_is_as_small_is_not_named():
     """Beside others; a cause that stands alone is judged by the gain's interval."""
     strong, weak = Cause("backlash", {}, 60.0), Cause("actuation_gain", {}, 0.1)
     assert unsupported([strong, weak]) == ("actuation_gain",)
+    assert unsupported([strong, weak], NO_GAIN_PERCENT) == ()
     assert unsupported([weak]) == ()
     assert unsupported([strong]) == ()
 
