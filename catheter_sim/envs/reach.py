@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from catheter_sim.envs.observation import Observation
-from catheter_sim.envs.targets import random_target
+from catheter_sim.envs.targets import random_target, require_reachable
 from catheter_sim.envs.tip import DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
 from catheter_sim.errors import unknown
+from catheter_sim.robots.posture import Array
 
 REST_S = 1.0  # assumed: at rest is a tip that would take longer than this for one tolerance
 
@@ -155,6 +159,23 @@ class ReachEnv(TipEnv):
             return self._observation(), DIVERGED_REWARD, True, False, self._info()
         info = self._info()
         return self._observation(), -info["distance_m"] / self.length_m, info["is_success"], False, info
+
+    @cached_property
+    def _checked_targets(self) -> set[tuple[float, ...]]:
+        """Targets that were found in reach."""
+        return set()
+
+    def _reachable(self, target_m: Any) -> Array:
+        """Return `target_m`; one that was found in reach before is not sought again."""
+        try:
+            known = tuple(float(value) for value in target_m)
+        except (TypeError, ValueError):
+            known = ()
+        if known in self._checked_targets:
+            return np.array(known)
+        target = require_reachable(self.plant, target_m, self.tolerance_m)
+        self._checked_targets.add(tuple(target))
+        return target
 
     def _observation(self) -> Observation:
         return self._observed({"target": self.target_m / self.length_m})

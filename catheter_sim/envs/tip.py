@@ -15,7 +15,7 @@ from catheter_sim.envs import EPISODE_STEPS
 from catheter_sim.envs.observation import Observation, look, observation_space, observe
 from catheter_sim.envs.picture import TargetPicture
 from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.targets import frictionless_reach, require_reachable
+from catheter_sim.envs.targets import frictionless_reach
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.mjcf.scene import views
 from catheter_sim.render.framing import fitted_view
@@ -85,7 +85,6 @@ class TipEnv(gymnasium.Env[Any, Any]):
         self.target_m = np.zeros(3)
         self._size = width, height
         self._picture: TargetPicture | None = None
-        self._checked_targets: set[tuple[float, ...]] = set()
         self._diverged = False
         self.action_space: gymnasium.spaces.Box = gymnasium.spaces.Box(
             -1.0, 1.0, (len(self.drives.names),), np.float32
@@ -143,17 +142,10 @@ class TipEnv(gymnasium.Env[Any, Any]):
         self._now = look(self.plant, self._now, CONTROL_STEP_S)
         return True
 
-    def _reachable(self, target_m: Any) -> Array:
-        """Return `target_m`; one that was found in reach before is not sought again."""
-        try:
-            known = tuple(float(value) for value in target_m)
-        except (TypeError, ValueError):
-            known = ()
-        if known in self._checked_targets:
-            return np.array(known)
-        target = require_reachable(self.plant, target_m, self.tolerance_m)
-        self._checked_targets.add(tuple(target))
-        return target
+    @property
+    def _distance_m(self) -> float:
+        """How far the tip is from the target, in truth."""
+        return float(np.linalg.norm(self._now.tip - self.target_m))
 
     def _observed(self, goal: Mapping[str, Array]) -> Observation:
         return observe(self.plant, self._now, goal, self.observation_space)
@@ -163,7 +155,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         return {
             "tip_m": self._now.tip.copy(),
             "target_m": self.target_m.copy(),
-            "distance_m": float(np.linalg.norm(self._now.tip - self.target_m)),
+            "distance_m": self._distance_m,
             "speed_m_per_s": float(np.linalg.norm(self._now.velocity)),
             "tendon": self.drives.tendon @ self._now.level,
             "diverged": self._diverged,

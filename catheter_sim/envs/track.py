@@ -107,13 +107,10 @@ class TrackEnv(TipEnv):
         self.target_m = self.path.tip_m[self._step]
         if not finite:
             return self._observation(), DIVERGED_REWARD, True, False, self._info()
-        self._squares = self._squares + np.square([self._distance_m(), self._angle_rad()])
+        self._squares = self._squares + np.square([self._distance_m, self._angle_rad()])
         info = self._info()
         cost = info["distance_m"] / self.length_m + DIRECTION_WEIGHT * info["angle_rad"] / math.pi
         return self._observation(), -cost, self._step == EPISODE_STEPS, False, info
-
-    def _distance_m(self) -> float:
-        return float(np.linalg.norm(self._now.tip - self.target_m))
 
     def _angle_rad(self) -> float:
         """Return the angle between the tip's axis and the wanted one, exact for small ones too."""

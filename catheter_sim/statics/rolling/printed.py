@@ -49,7 +49,7 @@ from catheter_sim.statics.rolling.printed_rods import hole_on_link, rod_tensions
 from catheter_sim.statics.rolling.varied import Varied, constant, single
 
 MODEL = "printed"
-_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
+_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]  # of x, y, z, in the terms of a cross product
 _STEPS = 8  # from rest to each row; the even joints turn back on the way
 
 
@@ -257,5 +257,5 @@ def _about_axis(links: Frames, k: int, moment: Array) -> Varied:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Return a x b of shapes (b, 3); `np.cross` takes ten times as long for a few rows."""
+    """Return a x b of shapes (b, 3); `np.cross` takes several times as long for a few rows."""
     return a[:, _NEXT] * b[:, _AFTER] - a[:, _AFTER] * b[:, _NEXT]
