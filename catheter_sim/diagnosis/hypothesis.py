@@ -18,6 +18,7 @@ from catheter_sim.diagnosis.trials import Trial, cycles
 from catheter_sim.diagnosis.twin import Twin
 from catheter_sim.effects.face import Parameter
 from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 
@@ -128,14 +129,21 @@ def residuals(problem: Problem, frees: Sequence[Free], xs: Array) -> Array:
         xs: shape (B, p), in units of the parameters' scales.
     """
     robots = [robot_with(problem, frees, x) for x in xs]
-    parts = []
+    parts, models = [], {}
     for trial in problem.trials:
-        model = problem.twin(robots, trial.inputs, problem.every)
+        key = _key_of(trial.inputs)
+        if key not in models:  # a trial that was repeated is computed once
+            models[key] = problem.twin(robots, trial.inputs, problem.every)
         measured = measured_of(trial, problem.columns)[:: problem.every]
-        error = (model - measured) / problem.weight
+        error = (models[key] - measured) / problem.weight
         parts.append(error[:, np.isfinite(measured)])
     stacked = np.concatenate(parts, axis=1)
     return np.where(np.isfinite(stacked), np.clip(stacked, -_FAILED, _FAILED), _FAILED)
+
+
+def _key_of(inputs: Inputs) -> tuple[bytes, ...]:
+    numbers = inputs.time_s, inputs.tendon, inputs.force_tip, inputs.moment_tip
+    return inputs.actuation.encode(), *(item.tobytes() for item in numbers)
 
 
 def measured_of(trial: Trial, columns: Sequence[str]) -> Array:

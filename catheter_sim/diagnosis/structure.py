@@ -5,6 +5,9 @@ the position, the way since the last turn, the place along the robot, the side o
 Rows of one cycle err together, so that whole cycles are the independent draws: their residuals' signs are
 turned at random, all rows and outputs of a cycle at once, and the p-value is the share of such draws in which
 the dependence is as strong as in the data. It holds whatever hangs together inside a cycle.
+
+Many small groups take a share of whatever there is. Of the input in fine steps the share is therefore what
+exceeds the draws' mean, of what is left beside it.
 """
 
 from __future__ import annotations
@@ -20,8 +23,11 @@ from catheter_sim.diagnosis.trials import Dataset, unit_of
 from catheter_sim.robots.posture import Array
 
 DRAWS = 999
+FINE_BINS = 24  # equal groups of rows: an input's waves, of which eight groups would each hold one
+FINE_INPUT = "fine input"
 TESTS: Mapping[str, str] = {
     **VIEWS,
+    FINE_INPUT: "the input, in fine steps",
     "arc length": "the place along the robot",
     "out of plane": "the side out of the bending plane",
 }
@@ -50,7 +56,8 @@ def structure_tests(
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(len(labels), DRAWS))
     square = sum(float((item.values**2).sum()) for item in residuals.values())
     found = []
-    for view in VIEWS:
+    groupings = {view: (view, BINS) for view in VIEWS} | {FINE_INPUT: ("input", FINE_BINS)}
+    for test, (view, bins) in groupings.items():
         sums: dict[str, list[tuple[Array, Array]]] = {}
         for item in residuals.values():
             centred = item.values - item.values.mean()
@@ -60,17 +67,21 @@ def structure_tests(
                 part = (
                     _line_sums(coordinate, centred, blocks, len(labels))
                     if view == "time"  # every cycle has a stretch of it to itself: no group holds two
-                    else _group_sums(groups_of(coordinate, BINS), centred, blocks, len(labels))
+                    else _group_sums(groups_of(coordinate, bins), centred, blocks, len(labels))
                 )
                 sums.setdefault(own, []).append(part)
-        found.append(_tested(view, sums, signs, square))
+        found.append(_tested(test, sums, signs, square, beyond_chance=test == FINE_INPUT))
     found.append(_tested("arc length", _along(residuals, labels), signs, square))
     found.append(_tested("out of plane", _out_of_plane(fits, residuals, labels), signs, square))
     return tuple(item for item in found if item is not None)
 
 
 def _tested(
-    name: str, sums: Mapping[str, list[tuple[Array, Array]]], signs: Array, square: float
+    name: str,
+    sums: Mapping[str, list[tuple[Array, Array]]],
+    signs: Array,
+    square: float,
+    beyond_chance: bool = False,
 ) -> StructureTest | None:
     """Return the test of the strongest of several coordinates.
 
@@ -80,16 +91,19 @@ def _tested(
             what each group's squared sum is divided by, shape (g,).
         signs: of the blocks in each draw, shape (b, d).
         square: sum of all squared residuals.
+        beyond_chance: take the draws' mean out of the share.
     """
     if not sums or square <= 0.0:
         return None
-    measured, drawn = {}, []
+    measured, drawn = {}, {}
     for coordinate, parts in sums.items():
         measured[coordinate] = sum(float((part.sum(axis=1) ** 2 / size).sum()) for part, size in parts)
-        drawn.append(sum(((part @ signs) ** 2 / size[:, None]).sum(axis=0) for part, size in parts))
+        drawn[coordinate] = sum(((part @ signs) ** 2 / size[:, None]).sum(axis=0) for part, size in parts)
     best = max(measured, key=lambda coordinate: measured[coordinate])
-    as_strong = int((np.max(drawn, axis=0) >= measured[best] * (1.0 - 1e-9)).sum())
-    return StructureTest(name, best, 100.0 * measured[best] / square, (1 + as_strong) / (DRAWS + 1))
+    as_strong = int((np.max(list(drawn.values()), axis=0) >= measured[best] * (1.0 - 1e-9)).sum())
+    chance = float(np.mean(drawn[best])) if beyond_chance else 0.0
+    share = max(measured[best] - chance, 0.0) / max(square - chance, 1e-300)
+    return StructureTest(name, best, 100.0 * share, (1 + as_strong) / (DRAWS + 1))
 
 
 def _group_sums(groups: np.ndarray, values: Array, blocks: np.ndarray, count: int) -> tuple[Array, Array]:

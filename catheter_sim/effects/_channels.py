@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -22,14 +22,12 @@ def channels(robot: Robot) -> list[str]:
     return list(dict.fromkeys(channel_of(robot)))
 
 
-def common_and_each(
-    robot: Robot, common: str, each: str, make: Callable[[str], Parameter]
-) -> tuple[Parameter, ...]:
-    """Return a parameter named `common`, and for several channels one named by `each` (with `{}`)."""
+def common_and_each(robot: Robot, common: Parameter, each: str) -> tuple[Parameter, ...]:
+    """Return the common parameter, and for several channels the same named by `each` (with `{}`)."""
     names = channels(robot)
     if len(names) == 1:
-        return (make(common),)
-    return (make(common), *(make(each.format(name)) for name in names))
+        return (common,)
+    return (common, *(replace(common, name=each.format(name)) for name in names))
 
 
 def common_then_each(robot: Robot, common: str, each: str) -> tuple[tuple[str, ...], ...]:

@@ -26,7 +26,7 @@ EFFECT = Effect(
     name="actuation_gain",
     summary="the input channels' scale is wrong: what arrives is scale * scale_<channel> * input",
     trace="an error in proportion to the input, the same on the way out and back",
-    parameters=lambda robot: common_and_each(robot, _COMMON, _EACH, _parameter),
+    parameters=lambda robot: common_and_each(robot, _parameter(_COMMON), _EACH),
     change_inputs=_change_inputs,
     variants=lambda robot: common_then_each(robot, _COMMON, _EACH),
 )

@@ -11,7 +11,7 @@ from catheter_sim.effects._channels import (
     scale_of,
     sized_parameter,
 )
-from catheter_sim.effects.face import Effect, Values
+from catheter_sim.effects.face import Effect, Parameter, Values
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.kinds import Robot
 
@@ -24,6 +24,11 @@ def _names(robot: Robot) -> tuple[str, str]:
     return f"offset_{unit}", f"offset_{{}}_{unit}"
 
 
+def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+    common, each = _names(robot)
+    return common_and_each(robot, sized_parameter(robot, common, _SIZE), each)
+
+
 def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
     common, each = _names(robot)
     return added(inputs, (values[common] + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)])
@@ -33,9 +38,7 @@ EFFECT = Effect(
     name="actuation_offset",
     summary="the input channels' zero is wrong: what arrives is input + offset + offset_<channel>",
     trace="an error that is there at zero input already, and does not depend on direction",
-    parameters=lambda robot: common_and_each(
-        robot, *_names(robot), lambda name: sized_parameter(robot, name, _SIZE)
-    ),
+    parameters=_parameters,
     change_inputs=_change_inputs,
     variants=lambda robot: common_then_each(robot, *_names(robot)),
 )

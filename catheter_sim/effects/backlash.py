@@ -58,7 +58,7 @@ def _parameter(robot: Robot, name: str) -> Parameter:
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     common, each = _names(robot)
     if isinstance(robot, CatheterRobot):  # each joint has a drive of its own kind
-        widths = common_and_each(robot, common, each, lambda name: _parameter(robot, name))
+        widths = common_and_each(robot, _parameter(robot, common), each)
         return (*widths, *(_parameter(robot, _SLACK.format(name)) for name in bent_by(robot)))
     return (_parameter(robot, common),)
 

@@ -36,8 +36,9 @@ def _names(robot: Robot) -> tuple[str, str]:
 
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
     amount, time_s = _CREEP
+    common, each = _names(robot)
     return (
-        *common_and_each(robot, *_names(robot), lambda name: sized_parameter(robot, name, _SIZE)),
+        *common_and_each(robot, sized_parameter(robot, common, _SIZE), each),
         Parameter(amount, null=0.0, lower=-0.9, upper=1.0, scale=0.02, start=0.05),
         # Faster than 10 s it would be a lag (`rate`), beyond a quarter of an hour no trial shows its end.
         Parameter(time_s, null=60.0, lower=10.0, upper=900.0, scale=5.0, start=60.0),

@@ -83,6 +83,23 @@ def test_what_is_planted_is_found(name, others, shape):
     assert not any(found[other].significant for other in others), found
 
 
+def test_waves_over_the_input_are_found_in_fine_steps():
+    """A pulley out of true leaves six waves: eight groups see nothing of them by a quarter, fine ones do."""
+    generator = np.random.default_rng(8)
+    wave = 0.3 * np.sin(2.0 * np.pi * 6.0 * PULL)
+    found = judged({column: wave + slow_noise(generator) for column in COLUMNS}.__getitem__)
+    assert found["fine input"].significant
+    assert found["fine input"].share_percent > 50.0
+    assert all(found[name].share_percent < 25.0 for name in ("input", "position", "direction", "history"))
+
+
+def test_noise_has_no_share_in_fine_steps():
+    """What two dozen groups take of noise by chance is taken out of the share."""
+    generator = np.random.default_rng(9)
+    noise = {column: slow_noise(generator) for column in COLUMNS}
+    assert judged(noise.__getitem__)["fine input"].share_percent < 5.0
+
+
 def test_error_that_grows_along_the_robot_is_found():
     """Residuals in proportion to the place along the robot, the mean over all elements being zero."""
     generator = np.random.default_rng(6)

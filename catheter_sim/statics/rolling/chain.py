@@ -5,7 +5,9 @@ This is the one place where they check what they are asked.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -90,8 +92,19 @@ class RollingChain:
         return len(self.axis)
 
 
+# Fields of a robot that change no array; they are the only ones without a hash.
+_NO_ARRAYS = ("effects", "sources")
+_READ = tuple(item.name for item in fields(RollingRobot) if item.name not in _NO_ARRAYS)
+
+
 def rolling_chain(robot: RollingRobot) -> RollingChain:
-    """Return `robot` as arrays."""
+    """Return `robot` as arrays, which are not to be changed: calls for equal robots share them."""
+    return replace(_chain_of(*(getattr(robot, name) for name in _READ)), robot=robot)
+
+
+@lru_cache(maxsize=64)  # a diagnosis asks for a few dozen robots again and again, trial by trial
+def _chain_of(*values: Any) -> RollingChain:
+    robot = RollingRobot(**dict(zip(_READ, values, strict=True)))
     joints = rolling_joints(robot)
     every = rods(robot)
     axis = np.array([joint.axis for joint in joints])
@@ -103,7 +116,8 @@ def rolling_chain(robot: RollingRobot) -> RollingChain:
     segments = [joint.segment for joint in joints]
     last = np.array([last_joint(robot, rod) for rod in every])
     passes = np.arange(len(joints))[None, :] < last[:, None]
-    position = np.array([[hole_position(rod, segment) for segment in segments] for rod in every])
+    holes = np.array([[hole_position(rod, segment) for segment in robot.segments] for rod in every])
+    position = np.repeat(holes, [segment.joints for segment in robot.segments], axis=1)
     along = np.take_along_axis(position, axis[None, :, None], axis=2)[:, :, 0]
     offset = along - line
     countersink = np.array([[rod.countersink_m] * len(joints) for rod in every])

@@ -74,16 +74,22 @@ def virtual_work(
 
 
 def solve_history(
-    chain: RollingChain, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+    chain: RollingChain,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    others: Sequence[LinkForce] = (),
+    step_bend_rad: float | None = None,
 ) -> Solved:
     """Return the equilibria of every row, one after another, by the complete balance.
+
+    Arguments are those of `history.stretches`.
 
     Raises:
         InputError: no posture balances a row.
     """
     march = March(chain)
     rows = []
-    for row, way in enumerate(stretches(chain, inputs, gravity_mps2, others)):
+    for row, way in enumerate(stretches(chain, inputs, gravity_mps2, others, step_bend_rad)):
         if not march.advance(way):
             raise _no_equilibrium("complete", inputs, row)
         rows.append(march.now())

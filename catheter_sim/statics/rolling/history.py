@@ -6,7 +6,6 @@ inputs move linearly, in steps so small that their number does not matter.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -67,26 +66,40 @@ def require_tensions(inputs: Inputs, model: str) -> None:
 
 
 def stretches(
-    chain: RollingChain, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+    chain: RollingChain,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    others: Sequence[LinkForce] = (),
+    step_bend_rad: float | None = None,
 ) -> Iterator[Stretch]:
-    """Yield the way to rest under the weight and `others` alone, then the way to each row of inputs."""
-    drive, acting = np.zeros(chain.pulled), loads(chain, gravity_mps2, others=others)
-    yield Stretch(drive, drive, acting, acting, 1)
+    """Yield the way to rest under the weight and `others` alone, then the way to each row of inputs.
+
+    Args:
+        chain: the robot.
+        inputs: the rows.
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        others: further forces, steady from the start.
+        step_bend_rad: what a step may bend the softest joint; default `STEP_BEND_RAD`.
+    """
+    at_rest = loads(chain, gravity_mps2, others=others)
+    force = np.repeat(at_rest.force[np.newaxis], len(inputs) + 1, axis=0)
+    force[1:, at_rest.tip] = inputs.force_tip
+    drive = np.concatenate([np.zeros((1, chain.pulled)), inputs.tendon])
+    moment = np.concatenate([np.zeros((1, 3)), inputs.moment_tip])
     _, stiffness = rods.elastic_moments(chain, chain.rest_angle, rods.spans(chain, chain.rest_angle))
-    softest = float(stiffness.min())
-    arm = float(np.abs(chain.offset).max())
-    reach = float(chain.link_length.sum())
-    for row in range(len(inputs)):
-        next_drive = inputs.tendon[row]
-        following = loads(chain, gravity_mps2, inputs.force_tip[row], inputs.moment_tip[row], others)
-        change = (
-            arm * np.abs(next_drive - drive).sum()
-            + reach * float(np.linalg.norm(following.force - acting.force))
-            + float(np.linalg.norm(following.tip_moment - acting.tip_moment))
-        )
-        steps = min(max(math.ceil(change / (softest * STEP_BEND_RAD)), 1), _MAX_STEPS)
-        yield Stretch(drive, next_drive, acting, following, steps)
-        drive, acting = next_drive, following
+    change = (
+        float(np.abs(chain.offset).max()) * np.abs(np.diff(drive, axis=0)).sum(axis=1)
+        + float(chain.link_length.sum()) * np.linalg.norm(np.diff(force, axis=0), axis=(1, 2))
+        + np.linalg.norm(np.diff(moment, axis=0), axis=1)
+    )
+    largest = float(stiffness.min()) * (step_bend_rad or STEP_BEND_RAD)
+    steps = np.clip(np.ceil(change / largest), 1, _MAX_STEPS).astype(int)
+    yield Stretch(drive[0], drive[0], at_rest, at_rest, 1)
+    before = at_rest
+    for row in range(1, len(drive)):
+        acting = replace(at_rest, force=force[row], tip_moment=moment[row])
+        yield Stretch(drive[row - 1], drive[row], before, acting, int(steps[row - 1]))
+        before = acting
 
 
 def faces(

@@ -40,12 +40,14 @@ class Loads:
         point: in the link's frame, shape (p, 3) [m].
         force: in the base frame, shape (p, 3) [N].
         tip_moment: in the base frame, shape (3,) [N m].
+        tip: which of the forces acts on the tip.
     """
 
     link: np.ndarray
     point: Array
     force: Array
     tip_moment: Array
+    tip: int
 
 
 def check_links(others: Sequence[LinkForce], links: int) -> None:
@@ -95,7 +97,7 @@ def loads(
     )
     order = np.argsort(link, kind="stable")
     moment = np.zeros(3) if moment_tip is None else np.asarray(moment_tip, dtype=float)
-    return Loads(link[order], point[order], force[order], moment)
+    return Loads(link[order], point[order], force[order], moment, int(np.flatnonzero(order == n)[0]))
 
 
 def load_points(links: Frames, acting: Loads) -> Array:
