@@ -49,10 +49,10 @@ from catheter_sim.diagnosis.noise import noise_floor, repeat_noise, white_noise
 from catheter_sim.diagnosis.nuisance import nuisances_of
 from catheter_sim.diagnosis.residuals import STAGES
 from catheter_sim.diagnosis.result import Diagnosis, write_results
-from catheter_sim.diagnosis.select import alike, candidates_for, select
+from catheter_sim.diagnosis.select import alike, candidates_for, equals_of, select
 from catheter_sim.diagnosis.structure import structure_tests
 from catheter_sim.diagnosis.suspicions import suspicions, thawed
-from catheter_sim.diagnosis.told_apart import told_apart, told_apart_note
+from catheter_sim.diagnosis.told_apart import as_good_elsewhere, told_apart, told_apart_note
 from catheter_sim.diagnosis.trials import Dataset, Trial, split, unit_of
 from catheter_sim.diagnosis.twin import twin_for
 from catheter_sim.diagnosis.verdict import (
@@ -155,6 +155,9 @@ def diagnose_dataset(
             after = fit(problem, terms, after.values, cross_validate=False, thorough=wanted)
             by_unit = held_out(problem, test, before, after, noise)
             causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
+        if weak:  # what stands in a cause's place was fitted beside others that are gone
+            equals = equals_of(problem, after, candidates, pool)
+            equals = as_good_elsewhere(problem, test, after, equals, wanted, pool)
         as_chosen: dict[str, float] = {}
         if after is not trained:
             chosen, _ = figures(problem, trial_fits(problem, heldout, before, trained), trained)

@@ -122,8 +122,7 @@ def select(
     search = _Search(pool, problem, on_fit or (lambda line: None))
     (null,) = search.fitted([((), {})])
     tiers = [terms_for(problem.robot, name) for name in candidates]
-    simple = [term for terms in tiers for term in terms if len(term.free) <= len(terms[0].free)]
-    detailed = [term for terms in tiers for term in terms if term not in simple]
+    simple, detailed = _by_size(tiers)
     alone = [term for terms in tiers for term in _promising(search, null, terms)]
     singles = search.fitted([((term,), {}) for term in alone])
     path = [null]
@@ -149,6 +148,25 @@ def select(
         path.append(better[0])
     equals = tuple(item for item in rivals if as_good(current, item))
     return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, equals)
+
+
+def equals_of(
+    problem: Problem, chosen: Fit, candidates: Sequence[str], pool: Workers = HERE
+) -> tuple[Fit, ...]:
+    """Return what does as well on the training data as a hypothesis that the search did not end at.
+
+    Args:
+        problem: the training trials.
+        chosen: the hypothesis.
+        candidates: names of the effects that may stand in a chosen one's place.
+        pool: where to fit.
+    """
+    problem = thinned(problem)
+    search = _Search(pool, problem, lambda line: None)
+    (current,) = search.fitted([(chosen.terms, chosen.values)])
+    simple, detailed = _by_size([terms_for(problem.robot, name) for name in candidates])
+    _fit_in_each_place(search, current, (*simple, *detailed))
+    return tuple(item for _, _, item in rivals_of(current, search.tried) if as_good(current, item))
 
 
 @dataclass
@@ -189,6 +207,12 @@ class _Search:
         found = each(self.pool, probe, [(self.problem, *hypotheses[index]) for index in missing])
         self.probes |= {keys[index]: item for index, item in zip(missing, found, strict=True)}
         return [self.probes[key] for key in keys]
+
+
+def _by_size(tiers: Sequence[tuple[Term, ...]]) -> tuple[list[Term], list[Term]]:
+    """Return the effects' variants of few numbers, and those of more, by value or channel or segment."""
+    simple = [term for terms in tiers for term in terms if len(term.free) <= len(terms[0].free)]
+    return simple, [term for terms in tiers for term in terms if term not in simple]
 
 
 def _forward(

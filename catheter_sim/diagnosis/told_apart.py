@@ -51,6 +51,23 @@ def told_apart(
     return fits[best], tuple(item for item in still if alike(fits[best], [item]))
 
 
+def as_good_elsewhere(
+    problem: Problem,
+    test: Problem,
+    chosen: Fit,
+    equals: Sequence[Fit],
+    thorough: bool = False,
+    pool: Workers = HERE,
+) -> tuple[Fit, ...]:
+    """Return those of `equals`, fitted to all training rows, that do as well on the held-out trials too.
+
+    Arguments as of `told_apart`; here `chosen` stands.
+    """
+    fits = each(pool, fit, [(problem, item.terms, item.values, False, thorough) for item in equals])
+    seen = _elsewhere(test, chosen)
+    return tuple(item for item in fits if as_good(seen, _elsewhere(test, item)))
+
+
 def told_apart_note(chosen: Fit, taken: Fit) -> str:
     """Return what to say where the held-out trials took another hypothesis than the training trials."""
     gone, come = (

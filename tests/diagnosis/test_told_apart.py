@@ -10,8 +10,8 @@ from planted import as_inputs, small_robot
 
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.hypothesis import Problem, Term
-from catheter_sim.diagnosis.select import alike
-from catheter_sim.diagnosis.told_apart import told_apart, told_apart_note
+from catheter_sim.diagnosis.select import alike, equals_of
+from catheter_sim.diagnosis.told_apart import as_good_elsewhere, told_apart, told_apart_note
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.tables import Table
@@ -81,3 +81,14 @@ def test_one_that_loses_on_other_trials_is_not_taken():
     spoilt = replace(train, twin=lambda robots, inputs, every: train.twin(robots, inputs, every) + 5.0)
     first = fit(train, (EVERYWHERE,))
     assert told_apart(train, problem_with(True, 2), first, [fit(spoilt, (FORWARD,))])[0] is first
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_what_stands_in_the_place_of_a_set_that_was_reduced_is_looked_for(turned):
+    """A set that the search did not end at: its rival is fitted, and kept if they cannot tell it."""
+    train = problem_with(False, 1)
+    chosen = fit(train, (EVERYWHERE,), cross_validate=False)
+    found = equals_of(train, chosen, [EVERYWHERE.effect, FORWARD.effect])
+    assert alike(chosen, found) == ((EVERYWHERE.effect, FORWARD.effect),)
+    kept = as_good_elsewhere(train, problem_with(turned, 2), chosen, found)
+    assert len(kept) == (0 if turned else 1)
