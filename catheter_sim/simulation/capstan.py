@@ -147,6 +147,23 @@ def span_tensions(
     return entering
 
 
+@njit(cache=True)
+def busy_spans(entering: Array, drive: Array, ends: Index, tension: Array, busy: Index) -> None:
+    """Write each tendon's number of spans into `busy`, shape (t,), 0 where it is slack before and after.
+
+    Args: as of `confine`.
+    """
+    for j in range(ends.shape[0]):
+        busy[j] = ends[j]
+        if entering[j] > 0.0 or drive[j] > 0.0:
+            continue
+        busy[j] = 0
+        for k in range(ends[j]):
+            if tension[j, k] > 0.0:
+                busy[j] = ends[j]
+                break
+
+
 @njit(cache=True, error_model="numpy")
 def confine(
     mu: float,
@@ -164,8 +181,7 @@ def confine(
     bias: Array,
     constraint: Array,
     applied: Array,
-    mass: Array,
-    timestep: float,
+    yielding: Array,
     sweeps: int,
     tolerance: float,
     tension: Array,
@@ -181,7 +197,7 @@ def confine(
         drive: growth of the actuators' tensions per unit of the tendons' rate of lengthening in one
             step; 0 where the tension is given, shape (t,) [N s/m].
         turn: shape (t, n) [rad].
-        ends: number of spans of each tendon, shape (t,).
+        ends: number of spans of each tendon, 0 of one that is left as it is (`busy_spans`), shape (t,).
         ten_J: MuJoCo's sparse tendon Jacobian; `entry` picks from it.
         row_start: first entry of each tendon in `entry`, `dof`, `span`, shape (t + 1,).
         entry, dof, span: for each nonzero of the tendons' Jacobian its place in `ten_J`, its degree
@@ -191,51 +207,45 @@ def confine(
         applied: in: all other generalised forces but the tendons'; out: with what the tensions pull
             beyond those that the actuators will have at the end of the step (the integrator adds
             these), shape (nv,).
-        mass: effective implicit inertia of each degree of freedom, shape (nv,).
-        timestep: [s].
+        yielding: timestep over effective implicit inertia of each degree of freedom, shape (nv,).
         sweeps: most passes over the tendons, which share degrees of freedom.
         tolerance: they end when no tension changed by more than this share of the largest.
         tension: in: last step's; out: new, shape (t, n) [N].
         holes: workspace, shape (2, t, n).
         pulls: workspace, shape (2, e).
-        scratch: workspace, shape (8, 2 max(n, nv, t)).
+        scratch: workspace, shape (7, 2 max(n, nv, t)).
     """
     tendons = tension.shape[0]
     factor, response = holes[0], holes[1]
     arm, gain = pulls[0], pulls[1]  # gain: change of velocity in a step per unit of tension
-    rate, ahead, reached, old, idle = scratch[3], scratch[4], scratch[5], scratch[6], scratch[7]
+    rate, ahead, reached, old = scratch[3], scratch[4], scratch[5], scratch[6]
     for i in range(velocity.shape[0]):
-        force = passive[i] - bias[i] + applied[i] + constraint[i]
-        ahead[i] = velocity[i] + timestep * force / mass[i]
-    largest = 0.0
+        ahead[i] = velocity[i] + yielding[i] * (passive[i] - bias[i] + applied[i] + constraint[i])
+    largest, last = 0.0, -1
     for j in range(tendons):
         largest = max(largest, entering[j])
-        idle[j], reached[j] = 1.0, 0.0
-        if entering[j] > 0.0 or drive[j] > 0.0:
-            idle[j] = 0.0
-        else:
-            for k in range(ends[j]):
-                if tension[j, k] > 0.0:
-                    idle[j] = 0.0
-                    break
-        if idle[j] == 1.0:  # slack before and after
+        if ends[j] == 0:
             continue
         for k in range(ends[j]):
-            factor[j, k] = math.exp(mu * turn[j, k])
+            if last >= 0 and k < ends[last] and turn[j, k] == turn[last, k]:  # side by side in a plane
+                factor[j, k] = factor[last, k]
+            else:
+                factor[j, k] = math.exp(mu * turn[j, k])
             response[j, k] = LEAST_RESPONSE
+        last = j
         for place in range(row_start[j], row_start[j + 1]):
             i, k = dof[place], span[place]
             arm[place] = ten_J[entry[place]]
-            gain[place] = timestep * arm[place] / mass[i]
+            gain[place] = yielding[i] * arm[place]
             response[j, k] += arm[place] * gain[place]
             ahead[i] -= gain[place] * tension[j, k]
     for sweep in range(sweeps):
         change = 0.0
         for index in range(tendons):
             j = index if sweep % 2 == 0 else tendons - 1 - index
-            if idle[j] == 1.0:
-                continue
             count = ends[j]
+            if count == 0:
+                continue
             for k in range(count):
                 rate[k] = 0.0
                 old[k] = tension[j, k]
@@ -252,7 +262,7 @@ def confine(
         if change <= tolerance * largest:
             break
     for j in range(tendons):
-        if idle[j] == 0.0:
+        if ends[j] > 0:
             for place in range(row_start[j], row_start[j + 1]):
                 applied[dof[place]] -= arm[place] * (tension[j, span[place]] - reached[j])
 

@@ -83,12 +83,19 @@ class Turns:
             for k in range(self._ends[index] + 1):
                 self._sites[index, k] = model.site(f"hole_{tendon.name}_{k}").id
 
-    def __call__(self, data: mujoco.MjData) -> Array:
-        """Return the turn at the hole before each span, shape (t, n) [rad], in a reused array."""
+    def __call__(self, data: mujoco.MjData, ends: capstan.Index | None = None) -> Array:
+        """Return the turn at the hole before each span, shape (t, n) [rad], in a reused array.
+
+        Args:
+            data: the state.
+            ends: of each tendon the spans that matter, 0 where none does; default: all, shape (t,).
+        """
         if self._planar:
             capstan.planar_turns(data.qpos, self._joints, self._turn)
         else:
-            capstan.spatial_turns(data.site_xpos, self._sites, self._ends, self._turn)
+            capstan.spatial_turns(
+                data.site_xpos, self._sites, self._ends if ends is None else ends, self._turn
+            )
         return self._turn
 
 
@@ -152,7 +159,7 @@ class PairTurns:
         self._before = [[other for other, k in enumerate(order) if k < own] for own in order]
         self._turn = np.zeros((2 * len(order), spans))
 
-    def __call__(self, data: mujoco.MjData) -> Array:
+    def __call__(self, data: mujoco.MjData, ends: capstan.Index | None = None) -> Array:
         """Return the turn before each span, shape (2 pairs, n) [rad], in a reused array."""
         bends = [data.qpos[gaps] for gaps in self._gaps]
         for row, own in enumerate(bends):
@@ -225,9 +232,10 @@ class CapstanFriction:
         self._model = model
         self.know_joints()
         self._tension = np.zeros((tendons, spans))
+        self._busy = np.zeros(tendons, dtype=np.int64)
         self._holes = np.zeros((2, tendons, spans))
         self._pulls = np.zeros((2, len(self._span)))
-        self._scratch = np.zeros((8, 2 * max(spans, model.nv, tendons)))
+        self._scratch = np.zeros((7, 2 * max(spans, model.nv, tendons)))
 
     def reset(self) -> None:
         """Forget the history."""
@@ -238,7 +246,8 @@ class CapstanFriction:
         model = self._model
         stiffness = np.zeros(model.nv)
         stiffness[model.jnt_dofadr] = model.jnt_stiffness
-        self._mass = model.dof_armature + self._timestep * (model.dof_damping + self._timestep * stiffness)
+        mass = model.dof_armature + self._timestep * (model.dof_damping + self._timestep * stiffness)
+        self._yielding = self._timestep / mass
 
     def set_drive(self, stiffness: Array) -> None:
         """Set the actuators' stiffness against the tendons' lengthening, shape (t,) [N/m]."""
@@ -246,13 +255,14 @@ class CapstanFriction:
 
     def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
         """Find the tensions of the coming step and apply what they pull beyond the actuators."""
-        rows = self._rows
+        rows, busy = self._rows, self._busy
+        capstan.busy_spans(actuator_tension, self._drive, self._ends, self._tension, busy)
         capstan.confine(
             self._mu,
             actuator_tension,
             self._drive,
-            self._turns(data),
-            self._ends,
+            self._turns(data, busy),
+            busy,
             data.ten_J,
             rows.starts,
             rows.entries,
@@ -263,8 +273,7 @@ class CapstanFriction:
             data.qfrc_bias,
             data.qfrc_constraint,
             data.qfrc_applied,
-            self._mass,
-            self._timestep,
+            self._yielding,
             SWEEPS,
             SWEEP_TOLERANCE,
             self._tension,
