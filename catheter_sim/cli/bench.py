@@ -7,8 +7,8 @@ example:
 For each robot, and for a chain of 60 degrees of freedom with nine tendons, with tendon friction on and
 off (catheters that are specified without: off only), tensions that bend it to and fro are simulated, of
 a catheter displacements and an advance:
-  steps/s         steps of the simulator in a second
-  real time       simulated seconds in a wall-clock second, on one core
+  steps/s         steps of the simulator in a second of one core
+  real time       simulated seconds in a second of one core
   of plain        simulator's time over that of a plain loop of mj_step on the same model without
                   friction, fed with the same inputs: what this package adds in all (robots of rolling
                   joints: the model at rest, as by mj_step alone links do not roll nor rods resist;
@@ -21,8 +21,9 @@ a catheter displacements and an advance:
 Then the cost of a step over the number of cells, 10 to 120, of neuroendoscope_section, and the exponent
 of the power that fits it; to be at most 1.3.
 
-The loops take turns, and each figure is a median over the turns, so that whatever else the
-machine does falls on all of them alike. Ratios travel from machine to machine; steps/s do not.
+The loops take turns, each figure is a median over the turns, and seconds are the processor's (of two
+threads the wall clock's), so that whatever else the machine does counts little. Ratios travel from
+machine to machine; steps/s do not.
 Friction on means the specified coefficient, or 0.3 where the specification of another robot has none.
 """
 
