@@ -72,16 +72,18 @@ class Turns:
 
     def __init__(self, robot: ContinuumRobot, model: mujoco.MjModel) -> None:
         spans = body_count(robot)
-        self._planar = is_planar(robot) and robot.links_per_subsegment == 1
+        self.planar = is_planar(robot) and robot.links_per_subsegment == 1
         self._turn = np.zeros((len(robot.tendons), spans))
-        if self._planar:
-            self._joints = np.array([model.joint(f"x{k}").qposadr[0] for k in range(1, spans + 1)])
+        self.joints = np.zeros(0, dtype=int)
+        self.sites = np.zeros((len(robot.tendons), 0), dtype=int)
+        if self.planar:
+            self.joints = np.array([model.joint(f"x{k}").qposadr[0] for k in range(1, spans + 1)])
             return
         self._ends = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
-        self._sites = np.zeros((len(robot.tendons), spans + 1), dtype=int)
+        self.sites = np.zeros((len(robot.tendons), spans + 1), dtype=int)
         for index, tendon in enumerate(robot.tendons):
             for k in range(self._ends[index] + 1):
-                self._sites[index, k] = model.site(f"hole_{tendon.name}_{k}").id
+                self.sites[index, k] = model.site(f"hole_{tendon.name}_{k}").id
 
     def __call__(self, data: mujoco.MjData, ends: capstan.Index | None = None) -> Array:
         """Return the turn at the hole before each span, shape (t, n) [rad], in a reused array.
@@ -90,11 +92,11 @@ class Turns:
             data: the state.
             ends: of each tendon the spans that matter, 0 where none does; default: all, shape (t,).
         """
-        if self._planar:
-            capstan.planar_turns(data.qpos, self._joints, self._turn)
+        if self.planar:
+            capstan.planar_turns(data.qpos, self.joints, self._turn)
         else:
             capstan.spatial_turns(
-                data.site_xpos, self._sites, self._ends if ends is None else ends, self._turn
+                data.site_xpos, self.sites, self._ends if ends is None else ends, self._turn
             )
         return self._turn
 
@@ -209,6 +211,32 @@ def layout_of(robot: Robot, model: mujoco.MjModel) -> Layout:
     return Layout(names, spans, span_counts(robot), hinge_spans(robot, model), Turns(robot, model))
 
 
+@dataclass(frozen=True)
+class LawArrays:
+    """The law of a continuum robot as plain arrays, for where it runs elsewhere.
+
+    Attributes:
+        mu: friction coefficient.
+        planar: whether turns follow from the hinges' angles at `joints`, else from the holes at `sites`.
+        joints: places of the hinges' angles in `qpos`, shape (n,); of a robot in space (0,).
+        sites: holes of each tendon, shape (t, n + 1); of a planar robot (t, 0).
+        spans: n.
+        ends, starts, entries, dofs, span, yielding: as in `capstan.confine`.
+    """
+
+    mu: float
+    planar: bool
+    joints: np.ndarray
+    sites: np.ndarray
+    spans: int
+    ends: np.ndarray
+    starts: np.ndarray
+    entries: np.ndarray
+    dofs: np.ndarray
+    span: np.ndarray
+    yielding: Array
+
+
 class CapstanFriction:
     """The shipped law; see the module's text."""
 
@@ -240,6 +268,25 @@ class CapstanFriction:
     def reset(self) -> None:
         """Forget the history."""
         self._tension[:] = 0.0
+
+    def layout(self) -> LawArrays:
+        """Return the law as plain arrays; of a continuum robot only."""
+        if not isinstance(self._turns, Turns):
+            raise TypeError("only a continuum robot's turns follow from angles or holes alone")
+        rows, turns = self._rows, self._turns
+        return LawArrays(
+            mu=self._mu,
+            planar=turns.planar,
+            joints=turns.joints,
+            sites=turns.sites,
+            spans=self._tension.shape[1],
+            ends=self._ends,
+            starts=rows.starts,
+            entries=rows.entries,
+            dofs=rows.columns,
+            span=self._span,
+            yielding=self._yielding,
+        )
 
     def know_joints(self) -> None:
         """Take over the stiffness of the model's joints; to be called where it has changed."""
