@@ -52,6 +52,11 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 def add_inputs(parser: argparse.ArgumentParser) -> None:
     """Add --inputs and --gravity."""
     parser.add_argument("--inputs", metavar="IN.csv", required=True, help="inputs over time")
+    add_gravity(parser)
+
+
+def add_gravity(parser: argparse.ArgumentParser) -> None:
+    """Add --gravity."""
     parser.add_argument(
         "--gravity",
         metavar="GX,GY,GZ",

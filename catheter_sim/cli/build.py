@@ -27,9 +27,7 @@ def run(options: argparse.Namespace) -> int:
     arguments.check_output_file(options.output)
     import mujoco
 
-    from catheter_sim.cli.driven import load
-    from catheter_sim.effects.face import same_robot
-    from catheter_sim.effects.registry import EFFECTS
+    from catheter_sim.cli.driven import load, outside_the_model
     from catheter_sim.errors import InputError
     from catheter_sim.mjcf.build import build_mjcf
     from catheter_sim.tables import replaced_when_whole
@@ -44,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
         file.write(text)
     size = f"{model.nbody} bodies, {model.nv} degrees of freedom, {model.ntendon} tendons"
     print(f"wrote {options.output}: {size}")
-    outside = [name for name in specified.effects if EFFECTS[name].change_robot is same_robot]
+    outside = outside_the_model(specified)
     if outside:
         print(f"not in the file, as they act on inputs or outputs: {', '.join(outside)}")
     return 0

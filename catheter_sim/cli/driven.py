@@ -11,6 +11,8 @@ import numpy as np
 
 from catheter_sim.cli import arguments
 from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed
+from catheter_sim.effects.face import same_robot
+from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs, check_output_channels, output_table, read_inputs
@@ -54,6 +56,11 @@ def load(reference: str, settings: Sequence[str]) -> tuple[Robot, Robot]:
     robot = embodied(specified)
     check_robot(robot, reference)
     return specified, robot
+
+
+def outside_the_model(specified: Robot) -> list[str]:
+    """Return the effects of a robot that no model of it can hold: they act on its inputs or outputs."""
+    return [name for name in specified.effects if EFFECTS[name].change_robot is same_robot]
 
 
 def drive(options: argparse.Namespace) -> Drive:

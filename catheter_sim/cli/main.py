@@ -20,7 +20,7 @@ from types import ModuleType
 from typing import NoReturn
 
 from catheter_sim import __version__
-from catheter_sim.cli import bench, build, diagnose, list_verb, render, simulate, statics, validate
+from catheter_sim.cli import bench, build, diagnose, list_verb, render, simulate, statics, validate, view
 from catheter_sim.cli.arguments import split_settings
 from catheter_sim.errors import InputError
 
@@ -33,6 +33,7 @@ VERBS: dict[str, ModuleType] = {
     "validate": validate,
     "diagnose": diagnose,
     "bench": bench,
+    "view": view,
 }
 TRACEBACK_VARIABLE = "CATHETER_SIM_TRACEBACK"  # set to anything: defects and warnings show in full
 

@@ -54,7 +54,7 @@ def spatial_turns(points: Array, site_index: Index, ends: Index, turn: Array) ->
             ax, ay, az = bx, by, bz
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def span_tensions(
     entering: float,
     drive: float,
@@ -71,7 +71,9 @@ def span_tensions(
     slope where no span changes its length, within T_k - T_(k-1) in [low_k, high_k], what friction
     allows at hole k. The multiplier of that bound is the sliding speed at hole k. Solved exactly by
     dynamic programming from the tip: the slope of the cost-to-go is a rising, piecewise linear
-    function of the tension before the hole, kept as its knots.
+    function of the tension before the hole, kept as its knots. They lie on two stacks, left and right
+    of the flat piece that friction leaves at each hole; each stack shifts as a whole, so that the cost
+    grows with the number of spans and not with its square.
 
     Args:
         entering: tension at the actuator now; below zero where a driven tendon is slack [N].
@@ -82,45 +84,61 @@ def span_tensions(
         response: fall of a span's length rate per unit of its own tension, above zero [m/s/N], shape (n,).
         count: number of spans of this tendon.
         tension: in: old tensions; out: new ones, shape (n,) [N].
-        scratch: workspace, shape (3, 2 n + 2).
+        scratch: workspace, shape (3, 2 n) or wider.
 
     Returns:
         The actuator's tension at the end of the step [N].
     """
+    # Knots, and by how much the slope's own slope changes on the way outward there. The left stack's top
+    # is at `left - 1`, the right one's, which grows downward, at `right`.
     knots, steps, goal = scratch[0], scratch[1], scratch[2]
-    used = 0
-    slope, offset = 0.0, 0.0  # the leftmost piece of the cost's slope: slope * T + offset
-    for k in range(count - 1, -1, -1):
-        slope += response[k]
-        offset -= response[k] * tension[k] + rate[k]
-        # where the slope of the cost-to-go crosses zero: the tension that span k would like
-        a, b, place = slope, offset, 0
-        while place < used and a * knots[place] + b < 0.0:
-            a += steps[place]
-            b -= steps[place] * knots[place]
-            place += 1
-        wish = -b / a
-        goal[k] = wish
+    left, right = 0, knots.shape[0]
+    left_shift, right_shift = 0.0, 0.0  # of the whole stacks
+    for k in range(count + 1):
+        span = count - 1 - k
+        # the slope of the cost-to-go, slope * T + offset, on what was the flat piece
+        if span >= 0:
+            slope = response[span]
+            offset = -(slope * tension[span] + rate[span])
+        elif drive > 0.0:
+            slope, offset = 1.0 / drive, -entering / drive
+        else:
+            break
+        # where it crosses zero: the tension that this span, at last the actuator, would like
+        while left > 0:
+            knot = knots[left - 1] + left_shift
+            if slope * knot + offset <= 0.0:
+                break
+            left -= 1
+            right -= 1
+            step = steps[left]
+            slope += step
+            offset -= step * knot
+            knots[right], steps[right] = knot - right_shift, -step
+        while right < knots.shape[0]:
+            knot = knots[right] + right_shift
+            if slope * knot + offset >= 0.0:
+                break
+            step = steps[right]
+            slope += step
+            offset -= step * knot
+            knots[left], steps[left] = knot - left_shift, -step
+            left += 1
+            right += 1
+        wish = -offset / slope
+        if span < 0:
+            entering = wish
+            break
+        goal[span] = wish
         # as a function of the tension before hole k: left of the wish shifted by the upper bound,
         # flat between, right of it shifted by the lower bound
-        before = tension[k - 1] if k > 0 else max(entering, 0.0)
-        low, high = before / factor[k] - before, before * factor[k] - before
-        for p in range(used - 1, place - 1, -1):
-            knots[p + 2] = knots[p] - low
-            steps[p + 2] = steps[p]
-        for p in range(place):
-            knots[p] -= high
-        knots[place], steps[place] = wish - high, -a
-        knots[place + 1], steps[place + 1] = wish - low, a
-        used += 2
-        offset += slope * high
-    if drive > 0.0:
-        a, b, place = slope + 1.0 / drive, offset - entering / drive, 0
-        while place < used and a * knots[place] + b < 0.0:
-            a += steps[place]
-            b -= steps[place] * knots[place]
-            place += 1
-        entering = -b / a
+        right -= 1
+        knots[left], steps[left] = wish - left_shift, slope
+        knots[right], steps[right] = wish - right_shift, slope
+        left += 1
+        before = tension[span - 1] if span > 0 else max(entering, 0.0)
+        left_shift -= before * factor[span] - before
+        right_shift -= before / factor[span] - before
     entering = max(entering, 0.0)
     before = entering
     for k in range(count):
@@ -130,6 +148,23 @@ def span_tensions(
 
 
 @njit(cache=True)
+def busy_spans(entering: Array, drive: Array, ends: Index, tension: Array, busy: Index) -> None:
+    """Write each tendon's number of spans into `busy`, shape (t,), 0 where it is slack before and after.
+
+    Args: as of `confine`.
+    """
+    for j in range(ends.shape[0]):
+        busy[j] = ends[j]
+        if entering[j] > 0.0 or drive[j] > 0.0:
+            continue
+        busy[j] = 0
+        for k in range(ends[j]):
+            if tension[j, k] > 0.0:
+                busy[j] = ends[j]
+                break
+
+
+@njit(cache=True, error_model="numpy")
 def confine(
     mu: float,
     entering: Array,
@@ -142,16 +177,19 @@ def confine(
     dof: Index,
     span: Index,
     velocity: Array,
-    force: Array,
-    mass: Array,
-    timestep: float,
+    passive: Array,
+    bias: Array,
+    constraint: Array,
+    applied: Array,
+    yielding: Array,
     sweeps: int,
     tolerance: float,
     tension: Array,
-    torque: Array,
+    holes: Array,
+    pulls: Array,
     scratch: Array,
 ) -> None:
-    """Update all tendons' tensions, and write what they pull beyond the actuators' tensions.
+    """Update all tendons' tensions, and apply what they pull beyond the actuators' tensions.
 
     Args:
         mu: friction coefficient.
@@ -159,66 +197,74 @@ def confine(
         drive: growth of the actuators' tensions per unit of the tendons' rate of lengthening in one
             step; 0 where the tension is given, shape (t,) [N s/m].
         turn: shape (t, n) [rad].
-        ends: number of spans of each tendon, shape (t,).
+        ends: number of spans of each tendon, 0 of one that is left as it is (`busy_spans`), shape (t,).
         ten_J: MuJoCo's sparse tendon Jacobian; `entry` picks from it.
         row_start: first entry of each tendon in `entry`, `dof`, `span`, shape (t + 1,).
         entry, dof, span: for each nonzero of the tendons' Jacobian its place in `ten_J`, its degree
-            of freedom, and the span whose length it changes.
+            of freedom, and the span whose length it changes, shape (e,).
         velocity: velocities now, shape (nv,).
-        force: all generalised forces but the tendons', shape (nv,); damping included.
-        mass: effective implicit inertia of each degree of freedom, shape (nv,).
-        timestep: [s].
+        passive, bias, constraint: MuJoCo's generalised forces (`bias` is subtracted), shape (nv,).
+        applied: in: all other generalised forces but the tendons'; out: with what the tensions pull
+            beyond those that the actuators will have at the end of the step (the integrator adds
+            these), shape (nv,).
+        yielding: timestep over effective implicit inertia of each degree of freedom, shape (nv,).
         sweeps: most passes over the tendons, which share degrees of freedom.
         tolerance: they end when no tension changed by more than this share of the largest.
         tension: in: last step's; out: new, shape (t, n) [N].
-        torque: out: generalised force of the tensions less those that the actuators will have at the
-            end of the step (the integrator adds these), shape (nv,).
-        scratch: workspace, shape (9, 2 max(n, nv, t) + 2).
+        holes: workspace, shape (2, t, n).
+        pulls: workspace, shape (2, e).
+        scratch: workspace, shape (7, 2 max(n, nv, t)).
     """
     tendons = tension.shape[0]
-    factor, rate, response = scratch[3], scratch[4], scratch[5]
-    ahead, reached, old = scratch[6], scratch[7], scratch[8]
+    factor, response = holes[0], holes[1]
+    arm, gain = pulls[0], pulls[1]  # gain: change of velocity in a step per unit of tension
+    rate, ahead, reached, old = scratch[3], scratch[4], scratch[5], scratch[6]
     for i in range(velocity.shape[0]):
-        ahead[i] = velocity[i] + timestep * force[i] / mass[i]
-        torque[i] = 0.0
-    for j in range(tendons):
-        for place in range(row_start[j], row_start[j + 1]):
-            i = dof[place]
-            ahead[i] -= timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
-    largest = 0.0
+        ahead[i] = velocity[i] + yielding[i] * (passive[i] - bias[i] + applied[i] + constraint[i])
+    largest, last = 0.0, -1
     for j in range(tendons):
         largest = max(largest, entering[j])
+        if ends[j] == 0:
+            continue
+        for k in range(ends[j]):
+            if last >= 0 and k < ends[last] and turn[j, k] == turn[last, k]:  # side by side in a plane
+                factor[j, k] = factor[last, k]
+            else:
+                factor[j, k] = math.exp(mu * turn[j, k])
+            response[j, k] = LEAST_RESPONSE
+        last = j
+        for place in range(row_start[j], row_start[j + 1]):
+            i, k = dof[place], span[place]
+            arm[place] = ten_J[entry[place]]
+            gain[place] = yielding[i] * arm[place]
+            response[j, k] += arm[place] * gain[place]
+            ahead[i] -= gain[place] * tension[j, k]
     for sweep in range(sweeps):
         change = 0.0
         for index in range(tendons):
             j = index if sweep % 2 == 0 else tendons - 1 - index
             count = ends[j]
+            if count == 0:
+                continue
             for k in range(count):
-                factor[k] = math.exp(mu * turn[j, k])
                 rate[k] = 0.0
-                response[k] = LEAST_RESPONSE
-            for place in range(row_start[j], row_start[j + 1]):
-                i, arm = dof[place], ten_J[entry[place]]
-                rate[span[place]] += arm * ahead[i]
-                response[span[place]] += timestep * arm * arm / mass[i]
-            for place in range(row_start[j], row_start[j + 1]):
-                i = dof[place]
-                ahead[i] += timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
-            for k in range(count):
                 old[k] = tension[j, k]
-            reached[j] = span_tensions(
-                entering[j], drive[j], factor, rate, response, count, tension[j], scratch
-            )
             for place in range(row_start[j], row_start[j + 1]):
-                i = dof[place]
-                ahead[i] -= timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
+                rate[span[place]] += arm[place] * ahead[dof[place]]
+            reached[j] = span_tensions(
+                entering[j], drive[j], factor[j], rate, response[j], count, tension[j], scratch
+            )
             for k in range(count):
-                change = max(change, abs(tension[j, k] - old[k]))
+                old[k] = tension[j, k] - old[k]
+                change = max(change, abs(old[k]))
+            for place in range(row_start[j], row_start[j + 1]):
+                ahead[dof[place]] -= gain[place] * old[span[place]]
         if change <= tolerance * largest:
             break
     for j in range(tendons):
-        for place in range(row_start[j], row_start[j + 1]):
-            torque[dof[place]] -= ten_J[entry[place]] * (tension[j, span[place]] - reached[j])
+        if ends[j] > 0:
+            for place in range(row_start[j], row_start[j + 1]):
+                applied[dof[place]] -= arm[place] * (tension[j, span[place]] - reached[j])
 
 
 @njit(cache=True)

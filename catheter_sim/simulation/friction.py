@@ -72,23 +72,32 @@ class Turns:
 
     def __init__(self, robot: ContinuumRobot, model: mujoco.MjModel) -> None:
         spans = body_count(robot)
-        self._planar = is_planar(robot) and robot.links_per_subsegment == 1
+        self.planar = is_planar(robot) and robot.links_per_subsegment == 1
         self._turn = np.zeros((len(robot.tendons), spans))
-        if self._planar:
-            self._joints = np.array([model.joint(f"x{k}").qposadr[0] for k in range(1, spans + 1)])
+        self.joints = np.zeros(0, dtype=int)
+        self.sites = np.zeros((len(robot.tendons), 0), dtype=int)
+        if self.planar:
+            self.joints = np.array([model.joint(f"x{k}").qposadr[0] for k in range(1, spans + 1)])
             return
         self._ends = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
-        self._sites = np.zeros((len(robot.tendons), spans + 1), dtype=int)
+        self.sites = np.zeros((len(robot.tendons), spans + 1), dtype=int)
         for index, tendon in enumerate(robot.tendons):
             for k in range(self._ends[index] + 1):
-                self._sites[index, k] = model.site(f"hole_{tendon.name}_{k}").id
+                self.sites[index, k] = model.site(f"hole_{tendon.name}_{k}").id
 
-    def __call__(self, data: mujoco.MjData) -> Array:
-        """Return the turn at the hole before each span, shape (t, n) [rad], in a reused array."""
-        if self._planar:
-            capstan.planar_turns(data.qpos, self._joints, self._turn)
+    def __call__(self, data: mujoco.MjData, ends: capstan.Index | None = None) -> Array:
+        """Return the turn at the hole before each span, shape (t, n) [rad], in a reused array.
+
+        Args:
+            data: the state.
+            ends: of each tendon the spans that matter, 0 where none does; default: all, shape (t,).
+        """
+        if self.planar:
+            capstan.planar_turns(data.qpos, self.joints, self._turn)
         else:
-            capstan.spatial_turns(data.site_xpos, self._sites, self._ends, self._turn)
+            capstan.spatial_turns(
+                data.site_xpos, self.sites, self._ends if ends is None else ends, self._turn
+            )
         return self._turn
 
 
@@ -152,7 +161,7 @@ class PairTurns:
         self._before = [[other for other, k in enumerate(order) if k < own] for own in order]
         self._turn = np.zeros((2 * len(order), spans))
 
-    def __call__(self, data: mujoco.MjData) -> Array:
+    def __call__(self, data: mujoco.MjData, ends: capstan.Index | None = None) -> Array:
         """Return the turn before each span, shape (2 pairs, n) [rad], in a reused array."""
         bends = [data.qpos[gaps] for gaps in self._gaps]
         for row, own in enumerate(bends):
@@ -202,6 +211,32 @@ def layout_of(robot: Robot, model: mujoco.MjModel) -> Layout:
     return Layout(names, spans, span_counts(robot), hinge_spans(robot, model), Turns(robot, model))
 
 
+@dataclass(frozen=True)
+class LawArrays:
+    """The law of a continuum robot as plain arrays, for where it runs elsewhere.
+
+    Attributes:
+        mu: friction coefficient.
+        planar: whether turns follow from the hinges' angles at `joints`, else from the holes at `sites`.
+        joints: places of the hinges' angles in `qpos`, shape (n,); of a robot in space (0,).
+        sites: holes of each tendon, shape (t, n + 1); of a planar robot (t, 0).
+        spans: n.
+        ends, starts, entries, dofs, span, yielding: as in `capstan.confine`.
+    """
+
+    mu: float
+    planar: bool
+    joints: np.ndarray
+    sites: np.ndarray
+    spans: int
+    ends: np.ndarray
+    starts: np.ndarray
+    entries: np.ndarray
+    dofs: np.ndarray
+    span: np.ndarray
+    yielding: Array
+
+
 class CapstanFriction:
     """The shipped law; see the module's text."""
 
@@ -225,19 +260,41 @@ class CapstanFriction:
         self._model = model
         self.know_joints()
         self._tension = np.zeros((tendons, spans))
-        self._torque = np.zeros(model.nv)
-        self._scratch = np.zeros((9, 2 * max(spans, model.nv, tendons) + 2))
+        self._busy = np.zeros(tendons, dtype=np.int64)
+        self._holes = np.zeros((2, tendons, spans))
+        self._pulls = np.zeros((2, len(self._span)))
+        self._scratch = np.zeros((7, 2 * max(spans, model.nv, tendons)))
 
     def reset(self) -> None:
         """Forget the history."""
         self._tension[:] = 0.0
+
+    def layout(self) -> LawArrays:
+        """Return the law as plain arrays; of a continuum robot only."""
+        if not isinstance(self._turns, Turns):
+            raise TypeError("only a continuum robot's turns follow from angles or holes alone")
+        rows, turns = self._rows, self._turns
+        return LawArrays(
+            mu=self._mu,
+            planar=turns.planar,
+            joints=turns.joints,
+            sites=turns.sites,
+            spans=self._tension.shape[1],
+            ends=self._ends,
+            starts=rows.starts,
+            entries=rows.entries,
+            dofs=rows.columns,
+            span=self._span,
+            yielding=self._yielding,
+        )
 
     def know_joints(self) -> None:
         """Take over the stiffness of the model's joints; to be called where it has changed."""
         model = self._model
         stiffness = np.zeros(model.nv)
         stiffness[model.jnt_dofadr] = model.jnt_stiffness
-        self._mass = model.dof_armature + self._timestep * (model.dof_damping + self._timestep * stiffness)
+        mass = model.dof_armature + self._timestep * (model.dof_damping + self._timestep * stiffness)
+        self._yielding = self._timestep / mass
 
     def set_drive(self, stiffness: Array) -> None:
         """Set the actuators' stiffness against the tendons' lengthening, shape (t,) [N/m]."""
@@ -245,30 +302,32 @@ class CapstanFriction:
 
     def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
         """Find the tensions of the coming step and apply what they pull beyond the actuators."""
-        rows = self._rows
-        force = data.qfrc_passive - data.qfrc_bias + data.qfrc_applied + data.qfrc_constraint
+        rows, busy = self._rows, self._busy
+        capstan.busy_spans(actuator_tension, self._drive, self._ends, self._tension, busy)
         capstan.confine(
             self._mu,
             actuator_tension,
             self._drive,
-            self._turns(data),
-            self._ends,
+            self._turns(data, busy),
+            busy,
             data.ten_J,
             rows.starts,
             rows.entries,
             rows.columns,
             self._span,
             data.qvel,
-            force,
-            self._mass,
-            self._timestep,
+            data.qfrc_passive,
+            data.qfrc_bias,
+            data.qfrc_constraint,
+            data.qfrc_applied,
+            self._yielding,
             SWEEPS,
             SWEEP_TOLERANCE,
             self._tension,
-            self._torque,
+            self._holes,
+            self._pulls,
             self._scratch,
         )
-        data.qfrc_applied += self._torque
 
     def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:
         """Return the tension of every tendon in every span after a step, shape (t, n) [N].

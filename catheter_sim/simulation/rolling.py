@@ -135,10 +135,15 @@ class RodTurns:
         self._qpos = model.jnt_qposadr[_joint_ids(robot, model)].astype(np.int64)
         self._turn = np.zeros((chain.pulled, chain.joints))
 
-    def __call__(self, data: mujoco.MjData) -> Array:
+    def __call__(self, data: mujoco.MjData, ends: rolling_kernel.Index | None = None) -> Array:
         """Return the turn before each gap, shape (t, n) [rad], in a reused array.
 
         That is the turn in the link below; none in the base, and none beyond a rod's end.
+
+        Args:
+            data: the state.
+            ends: of each rod the gaps that matter, 0 where none does; default: all, shape (t,).
         """
-        rolling_kernel.turns(data.qpos, self._qpos, self._joint, self._rod, self._ends, self._turn)
+        last = self._ends if ends is None else ends
+        rolling_kernel.turns(data.qpos, self._qpos, self._joint, self._rod, last, self._turn)
         return self._turn

@@ -22,6 +22,7 @@ from catheter_sim.simulation.elastic_law import ElasticRemainder
 from catheter_sim.simulation.friction import CapstanFriction, Friction, NestedFriction, span_counts
 from catheter_sim.simulation.link_forces import LinkForces
 from catheter_sim.simulation.rolling import RodElasticity, Rolling
+from catheter_sim.simulation.site_tendons import SiteTendons, applies
 from catheter_sim.statics.rolling.loads import LinkForce
 
 FRICTION_ROUTES = ("capstan", "nested", "none")
@@ -138,6 +139,7 @@ class Simulator:
                 self._friction = NestedFriction(require_continuum(robot, "nested"), self.model)
             else:
                 self._friction = self._capstan = CapstanFriction(robot, self.model, drive)
+        self._paths = SiteTendons(self.model) if applies(self.model) else None
         self.reset()
 
     def reset(self) -> None:
@@ -192,12 +194,14 @@ class Simulator:
 
     def step(self, count: int = 1) -> None:
         """Take `count` steps under the present inputs."""
-        model, data, friction = self.model, self.data, self._friction
-        if self._tension_driven and friction is None and not self._pushed and self._elastic is None:
-            data.qfrc_applied[:] = 0.0
-            for _ in range(count):
-                mujoco.mj_step(model, data)
+        if self._paths is None:
+            self._step(count)
             return
+        with self._paths.instead_of_the_engine():
+            self._step(count)
+
+    def _step(self, count: int) -> None:
+        model, data, friction = self.model, self.data, self._friction
         for _ in range(count):
             if self._rolling is not None:
                 if self._rolling.compressible:
@@ -208,6 +212,8 @@ class Simulator:
                 if self._catheter.resist(data) and self._capstan is not None:
                     self._capstan.know_joints()
             mujoco.mj_step1(model, data)
+            if self._paths is not None:
+                self._paths.find(data)
             if self._catheter is not None:
                 self._catheter.turn(data)
                 arrays = self._gain, self._bias, self._length_gain

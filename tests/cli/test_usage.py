@@ -19,7 +19,7 @@ from catheter_sim.cli.main import VERBS, main
 from catheter_sim.errors import InputError
 
 COMMAND = [sys.executable, "-m", "catheter_sim.cli.main"]
-CONTRACT_VERBS = {"list", "build", "simulate", "statics", "render", "validate", "diagnose", "bench"}
+CONTRACT_VERBS = {"list", "build", "simulate", "statics", "render", "validate", "diagnose", "bench", "view"}
 
 
 def test_verbs_are_those_promised() -> None:

@@ -1,0 +1,260 @@
+"""A robot in MuJoCo's interactive viewer: sliders for its inputs, its tendons coloured by their tension.
+
+The window is MuJoCo's passive viewer; the steps are `Simulator`'s, friction included. A tendon is drawn
+stretch by stretch, so that friction shows as the tension falls along it.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from catheter_sim.envs.quick_model import input_range, quick_model
+from catheter_sim.errors import InputError
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.posture import Array
+from catheter_sim.simulation.simulator import Simulator
+
+FRAME_S = 1.0 / 30.0
+TENSION_COLOURS = ((0.45, 0.50, 0.58), (0.98, 0.78, 0.10), (0.82, 0.05, 0.08))  # slack, half, full
+_WIDER = 1.6  # what is drawn over a tendon's own drawing
+_SCREEN_VARIABLES = ("DISPLAY", "WAYLAND_DISPLAY")
+_ELSEWHERE = "`catheter-sim render` draws to a file and needs none"
+
+
+class Window(Protocol):
+    """What is used of `mujoco.viewer.Handle`."""
+
+    @property
+    def user_scn(self) -> Any:
+        """What is drawn beside the model."""
+
+    def is_running(self) -> bool:
+        """Return whether the window is open."""
+
+    def lock(self) -> AbstractContextManager[Any]:
+        """Keep the window from drawing."""
+
+    def sync(self) -> None:
+        """Show the state, and take over what the user did."""
+
+
+def tension_colours(share: ArrayLike) -> NDArray[np.float32]:
+    """Return a colour for each tension, shape (*, 4): red, green, blue, opacity from 0 to 1.
+
+    From grey through yellow to red.
+
+    Args:
+        share: tensions over what counts as full, shape (*); below 0 is shown as 0, above 1 as 1, NaN as 0.
+    """
+    place = np.clip(np.nan_to_num(np.asarray(share, float), nan=0.0), 0.0, 1.0)
+    stops = np.linspace(0.0, 1.0, len(TENSION_COLOURS))
+    channels = [np.interp(place, stops, column) for column in zip(*TENSION_COLOURS, strict=True)]
+    return np.stack([*channels, np.ones_like(place)], axis=-1).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """What the sliders reach.
+
+    Attributes:
+        least, most: of each tendon's input, of a catheter each pair's, shape (t,) [N, m].
+        full_tension: what is drawn in the last colour, of each tendon or pair, shape (t,) [N].
+    """
+
+    least: Array
+    most: Array
+    full_tension: Array
+
+
+def slider_ranges(robot: Robot, actuation: str) -> Ranges:
+    """Return the inputs that bend each segment alone by 90 deg; of a catheter, its joints' own limits.
+
+    Tensions start at slack; displacements go to either side as far as all segments together ask.
+
+    Raises:
+        InputError: tendons that bend nothing.
+    """
+    drives = quick_model(robot, actuation).drives
+    ends = np.stack([drives.tendon * drives.lowest, drives.tendon])  # of each drive, (2, t, d)
+    lowest, highest = input_range(robot)
+    return Ranges(
+        least=np.maximum(ends.min(axis=0).sum(axis=1), lowest),
+        most=np.minimum(ends.max(axis=0).sum(axis=1), highest),
+        full_tension=np.where(drives.tension > 0.0, drives.tension, 1.0),
+    )
+
+
+class Sliders:
+    """The viewer's control sliders as the inputs of a simulator."""
+
+    def __init__(self, simulator: Simulator, ranges: Ranges) -> None:
+        """Set the sliders' ranges in the model."""
+        model = simulator.model
+        self._least, self._most = ranges.least, ranges.most
+        count = len(ranges.least)
+        model.actuator_ctrllimited[:] = 1
+        model.actuator_ctrlrange[:count] = np.stack([self._least, self._most], axis=1)
+        # Of a catheter's pair the antagonist's slider only shows what the pair's own does.
+        self._antagonists: list[tuple[int, int]] = []
+        for actuator in range(count, model.nu):
+            pair = model.actuator(actuator).name.replace("antagonist_", "tendon_", 1)
+            partner = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, pair)
+            if partner != actuator and partner >= 0:
+                self._antagonists.append((actuator, partner))
+                model.actuator_ctrlrange[actuator] = -self._most[partner], -self._least[partner]
+        self._command = np.zeros(count)
+
+    def reset(self) -> None:
+        """Return to zero inputs."""
+        self._command[:] = 0.0
+
+    def read(self, ctrl: Array) -> Array:
+        """Return the inputs that the sliders ask for, shape (t,) [N, m]."""
+        self._command = np.clip(ctrl[: len(self._command)], self._least, self._most)
+        return self._command.copy()
+
+    def show(self, ctrl: Array) -> None:
+        """Let the sliders stand where the user left them, whatever play made of it on the way."""
+        ctrl[: len(self._command)] = self._command
+        for actuator, partner in self._antagonists:
+            ctrl[actuator] = -self._command[partner]
+
+
+class TendonPaint:
+    """Draws the tendons of a simulator stretch by stretch."""
+
+    def __init__(self, simulator: Simulator, ranges: Ranges) -> None:
+        model = simulator.model
+        self._simulator = simulator
+        pulling = np.flatnonzero(model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
+        sites = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_SITE)
+        self._pulls = [
+            (int(actuator), int(model.actuator_trnid[actuator, 0]))
+            for actuator in pulling
+            if sites[model.actuator_trnid[actuator, 0]]
+        ]
+        names = [f"tendon_{tendon.name}" for tendon in simulator.robot.tendons]
+        self._rows = [
+            names.index(name) if name in names else -1
+            for name in (model.tendon(tendon).name for _, tendon in self._pulls)
+        ]
+        self._full = [
+            ranges.full_tension[row] if row >= 0 else ranges.full_tension.max() for row in self._rows
+        ]
+
+    def tensions(self) -> list[Array]:
+        """Return the tension in every straight stretch of each drawn tendon, base to tip [N]."""
+        model, data = self._simulator.model, self._simulator.data
+        spans = self._simulator.span_tension()
+        result = []
+        for (actuator, tendon), row in zip(self._pulls, self._rows, strict=True):
+            stretches = int(model.tendon_num[tendon]) - 1
+            known = spans[row][np.isfinite(spans[row])] if row >= 0 else np.zeros(0)
+            if not len(known):
+                pull = -model.actuator_gear[actuator, 0] * data.actuator_force[actuator]
+                known = np.array([max(0.0, float(pull))])
+            # More stretches than spans: a run before the base, or two stretches at each joint.
+            result.append(known[np.arange(stretches) * len(known) // stretches])
+        return result
+
+    def draw(self, scene: mujoco.MjvScene) -> None:
+        """Put the tendons into `scene`, as far as it has room."""
+        model, data = self._simulator.model, self._simulator.data
+        scene.ngeom = 0
+        for (_, tendon), full, tension in zip(self._pulls, self._full, self.tensions(), strict=True):
+            first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+            path = data.site_xpos[model.wrap_objid[first : first + count]]
+            width = _WIDER * float(model.tendon_width[tendon])
+            for k, colour in enumerate(tension_colours(tension / full)):
+                if scene.ngeom >= scene.maxgeom:
+                    return
+                geom = scene.geoms[scene.ngeom]
+                capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
+                mujoco.mjv_initGeom(geom, capsule, np.zeros(3), np.zeros(3), np.eye(3).ravel(), colour)
+                mujoco.mjv_connector(geom, capsule, width, path[k], path[k + 1])
+                scene.ngeom += 1
+
+
+def show(
+    simulator: Simulator,
+    window: Window,
+    sliders: Sliders,
+    paint: TendonPaint,
+    clock: Callable[[], float] = time.perf_counter,
+    sleep: Callable[[float], None] = time.sleep,
+) -> None:
+    """Simulate in real time, or as fast as it goes, until the window is closed.
+
+    The viewer's reset brings the robot back to rest and the sliders to zero.
+
+    Raises:
+        SimulationDiverged: it did.
+    """
+    data, timestep = simulator.data, simulator.model.opt.timestep
+    steps = max(1, round(FRAME_S / timestep))
+    while window.is_running():
+        start, before = clock(), data.time
+        with window.lock():
+            paint.draw(window.user_scn)
+        window.sync()
+        if data.time < before:
+            sliders.reset()
+            simulator.reset()
+        else:
+            simulator.set_inputs(sliders.read(data.ctrl))
+            simulator.step(steps)
+            simulator.require_finite()
+        sliders.show(data.ctrl)
+        sleep(max(0.0, steps * timestep - (clock() - start)))
+
+
+def require_screen() -> None:
+    """Raise `InputError` where no window can be opened."""
+    if platform.system() == "Linux" and not any(os.environ.get(name) for name in _SCREEN_VARIABLES):
+        raise InputError(f"no screen: neither {' nor '.join(_SCREEN_VARIABLES)} is set; {_ELSEWHERE}")
+    try:
+        import glfw
+
+        # The viewer opens its window in a thread, from which no failure comes back: try one here first.
+        opened = bool(glfw.init())
+        if opened:
+            glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
+            trial = glfw.create_window(64, 64, "catheter-sim", None, None)
+            opened = trial is not None and bool(trial)
+            if opened:
+                glfw.destroy_window(trial)
+            glfw.terminate()
+    except Exception as error:  # a library that is missing, or GLFW's own errors
+        raise InputError(f"no screen: {' '.join(str(error).split())}; {_ELSEWHERE}") from None
+    if not opened:
+        raise InputError(f"no screen: no window can be opened; {_ELSEWHERE}")
+
+
+def view(robot: Robot, gravity_mps2: tuple[float, float, float]) -> None:
+    """Open the viewer on `robot`, whose `effects` are not read, and return when it is closed.
+
+    Raises:
+        InputError: there is no screen, the viewer fails, or the robot cannot be driven.
+    """
+    require_screen()
+    simulator = Simulator(robot, gravity_mps2=gravity_mps2)
+    ranges = slider_ranges(robot, simulator.actuation)
+    sliders, paint = Sliders(simulator, ranges), TendonPaint(simulator, ranges)
+    try:
+        import mujoco.viewer as viewer
+
+        window = viewer.launch_passive(simulator.model, simulator.data)
+    except (ImportError, RuntimeError, mujoco.FatalError) as error:
+        raise InputError(f"no viewer: {' '.join(str(error).split())}; {_ELSEWHERE}") from None
+    with window:
+        show(simulator, window, sliders, paint)
