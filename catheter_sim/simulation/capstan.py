@@ -227,3 +227,83 @@ def add_pull(ten_J: Array, row_start: Index, entry: Index, dof: Index, pull: Arr
     for row in range(pull.shape[0]):
         for place in range(row_start[row], row_start[row + 1]):
             torque[dof[place]] -= ten_J[entry[place]] * pull[row]
+
+
+@njit(cache=True, nogil=True)
+def planar_turns_of(copies: Index, qpos: Array, joint_index: Index, turn: Array) -> None:
+    """`planar_turns` of many robots: `qpos` (m, nq) and `turn` (m, t, n); `copies` picks some of them."""
+    for i in copies:
+        planar_turns(qpos[i], joint_index, turn[i])
+
+
+@njit(cache=True, nogil=True)
+def spatial_turns_of(copies: Index, points: Array, site_index: Index, ends: Index, turn: Array) -> None:
+    """`spatial_turns` of many robots: `points` (m, s, 3) and `turn` (m, t, n); `copies` picks some of them."""
+    for i in copies:
+        spatial_turns(points[i], site_index, ends, turn[i])
+
+
+@njit(cache=True, nogil=True)
+def confine_copies(
+    copies: Index,
+    mu: float,
+    entering: Array,
+    drive: Array,
+    turn: Array,
+    ends: Index,
+    ten_J: Array,
+    row_start: Index,
+    entry: Index,
+    dof: Index,
+    span: Index,
+    velocity: Array,
+    passive: Array,
+    bias: Array,
+    constraint: Array,
+    mass: Array,
+    timestep: float,
+    sweeps: int,
+    tolerance: float,
+    tension: Array,
+    applied: Array,
+    torque: Array,
+    scratch: Array,
+) -> None:
+    """`confine` many robots, and add what their tendons pull beyond the actuators to what is applied.
+
+    Args:
+        copies: which of the m robots.
+        mu, drive, ends, row_start, entry, dof, span, mass, timestep, sweeps, tolerance, scratch: as there,
+            the same of all.
+        entering, turn, ten_J, velocity, tension: as there, of each: one axis of m more before theirs.
+        passive, bias, constraint: MuJoCo's generalised forces, shape (m, nv).
+        applied: in and out: MuJoCo's applied forces, shape (m, nv).
+        torque: workspace, shape (nv,).
+    """
+    force = np.empty(mass.shape[0])
+    for i in copies:
+        for k in range(force.shape[0]):
+            force[k] = passive[i, k] - bias[i, k] + applied[i, k] + constraint[i, k]
+        confine(
+            mu,
+            entering[i],
+            drive,
+            turn[i],
+            ends,
+            ten_J[i],
+            row_start,
+            entry,
+            dof,
+            span,
+            velocity[i],
+            force,
+            mass,
+            timestep,
+            sweeps,
+            tolerance,
+            tension[i],
+            torque,
+            scratch,
+        )
+        for k in range(force.shape[0]):
+            applied[i, k] += torque[k]
