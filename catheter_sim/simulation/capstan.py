@@ -71,7 +71,9 @@ def span_tensions(
     slope where no span changes its length, within T_k - T_(k-1) in [low_k, high_k], what friction
     allows at hole k. The multiplier of that bound is the sliding speed at hole k. Solved exactly by
     dynamic programming from the tip: the slope of the cost-to-go is a rising, piecewise linear
-    function of the tension before the hole, kept as its knots.
+    function of the tension before the hole, kept as its knots, those left and those right of where it
+    is zero on two piles, each shifted as a whole. From span to span the zero passes few of them, so that
+    the cost grows about as the number of spans.
 
     Args:
         entering: tension at the actuator now; below zero where a driven tendon is slack [N].
@@ -88,39 +90,48 @@ def span_tensions(
         The actuator's tension at the end of the step [N].
     """
     knots, steps, goal = scratch[0], scratch[1], scratch[2]
-    used = 0
-    slope, offset = 0.0, 0.0  # the leftmost piece of the cost's slope: slope * T + offset
-    for k in range(count - 1, -1, -1):
-        slope += response[k]
-        offset -= response[k] * tension[k] + rate[k]
-        # where the slope of the cost-to-go crosses zero: the tension that span k would like
-        a, b, place = slope, offset, 0
-        while place < used and a * knots[place] + b < 0.0:
-            a += steps[place]
-            b -= steps[place] * knots[place]
-            place += 1
+    left, right = 0, knots.shape[0]  # the piles: below `left`, and from `right` on; the zero lies between
+    to_left, to_right = 0.0, 0.0  # by which all knots of a pile are shifted
+    for k in range(count, -1, -1):
+        # Between the piles the slope is zero as yet: there this span, or the actuator, adds a line a T + b.
+        if k > 0:
+            a, b = response[k - 1], -(response[k - 1] * tension[k - 1] + rate[k - 1])
+        elif drive > 0.0:
+            a, b = 1.0 / drive, -entering / drive
+        else:
+            break
+        # where it crosses zero: the tension that span k would like
+        while left > 0:
+            knot, step = knots[left - 1] + to_left, steps[left - 1]
+            if not a * knot + b > 0.0:
+                break
+            left, right = left - 1, right - 1
+            knots[right], steps[right] = knot - to_right, step
+            a -= step
+            b += step * knot
+        while right < knots.shape[0]:
+            knot, step = knots[right] + to_right, steps[right]
+            if not a * knot + b < 0.0:
+                break
+            knots[left], steps[left] = knot - to_left, step
+            left, right = left + 1, right + 1
+            a += step
+            b -= step * knot
         wish = -b / a
-        goal[k] = wish
+        if k == 0:
+            entering = wish
+            break
+        goal[k - 1] = wish
         # as a function of the tension before hole k: left of the wish shifted by the upper bound,
         # flat between, right of it shifted by the lower bound
-        before = tension[k - 1] if k > 0 else max(entering, 0.0)
-        low, high = before / factor[k] - before, before * factor[k] - before
-        for p in range(used - 1, place - 1, -1):
-            knots[p + 2] = knots[p] - low
-            steps[p + 2] = steps[p]
-        for p in range(place):
-            knots[p] -= high
-        knots[place], steps[place] = wish - high, -a
-        knots[place + 1], steps[place + 1] = wish - low, a
-        used += 2
-        offset += slope * high
-    if drive > 0.0:
-        a, b, place = slope + 1.0 / drive, offset - entering / drive, 0
-        while place < used and a * knots[place] + b < 0.0:
-            a += steps[place]
-            b -= steps[place] * knots[place]
-            place += 1
-        entering = -b / a
+        before = tension[k - 2] if k > 1 else max(entering, 0.0)
+        low, high = before / factor[k - 1] - before, before * factor[k - 1] - before
+        to_left -= high
+        to_right -= low
+        right -= 1
+        knots[left], steps[left] = wish - high - to_left, -a
+        knots[right], steps[right] = wish - low - to_right, a
+        left += 1
     entering = max(entering, 0.0)
     before = entering
     for k in range(count):
@@ -176,49 +187,46 @@ def confine(
         scratch: workspace, shape (9, 2 max(n, nv, t) + 2).
     """
     tendons = tension.shape[0]
-    factor, rate, response = scratch[3], scratch[4], scratch[5]
-    ahead, reached, old = scratch[6], scratch[7], scratch[8]
+    rate, ahead, reached, old = scratch[3], scratch[4], scratch[5], scratch[6]
+    factor, response = np.empty(tension.shape), np.empty(tension.shape)
+    arm, push = np.empty(entry.shape[0]), np.empty(entry.shape[0])  # push: of a unit of tension, in a step
     for i in range(velocity.shape[0]):
         ahead[i] = velocity[i] + timestep * force[i] / mass[i]
         torque[i] = 0.0
-    for j in range(tendons):
-        for place in range(row_start[j], row_start[j + 1]):
-            i = dof[place]
-            ahead[i] -= timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
     largest = 0.0
     for j in range(tendons):
         largest = max(largest, entering[j])
+        for k in range(ends[j]):
+            factor[j, k] = math.exp(mu * turn[j, k])
+            response[j, k] = LEAST_RESPONSE
+        for place in range(row_start[j], row_start[j + 1]):
+            i, k = dof[place], span[place]
+            arm[place] = ten_J[entry[place]]
+            push[place] = timestep * arm[place] / mass[i]
+            response[j, k] += push[place] * arm[place]
+            ahead[i] -= push[place] * tension[j, k]
     for sweep in range(sweeps):
         change = 0.0
         for index in range(tendons):
             j = index if sweep % 2 == 0 else tendons - 1 - index
-            count = ends[j]
-            for k in range(count):
-                factor[k] = math.exp(mu * turn[j, k])
+            for k in range(ends[j]):
                 rate[k] = 0.0
-                response[k] = LEAST_RESPONSE
-            for place in range(row_start[j], row_start[j + 1]):
-                i, arm = dof[place], ten_J[entry[place]]
-                rate[span[place]] += arm * ahead[i]
-                response[span[place]] += timestep * arm * arm / mass[i]
-            for place in range(row_start[j], row_start[j + 1]):
-                i = dof[place]
-                ahead[i] += timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
-            for k in range(count):
                 old[k] = tension[j, k]
-            reached[j] = span_tensions(
-                entering[j], drive[j], factor, rate, response, count, tension[j], scratch
-            )
             for place in range(row_start[j], row_start[j + 1]):
-                i = dof[place]
-                ahead[i] -= timestep * ten_J[entry[place]] * tension[j, span[place]] / mass[i]
-            for k in range(count):
-                change = max(change, abs(tension[j, k] - old[k]))
+                rate[span[place]] += arm[place] * ahead[dof[place]]
+            reached[j] = span_tensions(
+                entering[j], drive[j], factor[j], rate, response[j], ends[j], tension[j], scratch
+            )
+            for k in range(ends[j]):
+                old[k] = tension[j, k] - old[k]
+                change = max(change, abs(old[k]))
+            for place in range(row_start[j], row_start[j + 1]):
+                ahead[dof[place]] -= push[place] * old[span[place]]
         if change <= tolerance * largest:
             break
     for j in range(tendons):
         for place in range(row_start[j], row_start[j + 1]):
-            torque[dof[place]] -= ten_J[entry[place]] * (tension[j, span[place]] - reached[j])
+            torque[dof[place]] -= arm[place] * (tension[j, span[place]] - reached[j])
 
 
 @njit(cache=True)
