@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.envs import EPISODE_STEPS
+from catheter_sim.envs.draws import Path
 from catheter_sim.envs.observation import Observation
-from catheter_sim.envs.targets import Path, random_path
+from catheter_sim.envs.targets import random_path
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
 from catheter_sim.errors import unknown
 

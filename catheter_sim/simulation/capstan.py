@@ -246,7 +246,7 @@ def planar_turns_of(copies: Index, qpos: Array, joint_index: Index, turn: Array)
 
 @njit(cache=True, nogil=True)
 def spatial_turns_of(copies: Index, points: Array, site_index: Index, ends: Index, turn: Array) -> None:
-    """`spatial_turns` of many robots: `points` (m, s, 3) and `turn` (m, t, n); `copies` picks some of them."""
+    """`spatial_turns` of many robots: `points` (m, s, 3) and `turn` (m, t, n); `copies` picks some."""
     for i in copies:
         spatial_turns(points[i], site_index, ends, turn[i])
 

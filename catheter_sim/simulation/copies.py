@@ -208,9 +208,7 @@ class Copies:
     def _roll(self, copies: Index) -> None:
         """Put the hinges of rolling joints where they have rolled to."""
         if self._parts.rolling is not None:
-            self._native(
-                self._parts.rolling.place_copies, copies, self.qpos, self._hinges, self._links
-            )
+            self._native(self._parts.rolling.place_copies, copies, self.qpos, self._hinges, self._links)
 
     def _run(self, call: Callable[..., None], copies: Index, **arguments: int) -> None:
         """Call a batch for some copies; one in which MuJoCo gives up counts as diverged."""

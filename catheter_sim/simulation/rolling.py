@@ -73,7 +73,9 @@ class Rolling:
             self._model.body_pos,
         )
 
-    def place_copies(self, copies: rolling_kernel.Index, qpos: Array, jnt_pos: Array, body_pos: Array) -> None:
+    def place_copies(
+        self, copies: rolling_kernel.Index, qpos: Array, jnt_pos: Array, body_pos: Array
+    ) -> None:
         """`place` in many copies of the model without compression.
 
         Args:
