@@ -54,7 +54,7 @@ def spatial_turns(points: Array, site_index: Index, ends: Index, turn: Array) ->
             ax, ay, az = bx, by, bz
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def span_tensions(
     entering: float,
     drive: float,
@@ -71,9 +71,9 @@ def span_tensions(
     slope where no span changes its length, within T_k - T_(k-1) in [low_k, high_k], what friction
     allows at hole k. The multiplier of that bound is the sliding speed at hole k. Solved exactly by
     dynamic programming from the tip: the slope of the cost-to-go is a rising, piecewise linear
-    function of the tension before the hole, kept as its knots, those left and those right of where it
-    is zero on two piles, each shifted as a whole. From span to span the zero passes few of them, so that
-    the cost grows about as the number of spans.
+    function of the tension before the hole, kept as its knots. They lie on two stacks, left and right
+    of the flat piece that friction leaves at each hole; each stack shifts as a whole, so that the cost
+    grows with the number of spans and not with its square.
 
     Args:
         entering: tension at the actuator now; below zero where a driven tendon is slack [N].
@@ -84,54 +84,61 @@ def span_tensions(
         response: fall of a span's length rate per unit of its own tension, above zero [m/s/N], shape (n,).
         count: number of spans of this tendon.
         tension: in: old tensions; out: new ones, shape (n,) [N].
-        scratch: workspace, shape (3, 2 n + 2).
+        scratch: workspace, shape (3, 2 n) or wider.
 
     Returns:
         The actuator's tension at the end of the step [N].
     """
+    # Knots, and by how much the slope's own slope changes on the way outward there. The left stack's top
+    # is at `left - 1`, the right one's, which grows downward, at `right`.
     knots, steps, goal = scratch[0], scratch[1], scratch[2]
-    left, right = 0, knots.shape[0]  # the piles: below `left`, and from `right` on; the zero lies between
-    to_left, to_right = 0.0, 0.0  # by which all knots of a pile are shifted
-    for k in range(count, -1, -1):
-        # Between the piles the slope is zero as yet: there this span, or the actuator, adds a line a T + b.
-        if k > 0:
-            a, b = response[k - 1], -(response[k - 1] * tension[k - 1] + rate[k - 1])
+    left, right = 0, knots.shape[0]
+    left_shift, right_shift = 0.0, 0.0  # of the whole stacks
+    for k in range(count + 1):
+        span = count - 1 - k
+        # the slope of the cost-to-go, slope * T + offset, on what was the flat piece
+        if span >= 0:
+            slope = response[span]
+            offset = -(slope * tension[span] + rate[span])
         elif drive > 0.0:
-            a, b = 1.0 / drive, -entering / drive
+            slope, offset = 1.0 / drive, -entering / drive
         else:
             break
-        # where it crosses zero: the tension that span k would like
+        # where it crosses zero: the tension that this span, at last the actuator, would like
         while left > 0:
-            knot, step = knots[left - 1] + to_left, steps[left - 1]
-            if not a * knot + b > 0.0:
+            knot = knots[left - 1] + left_shift
+            if slope * knot + offset <= 0.0:
                 break
-            left, right = left - 1, right - 1
-            knots[right], steps[right] = knot - to_right, step
-            a -= step
-            b += step * knot
+            left -= 1
+            right -= 1
+            step = steps[left]
+            slope += step
+            offset -= step * knot
+            knots[right], steps[right] = knot - right_shift, -step
         while right < knots.shape[0]:
-            knot, step = knots[right] + to_right, steps[right]
-            if not a * knot + b < 0.0:
+            knot = knots[right] + right_shift
+            if slope * knot + offset >= 0.0:
                 break
-            knots[left], steps[left] = knot - to_left, step
-            left, right = left + 1, right + 1
-            a += step
-            b -= step * knot
-        wish = -b / a
-        if k == 0:
+            step = steps[right]
+            slope += step
+            offset -= step * knot
+            knots[left], steps[left] = knot - left_shift, -step
+            left += 1
+            right += 1
+        wish = -offset / slope
+        if span < 0:
             entering = wish
             break
-        goal[k - 1] = wish
+        goal[span] = wish
         # as a function of the tension before hole k: left of the wish shifted by the upper bound,
         # flat between, right of it shifted by the lower bound
-        before = tension[k - 2] if k > 1 else max(entering, 0.0)
-        low, high = before / factor[k - 1] - before, before * factor[k - 1] - before
-        to_left -= high
-        to_right -= low
         right -= 1
-        knots[left], steps[left] = wish - high - to_left, -a
-        knots[right], steps[right] = wish - low - to_right, a
+        knots[left], steps[left] = wish - left_shift, slope
+        knots[right], steps[right] = wish - right_shift, slope
         left += 1
+        before = tension[span - 1] if span > 0 else max(entering, 0.0)
+        left_shift -= before * factor[span] - before
+        right_shift -= before / factor[span] - before
     entering = max(entering, 0.0)
     before = entering
     for k in range(count):
@@ -140,7 +147,7 @@ def span_tensions(
     return entering
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def confine(
     mu: float,
     entering: Array,
@@ -153,16 +160,20 @@ def confine(
     dof: Index,
     span: Index,
     velocity: Array,
-    force: Array,
+    passive: Array,
+    bias: Array,
+    constraint: Array,
+    applied: Array,
     mass: Array,
     timestep: float,
     sweeps: int,
     tolerance: float,
     tension: Array,
-    torque: Array,
+    holes: Array,
+    pulls: Array,
     scratch: Array,
 ) -> None:
-    """Update all tendons' tensions, and write what they pull beyond the actuators' tensions.
+    """Update all tendons' tensions, and apply what they pull beyond the actuators' tensions.
 
     Args:
         mu: friction coefficient.
@@ -174,59 +185,76 @@ def confine(
         ten_J: MuJoCo's sparse tendon Jacobian; `entry` picks from it.
         row_start: first entry of each tendon in `entry`, `dof`, `span`, shape (t + 1,).
         entry, dof, span: for each nonzero of the tendons' Jacobian its place in `ten_J`, its degree
-            of freedom, and the span whose length it changes.
+            of freedom, and the span whose length it changes, shape (e,).
         velocity: velocities now, shape (nv,).
-        force: all generalised forces but the tendons', shape (nv,); damping included.
+        passive, bias, constraint: MuJoCo's generalised forces (`bias` is subtracted), shape (nv,).
+        applied: in: all other generalised forces but the tendons'; out: with what the tensions pull
+            beyond those that the actuators will have at the end of the step (the integrator adds
+            these), shape (nv,).
         mass: effective implicit inertia of each degree of freedom, shape (nv,).
         timestep: [s].
         sweeps: most passes over the tendons, which share degrees of freedom.
         tolerance: they end when no tension changed by more than this share of the largest.
         tension: in: last step's; out: new, shape (t, n) [N].
-        torque: out: generalised force of the tensions less those that the actuators will have at the
-            end of the step (the integrator adds these), shape (nv,).
-        scratch: workspace, shape (9, 2 max(n, nv, t) + 2).
+        holes: workspace, shape (2, t, n).
+        pulls: workspace, shape (2, e).
+        scratch: workspace, shape (8, 2 max(n, nv, t)).
     """
     tendons = tension.shape[0]
-    rate, ahead, reached, old = scratch[3], scratch[4], scratch[5], scratch[6]
-    factor, response = np.empty(tension.shape), np.empty(tension.shape)
-    arm, push = np.empty(entry.shape[0]), np.empty(entry.shape[0])  # push: of a unit of tension, in a step
+    factor, response = holes[0], holes[1]
+    arm, gain = pulls[0], pulls[1]  # gain: change of velocity in a step per unit of tension
+    rate, ahead, reached, old, idle = scratch[3], scratch[4], scratch[5], scratch[6], scratch[7]
     for i in range(velocity.shape[0]):
-        ahead[i] = velocity[i] + timestep * force[i] / mass[i]
-        torque[i] = 0.0
+        force = passive[i] - bias[i] + applied[i] + constraint[i]
+        ahead[i] = velocity[i] + timestep * force / mass[i]
     largest = 0.0
     for j in range(tendons):
         largest = max(largest, entering[j])
+        idle[j], reached[j] = 1.0, 0.0
+        if entering[j] > 0.0 or drive[j] > 0.0:
+            idle[j] = 0.0
+        else:
+            for k in range(ends[j]):
+                if tension[j, k] > 0.0:
+                    idle[j] = 0.0
+                    break
+        if idle[j] == 1.0:  # slack before and after
+            continue
         for k in range(ends[j]):
             factor[j, k] = math.exp(mu * turn[j, k])
             response[j, k] = LEAST_RESPONSE
         for place in range(row_start[j], row_start[j + 1]):
             i, k = dof[place], span[place]
             arm[place] = ten_J[entry[place]]
-            push[place] = timestep * arm[place] / mass[i]
-            response[j, k] += push[place] * arm[place]
-            ahead[i] -= push[place] * tension[j, k]
+            gain[place] = timestep * arm[place] / mass[i]
+            response[j, k] += arm[place] * gain[place]
+            ahead[i] -= gain[place] * tension[j, k]
     for sweep in range(sweeps):
         change = 0.0
         for index in range(tendons):
             j = index if sweep % 2 == 0 else tendons - 1 - index
-            for k in range(ends[j]):
+            if idle[j] == 1.0:
+                continue
+            count = ends[j]
+            for k in range(count):
                 rate[k] = 0.0
                 old[k] = tension[j, k]
             for place in range(row_start[j], row_start[j + 1]):
                 rate[span[place]] += arm[place] * ahead[dof[place]]
             reached[j] = span_tensions(
-                entering[j], drive[j], factor[j], rate, response[j], ends[j], tension[j], scratch
+                entering[j], drive[j], factor[j], rate, response[j], count, tension[j], scratch
             )
-            for k in range(ends[j]):
+            for k in range(count):
                 old[k] = tension[j, k] - old[k]
                 change = max(change, abs(old[k]))
             for place in range(row_start[j], row_start[j + 1]):
-                ahead[dof[place]] -= push[place] * old[span[place]]
+                ahead[dof[place]] -= gain[place] * old[span[place]]
         if change <= tolerance * largest:
             break
     for j in range(tendons):
-        for place in range(row_start[j], row_start[j + 1]):
-            torque[dof[place]] -= arm[place] * (tension[j, span[place]] - reached[j])
+        if idle[j] == 0.0:
+            for place in range(row_start[j], row_start[j + 1]):
+                applied[dof[place]] -= arm[place] * (tension[j, span[place]] - reached[j])
 
 
 @njit(cache=True)
@@ -268,30 +296,26 @@ def confine_copies(
     passive: Array,
     bias: Array,
     constraint: Array,
+    applied: Array,
     mass: Array,
     timestep: float,
     sweeps: int,
     tolerance: float,
     tension: Array,
-    applied: Array,
-    torque: Array,
+    holes: Array,
+    pulls: Array,
     scratch: Array,
 ) -> None:
-    """`confine` many robots, and add what their tendons pull beyond the actuators to what is applied.
+    """`confine` many robots.
 
     Args:
         copies: which of the m robots.
-        mu, drive, ends, row_start, entry, dof, span, mass, timestep, sweeps, tolerance, scratch: as there,
-            the same of all.
-        entering, turn, ten_J, velocity, tension: as there, of each: one axis of m more before theirs.
-        passive, bias, constraint: MuJoCo's generalised forces, shape (m, nv).
-        applied: in and out: MuJoCo's applied forces, shape (m, nv).
-        torque: workspace, shape (nv,).
+        mu, drive, ends, row_start, entry, dof, span, mass, timestep, sweeps, tolerance, holes, pulls, scratch:
+            as there, the same of all.
+        entering, turn, ten_J, velocity, passive, bias, constraint, applied, tension: as there, of each: one
+            axis of m more before theirs.
     """
-    force = np.empty(mass.shape[0])
     for i in copies:
-        for k in range(force.shape[0]):
-            force[k] = passive[i, k] - bias[i, k] + applied[i, k] + constraint[i, k]
         confine(
             mu,
             entering[i],
@@ -304,14 +328,16 @@ def confine_copies(
             dof,
             span,
             velocity[i],
-            force,
+            passive[i],
+            bias[i],
+            constraint[i],
+            applied[i],
             mass,
             timestep,
             sweeps,
             tolerance,
             tension[i],
-            torque,
+            holes,
+            pulls,
             scratch,
         )
-        for k in range(force.shape[0]):
-            applied[i, k] += torque[k]

@@ -239,8 +239,9 @@ class CapstanFriction:
         self._model = model
         self.know_joints()
         self._tension = np.zeros((tendons, spans))
-        self._torque = np.zeros(model.nv)
-        self._scratch = np.zeros((9, 2 * max(spans, model.nv, tendons) + 2))
+        self._holes = np.zeros((2, tendons, spans))
+        self._pulls = np.zeros((2, len(self._span)))
+        self._scratch = np.zeros((8, 2 * max(spans, model.nv, tendons)))
 
     def reset(self) -> None:
         """Forget the history."""
@@ -260,7 +261,6 @@ class CapstanFriction:
     def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
         """Find the tensions of the coming step and apply what they pull beyond the actuators."""
         rows = self._rows
-        force = data.qfrc_passive - data.qfrc_bias + data.qfrc_applied + data.qfrc_constraint
         capstan.confine(
             self._mu,
             actuator_tension,
@@ -273,16 +273,19 @@ class CapstanFriction:
             rows.columns,
             self._span,
             data.qvel,
-            force,
+            data.qfrc_passive,
+            data.qfrc_bias,
+            data.qfrc_constraint,
+            data.qfrc_applied,
             self._mass,
             self._timestep,
             SWEEPS,
             SWEEP_TOLERANCE,
             self._tension,
-            self._torque,
+            self._holes,
+            self._pulls,
             self._scratch,
         )
-        data.qfrc_applied += self._torque
 
     def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:
         """Return the tension of every tendon in every span after a step, shape (t, n) [N].
