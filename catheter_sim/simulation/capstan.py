@@ -310,10 +310,10 @@ def confine_copies(
 
     Args:
         copies: which of the m robots.
-        mu, drive, ends, row_start, entry, dof, span, mass, timestep, sweeps, tolerance, holes, pulls, scratch:
-            as there, the same of all.
         entering, turn, ten_J, velocity, passive, bias, constraint, applied, tension: as there, of each: one
             axis of m more before theirs.
+        mu, drive, ends, row_start, entry, dof, span, mass, timestep, sweeps, tolerance: as there, of all.
+        holes, pulls, scratch: as there.
     """
     for i in copies:
         confine(

@@ -47,6 +47,8 @@ _NOTHING, _POSITIONS, _VELOCITIES, _ALL = (
     )
 )
 
+_CACHED = 8  # copies that go through a ramp together: their states stay near the processor
+
 
 def copied_together(simulator: Simulator) -> bool:
     """Whether `Copies` knows all that `simulator` does.
@@ -118,9 +120,12 @@ class Copies:
     def ramp(self, copies: Index, before: Array, after: Array, duration_s: float) -> None:
         """Move the inputs of some copies linearly from `before` to `after`, shapes (k, t)."""
         steps = max(1, round(duration_s / self._timestep))
-        for step in range(1, steps + 1):
-            self._set_inputs(copies, before + (after - before) * (step / steps))
-            self._step(copies)
+        for first in range(0, len(copies), _CACHED):
+            part = slice(first, first + _CACHED)
+            start, change = before[part], after[part] - before[part]
+            for step in range(1, steps + 1):
+                self._set_inputs(copies[part], start + change * (step / steps))
+                self._step(copies[part])
 
     def settle(self, copies: Index, longest_s: float = 5.0) -> None:
         """Step each of some copies under its present inputs until it is at rest, or no longer finite."""
