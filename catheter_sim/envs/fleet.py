@@ -52,11 +52,6 @@ class Fleet:
             return [task() for task in tasks]
         return [future.result() for future in [self._pool.submit(task) for task in tasks]]
 
-    def state_part(self, one: int) -> tuple[Robots, int]:
-        """Return the robots that copy `one` is among, and its number there."""
-        part = int(self._part_of[one])
-        return self._parts[part], one - int(self._first[part])
-
     def close(self) -> None:
         """End the threads."""
         if self._pool is not None:
