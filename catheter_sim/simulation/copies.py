@@ -28,6 +28,7 @@ from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.capstan import Index
 from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.friction_copies import CapstanCopies
+from catheter_sim.simulation.path_copies import PathCopies, pathless
 from catheter_sim.simulation.rolling import RodElasticity
 from catheter_sim.simulation.simulator import (
     FARTHEST_RAD,
@@ -36,6 +37,7 @@ from catheter_sim.simulation.simulator import (
     Simulator,
     clamp_of_slack,
 )
+from catheter_sim.simulation.site_tendons import applies
 
 _NOTHING, _POSITIONS, _VELOCITIES, _ALL = (
     int(stage)
@@ -81,7 +83,10 @@ class Copies:
         self._driven = simulator.actuation != "tension"
         self._timestep = float(self._model.opt.timestep)
         self._slowest = SETTLED_ANGLE_RAD / simulator.robot.dynamics.relaxation_time_s
-        self._batch = batch = Batch(self._model, count, 1, persistent=True)
+        own_paths = not self._driven and self._parts.splits and applies(self._model)
+        without = pathless(self._model) if own_paths else self._model
+        self._batch = batch = Batch(without, count, 1, persistent=True)
+        self._paths = PathCopies(self._model, batch) if own_paths else None
         self.qpos, self.qvel = batch.bind("qpos"), batch.bind("qvel")
         self._ctrl, self._applied = batch.bind("ctrl"), batch.bind("qfrc_applied")
         self._points, self._axes = batch.bind("site_xpos"), batch.bind("site_xmat")
@@ -100,7 +105,8 @@ class Copies:
         self._law: CapstanCopies | None = None
         if parts.friction is not None:
             drive = -parts.length_gain if self._driven else np.zeros(len(parts.pulls))
-            self._law = CapstanCopies(simulator.robot, batch, drive)
+            ten_J = self._paths.ten_J if self._paths else None
+            self._law = CapstanCopies(simulator.robot, self._model, batch, drive, ten_J)
         self.reset(self._all)
 
     def reset(self, copies: Index) -> None:
@@ -194,12 +200,16 @@ class Copies:
             self._native(parts.elastic.apply_copies, copies, self.qpos, self._applied)
         elif parts.elastic is not None:
             parts.elastic.apply_copies(copies, self.qpos, self._applied)
+        if self._paths is not None:
+            self._native(self._paths.find_in, copies)
         if self._law is not None:
             entering = self._ctrl
             if self._driven:
                 entering = np.zeros_like(self._ctrl_before)
                 entering[copies] = self._tension_now(copies)
             self._native(self._law.apply_copies, copies, entering, self._applied)
+        if self._paths is not None:
+            self._native(self._paths.pull_in, copies, self._ctrl, self._applied)
         self._run(self._batch.step, copies, stage=_VELOCITIES if parts.rolling is None else _NOTHING)
 
     def _tension_now(self, copies: Index) -> Array:

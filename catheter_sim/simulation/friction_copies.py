@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
@@ -15,25 +16,35 @@ from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFri
 class CapstanCopies(CapstanFriction):
     """The law in the copies of a batch, one compiled loop over them; the numbers are those of one copy."""
 
-    def __init__(self, robot: Robot, batch: Batch, drive_stiffness: Array) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        model: mujoco.MjModel,
+        batch: Batch,
+        drive_stiffness: Array,
+        ten_J: Array | None = None,
+    ) -> None:
         """Prepare the law.
 
         Args:
             robot: the robot.
+            model: its model.
             batch: its copies.
             drive_stiffness: as of `CapstanFriction`.
+            ten_J: where the copies' tendon Jacobians are, shape (m, e); default: in the batch.
 
         Raises:
             InputError: a robot whose turns are not known for many copies, a catheter.
         """
-        super().__init__(robot, batch.model, drive_stiffness)
+        super().__init__(robot, model, drive_stiffness)
         if isinstance(self._turns, PairTurns):
             raise InputError(f"{robot.name}: friction of a catheter's pairs: not for many copies at once")
         self._turns_of = self._turns.of_copies
         tendons, spans = self._tension.shape
         self._of = np.zeros((2, batch.nsim, tendons, spans))  # tensions and turns
-        names = "qpos", "qvel", "site_xpos", "ten_J", "qfrc_passive", "qfrc_bias", "qfrc_constraint"
+        names = "qpos", "qvel", "site_xpos", "qfrc_passive", "qfrc_bias", "qfrc_constraint"
         self._bound = {name: batch.bind(name) for name in names}
+        self._bound["ten_J"] = batch.bind("ten_J") if ten_J is None else ten_J
 
     def forget(self, copies: capstan.Index) -> None:
         """Forget the history of some copies."""

@@ -1,0 +1,211 @@
+"""Lengths and Jacobians of tendons that run straight from site to site, at a cost that grows as their length.
+
+`mujoco.mj_tendon` goes through all degrees of freedom below either end of every straight stretch, so
+that a chain of n cells costs n^2 a tendon, and more than half of a step from some thirty cells on. A
+stretch's length, though, depends only on the joints between the bodies at its two ends: one or two
+hinges. `SiteTendons` lets the engine find no tendon paths in `mj_step1` and fills in what it would have
+found, so that the state is what `mj_step1` alone would leave; the tests hold every number to the engine's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Int32 = NDArray[np.int32]
+
+
+def _joints_to_world(model: mujoco.MjModel, body: int) -> list[int]:
+    """Return the joints that move `body`, those nearest to it first."""
+    joints: list[int] = []
+    while body > 0:
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        joints += range(first + count - 1, first - 1, -1)
+        body = int(model.body_parentid[body])
+    return joints
+
+
+def applies(model: mujoco.MjModel) -> bool:
+    """Return whether `SiteTendons` knows all that `mj_step1` derives from the tendons of `model`.
+
+    So it is where they run from site to site only and have neither springs, dampers, limits, friction nor
+    inertia of their own, all joints are hinges or slides, and no sensor or equality may need the paths.
+    """
+    scalar = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+    own = (
+        model.tendon_stiffness,
+        model.tendon_damping,
+        model.tendon_limited,
+        model.tendon_frictionloss,
+        model.tendon_armature,
+    )
+    return bool(
+        model.ntendon > 0
+        and (model.wrap_type == int(mujoco.mjtWrap.mjWRAP_SITE)).all()
+        and np.isin(model.jnt_type, scalar).all()
+        and not any(array.any() for array in own)
+        and model.neq == model.nsensor == model.nflex == 0
+    )
+
+
+class SiteTendons:
+    """The tendons of one model and state."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        """Prepare; `applies(model)` must hold."""
+        self._model = model
+        self._count = model.tendon_num.copy()
+        stretches: list[tuple[int, int, int]] = []  # tendon, site, site
+        ends = [0]  # of each stretch's parts
+        parts: list[tuple[int, int, int]] = []  # joint, 1 if it moves the second site else -1, place in ten_J
+        for tendon in range(model.ntendon):
+            first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+            row, used = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
+            place = {int(dof): row + k for k, dof in enumerate(model.ten_J_colind[row : row + used])}
+            sites = [int(site) for site in model.wrap_objid[first : first + count]]
+            for near, far in pairwise(sites):
+                below, above = (_joints_to_world(model, int(model.site_bodyid[site])) for site in (near, far))
+                stretches.append((tendon, near, far))
+                for sign, joints, others in ((1, above, below), (-1, below, above)):
+                    moved = [joint for joint in joints if joint not in others]
+                    parts += [(joint, sign, place[int(model.jnt_dofadr[joint])]) for joint in moved]
+                ends.append(len(parts))
+        self._stretches = np.array(stretches, dtype=np.int64).reshape(-1, 3)
+        self._ends = np.array(ends, dtype=np.int64)
+        self._parts = np.array(parts, dtype=np.int64).reshape(-1, 3)
+        self._slides = model.jnt_type == int(mujoco.mjtJoint.mjJNT_SLIDE)
+        pulling = np.flatnonzero(model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
+        self._actuators = np.stack([pulling, model.actuator_trnid[pulling, 0]], axis=1).astype(np.int64)
+        self._sites = model.wrap_objid.astype(np.int64)
+        self._rows = model.ten_J_rowadr, model.ten_J_rownnz, model.ten_J_colind
+        self._gear = model.actuator_gear
+
+    @contextmanager
+    def instead_of_the_engine(self) -> Iterator[None]:
+        """Let the engine find no paths in `mj_step1`; `find` must follow each."""
+        self._model.tendon_num[:] = 0
+        try:
+            yield
+        finally:
+            self._model.tendon_num[:] = self._count
+
+    def find(self, data: mujoco.MjData) -> None:
+        """Fill in what `mj_step1` leaves out: paths, lengths, Jacobian and velocities, the actuators' too."""
+        _find(
+            self._stretches,
+            self._ends,
+            self._parts,
+            self._slides,
+            data.site_xpos,
+            data.xanchor,
+            data.xaxis,
+            data.ten_length,
+            data.ten_J,
+            *self._rows,
+            data.qvel,
+            data.ten_velocity,
+            self._actuators,
+            self._gear,
+            data.actuator_velocity,
+            self._count,
+            self._sites,
+            data.ten_wrapadr,
+            data.ten_wrapnum,
+            data.wrap_obj,
+            data.wrap_xpos,
+        )
+        mujoco.mj_transmission(self._model, data)
+
+
+@njit(cache=True, error_model="numpy")
+def _find(
+    stretches: Index,
+    ends: Index,
+    parts: Index,
+    slides: NDArray[np.bool_],
+    site_xpos: Array,
+    xanchor: Array,
+    xaxis: Array,
+    ten_length: Array,
+    ten_J: Array,
+    row_start: Int32,
+    row_count: Int32,
+    column: Int32,
+    qvel: Array,
+    ten_velocity: Array,
+    actuators: Index,
+    gear: Array,
+    actuator_velocity: Array,
+    path_count: Int32,
+    path_sites: Index,
+    ten_wrapadr: Int32,
+    ten_wrapnum: Int32,
+    wrap_obj: Int32,
+    wrap_xpos: Array,
+) -> None:
+    """Write what the engine derives from the tendons' paths; its own arrays have its own names.
+
+    Args:
+        stretches: tendon and the sites at either end of each straight stretch, shape (s, 3).
+        ends: first row of each stretch in `parts`, shape (s + 1,).
+        parts: joint, 1 or -1 where it moves the second or the first site, and place in `ten_J` of each
+            joint that changes a stretch's length, shape (p, 3).
+        slides: whether a joint is a slide, else it is a hinge, shape (njnt,).
+        site_xpos, xanchor, xaxis, qvel: in: positions of sites, of joints, and velocities.
+        ten_length, ten_J: out: lengths [m], and their slopes [m/rad], of a slide [1].
+        row_start, row_count, column: of the sparse `ten_J`.
+        ten_velocity, actuator_velocity: out [m/s].
+        actuators: actuator and the tendon that it pulls, shape (a, 2).
+        gear: of all actuators.
+        path_count, path_sites: number of sites of each tendon, and all of them in order.
+        ten_wrapadr, ten_wrapnum, wrap_obj, wrap_xpos: out: the paths as they are drawn.
+    """
+    ten_length[:] = 0.0
+    ten_J[:] = 0.0
+    for k in range(stretches.shape[0]):
+        tendon, near, far = stretches[k, 0], stretches[k, 1], stretches[k, 2]
+        ux = site_xpos[far, 0] - site_xpos[near, 0]
+        uy = site_xpos[far, 1] - site_xpos[near, 1]
+        uz = site_xpos[far, 2] - site_xpos[near, 2]
+        length = math.sqrt(ux * ux + uy * uy + uz * uz)
+        ten_length[tendon] += length
+        if length == 0.0:
+            continue
+        ux, uy, uz = ux / length, uy / length, uz / length
+        for p in range(ends[k], ends[k + 1]):
+            joint, sign = parts[p, 0], parts[p, 1]
+            ax, ay, az = xaxis[joint, 0], xaxis[joint, 1], xaxis[joint, 2]
+            if slides[joint]:
+                slope = ux * ax + uy * ay + uz * az
+            else:
+                site = far if sign > 0 else near
+                rx = site_xpos[site, 0] - xanchor[joint, 0]
+                ry = site_xpos[site, 1] - xanchor[joint, 1]
+                rz = site_xpos[site, 2] - xanchor[joint, 2]
+                slope = ux * (ay * rz - az * ry) + uy * (az * rx - ax * rz) + uz * (ax * ry - ay * rx)
+            ten_J[parts[p, 2]] += sign * slope
+    point = 0
+    for j in range(ten_length.shape[0]):
+        velocity = 0.0
+        for place in range(row_start[j], row_start[j] + row_count[j]):
+            velocity += ten_J[place] * qvel[column[place]]
+        ten_velocity[j] = velocity
+        ten_wrapadr[j], ten_wrapnum[j] = point, path_count[j]
+        for _ in range(path_count[j]):
+            row, half, site = point // 2, point % 2, path_sites[point]
+            wrap_obj[row, half] = -1  # a site
+            for axis in range(3):
+                wrap_xpos[row, 3 * half + axis] = site_xpos[site, axis]
+            point += 1
+    for k in range(actuators.shape[0]):
+        actuator, tendon = actuators[k, 0], actuators[k, 1]
+        actuator_velocity[actuator] = gear[actuator, 0] * ten_velocity[tendon]
