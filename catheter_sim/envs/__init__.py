@@ -22,8 +22,11 @@ SECTION_TOLERANCE_M = 2e-3
 # Assumed: what a valve's leaflets ask for is finer than a tumour; chance reaches none of 100 targets anyway.
 MITRAL_TOLERANCE_M = 2e-3
 
-# task -> entry point
-_TASKS = {"Reach": "catheter_sim.envs.reach:ReachEnv", "Track": "catheter_sim.envs.track:TrackEnv"}
+# task -> entry point, entry point for many
+_TASKS = {
+    "Reach": ("catheter_sim.envs.reach:ReachEnv", "catheter_sim.envs.vector:reach"),
+    "Track": ("catheter_sim.envs.track:TrackEnv", "catheter_sim.envs.vector:track"),
+}
 # name of the robot in ids -> arguments of its tasks
 _ROBOTS: dict[str, dict[str, Any]] = {
     "Neuroendoscope": {"robot": "neuroendoscope"},
@@ -42,7 +45,13 @@ _ROBOTS: dict[str, dict[str, Any]] = {
 def register_environments() -> None:
     """Register the environments with Gymnasium; those that are registered already stay as they are."""
     for robot, arguments in _ROBOTS.items():
-        for task, entry_point in _TASKS.items():
+        for task, (entry_point, vector_entry_point) in _TASKS.items():
             name = f"catheter_sim/{robot}{task}-v0"
             if name not in gymnasium.registry:
-                gymnasium.register(name, entry_point, max_episode_steps=EPISODE_STEPS, kwargs=dict(arguments))
+                gymnasium.register(
+                    name,
+                    entry_point,
+                    max_episode_steps=EPISODE_STEPS,
+                    kwargs=dict(arguments),
+                    vector_entry_point=vector_entry_point,
+                )

@@ -25,17 +25,16 @@ GOAL_BOUNDS = {"target": _PLACE_BOUND, "target_direction": 1.0, "target_velocity
 
 
 @dataclass(frozen=True)
-class Look:
-    """A robot at the end of a control step, SI units.
+class Seen:
+    """A robot at the end of a control step, or many robots (an axis more at the front), SI units.
 
     Attributes:
-        tip, seen_tip: of the tip, true and as measured, shape (3,) [m].
-        direction, seen_direction: unit vector along the tip's axis, true and as measured, shape (3,).
-        velocity, seen_velocity: mean over the step of the two tips, shape (3,) [m/s].
-        level: of the drives, shape (d,).
-        tension: at the actuators, shape (t,) [N].
-        bends: of the robot, as its quick model has them, shape (*b) [rad or m].
-        state: what a picture of the robot needs.
+        tip, seen_tip: of the tip, true and as measured, shape (..., 3) [m].
+        direction, seen_direction: unit vector along the tip's axis, true and as measured, shape (..., 3).
+        velocity, seen_velocity: mean over the step of the two tips, shape (..., 3) [m/s].
+        level: of the drives, shape (..., d).
+        tension: at the actuators, shape (..., t) [N].
+        bends: of the robot, as its quick model has them, shape (..., *b) [rad or m].
     """
 
     tip: Array
@@ -47,6 +46,16 @@ class Look:
     level: Array
     tension: Array
     bends: Array
+
+
+@dataclass(frozen=True)
+class Look(Seen):
+    """One robot at the end of a control step.
+
+    Attributes:
+        state: what a picture of the robot needs.
+    """
+
     state: State
 
 
@@ -69,13 +78,13 @@ def look(plant: Plant, before: Look | None = None, step_s: float = 1.0) -> Look:
     )
 
 
-def observe(plant: Plant, seen: Look, goal: Mapping[str, Array], space: gymnasium.spaces.Box) -> Observation:
+def observe(plant: Plant, seen: Seen, goal: Mapping[str, Array], space: gymnasium.spaces.Box) -> Observation:
     """Return the observation of `seen`, in the units and bounds of `space`.
 
     Args:
         plant: the robot.
-        seen: how it stands.
-        goal: what the task asks for, by the names of `GOAL_BOUNDS`, each of shape (3,), in their units.
+        seen: how it stands, or how many such robots stand.
+        goal: what the task asks for, by the names of `GOAL_BOUNDS`, each of shape (..., 3), in their units.
         space: of the observations.
     """
     length = float(plant.segment_length.sum())
@@ -86,9 +95,9 @@ def observe(plant: Plant, seen: Look, goal: Mapping[str, Array], space: gymnasiu
         "tip_velocity": seen.seen_velocity / length,
         "level": seen.level,
         "tension": seen.tension / plant.drives.tension,
-        "bend": (seen.bends / plant.quick.bend_unit).ravel(),
+        "bend": (seen.bends / plant.quick.bend_unit).reshape(*seen.tip.shape[:-1], -1),
     }
-    values = np.concatenate([parts[name] for name in _bounds(plant, tuple(goal))])
+    values = np.concatenate([parts[name] for name in _bounds(plant, tuple(goal))], axis=-1)
     return np.clip(values.astype(np.float32), space.low, space.high)
 
 

@@ -128,6 +128,19 @@ class Plant:
         """Return the robot's bends, sums of its joints, shape (*b)."""
         return self._bend_of @ self.simulator.data.qpos
 
+    def bends_at(self, qpos: Array) -> Array:
+        """Return the bends at many positions (m, nq), shape (m, *b)."""
+        return np.moveaxis(np.tensordot(self._bend_of, qpos, axes=(-1, -1)), -1, 0)
+
+    def inputs_at(self, level: Array) -> Array | None:
+        """Return the tendons' inputs, shape (m, t), that levels (m, d) become whatever came before them.
+
+        None where an effect changes inputs: it sees the whole history, or loads the tip.
+        """
+        if self._changes_inputs:
+            return None
+        return np.clip(np.matmul(self.drives.tendon, level[..., np.newaxis])[..., 0], *self._range)
+
     def _arriving(self) -> Array:
         """Return the tendons' inputs and the tip's wrench that the last command becomes, (t + 6,)."""
         if not self._changes_inputs:

@@ -12,6 +12,7 @@ from catheter_sim.envs.observation import Observation
 from catheter_sim.envs.targets import random_target, require_reachable
 from catheter_sim.envs.tip import DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
 from catheter_sim.errors import unknown
+from catheter_sim.render.images import Picture
 from catheter_sim.robots.posture import Array
 
 REST_S = 1.0  # assumed: at rest is a tip that would take longer than this for one tolerance
@@ -125,12 +126,15 @@ class ReachEnv(TipEnv):
       rod goes through the tensions of the prototype's published measurement, up to 47.9 N. With friction
       it bends by 2.5 rad there.
     - `render_mode`: None or "rgb_array".
-    - `width`, `height`: of the picture [pixels]. The target is a green sphere of the tolerance's radius.
+    - `observation`: "state", as above, or "pixels": a picture, `Box(0, 255, (height, width, 3), uint8)`, of
+      what the simulation is, not of what is measured. `info` is the same.
+    - `width`, `height`: of the picture [pixels]; default 640 and 480, as observation 64 and 64. The target is
+      a green sphere of the tolerance's radius.
     """
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    ) -> tuple[Observation | Picture, dict[str, Any]]:
         """Start an episode; see the class's text.
 
         Args:
@@ -141,24 +145,31 @@ class ReachEnv(TipEnv):
             InputError: an unknown option, or a target that is out of reach.
         """
         super().reset(seed=seed)
-        options = options or {}
-        for name in options:
-            if name != "target":
-                raise unknown("option of reset", name, ("target",))
-        if options.get("target") is not None:
-            self.target_m = self._reachable(options["target"])
-        else:
+        given = self.target_of(options or {})
+        if given is None:
             clearance = TARGET_CLEARANCE * self.length_m
-            self.target_m = random_target(self.plant, self.np_random, clearance).tip_m
+            given = random_target(self.plant, self.np_random, clearance).tip_m
+        self.target_m = given
         self._start()
         return self._observation(), self._info()
 
-    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Action) -> tuple[Observation | Picture, float, bool, bool, dict[str, Any]]:
         """Move the drives for one control step; see the class's text."""
         if not self._moved(action):
             return self._observation(), DIVERGED_REWARD, True, False, self._info()
         info = self._info()
         return self._observation(), -info["distance_m"] / self.length_m, info["is_success"], False, info
+
+    def target_of(self, options: Mapping[str, Any]) -> Array | None:
+        """Return the target that options of `reset` set, shape (3,) [m], or None.
+
+        Raises:
+            InputError: an unknown option, or a target that is out of reach.
+        """
+        for name in options:
+            if name != "target":
+                raise unknown("option of reset", name, ("target",))
+        return None if options.get("target") is None else self._reachable(options["target"])
 
     @cached_property
     def _checked_targets(self) -> set[tuple[float, ...]]:
@@ -177,11 +188,15 @@ class ReachEnv(TipEnv):
         self._checked_targets.add(tuple(target))
         return target
 
-    def _observation(self) -> Observation:
+    def _observation(self) -> Observation | Picture:
         return self._observed({"target": self.target_m / self.length_m})
 
     def _info(self) -> dict[str, Any]:
         info = self._common_info()
-        at_rest = info["speed_m_per_s"] < self.tolerance_m / REST_S
-        near = info["distance_m"] <= self.tolerance_m
-        return {**info, "is_success": bool(near and at_rest and not self._diverged)}
+        there = arrived(info["distance_m"], info["speed_m_per_s"], self.tolerance_m)
+        return {**info, "is_success": bool(there and not self._diverged)}
+
+
+def arrived(distance_m: Any, speed_m_per_s: Any, tolerance_m: float) -> Any:
+    """Return whether a tip is at rest at its target, or many tips, shapes (...)."""
+    return (distance_m <= tolerance_m) & (speed_m_per_s < tolerance_m / REST_S)

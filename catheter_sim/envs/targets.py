@@ -9,19 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.envs.draws import PULLED_SHARE, RAMP_S, Found, Path, random_paths, random_targets
 from catheter_sim.envs.plant import Plant
+from catheter_sim.envs.robots import OneByOne
 from catheter_sim.envs.steering import change_toward
 from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.robots.posture import Array
 
-RAMP_S = 1.0  # simulated time from rest to the drives' goal, before the robot settles
-PULLED_SHARE = 0.5  # of the tension drives in a random draw: single tendons and antagonists alike
-PATH_LEGS = 2  # random levels that a way goes through
-_MOST_DRAWS = 20
+_ALONE = np.arange(1)
 _STARTS = 4  # places in the range of the drives from which a given point is sought
 _APART_RAD = 1.0  # between their bends; a tube's stroke counts as half a turn
 _TRIALS = 12  # simulated postures on the way from each of them
@@ -29,19 +27,6 @@ _GAIN = 0.95  # a trial that leaves more than this share of the miss is the last
 _CORRECTED = 8  # trials from the best posture with slopes corrected by what they showed
 _FOUND = 1e-3  # of the robot's length: the frictionless robot is at the point
 _CLOUD = 4000  # draws among which the starts are chosen
-
-
-@dataclass(frozen=True)
-class Found:
-    """A posture that was looked for.
-
-    Attributes:
-        level: of the drives, shape (d,).
-        tip_m: where the tip comes to rest under them, shape (3,) [m].
-    """
-
-    level: Array
-    tip_m: Array
 
 
 def tip_at(plant: Plant, level: Array) -> Array:
@@ -64,76 +49,18 @@ def random_target(plant: Plant, rng: np.random.Generator, clearance_m: float) ->
     Raises:
         InputError: no draw ends so far from rest.
     """
-    plant.reset()
-    rest = plant.posture().p_w[-1]
-    for _ in range(_MOST_DRAWS):
-        level = random_level(plant, rng)
-        try:
-            tip = tip_at(plant, level)
-        except SimulationDiverged:
-            continue
-        if np.linalg.norm(tip - rest) >= clearance_m:
-            return Found(level, tip)
-    raise _too_near(plant, clearance_m)
-
-
-@dataclass(frozen=True)
-class Path:
-    """A way that the tip of a simulated robot went, from rest.
-
-    Attributes:
-        level: of the drives at the end of each control step, rest first, shape (r + 1, d).
-        tip_m: where the tip was then, shape (r + 1, 3) [m].
-        direction: unit vectors along the tip's axis there, shape (r + 1, 3).
-    """
-
-    level: Array
-    tip_m: Array
-    direction: Array
+    return random_targets(plant, OneByOne([plant]), _ALONE, [rng], clearance_m)[0]
 
 
 def random_path(
     plant: Plant, rng: np.random.Generator, clearance_m: float, steps: int, step_s: float
 ) -> Path:
-    """Return the way of the tip while the drives go from rest through random levels, one after another.
-
-    Between two levels they start and stop gently; the longer way takes more of the `steps`. The tip
-    comes at least `clearance_m` away from rest.
+    """Return a random way of the tip, of so many `steps`; see `draws.random_paths`.
 
     Raises:
         InputError: no draw takes the tip so far.
     """
-    for _ in range(_MOST_DRAWS):
-        ends = np.array([np.zeros(len(plant.level)), *(random_level(plant, rng) for _ in range(PATH_LEGS))])
-        passed = np.cumsum([0.0, *np.abs(np.diff(ends, axis=0)).max(axis=1)])
-        if not passed[-1] > 0.0:
-            continue
-        # Along each leg by a half wave of the cosine; legs share the steps by how far they go.
-        leg = np.linspace(0.0, passed[-1], steps + 1)
-        start = np.clip(np.searchsorted(passed, leg, side="right") - 1, 0, PATH_LEGS - 1)
-        share = (leg - passed[start]) / np.maximum(passed[start + 1] - passed[start], 1e-12)
-        gently = (0.5 - 0.5 * np.cos(math.pi * np.clip(share, 0.0, 1.0)))[:, np.newaxis]
-        levels = ends[start] + gently * (ends[start + 1] - ends[start])
-        plant.reset()
-        seen = [plant.posture()]
-        try:
-            for level in levels[1:]:
-                plant.move(level, step_s)
-                seen.append(plant.posture())
-        except SimulationDiverged:
-            continue
-        tip = np.array([item.p_w[-1] for item in seen])
-        if np.linalg.norm(tip - tip[0], axis=1).max() >= clearance_m:
-            direction = np.array([item.R_w[-1][:, 2] for item in seen])
-            return Path(levels, tip, direction)
-    raise _too_near(plant, clearance_m)
-
-
-def random_level(plant: Plant, rng: np.random.Generator) -> Array:
-    """Return random levels of the drives, shape (d,); of tension drives some stay slack."""
-    level = rng.uniform(plant.drives.lowest, 1.0)
-    pulled = rng.random(len(level)) < PULLED_SHARE
-    return np.where(pulled, level, 0.0) if plant.drives.actuation == "tension" else level
+    return random_paths(plant, OneByOne([plant]), _ALONE, [rng], clearance_m, steps, step_s)[0]
 
 
 def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
@@ -275,10 +202,3 @@ def _starts(plant: Plant, target_m: Array) -> list[Array]:
 
 def _millimetres(point_m: Array) -> str:
     return "(" + ", ".join(f"{value * 1e3:.1f}" for value in point_m) + ")"
-
-
-def _too_near(plant: Plant, clearance_m: float) -> InputError:
-    return InputError(
-        f"{plant.specified.name}: in {_MOST_DRAWS} random draws of its inputs the tip never came to "
-        f"{clearance_m * 1e3:g} mm or more from where it stands"
-    )

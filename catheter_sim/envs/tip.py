@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.envs import EPISODE_STEPS
+from catheter_sim.envs.drives import Drives
 from catheter_sim.envs.observation import Observation, look, observation_space, observe
 from catheter_sim.envs.picture import TargetPicture
 from catheter_sim.envs.plant import Plant
@@ -20,10 +21,13 @@ from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.mjcf.scene import views
 from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
+from catheter_sim.render.state import State
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.posture import Array
 
 Action = NDArray[np.float32]
+OBSERVATIONS = ("state", "pixels")
+_RENDERED, _OBSERVED = (640, 480), (64, 64)  # default sizes of pictures [pixels]
 
 CONTROL_STEP_S = 0.1  # assumed: two relaxation times of the robots' default dynamics
 RATE_PER_S = 0.5  # assumed: at full action a drive goes from rest to its range's end in 2 s
@@ -42,7 +46,9 @@ class TipEnv(gymnasium.Env[Any, Any]):
         drives: what moves it.
         length_m: of the straight robot.
         target_m: where the tip is wanted now, base frame, shape (3,) [m].
-        layout: name of a part of the observation -> where it lies.
+        pixels: whether pictures are the observations.
+        state_space: of the observations that are no pictures.
+        layout: name of a part of these -> where it lies.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium's way
@@ -60,8 +66,9 @@ class TipEnv(gymnasium.Env[Any, Any]):
         tolerance_m: float = TARGET_TOLERANCE_M,
         largest_bend_rad: float | None = None,
         render_mode: str | None = None,
-        width: int = 640,
-        height: int = 480,
+        width: int | None = None,
+        height: int | None = None,
+        observation: str = "state",
     ) -> None:
         """Build the robot; the arguments are those of the task's text.
 
@@ -71,6 +78,8 @@ class TipEnv(gymnasium.Env[Any, Any]):
         modes = self.metadata["render_modes"]
         if render_mode is not None and render_mode not in modes:
             raise unknown("render_mode", render_mode, [*modes, "None"])
+        if observation not in OBSERVATIONS:
+            raise unknown("observation", observation, OBSERVATIONS)
         for name, value in (("tolerance_m", tolerance_m), ("largest_bend_rad", largest_bend_rad)):
             if value is not None and not 0.0 < value < math.inf:
                 raise InputError(f"{name} = {value:g}: must be above zero and finite")
@@ -83,14 +92,19 @@ class TipEnv(gymnasium.Env[Any, Any]):
         self.drives = self.plant.drives
         self.length_m = float(self.plant.segment_length.sum())
         self.target_m = np.zeros(3)
-        self._size = width, height
+        self.pixels = observation == "pixels"
+        default = _OBSERVED if self.pixels else _RENDERED
+        self._size = default[0] if width is None else width, default[1] if height is None else height
         self._picture: TargetPicture | None = None
         self._diverged = False
         self.action_space: gymnasium.spaces.Box = gymnasium.spaces.Box(
             -1.0, 1.0, (len(self.drives.names),), np.float32
         )
         self.observation_space: gymnasium.spaces.Box
-        self.observation_space, self.layout = observation_space(self.plant, self.goal)
+        self.state_space, self.layout = observation_space(self.plant, self.goal)
+        self.observation_space = self.state_space
+        if self.pixels:
+            self.observation_space = gymnasium.spaces.Box(0, 255, (*self._size[::-1], 3), np.uint8)
         self._now = look(self.plant)
 
     def render(self) -> Picture | None:  # type: ignore[override]
@@ -102,13 +116,21 @@ class TipEnv(gymnasium.Env[Any, Any]):
         if self.render_mode is None:
             gymnasium.logger.warn("render() draws only where render_mode='rgb_array' was given to make()")
             return None
+        return self.drawn(self._now.state, self.target_m)
+
+    def drawn(self, state: State, target_m: Array) -> Picture:
+        """Return a picture of the robot in `state` and a target, shape (height, width, 3).
+
+        Raises:
+            InputError: no OpenGL context can be had.
+        """
         simulator = self.plant.simulator
         if self._picture is None:
             camera = "side" if self.plant.quick.planar else "overview"
             view = next(view for view in views(simulator.robot) if view.name == camera)
             reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
             self._picture = TargetPicture(simulator.model, fitted_view(view, reach, *self._size), *self._size)
-        return self._picture.draw(self._now.state, self.target_m, self.tolerance_m)
+        return self._picture.draw(state, target_m, self.tolerance_m)
 
     def close(self) -> None:
         """Free the renderer; may be called again."""
@@ -130,10 +152,10 @@ class TipEnv(gymnasium.Env[Any, Any]):
         Raises:
             InputError: the action has another shape, or is not a number.
         """
-        change = np.clip(np.asarray(action, dtype=float), -1.0, 1.0) * (RATE_PER_S * CONTROL_STEP_S)
-        if change.shape != self.action_space.shape or np.isnan(change).any():
+        wished = np.asarray(action, dtype=float)
+        if wished.shape != self.action_space.shape or np.isnan(wished).any():
             raise InputError(f"action = {action!r}: {len(self.drives.names)} numbers are needed")
-        level = np.clip(self.plant.level + change, self.drives.lowest, 1.0)
+        level = level_after(self.plant.level, wished, self.drives)
         try:
             self.plant.move(level, CONTROL_STEP_S)
         except SimulationDiverged:
@@ -147,8 +169,10 @@ class TipEnv(gymnasium.Env[Any, Any]):
         """How far the tip is from the target, in truth."""
         return float(np.linalg.norm(self._now.tip - self.target_m))
 
-    def _observed(self, goal: Mapping[str, Array]) -> Observation:
-        return observe(self.plant, self._now, goal, self.observation_space)
+    def _observed(self, goal: Mapping[str, Array]) -> Observation | Picture:
+        if self.pixels:
+            return self.drawn(self._now.state, self.target_m)
+        return observe(self.plant, self._now, goal, self.state_space)
 
     def _common_info(self) -> dict[str, Any]:
         """Return what every task tells: true places in the base frame and the drives' inputs."""
@@ -160,3 +184,9 @@ class TipEnv(gymnasium.Env[Any, Any]):
             "tendon": self.drives.tendon @ self._now.level,
             "diverged": self._diverged,
         }
+
+
+def level_after(level: Array, action: Array, drives: Drives) -> Array:
+    """Return the drives' levels that an action asks for at the end of a step, shapes (..., d)."""
+    change = np.clip(action, -1.0, 1.0) * (RATE_PER_S * CONTROL_STEP_S)
+    return np.clip(level + change, drives.lowest, 1.0)

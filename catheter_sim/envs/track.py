@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.envs import EPISODE_STEPS
+from catheter_sim.envs.draws import Path
 from catheter_sim.envs.observation import Observation
-from catheter_sim.envs.targets import Path, random_path
+from catheter_sim.envs.targets import random_path
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
 from catheter_sim.errors import unknown
+from catheter_sim.render.images import Picture
+from catheter_sim.robots.posture import Array
 
 DIRECTION_TOLERANCE_RAD = math.radians(10.0)  # assumed
 DIRECTION_WEIGHT = 0.1  # assumed: robot lengths that a half turn of the tip costs
@@ -79,7 +82,7 @@ class TrackEnv(TipEnv):
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    ) -> tuple[Observation | Picture, dict[str, Any]]:
         """Start an episode; see the class's text.
 
         Args:
@@ -100,7 +103,7 @@ class TrackEnv(TipEnv):
         self._start()
         return self._observation(), self._info()
 
-    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Action) -> tuple[Observation | Picture, float, bool, bool, dict[str, Any]]:
         """Move the drives for one control step; see the class's text."""
         finite = self._moved(action)
         self._step = min(self._step + 1, EPISODE_STEPS)
@@ -109,15 +112,14 @@ class TrackEnv(TipEnv):
             return self._observation(), DIVERGED_REWARD, True, False, self._info()
         self._squares = self._squares + np.square([self._distance_m, self._angle_rad()])
         info = self._info()
-        cost = info["distance_m"] / self.length_m + DIRECTION_WEIGHT * info["angle_rad"] / math.pi
+        cost = cost_of(info["distance_m"], info["angle_rad"], self.length_m)
         return self._observation(), -cost, self._step == EPISODE_STEPS, False, info
 
     def _angle_rad(self) -> float:
-        """Return the angle between the tip's axis and the wanted one, exact for small ones too."""
-        here, wanted = self._now.direction, self.path.direction[self._step]
-        return 2.0 * math.atan2(float(np.linalg.norm(here - wanted)), float(np.linalg.norm(here + wanted)))
+        """Return the angle between the tip's axis and the wanted one."""
+        return float(angle_between(self._now.direction, self.path.direction[self._step]))
 
-    def _observation(self) -> Observation:
+    def _observation(self) -> Observation | Picture:
         following = self.path.tip_m[min(self._step + 1, EPISODE_STEPS)]
         return self._observed(
             {
@@ -129,12 +131,27 @@ class TrackEnv(TipEnv):
 
     def _info(self) -> dict[str, Any]:
         distance, angle = np.sqrt(self._squares / max(self._step, 1))
-        followed = distance <= self.tolerance_m and angle <= DIRECTION_TOLERANCE_RAD
         ended = self._step == EPISODE_STEPS and not self._diverged
         return {
             **self._common_info(),
             "angle_rad": self._angle_rad(),
             "rms_distance_m": float(distance),
             "rms_angle_rad": float(angle),
-            "is_success": bool(followed and ended),
+            "is_success": bool(followed(distance, angle, self.tolerance_m) and ended),
         }
+
+
+def angle_between(one: Array, other: Array) -> Any:
+    """Return the angles between unit vectors (..., 3), exact for small ones too, shape (...) [rad]."""
+    apart, along = np.linalg.norm(one - other, axis=-1), np.linalg.norm(one + other, axis=-1)
+    return 2.0 * np.arctan2(apart, along)
+
+
+def cost_of(distance_m: Any, angle_rad: Any, length_m: float) -> Any:
+    """Return what a step at these distances and angles costs, shapes (...) [robot lengths]."""
+    return distance_m / length_m + DIRECTION_WEIGHT * angle_rad / math.pi
+
+
+def followed(rms_distance_m: Any, rms_angle_rad: Any, tolerance_m: float) -> Any:
+    """Return whether a way with these errors was followed, shapes (...)."""
+    return (rms_distance_m <= tolerance_m) & (rms_angle_rad <= DIRECTION_TOLERANCE_RAD)

@@ -273,3 +273,82 @@ def add_pull(ten_J: Array, row_start: Index, entry: Index, dof: Index, pull: Arr
     for row in range(pull.shape[0]):
         for place in range(row_start[row], row_start[row + 1]):
             torque[dof[place]] -= ten_J[entry[place]] * pull[row]
+
+
+@njit(cache=True, nogil=True)
+def planar_turns_of(copies: Index, qpos: Array, joint_index: Index, turn: Array) -> None:
+    """`planar_turns` of many robots: `qpos` (m, nq) and `turn` (m, t, n); `copies` picks some of them."""
+    for i in copies:
+        planar_turns(qpos[i], joint_index, turn[i])
+
+
+@njit(cache=True, nogil=True)
+def spatial_turns_of(copies: Index, points: Array, site_index: Index, ends: Index, turn: Array) -> None:
+    """`spatial_turns` of many robots: `points` (m, s, 3) and `turn` (m, t, n); `copies` picks some."""
+    for i in copies:
+        spatial_turns(points[i], site_index, ends, turn[i])
+
+
+@njit(cache=True, nogil=True)
+def confine_copies(
+    copies: Index,
+    mu: float,
+    entering: Array,
+    drive: Array,
+    turn: Array,
+    ends: Index,
+    ten_J: Array,
+    row_start: Index,
+    entry: Index,
+    dof: Index,
+    span: Index,
+    velocity: Array,
+    passive: Array,
+    bias: Array,
+    constraint: Array,
+    applied: Array,
+    yielding: Array,
+    sweeps: int,
+    tolerance: float,
+    tension: Array,
+    holes: Array,
+    pulls: Array,
+    scratch: Array,
+) -> None:
+    """`confine` many robots.
+
+    Args:
+        copies: which of the m robots.
+        entering, turn, ten_J, velocity, passive, bias, constraint, applied, tension: as there, of each: one
+            axis of m more before theirs.
+        mu, drive, row_start, entry, dof, span, yielding, sweeps, tolerance: as there, of all.
+        ends: number of spans of each tendon, shape (t,).
+        holes, pulls, scratch: as there.
+    """
+    busy = np.empty_like(ends)
+    for i in copies:
+        busy_spans(entering[i], drive, ends, tension[i], busy)
+        confine(
+            mu,
+            entering[i],
+            drive,
+            turn[i],
+            busy,
+            ten_J[i],
+            row_start,
+            entry,
+            dof,
+            span,
+            velocity[i],
+            passive[i],
+            bias[i],
+            constraint[i],
+            applied[i],
+            yielding,
+            sweeps,
+            tolerance,
+            tension[i],
+            holes,
+            pulls,
+            scratch,
+        )

@@ -32,6 +32,10 @@ class CatheterDrive:
     joint from both sides: the antagonist, which Eq. 6 leaves too short where the wrap has a height, is
     taken to give way by just what it lacks, and to be taut at the angle of Eq. 7. Before each step the
     joint's actuator is made the tangent of that law, so that the integrator knows its stiffness.
+
+    Attributes:
+        pulls: actuators of the bending joints' tendons, shape (k,).
+        torsion: actuators of the torsion joints' pairs.
     """
 
     def __init__(self, robot: CatheterRobot, model: mujoco.MjModel) -> None:
@@ -57,16 +61,21 @@ class CatheterDrive:
         names = [f"tendon_{robot.tendons[index].name}" for index in turns]
         modules = [moved[index] for index in turns]
         self._turns = np.array(turns, dtype=int)
-        self._actuator = np.array([model.actuator(name).id for name in names], dtype=int)
+        self.torsion = np.array([model.actuator(name).id for name in names], dtype=int)
         self._qpos = np.array([model.joint(module.name).qposadr[0] for module in modules], dtype=int)
         self._radius = np.array([module.tendon_radius_m for module in modules])
         self._height = np.array([module.wrap_height_m for module in modules])
         self._wrap = np.array([module.wrap_rad for module in modules])
         self._home = np.hypot(self._radius * self._wrap, self._height)
         self._stiffness = np.array([tendon_stiffness(robot, robot.tendons[index]) for index in turns])
-        self._gain = model.actuator_gainprm[self._actuator, 0].copy()
+        self._gain = model.actuator_gainprm[self.torsion, 0].copy()
         self._arrived = np.zeros(len(robot.tendons))
         self._tubes = tubes_of(robot, model)
+
+    @property
+    def plain(self) -> bool:
+        """Whether tendons and joints follow no measured law and no tube bends."""
+        return not (self._laws or self._resistances or self._tubes)
 
     def reset(self) -> None:
         """Forget what happened: plays centred, tendons new, joints unbent."""
@@ -92,9 +101,17 @@ class CatheterDrive:
             raise InputError(
                 f"{self._robot.name}: {name}: beyond its joint's range, {low:.4g} to {high:.4g} mm"
             )
+        self._arrived = self.through_play(self._arrived, displacement)
+        return self.driven(self._arrived)
+
+    def through_play(self, arrived: Array, displacement: Array) -> Array:
+        """Return what arrives at the pairs, shape (..., p) [m], where `arrived` did before."""
         half = 0.5 * self._play
-        self._arrived = np.clip(self._arrived, displacement - half, displacement + half)
-        return self._sign * self._arrived[self._pair]
+        return np.clip(arrived, displacement - half, displacement + half)
+
+    def driven(self, arrived: Array) -> Array:
+        """Return the model's controls, the first ones, for what arrives at the pairs, (..., p) [m]."""
+        return self._sign * arrived[..., self._pair]
 
     def resist(self, data: mujoco.MjData) -> bool:
         """Let the bending joints resist as measured at the present angles; to be called before a step.
@@ -121,24 +138,32 @@ class CatheterDrive:
         """Let the torsion joints' actuators be their pairs at the present angles and controls."""
         if not len(self._turns):
             return
-        angle = data.qpos[self._qpos]
-        short, arm = self._unwound(angle, data.ctrl[self._actuator])
-        moment, slope = self._stiffness * short * arm, self._stiffness * arm**2
-        bias = self._model.actuator_biasprm
-        bias[self._actuator, 0] = moment + slope * angle - self._gain * data.ctrl[self._actuator]
-        bias[self._actuator, 1] = -slope
+        self._model.actuator_biasprm[self.torsion, :2] = self.tangent(data.qpos, data.ctrl)
 
-    def pair_tension(self, data: mujoco.MjData, tendon_tension: Array) -> Array:
-        """Return the tension of each pair's tauter tendon, shape (p,) [N]; 0 of what is advanced.
+    def tangent(self, qpos: Array, ctrl: Array) -> Array:
+        """Return bias and length gain of the actuators `torsion`, shape (..., k, 2).
 
         Args:
-            data: the state.
-            tendon_tension: of the bending joints' tendons, in the order of their actuators [N].
+            qpos: positions, shape (..., nq).
+            ctrl: controls, shape (..., nu).
         """
-        tension = np.zeros(len(self._robot.tendons))
-        np.maximum.at(tension, self._pulling_pair, tendon_tension)
-        short, _ = self._unwound(data.qpos[self._qpos], data.ctrl[self._actuator])
-        tension[self._turns] = np.abs(self._stiffness * short)
+        angle, control = qpos[..., self._qpos], ctrl[..., self.torsion]
+        short, arm = self._unwound(angle, control)
+        moment, slope = self._stiffness * short * arm, self._stiffness * arm**2
+        return np.stack([moment + slope * angle - self._gain * control, -slope], axis=-1)
+
+    def pair_tension(self, qpos: Array, ctrl: Array, tendon_tension: Array) -> Array:
+        """Return the tension of each pair's tauter tendon, shape (..., p) [N]; 0 of what is advanced.
+
+        Args:
+            qpos: positions, shape (..., nq).
+            ctrl: controls, shape (..., nu).
+            tendon_tension: of the bending joints' tendons, in the order of their actuators, (..., k) [N].
+        """
+        tension = np.zeros((*qpos.shape[:-1], len(self._robot.tendons)))
+        np.maximum.at(tension, (..., self._pulling_pair), tendon_tension)
+        short, _ = self._unwound(qpos[..., self._qpos], ctrl[..., self.torsion])
+        tension[..., self._turns] = np.abs(self._stiffness * short)
         return tension
 
     def _unwound(self, angle: Array, displacement: Array) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from catheter_sim.robots.layout import links
+from catheter_sim.robots.posture import Array
 from catheter_sim.robots.specification import ContinuumRobot
 
 
@@ -46,10 +47,22 @@ class ElasticRemainder:
 
     def apply(self, data: mujoco.MjData) -> None:
         """Add the torques to `data.qfrc_applied`."""
-        x = data.qpos[self._qx] - self._rest[self._qx]
-        y = np.where(self._spatial, data.qpos[self._qy] - self._rest[self._qy], 0.0)
+        on_x, on_y = self._torques(data.qpos)
+        data.qfrc_applied[self._dx] -= on_x
+        data.qfrc_applied[self._dy[self._spatial]] -= on_y
+
+    def apply_copies(self, copies: np.ndarray, qpos: Array, applied: Array) -> None:
+        """`apply` to some of m copies: positions (m, nq), applied forces (m, nv)."""
+        on_x, on_y = self._torques(qpos[copies])
+        applied[np.ix_(copies, self._dx)] -= on_x
+        applied[np.ix_(copies, self._dy[self._spatial])] -= on_y
+
+    def _torques(self, qpos: Array) -> tuple[Array, Array]:
+        """Return what the hinges about x, and those about y that are there, lack at `qpos`, (..., nq)."""
+        x = qpos[..., self._qx] - self._rest[self._qx]
+        y = np.where(self._spatial, qpos[..., self._qy] - self._rest[self._qy], 0.0)
         square = x**2 + y**2
         fifth = self._quintic * square**2
-        data.qfrc_applied[self._dx] -= self._stiffness * x * (self._cubic * y**2 + fifth)
+        on_x = self._stiffness * x * (self._cubic * y**2 + fifth)
         on_y = self._stiffness * y * (self._cubic * x**2 + fifth)
-        data.qfrc_applied[self._dy[self._spatial]] -= on_y[self._spatial]
+        return on_x, on_y[..., self._spatial]

@@ -100,6 +100,20 @@ class Turns:
             )
         return self._turn
 
+    def of_copies(self, copies: capstan.Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
+        """Write the turns of some of m copies of the model.
+
+        Args:
+            copies: which of the m.
+            qpos: their positions, shape (m, nq).
+            site_xpos: their sites, shape (m, s, 3) [m].
+            turn: out, zero at first, shape (m, t, n) [rad].
+        """
+        if self.planar:
+            capstan.planar_turns_of(copies, qpos, self.joints, turn)
+        else:
+            capstan.spatial_turns_of(copies, site_xpos, self.sites, self._ends, turn)
+
 
 class TendonRows:
     """Where the nonzero entries of chosen tendons' d(length)/d(q) lie in MuJoCo's sparse rows."""

@@ -73,6 +73,29 @@ class Rolling:
             self._model.body_pos,
         )
 
+    def place_copies(
+        self, copies: rolling_kernel.Index, qpos: Array, jnt_pos: Array, body_pos: Array
+    ) -> None:
+        """`place` in many copies of the model without compression.
+
+        Args:
+            copies: which of the m.
+            qpos: their positions, shape (m, nq).
+            jnt_pos, body_pos: out: their fields of the model, shapes (m, njnt, 3) and (m, nbody, 3) [m].
+        """
+        rolling_kernel.place_copies(
+            copies,
+            qpos,
+            self._qpos,
+            self._constants,
+            self._axis,
+            self._free_length,
+            self._joint,
+            self._body,
+            jnt_pos,
+            body_pos,
+        )
+
     def compress(
         self, data: mujoco.MjData, span_tension: Array, force_tip: Array, force_on_link: Array
     ) -> None:
@@ -124,6 +147,10 @@ class RodElasticity:
         """Add the moments to `data.qfrc_applied`."""
         rolling_kernel.resist(data.qpos, self._qpos, self._joint, self._rod, self._dofs, data.qfrc_applied)
 
+    def apply_copies(self, copies: rolling_kernel.Index, qpos: Array, applied: Array) -> None:
+        """`apply` to some of m copies: positions (m, nq), applied forces (m, nv)."""
+        rolling_kernel.resist_copies(copies, qpos, self._qpos, self._joint, self._rod, self._dofs, applied)
+
 
 class RodTurns:
     """The angles by which the pulled rods turn in the links (chest_tube_2025, Eqs 2-4)."""
@@ -147,3 +174,7 @@ class RodTurns:
         last = self._ends if ends is None else ends
         rolling_kernel.turns(data.qpos, self._qpos, self._joint, self._rod, last, self._turn)
         return self._turn
+
+    def of_copies(self, copies: rolling_kernel.Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
+        """Write the turns of some of m copies into `turn`, (m, t, n); see `friction.Turns.of_copies`."""
+        rolling_kernel.turns_of(copies, qpos, self._qpos, self._joint, self._rod, self._ends, turn)

@@ -194,3 +194,39 @@ def compress(
                 above = span_tension[j, k + 1] if k + 1 < ends[j] else span_tension[j, k]
                 inside += 0.5 * (span_tension[j, k] + above)
         length[k] = free_length[k] - inside * compliance[k]
+
+
+@njit(cache=True, nogil=True)
+def place_copies(
+    copies: Index,
+    qpos: Array,
+    qpos_index: Index,
+    joint: Array,
+    axis: Index,
+    length: Array,
+    joint_index: Index,
+    body_index: Index,
+    jnt_pos: Array,
+    body_pos: Array,
+) -> None:
+    """`place` many robots' hinges: `qpos`, `jnt_pos`, `body_pos` with an axis more; `copies` picks some."""
+    for i in copies:
+        place(qpos[i], qpos_index, joint, axis, length, joint_index, body_index, jnt_pos[i], body_pos[i])
+
+
+@njit(cache=True, nogil=True)
+def resist_copies(
+    copies: Index, qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: Index, torque: Array
+) -> None:
+    """`resist` of many robots: `qpos` (m, nq) and `torque` (m, nv); `copies` picks some of them."""
+    for i in copies:
+        resist(qpos[i], qpos_index, joint, rod, dof_index, torque[i])
+
+
+@njit(cache=True, nogil=True)
+def turns_of(
+    copies: Index, qpos: Array, qpos_index: Index, joint: Array, rod: Array, ends: Index, turn: Array
+) -> None:
+    """`turns` of many robots: `qpos` (m, nq) and `turn` (m, t, n); `copies` picks some of them."""
+    for i in copies:
+        turns(qpos[i], qpos_index, joint, rod, ends, turn[i])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -32,6 +33,8 @@ FRICTION_ROUTES = ("capstan", "nested", "none")
 # no longer converges.
 FRICTION_SOFTNESS = 0.01
 LIGHTER = 1e3  # by which a quasi-static run makes the masses smaller and gravity larger
+FARTHEST_RAD = 20.0  # a hinge beyond has wound up
+SETTLE_BLOCK_S = 0.05  # simulated time between two looks whether the robot is at rest
 SETTLED_ANGLE_RAD = 2e-6  # at rest: what a hinge would still move in one relaxation time
 ZERO_WRENCH = (0.0, 0.0, 0.0)
 
@@ -47,6 +50,43 @@ def _take_inertia_away(model: mujoco.MjModel) -> None:
 def _slides(robot: CatheterRobot) -> list[CatheterSegment]:
     """Return the segments that are pushed out along their axes."""
     return [robot.segments[k] for k in moving(robot) if robot.segments[k].joint == "prismatic"]
+
+
+def clamp_of_slack(force_before: Array) -> Array:
+    """Return the largest forces of actuators: none push, but those are left alone that pulled before."""
+    return np.where(force_before < 0.0, 1e9, 0.0)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a simulator does beside MuJoCo's own step, and where, for `copies.Copies`.
+
+    Attributes:
+        angles: where in the positions the robot's hinges are, shape (m,).
+        dofs: degrees of freedom that are at rest where the robot is.
+        faces: sites of the elements' distal faces, base to tip, shape (n,).
+        pulls, tendons: actuators of the tendons that are pulled, and these, shape (k,).
+        gain, bias, length_gain: of these actuators: force = gain control + bias + length_gain length.
+        catheter, rolling, elastic, friction: None where the robot has no need of them.
+        splits: whether forces are added between a step's two halves.
+    """
+
+    angles: np.ndarray
+    dofs: np.ndarray
+    faces: np.ndarray
+    pulls: np.ndarray
+    tendons: np.ndarray
+    gain: Array
+    bias: Array
+    length_gain: Array
+    catheter: CatheterDrive | None
+    rolling: Rolling | None
+    elastic: ElasticRemainder | RodElasticity | None
+    friction: Friction | None
+
+    @property
+    def splits(self) -> bool:
+        return not (self.catheter is self.elastic is self.friction is None)
 
 
 class Simulator:
@@ -190,7 +230,26 @@ class Simulator:
     def actuator_tension(self) -> Array:
         """Return the tendons' tensions at the actuator, shape (t,) [N]; of a pair the tauter one's."""
         tension = np.maximum(self._tension_now(), 0.0)
-        return tension if self._catheter is None else self._catheter.pair_tension(self.data, tension)
+        if self._catheter is None:
+            return tension
+        return self._catheter.pair_tension(self.data.qpos, self.data.ctrl, tension)
+
+    def parts(self) -> Parts:
+        """Return what is done beside MuJoCo's own step."""
+        return Parts(
+            self._angles,
+            self._dofs,
+            self._faces,
+            self._pulls,
+            self._tendons,
+            self._gain,
+            self._bias,
+            self._length_gain,
+            self._catheter,
+            self._rolling,
+            self._elastic,
+            self._friction,
+        )
 
     def step(self, count: int = 1) -> None:
         """Take `count` steps under the present inputs."""
@@ -248,7 +307,7 @@ class Simulator:
         """
         before = self._gain * self._ctrl_before + self._bias
         before += self._length_gain * self.data.ten_length[self._tendons]
-        self.model.actuator_forcerange[self._pulls, 1] = np.where(before < 0.0, 1e9, 0.0)
+        self.model.actuator_forcerange[self._pulls, 1] = clamp_of_slack(before)
         self._ctrl_before[:] = self.data.ctrl[self._pulls]
 
     def _tension_now(self) -> Array:
@@ -266,7 +325,7 @@ class Simulator:
     def require_finite(self) -> None:
         """Raise `SimulationDiverged` if the state is not finite, or a hinge has wound up."""
         state = self.data.qpos[self._angles]
-        if not np.isfinite(state).all() or np.abs(state).max() > 20.0:
+        if not np.isfinite(state).all() or np.abs(state).max() > FARTHEST_RAD:
             raise SimulationDiverged(
                 f"{self.robot.name}: the simulation diverged at {self.data.time:.3f} simulated seconds"
             )
@@ -277,7 +336,7 @@ class Simulator:
         At rest is a robot whose fastest hinge would move by less than `SETTLED_ANGLE_RAD` in one
         relaxation time, and a tube that is advanced by as many meters.
         """
-        steps = max(1, round(0.05 / self.model.opt.timestep))
+        steps = max(1, round(SETTLE_BLOCK_S / self.model.opt.timestep))
         slowest = SETTLED_ANGLE_RAD / self.robot.dynamics.relaxation_time_s
         for _ in range(max(1, round(longest_s / (steps * self.model.opt.timestep)))):
             self.step(steps)

@@ -1,0 +1,98 @@
+"""Many copies of an environment at once: the entry points of `gymnasium.make_vec`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.wrappers import TimeLimit
+
+from catheter_sim.envs.reach import ReachEnv
+from catheter_sim.envs.robots import together
+from catheter_sim.envs.tip import TipEnv
+from catheter_sim.envs.track import TrackEnv
+from catheter_sim.envs.vector_threads import OneByOneEnv
+from catheter_sim.envs.vector_together import ReachTogether, TogetherEnv, TrackTogether
+from catheter_sim.errors import InputError, unknown
+
+
+def reach(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
+    """Return many `ReachEnv`; see `vector_env`."""
+    return vector_env(ReachEnv, ReachTogether, num_envs, **arguments)
+
+
+def track(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
+    """Return many `TrackEnv`; see `vector_env`."""
+    return vector_env(TrackEnv, TrackTogether, num_envs, **arguments)
+
+
+def vector_env(
+    task: type[TipEnv],
+    many: Callable[..., TogetherEnv] | None,
+    num_envs: int,
+    max_episode_steps: int | None = None,
+    threads: int | None = None,
+    autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+    **arguments: Any,
+) -> VectorEnv[Any, Any, Any]:
+    """Return many environments of one task behind Gymnasium's `VectorEnv`.
+
+    Observations, rewards, ends and `info` are those of single environments with the same seeds (seed
+    i is the first one's plus i, or a list holds each) under `TimeLimit`, and of Gymnasium's `SyncVectorEnv`
+    of these, to 1e-9. `reset(options={"reset_mask": ...})` resets some of them; the other options of the
+    task's reset are for all. An environment whose simulation diverges terminates; the others go on.
+
+    Where `simulation.copies` knows all that the robot does, robots are stepped together: the six published
+    robots by their own settings, and with other numbers in these. Otherwise (links that give way, tubes
+    that bend, stretch and resistance of Nayar 2023, friction of a catheter's pairs, effects on the inputs)
+    whole environments are stepped one by one on the threads, where Python's lock leaves little to gain.
+
+    Targets and ways are simulated too. They are drawn for all environments that have none in stock as soon
+    as one needs one, on other copies of the robots, so that an episode that ends alone leaves no thread idle.
+
+    Pictures (`observation="pixels"`, `render_mode="rgb_array"`) are drawn one after another by one renderer;
+    one by one each environment has its own, and one thread is used.
+
+    Args:
+        task: the environment.
+        many: its copies where they are stepped together; None: never.
+        num_envs: how many.
+        max_episode_steps: after which an episode is truncated; None: never.
+        threads: how many; default: as many as the process may use processors.
+        autoreset_mode: what happens where an episode ends, as in Gymnasium: "NextStep", "SameStep" or
+            "Disabled".
+        arguments: of the task.
+
+    Raises:
+        InputError: an argument is impossible.
+    """
+    for name, value in (
+        ("num_envs", num_envs),
+        ("threads", threads),
+        ("max_episode_steps", max_episode_steps),
+    ):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+            raise InputError(f"{name} = {value!r}: must be a whole number, 1 or more")
+    try:
+        mode = AutoresetMode(autoreset_mode)
+    except ValueError:
+        raise unknown("autoreset_mode", str(autoreset_mode), [item.value for item in AutoresetMode]) from None
+    threads = min(threads or _processors(), num_envs)
+    one = task(**arguments)
+    if many is not None and together(one.plant):
+        return many(one, num_envs, max_episode_steps, threads, mode)
+
+    def make(first: list[TipEnv] = [one]) -> Any:  # noqa: B006 - the one that was made is used
+        env = first.pop() if first else task(**arguments)
+        return env if max_episode_steps is None else TimeLimit(env, max_episode_steps)
+
+    return OneByOneEnv([make] * num_envs, 1 if one.pixels or one.render_mode else threads, mode)
+
+
+def _processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

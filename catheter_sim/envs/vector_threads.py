@@ -1,0 +1,95 @@
+"""Environments of any kind behind Gymnasium's `VectorEnv`, one after another on a pool of threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+
+class _Ahead(gymnasium.Wrapper[Any, Any, Any, Any]):
+    """Does what is asked for next ahead, on another thread."""
+
+    def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
+        super().__init__(env)
+        self.done: list[Any] = []
+
+    def ahead(self, act: Callable[[gymnasium.Env[Any, Any]], Any]) -> None:
+        """Keep what `act` returns for the next `step` or `reset`."""
+        self.done = [act(self.env)]
+
+    def step(self, action: Any) -> Any:
+        return self.done.pop() if self.done else self.env.step(action)
+
+    def reset(self, **arguments: Any) -> Any:
+        return self.done.pop() if self.done else self.env.reset(**arguments)
+
+
+class OneByOneEnv(SyncVectorEnv[Any, Any]):
+    """`SyncVectorEnv`, but that environments move at once where they leave Python's lock to each other."""
+
+    def __init__(
+        self,
+        env_fns: Iterable[Callable[[], gymnasium.Env[Any, Any]]],
+        threads: int,
+        autoreset_mode: AutoresetMode,
+    ) -> None:
+        """Make the environments."""
+        super().__init__(
+            [lambda make=make: _Ahead(make()) for make in env_fns], autoreset_mode=autoreset_mode
+        )  # type: ignore[misc]
+        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Start episodes; see `SyncVectorEnv.reset`."""
+        options = dict(options or {})
+        seeds = [None] * self.num_envs if seed is None else seed
+        if isinstance(seeds, (int, np.integer)):
+            seeds = [int(seeds) + one for one in range(self.num_envs)]
+        mask = options.get("reset_mask", np.ones(self.num_envs, dtype=bool))
+        own = {name: value for name, value in options.items() if name != "reset_mask"}
+        if isinstance(mask, np.ndarray) and mask.shape == (self.num_envs,) == (len(seeds),):
+            self._all_at_once(
+                [one for one in range(self.num_envs) if mask[one]],
+                [lambda env, seed=seed: env.reset(seed=seed, options=own) for seed in seeds],
+            )
+        return super().reset(seed=list(seeds), options=options or None)
+
+    def step(self, actions: Any) -> Any:
+        """Move all environments for one control step."""
+        starts = self._autoreset_envs if self.autoreset_mode is AutoresetMode.NEXT_STEP else None
+        self._all_at_once(
+            range(self.num_envs),
+            [
+                (lambda env: env.reset())
+                if starts is not None and starts[one]
+                else (lambda env, action=action: env.step(action))
+                for one, action in enumerate(actions)
+            ],
+        )
+        return super().step(actions)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads and close the environments."""
+        if self._pool is not None:
+            self._pool.shutdown()
+        super().close_extras(**kwargs)
+
+    def _all_at_once(self, chosen: Iterable[int], acts: Sequence[Callable[[Any], Any]]) -> None:
+        """Let each chosen environment do its act ahead; where one fails, all are forgotten."""
+        if self._pool is None:
+            return
+        tasks = [self._pool.submit(self.envs[one].ahead, acts[one]) for one in chosen]  # type: ignore[attr-defined]
+        try:
+            for task in tasks:
+                task.result()
+        except BaseException:
+            for task in tasks:
+                task.cancel() or task.exception()
+            for env in self.envs:
+                env.done.clear()  # type: ignore[attr-defined]
+            raise

@@ -1,0 +1,396 @@
+"""Environments whose robots are stepped together: Reach and Track behind Gymnasium's `VectorEnv`."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from catheter_sim.envs import EPISODE_STEPS
+from catheter_sim.envs.draws import Path, random_paths, random_targets, require_standing
+from catheter_sim.envs.fleet import Fleet, Supply
+from catheter_sim.envs.observation import Seen, observe
+from catheter_sim.envs.reach import ReachEnv, arrived
+from catheter_sim.envs.robots import Robots
+from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, TARGET_CLEARANCE, TipEnv, level_after
+from catheter_sim.envs.track import TrackEnv, angle_between, cost_of, followed
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.render.images import Picture
+from catheter_sim.render.state import State
+from catheter_sim.robots.posture import Array
+from catheter_sim.simulation.copies import Index
+
+Infos = dict[str, Any]
+
+
+class TogetherEnv(VectorEnv[Any, Any, Any]):
+    """Many copies of one `tip.TipEnv`; see the text of `vector`."""
+
+    metadata: dict[str, Any] = dict(TipEnv.metadata)  # noqa: RUF012 - Gymnasium's way
+
+    def __init__(
+        self,
+        one: TipEnv,
+        num_envs: int,
+        max_episode_steps: int | None,
+        threads: int,
+        autoreset_mode: AutoresetMode,
+    ) -> None:
+        """Make copies of `one`, which is kept for what all have in common."""
+        self.one, self.plant = one, one.plant
+        self.num_envs = num_envs
+        self.metadata = {**one.metadata, "autoreset_mode": autoreset_mode}
+        self.render_mode = one.render_mode
+        self.layout, self.drives = one.layout, one.drives
+        self.single_observation_space, self.single_action_space = one.observation_space, one.action_space
+        self.observation_space = batch_space(one.observation_space, num_envs)
+        self.action_space = batch_space(one.action_space, num_envs)
+        self._mode, self._limit = autoreset_mode, max_episode_steps
+        self._fleet = Fleet(one.plant, num_envs, threads)
+        self._all = np.arange(num_envs)
+        self._rngs: list[np.random.Generator | None] = [None] * num_envs
+        self._seeds = [-1] * num_envs
+        self._draws = one.pixels or one.render_mode is not None
+        self._states: list[State | None] = [None] * num_envs
+        vectors = np.zeros((6, num_envs, 3))
+        drives, tendons = len(one.drives.names), len(one.plant.specified.tendons)
+        rows = np.zeros((num_envs, drives)), np.zeros((num_envs, tendons))
+        self._now = Seen(*vectors, *rows, np.zeros((num_envs, *one.plant.quick.bend_unit.shape)))
+        self._level = np.zeros((num_envs, drives))
+        self._target = np.zeros((num_envs, 3))
+        self._elapsed = np.zeros(num_envs, dtype=int)
+        self._diverged = np.zeros(num_envs, dtype=bool)
+        self._ended = np.zeros(num_envs, dtype=bool)
+
+    @property
+    def native_s(self) -> float:
+        """Time of the processors that the steps of episodes spent in MuJoCo and compiled loops [s]."""
+        return self._fleet.native_s
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The copies' generators."""
+        return tuple(self._generator(one) for one in range(self.num_envs))
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The copies' seeds, -1 where a copy was not seeded."""
+        self.np_random  # noqa: B018 - draws the missing seeds
+        return tuple(self._seeds)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Any, Infos]:
+        """Start episodes; see the text of `vector`.
+
+        Args:
+            seed: one for each copy, or that of the first, each further one by one more.
+            options: those of the task's reset, for all; `reset_mask`, shape (n,): which copies.
+
+        Raises:
+            InputError: a bad mask, wrong number of seeds, or what the task's reset raises.
+        """
+        options = dict(options or {})
+        chosen = self._masked(options.pop("reset_mask", None))
+        seeds = [None] * self.num_envs if seed is None else seed
+        if isinstance(seeds, (int, np.integer)):
+            seeds = [int(seeds) + one for one in range(self.num_envs)]
+        if len(seeds) != self.num_envs:
+            raise InputError(f"seed: {len(seeds)} numbers are given, {self.num_envs} are needed")
+        for one in chosen:
+            own = seeds[one]
+            if own is not None:
+                self._rngs[one], self._seeds[one] = seeding.np_random(own)
+        self._begin(chosen, self._goals(chosen, options))
+        return self._observations(), self._infos(chosen)
+
+    def step(self, actions: Any) -> tuple[Any, Array, np.ndarray, np.ndarray, Infos]:
+        """Move all copies for one control step; those whose episode ended start anew, by the mode.
+
+        Raises:
+            InputError: the actions have another shape, or are no numbers; without autoreset, an episode
+                has ended.
+        """
+        wished = np.asarray(actions, dtype=float)
+        anew = self._ended if self._mode is AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
+        if self._mode is AutoresetMode.DISABLED and self._ended.any():
+            which = ", ".join(map(str, np.flatnonzero(self._ended)))
+            raise InputError(f"the episodes of environments {which} have ended: reset them (reset_mask)")
+        stepping, starting = np.flatnonzero(~anew), np.flatnonzero(anew)
+        if wished.shape != self._level.shape or np.isnan(wished[stepping]).any():
+            raise InputError(f"actions: {self._level.shape} numbers are needed, one row for each environment")
+        goals = self._goals(starting, {}) if len(starting) else []
+        self._level[stepping] = level_after(self._level[stepping], wished[stepping], self.drives)
+        self._fleet.each(stepping, lambda robots, own, places: self._move(robots, own, stepping[places]))
+        rewards, terminations, truncations = np.zeros(self.num_envs), *np.zeros((2, self.num_envs), bool)
+        if len(stepping):
+            rewards[stepping], terminations[stepping] = self._judge(stepping)
+            self._elapsed[stepping] += 1
+        if self._limit is not None:
+            truncations[stepping] = self._elapsed[stepping] >= self._limit
+        if len(starting):
+            self._begin(starting, goals)
+        ended = terminations | truncations
+        infos: Infos = {}
+        if self._mode is AutoresetMode.SAME_STEP and ended.any():
+            done = np.flatnonzero(ended)
+            infos = self._finals(done)
+            self._begin(done, self._goals(done, {}))
+        self._ended = ended if self._mode is not AutoresetMode.SAME_STEP else np.zeros_like(ended)
+        return (
+            self._observations(),
+            rewards,
+            terminations,
+            truncations,
+            {**infos, **self._infos(self._all)},
+        )
+
+    def render(self) -> tuple[Picture | None, ...] | None:  # type: ignore[override]
+        """Return a picture of each copy, as of the task's `render`, all by one renderer."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() draws only where render_mode='rgb_array' was given to make_vec()")
+            return None
+        return tuple(self._picture(one) for one in self._all)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads and free the renderer."""
+        self._fleet.close()
+        self.one.close()
+
+    @abstractmethod
+    def _goals(self, chosen: Index, options: Mapping[str, Any]) -> list[Any]:
+        """Return what each of the chosen copies is to do in the coming episode."""
+
+    @abstractmethod
+    def _set(self, chosen: Index, goals: list[Any]) -> None:
+        """Let the chosen copies, at rest, have this to do."""
+
+    @abstractmethod
+    def _judge(self, stepped: Index) -> tuple[Array, np.ndarray]:
+        """Return rewards and whether the episode terminates of copies after a step, shapes (k,)."""
+
+    @abstractmethod
+    def _goal(self) -> Mapping[str, Array]:
+        """Return what all observations show of the task, each of shape (n, 3)."""
+
+    @abstractmethod
+    def _told(self) -> Mapping[str, np.ndarray]:
+        """Return the task's own part of `info`, for all."""
+
+    @property
+    def _distance_m(self) -> Array:
+        distance: Array = np.linalg.norm(self._now.tip - self._target, axis=1)
+        return distance
+
+    def _generator(self, one: int) -> np.random.Generator:
+        rng = self._rngs[one]
+        if rng is None:
+            rng, self._seeds[one] = seeding.np_random(None)
+            self._rngs[one] = rng
+        return rng
+
+    def _masked(self, mask: Any) -> Index:
+        """Return which copies `reset_mask` names, all without one."""
+        if mask is None:
+            return self._all
+        if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,):
+            raise InputError(f"reset_mask: an array of {self.num_envs} truth values is needed")
+        if not mask.any():
+            raise InputError("reset_mask: at least one environment is to be reset")
+        return np.flatnonzero(mask)
+
+    def _begin(self, chosen: Index, goals: list[Any]) -> None:
+        """Bring copies to rest for new episodes."""
+        self._level[chosen] = 0.0
+        self._elapsed[chosen] = 0
+        self._diverged[chosen] = self._ended[chosen] = False
+
+        def act(robots: Robots, own: Index, places: Index) -> None:
+            require_standing(self.plant, robots, own)
+            self._see(robots, own, chosen[places], moved=False)
+
+        self._fleet.each(chosen, act)
+        self._set(chosen, goals)
+
+    def _move(self, robots: Robots, own: Index, rows: Index) -> None:
+        """Move a thread's copies; those that diverge are seen as they were before."""
+        robots.move(own, self._level[rows], CONTROL_STEP_S)
+        finite = robots.finite(own)
+        self._diverged[rows] = ~finite
+        self._see(robots, own[finite], rows[finite], moved=True)
+
+    def _see(self, robots: Robots, own: Index, rows: Index, moved: bool) -> None:
+        """Take down how a thread's copies stand."""
+        if not len(own):
+            return
+        now = self._now
+        tip, axes, tension = robots.tips(own)
+        seen_tip, seen_axes = self.plant.seen(tip, axes)
+        now.velocity[rows] = (tip - now.tip[rows]) / CONTROL_STEP_S if moved else 0.0
+        now.seen_velocity[rows] = (seen_tip - now.seen_tip[rows]) / CONTROL_STEP_S if moved else 0.0
+        now.tip[rows], now.seen_tip[rows] = tip, seen_tip
+        now.direction[rows], now.seen_direction[rows] = axes[:, :, 2], seen_axes[:, :, 2]
+        now.level[rows], now.tension[rows], now.bends[rows] = self._level[rows], tension, robots.bends(own)
+        if self._draws:
+            for row, one in zip(rows, own, strict=True):
+                self._states[row] = robots.state(int(one))
+
+    def _picture(self, one: int) -> Picture:
+        state = self._states[one]
+        if state is None:
+            raise gymnasium.error.ResetNeeded("render() needs a reset before it")
+        return self.one.drawn(state, self._target[one])
+
+    def _observations(self) -> np.ndarray:
+        if self.one.pixels:
+            return np.stack([self._picture(int(one)) for one in self._all])
+        return observe(self.plant, self._now, self._goal(), self.one.state_space)
+
+    def _values(self) -> dict[str, np.ndarray]:
+        """Return `info` of all copies."""
+        now = self._now
+        return {
+            "tip_m": now.tip.copy(),
+            "target_m": self._target.copy(),
+            "distance_m": self._distance_m,
+            "speed_m_per_s": np.linalg.norm(now.velocity, axis=1),
+            "tendon": np.matmul(self.drives.tendon, now.level[..., np.newaxis])[..., 0],
+            "diverged": self._diverged.copy(),
+            **self._told(),
+        }
+
+    def _infos(self, chosen: Index) -> Infos:
+        """Return `info` of the chosen copies as Gymnasium has it: arrays, and who has such a value."""
+        has = np.zeros(self.num_envs, dtype=bool)
+        has[chosen] = True
+        infos: Infos = {}
+        for name, values in self._values().items():
+            values[~has] = 0
+            infos[name], infos[f"_{name}"] = values, has.copy()
+        return infos
+
+    def _finals(self, ended: Index) -> Infos:
+        """Return last observations and `info` of episodes that have just ended, as Gymnasium has them."""
+        observations, values, infos = self._observations(), self._values(), {}
+        for one in ended:
+            final = {name: row[one] if row.ndim > 1 else row[one].item() for name, row in values.items()}
+            entry = {"final_obs": observations[one], "final_info": final}
+            infos = self._add_info(infos, entry, int(one))
+        return infos
+
+
+class ReachTogether(TogetherEnv):
+    """Copies of a `reach.ReachEnv`."""
+
+    def __init__(self, one: ReachEnv, num_envs: int, *rest: Any) -> None:
+        """Make copies of `one`; arguments as of `TogetherEnv`."""
+        super().__init__(one, num_envs, *rest)
+        clearance = TARGET_CLEARANCE * one.length_m
+
+        def draw(robots: Robots, chosen: Index, rngs: Sequence[np.random.Generator]) -> list[Array]:
+            found = random_targets(self.plant, robots, chosen, rngs, clearance)
+            return [item.tip_m for item in found]
+
+        self._reach = one
+        self._supply: Supply[Array] = Supply(self.plant, num_envs, rest[1], draw)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads and free the renderer."""
+        self._supply.close()
+        super().close_extras()
+
+    def _goals(self, chosen: Index, options: Mapping[str, Any]) -> list[Array]:
+        given = self._reach.target_of(options)
+        if given is not None:
+            return [given] * len(chosen)
+        for one in chosen:
+            self._generator(int(one))
+        return self._supply.take(chosen, self._rngs)
+
+    def _set(self, chosen: Index, goals: list[Array]) -> None:
+        self._target[chosen] = goals
+
+    def _judge(self, stepped: Index) -> tuple[Array, np.ndarray]:
+        rewards = np.where(self._diverged, DIVERGED_REWARD, -self._distance_m / self.one.length_m)
+        return rewards[stepped], (self._success() | self._diverged)[stepped]
+
+    def _goal(self) -> Mapping[str, Array]:
+        return {"target": self._target / self.one.length_m}
+
+    def _success(self) -> np.ndarray:
+        speed = np.linalg.norm(self._now.velocity, axis=1)
+        return arrived(self._distance_m, speed, self.one.tolerance_m) & ~self._diverged
+
+    def _told(self) -> Mapping[str, np.ndarray]:
+        return {"is_success": self._success()}
+
+
+class TrackTogether(TogetherEnv):
+    """Copies of a `track.TrackEnv`."""
+
+    def __init__(self, one: TrackEnv, num_envs: int, *rest: Any) -> None:
+        """Make copies of `one`; arguments as of `TogetherEnv`."""
+        super().__init__(one, num_envs, *rest)
+        clearance = TARGET_CLEARANCE * one.length_m
+
+        def draw(robots: Robots, chosen: Index, rngs: Sequence[np.random.Generator]) -> list[Path]:
+            return random_paths(self.plant, robots, chosen, rngs, clearance, EPISODE_STEPS, CONTROL_STEP_S)
+
+        self._supply: Supply[Path] = Supply(self.plant, num_envs, rest[1], draw)
+        self._way, self._looking = np.zeros((2, num_envs, EPISODE_STEPS + 1, 3))
+        self._steps = np.zeros(num_envs, dtype=int)
+        self._squares = np.zeros((num_envs, 2))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads and free the renderer."""
+        self._supply.close()
+        super().close_extras()
+
+    def _goals(self, chosen: Index, options: Mapping[str, Any]) -> list[Path]:
+        for name in options:
+            raise unknown("option of reset", name, ())
+        for one in chosen:
+            self._generator(int(one))
+        return self._supply.take(chosen, self._rngs)
+
+    def _set(self, chosen: Index, goals: list[Path]) -> None:
+        self._steps[chosen], self._squares[chosen] = 0, 0.0
+        self._way[chosen] = [goal.tip_m for goal in goals]
+        self._looking[chosen] = [goal.direction for goal in goals]
+        self._target[chosen] = self._way[chosen, 0]
+
+    def _judge(self, stepped: Index) -> tuple[Array, np.ndarray]:
+        self._steps[stepped] = np.minimum(self._steps[stepped] + 1, EPISODE_STEPS)
+        self._target[stepped] = self._way[stepped, self._steps[stepped]]
+        distance, angle = self._distance_m[stepped], self._angle_rad()[stepped]
+        lost = self._diverged[stepped]
+        self._squares[stepped[~lost]] += np.square(np.stack([distance, angle], axis=1)[~lost])
+        rewards = np.where(lost, DIVERGED_REWARD, -cost_of(distance, angle, self.one.length_m))
+        return rewards, lost | (self._steps[stepped] == EPISODE_STEPS)
+
+    def _angle_rad(self) -> Array:
+        return angle_between(self._now.direction, self._looking[self._all, self._steps])
+
+    def _goal(self) -> Mapping[str, Array]:
+        following = self._way[self._all, np.minimum(self._steps + 1, EPISODE_STEPS)]
+        return {
+            "target": self._target / self.one.length_m,
+            "target_direction": self._looking[self._all, self._steps],
+            "target_velocity": (following - self._target) / (CONTROL_STEP_S * self.one.length_m),
+        }
+
+    def _told(self) -> Mapping[str, np.ndarray]:
+        distance, angle = np.sqrt(self._squares / np.maximum(self._steps, 1)[:, np.newaxis]).T
+        ended = (self._steps == EPISODE_STEPS) & ~self._diverged
+        return {
+            "angle_rad": self._angle_rad(),
+            "rms_distance_m": distance.copy(),
+            "rms_angle_rad": angle.copy(),
+            "is_success": followed(distance, angle, self.one.tolerance_m) & ended,
+        }

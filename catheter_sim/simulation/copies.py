@@ -1,0 +1,240 @@
+"""Many copies of one simulated robot, stepped together in one thread by `mujoco.batch`.
+
+A step of `simulator.Simulator` has a middle: after positions and velocities are known (`mj_step1`) and
+before forces move the robot (`mj_step2`), friction and the like are added. A persistent `Batch` has that
+middle too: `step(stage=mjSTAGE_VEL)` ends with the next step's first half, and the next call goes on from
+there with what was written between, so that every copy gets bit for bit what a simulator alone would. Only
+for rolling joints, whose hinges are moved in the model before a step, the halves take two calls. What
+differs between the copies in the model is expanded (`Batch.expand`): those hinges, a torsion pair's
+tangent, the clamp of slack tendons.
+
+Between the halves all is compiled loops over the copies (`capstan`, `rolling_kernel`) or array arithmetic.
+`Batch` would have threads of its own, but then all would wait for each other twice in every step. One
+object of this class in each thread, a part of the copies in each, waits once for many steps; all that takes
+time here runs without Python's lock.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch, SimulationError
+
+from catheter_sim.robots.posture import Array
+from catheter_sim.simulation.capstan import Index
+from catheter_sim.simulation.friction import CapstanFriction
+from catheter_sim.simulation.friction_copies import CapstanCopies
+from catheter_sim.simulation.path_copies import PathCopies, pathless
+from catheter_sim.simulation.rolling import RodElasticity
+from catheter_sim.simulation.simulator import (
+    FARTHEST_RAD,
+    SETTLE_BLOCK_S,
+    SETTLED_ANGLE_RAD,
+    Simulator,
+    clamp_of_slack,
+)
+from catheter_sim.simulation.site_tendons import applies
+
+_NOTHING, _POSITIONS, _VELOCITIES, _ALL = (
+    int(stage)
+    for stage in (
+        mujoco.mjtStage.mjSTAGE_NONE,
+        mujoco.mjtStage.mjSTAGE_POS,
+        mujoco.mjtStage.mjSTAGE_VEL,
+        mujoco.mjtStage.mjSTAGE_ACC,
+    )
+)
+
+_CACHED = 8  # copies that go through a ramp together: their states stay near the processor
+
+
+def copied_together(simulator: Simulator) -> bool:
+    """Whether `Copies` knows all that `simulator` does.
+
+    It does not know links that give way, tubes that bend, the laws of Nayar 2023 and the friction of a
+    catheter's pairs, whose histories are kept in Python, nor the reference law of friction.
+    """
+    parts = simulator.parts()
+    if parts.catheter is not None and not (parts.catheter.plain and parts.friction is None):
+        return False
+    if parts.rolling is not None and parts.rolling.compressible:
+        return False
+    return parts.friction is None or isinstance(parts.friction, CapstanFriction)
+
+
+class Copies:
+    """Copies of a simulator's robot, for use by one thread; numbers from 0 choose among them, rising.
+
+    Attributes:
+        count: how many, m.
+        qpos, qvel: positions and velocities, shapes (m, nq) and (m, nv), free to be read.
+        native_s: time of the processor spent in MuJoCo and in compiled loops [s]; all else is Python's.
+    """
+
+    def __init__(self, simulator: Simulator, count: int) -> None:
+        """Make copies, at rest, of what `copied_together` affirms."""
+        self.count, self.native_s = count, 0.0
+        simulator.reset()
+        self._model, self._parts = simulator.model, simulator.parts()
+        self._driven = simulator.actuation != "tension"
+        self._timestep = float(self._model.opt.timestep)
+        self._slowest = SETTLED_ANGLE_RAD / simulator.robot.dynamics.relaxation_time_s
+        own_paths = not self._driven and self._parts.splits and applies(self._model)
+        without = pathless(self._model) if own_paths else self._model
+        self._batch = batch = Batch(without, count, 1, persistent=True)
+        self._paths = PathCopies(self._model, batch) if own_paths else None
+        self.qpos, self.qvel = batch.bind("qpos"), batch.bind("qvel")
+        self._ctrl, self._applied = batch.bind("ctrl"), batch.bind("qfrc_applied")
+        self._points, self._axes = batch.bind("site_xpos"), batch.bind("site_xmat")
+        self._length = batch.bind("ten_length")
+        self._all = np.arange(count)
+        self._failed = np.zeros(count, dtype=bool)
+        parts, expand = self._parts, batch.expand
+        if parts.rolling is not None:
+            self._hinges, self._links = expand("jnt_pos"), expand("body_pos")
+        if self._driven:
+            self._clamp = expand("actuator_forcerange")
+            self._ctrl_before = np.zeros((count, len(parts.pulls)))
+        if parts.catheter is not None:
+            self._bias = expand("actuator_biasprm")
+            self._arrived = np.zeros((count, len(simulator.robot.tendons)))
+        self._law: CapstanCopies | None = None
+        if parts.friction is not None:
+            drive = -parts.length_gain if self._driven else np.zeros(len(parts.pulls))
+            ten_J = self._paths.ten_J if self._paths else None
+            self._law = CapstanCopies(simulator.robot, self._model, batch, drive, ten_J)
+        self.reset(self._all)
+
+    def reset(self, copies: Index) -> None:
+        """Return some copies to rest: the unloaded shape, zero inputs, no history."""
+        self._failed[copies] = False
+        self._run(self._batch.reset, copies, stage=_NOTHING)
+        if self._parts.catheter is not None:
+            self._arrived[copies] = 0.0
+        if self._driven:
+            self._ctrl_before[copies] = 0.0
+        if self._law is not None:
+            self._law.forget(copies)
+        self.qpos[copies] = self._model.qpos_spring
+        self._roll(copies)
+        self._run(self._batch.forward, copies, stage=_ALL)
+
+    def ramp(self, copies: Index, before: Array, after: Array, duration_s: float) -> None:
+        """Move the inputs of some copies linearly from `before` to `after`, shapes (k, t)."""
+        steps = max(1, round(duration_s / self._timestep))
+        for first in range(0, len(copies), _CACHED):
+            part = slice(first, first + _CACHED)
+            start, change = before[part], after[part] - before[part]
+            for step in range(1, steps + 1):
+                self._set_inputs(copies[part], start + change * (step / steps))
+                self._step(copies[part])
+
+    def settle(self, copies: Index, longest_s: float = 5.0) -> None:
+        """Step each of some copies under its present inputs until it is at rest, or no longer finite."""
+        steps = max(1, round(SETTLE_BLOCK_S / self._timestep))
+        for _ in range(max(1, round(longest_s / (steps * self._timestep)))):
+            for _ in range(steps):
+                self._step(copies)
+            moving = np.abs(self.qvel[np.ix_(copies, self._parts.dofs)]).max(axis=1) >= self._slowest
+            copies = copies[moving & self.finite(copies)]
+            if not len(copies):
+                return
+
+    def finite(self, copies: Index) -> np.ndarray:
+        """Return which of some copies have not diverged; see `Simulator.require_finite`."""
+        angles = self.qpos[np.ix_(copies, self._parts.angles)]
+        return (np.abs(angles) <= FARTHEST_RAD).all(axis=1) & ~self._failed[copies]
+
+    def tips(self, copies: Index) -> tuple[Array, Array, Array]:
+        """Return of some copies the tips' places, (k, 3) [m], orientations, (k, 3, 3), tensions, (k, t) [N].
+
+        The tensions are those at the actuators, as of `Simulator.actuator_tension`.
+        """
+        self._roll(copies)
+        if self._parts.rolling is not None or not self._parts.splits:
+            self._run(self._batch.forward, copies, stage=_POSITIONS)
+        tip = self._parts.faces[-1]
+        tension = np.maximum(self._tension_now(copies), 0.0)
+        if self._parts.catheter is not None:
+            tension = self._parts.catheter.pair_tension(self.qpos[copies], self._ctrl[copies], tension)
+        return self._points[copies, tip], self._axes[copies, tip].reshape(-1, 3, 3), tension
+
+    def moved(self, copy: int) -> dict[str, Array]:
+        """Return the fields of the model that are one copy's own, by their names."""
+        if self._parts.rolling is None:
+            return {}
+        return {"jnt_pos": self._hinges[copy].copy(), "body_pos": self._links[copy].copy()}
+
+    def _set_inputs(self, copies: Index, tendon: Array) -> None:
+        catheter = self._parts.catheter
+        if catheter is None:
+            self._ctrl[copies] = tendon
+            return
+        self._arrived[copies] = catheter.through_play(self._arrived[copies], tendon)
+        controls = catheter.driven(self._arrived[copies])
+        self._ctrl[copies, : controls.shape[1]] = controls
+
+    def _step(self, copies: Index) -> None:
+        """Take a step, as `Simulator.step` does."""
+        parts = self._parts
+        if not parts.splits:
+            self._run(self._batch.step, copies)
+            return
+        if parts.rolling is not None:
+            self._roll(copies)
+            self._run(self._batch.forward, copies, stage=_VELOCITIES)
+        if parts.catheter is not None and len(parts.catheter.torsion):
+            tangent = parts.catheter.tangent(self.qpos[copies], self._ctrl[copies])
+            self._bias[copies[:, np.newaxis], parts.catheter.torsion, :2] = tangent
+        if self._driven:
+            before = parts.gain * self._ctrl_before[copies] + parts.bias
+            before += parts.length_gain * self._length[np.ix_(copies, parts.tendons)]
+            self._clamp[copies[:, np.newaxis], parts.pulls, 1] = clamp_of_slack(before)
+            self._ctrl_before[copies] = self._ctrl[np.ix_(copies, parts.pulls)]
+        self._applied[copies] = 0.0
+        if isinstance(parts.elastic, RodElasticity):
+            self._native(parts.elastic.apply_copies, copies, self.qpos, self._applied)
+        elif parts.elastic is not None:
+            parts.elastic.apply_copies(copies, self.qpos, self._applied)
+        if self._paths is not None:
+            self._native(self._paths.find_in, copies)
+        if self._law is not None:
+            entering = self._ctrl
+            if self._driven:
+                entering = np.zeros_like(self._ctrl_before)
+                entering[copies] = self._tension_now(copies)
+            self._native(self._law.apply_copies, copies, entering, self._applied)
+        if self._paths is not None:
+            self._native(self._paths.pull_in, copies, self._ctrl, self._applied)
+        self._run(self._batch.step, copies, stage=_VELOCITIES if parts.rolling is None else _NOTHING)
+
+    def _tension_now(self, copies: Index) -> Array:
+        """Return tensions as `Simulator._tension_now` does, shape (k, t) [N]."""
+        if not self._driven:
+            return self._ctrl[copies]
+        parts = self._parts
+        force = parts.gain * self._ctrl[np.ix_(copies, parts.pulls)] + parts.bias
+        return -(force + parts.length_gain * self._length[np.ix_(copies, parts.tendons)])
+
+    def _roll(self, copies: Index) -> None:
+        """Put the hinges of rolling joints where they have rolled to."""
+        if self._parts.rolling is not None:
+            self._native(self._parts.rolling.place_copies, copies, self.qpos, self._hinges, self._links)
+
+    def _run(self, call: Callable[..., None], copies: Index, **arguments: int) -> None:
+        """Call a batch for some copies; one in which MuJoCo gives up counts as diverged."""
+        try:
+            self._native(call, ids=copies, **arguments)
+        except SimulationError as error:
+            self._failed[error.ids] = True
+
+    def _native(self, call: Callable[..., None], *arguments: Any, **named: Any) -> None:
+        start = time.thread_time()
+        try:
+            call(*arguments, **named)
+        finally:
+            self.native_s += time.thread_time() - start

@@ -1,0 +1,88 @@
+"""The shipped friction law of many copies of one robot: `friction.CapstanFriction`, each with its history."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+from catheter_sim.errors import InputError
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.posture import Array
+from catheter_sim.simulation import capstan
+from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction, PairTurns
+
+
+class CapstanCopies(CapstanFriction):
+    """The law in the copies of a batch, one compiled loop over them; the numbers are those of one copy."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        model: mujoco.MjModel,
+        batch: Batch,
+        drive_stiffness: Array,
+        ten_J: Array | None = None,
+    ) -> None:
+        """Prepare the law.
+
+        Args:
+            robot: the robot.
+            model: its model.
+            batch: its copies.
+            drive_stiffness: as of `CapstanFriction`.
+            ten_J: where the copies' tendon Jacobians are, shape (m, e); default: in the batch.
+
+        Raises:
+            InputError: a robot whose turns are not known for many copies, a catheter.
+        """
+        super().__init__(robot, model, drive_stiffness)
+        if isinstance(self._turns, PairTurns):
+            raise InputError(f"{robot.name}: friction of a catheter's pairs: not for many copies at once")
+        self._turns_of = self._turns.of_copies
+        tendons, spans = self._tension.shape
+        self._of = np.zeros((2, batch.nsim, tendons, spans))  # tensions and turns
+        names = "qpos", "qvel", "site_xpos", "qfrc_passive", "qfrc_bias", "qfrc_constraint"
+        self._bound = {name: batch.bind(name) for name in names}
+        self._bound["ten_J"] = batch.bind("ten_J") if ten_J is None else ten_J
+
+    def forget(self, copies: capstan.Index) -> None:
+        """Forget the history of some copies."""
+        self._of[0, copies] = 0.0
+
+    def apply_copies(self, copies: capstan.Index, entering: Array, applied: Array) -> None:
+        """`apply` in some of the m copies.
+
+        Args:
+            copies: which.
+            entering: tensions at the actuators now, shape (m, t) [N].
+            applied: in and out: applied forces, shape (m, nv).
+        """
+        rows, bound = self._rows, self._bound
+        tension, turn = self._of
+        self._turns_of(copies, bound["qpos"], bound["site_xpos"], turn)
+        capstan.confine_copies(
+            copies,
+            self._mu,
+            entering,
+            self._drive,
+            turn,
+            self._ends,
+            bound["ten_J"],
+            rows.starts,
+            rows.entries,
+            rows.columns,
+            self._span,
+            bound["qvel"],
+            bound["qfrc_passive"],
+            bound["qfrc_bias"],
+            bound["qfrc_constraint"],
+            applied,
+            self._yielding,
+            SWEEPS,
+            SWEEP_TOLERANCE,
+            tension,
+            self._holes,
+            self._pulls,
+            self._scratch,
+        )

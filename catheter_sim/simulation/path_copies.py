@@ -1,0 +1,110 @@
+"""The tendons' paths in many copies of one robot whose pulls are given: `site_tendons`, for a batch.
+
+More than half of MuJoCo's step of a chain goes into them. A batch lets nobody write a Jacobian into its
+copies, so that these find no paths at all; the actuators' pulls come by the applied forces, through slopes
+that are found here. Tension that does not depend on lengths is all that this can be for.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from numba import njit
+from numpy.typing import NDArray
+
+from catheter_sim.robots.posture import Array
+from catheter_sim.simulation.capstan import Index
+from catheter_sim.simulation.site_tendons import SiteTendons
+
+
+class PathCopies(SiteTendons):
+    """The paths in the copies of a batch of `pathless(model)`.
+
+    Attributes:
+        ten_J: of each copy, as MuJoCo's sparse rows, shape (m, e).
+    """
+
+    def __init__(self, model: mujoco.MjModel, batch: Batch) -> None:
+        """Prepare; `site_tendons.applies(model)` must hold, and each actuator pull its own tendon."""
+        super().__init__(model)
+        row, count = model.ten_J_rowadr, model.ten_J_rownnz
+        self.ten_J = np.zeros((batch.nsim, int((row + count).max())))
+        tendons = model.actuator_trnid[:, 0]
+        self._pulled = np.stack([row[tendons], count[tendons]], axis=1).astype(np.int64)
+        self._column = model.ten_J_colind.astype(np.int64)
+        self._seen = tuple(batch.bind(name) for name in ("site_xpos", "xanchor", "xaxis"))
+
+    def find_in(self, copies: Index) -> None:
+        """Fill in some copies' `ten_J` at their present positions."""
+        _find_in(copies, self._stretches, self._ends, self._parts, self._slides, *self._seen, self.ten_J)
+
+    def pull_in(self, copies: Index, tension: Array, applied: Array) -> None:
+        """Add what tendons pull to some copies' applied forces.
+
+        Args:
+            copies: which of the m.
+            tension: at the actuators, shape (m, t) [N].
+            applied: in and out, shape (m, nv).
+        """
+        _pull_in(copies, self._pulled, self._column, self.ten_J, tension, applied)
+
+
+def pathless(model: mujoco.MjModel) -> mujoco.MjModel:
+    """Return a copy of `model` whose tendons have no paths and pull nothing."""
+    without = copy.copy(model)
+    without.tendon_num[:] = 0
+    return without
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _find_in(
+    copies: Index,
+    stretches: Index,
+    ends: Index,
+    parts: Index,
+    slides: NDArray[np.bool_],
+    site_xpos: Array,
+    xanchor: Array,
+    xaxis: Array,
+    ten_J: Array,
+) -> None:
+    """Write the slopes of the tendons' lengths; arguments as of `site_tendons`, an axis of copies before."""
+    for i in copies:
+        ten_J[i, :] = 0.0
+        for k in range(stretches.shape[0]):
+            near, far = stretches[k, 1], stretches[k, 2]
+            ux = site_xpos[i, far, 0] - site_xpos[i, near, 0]
+            uy = site_xpos[i, far, 1] - site_xpos[i, near, 1]
+            uz = site_xpos[i, far, 2] - site_xpos[i, near, 2]
+            length = math.sqrt(ux * ux + uy * uy + uz * uz)
+            if length == 0.0:
+                continue
+            ux, uy, uz = ux / length, uy / length, uz / length
+            for p in range(ends[k], ends[k + 1]):
+                joint, sign = parts[p, 0], parts[p, 1]
+                ax, ay, az = xaxis[i, joint, 0], xaxis[i, joint, 1], xaxis[i, joint, 2]
+                if slides[joint]:
+                    slope = ux * ax + uy * ay + uz * az
+                else:
+                    site = far if sign > 0 else near
+                    rx = site_xpos[i, site, 0] - xanchor[i, joint, 0]
+                    ry = site_xpos[i, site, 1] - xanchor[i, joint, 1]
+                    rz = site_xpos[i, site, 2] - xanchor[i, joint, 2]
+                    slope = ux * (ay * rz - az * ry) + uy * (az * rx - ax * rz) + uz * (ax * ry - ay * rx)
+                ten_J[i, parts[p, 2]] += sign * slope
+
+
+@njit(cache=True, nogil=True)
+def _pull_in(
+    copies: Index, pulled: Index, column: Index, ten_J: Array, tension: Array, applied: Array
+) -> None:
+    """Take the pulls of actuators, `pulled` (t, 2): first entry and number of each one's row in `ten_J`."""
+    for i in copies:
+        for j in range(pulled.shape[0]):
+            pull = max(tension[i, j], 0.0)
+            for place in range(pulled[j, 0], pulled[j, 0] + pulled[j, 1]):
+                applied[i, column[place]] -= ten_J[i, place] * pull
