@@ -4,6 +4,7 @@ What is added to the robot's model (`catheter_sim.mjcf.build`), which is not cha
 
 - the body `catheter`, which carries the robot's base on the slide `insertion` along the sheath, and the
   actuator `insertion`, the last: control in m, from the place in which the robot waits outside the septum;
+- the body `implant_mount` in the holder, where the implant is turned in it (`plan.implant_turn_rad`);
 - geoms `touch_<k>` of every element, `touch_<arm>` and `touch_post` of the implant, not drawn;
 - geoms `wall_<k>`, convex blocks, not drawn, and `atrium`, the wall's closed mesh, only drawn;
 - bodies `scallop_<side>` and `margin_<side>` on hinges of the same names, with geoms of the same names;
@@ -16,6 +17,7 @@ tissue. Blood and the beating heart are left out.
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,11 +33,12 @@ from catheter_sim.mjcf.meshes import inline
 from catheter_sim.mjcf.solids import Array
 from catheter_sim.procedure import valve
 from catheter_sim.procedure.atrium import blocks, shell, wall
-from catheter_sim.procedure.plan import Plan, tip_to_end_m
+from catheter_sim.procedure.plan import Plan, implant_turn_rad, tip_to_end_m
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.catheter_layout import elements, ring_length_m
 
 INSERTION = "insertion"
+MOUNT = "implant_mount"
 WAITING_M = 3e-3  # of the implant before the septum at the start
 # assumed: leaflets follow what presses on them with a few hundredths of a newton
 HINGE_N_M_PER_RAD = {"scallop": 1e-3, "margin": 2e-4}
@@ -74,6 +77,7 @@ def build_scene(robot: CatheterRobot, plan: Plan) -> Scene:
     statistic.set("center", "0 0 0.02")
     world, asset = _part(root, "worldbody"), _part(root, "asset")
     _carry(root, robot, world, plan.base(waiting))
+    _turn_implant(robot, world)
     _add_touches(robot, world)
     part = wall(plan.anatomy, plan.puncture, plan.direction)
     _add_mesh(world, asset, "atrium", shell(part), _WALL_RGBA)
@@ -120,6 +124,22 @@ def _carry(root: ElementTree.Element, robot: CatheterRobot, world: ElementTree.E
     )
 
 
+def _turn_implant(robot: CatheterRobot, world: ElementTree.Element) -> None:
+    """Put the implant, where it is turned in its holder, into the body `implant_mount`."""
+    turn = implant_turn_rad(robot)
+    if turn == 0.0:
+        return
+    holder = next(body for body in world.iter("body") if body.find("site[@name='implant']") is not None)
+    quaternion = _text((math.cos(0.5 * turn), 0.0, 0.0, math.sin(0.5 * turn)))
+    mount = ElementTree.Element("body", name=MOUNT, quat=quaternion)
+    ElementTree.SubElement(mount, "inertial", _NO_MASS)
+    for child in list(holder):
+        if child.get("name", "").startswith("implant"):
+            holder.remove(child)
+            mount.append(child)
+    holder.append(mount)
+
+
 def _add_touches(robot: CatheterRobot, world: ElementTree.Element) -> None:
     """Add to every element what touches: balls around the middles of rings, cylinders for modules."""
     bodies = {body.get("name"): body for body in world.iter("body")}
@@ -140,7 +160,7 @@ def _add_touches(robot: CatheterRobot, world: ElementTree.Element) -> None:
     holder = bodies[f"link_{len(parts)}"]
     middle = holder_length_m(robot) + 0.5 * IMPLANT_M
     size = _text((0.1 * outer, 0.5 * width, 0.45 * IMPLANT_M))
-    _touching(holder, name="touch_post", type="box", size=size, pos=_text((0, 0, middle)))
+    _touching(bodies.get(MOUNT, holder), name="touch_post", type="box", size=size, pos=_text((0, 0, middle)))
     for arm, side in ARMS.items():
         place = (side * 0.17 * outer, 0.0, -0.38 * IMPLANT_M)
         size = _text((0.17 * outer, width, 0.40 * IMPLANT_M))
