@@ -43,11 +43,14 @@ from catheter_sim.procedure.atrium import blocks, shell, wall
 from catheter_sim.procedure.plan import Plan, implant_turn_rad, tip_to_end_m
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.catheter_layout import elements, ring_length_m
+from catheter_sim.simulation.tissue import TISSUE
 
 MOUNT = "implant_mount"
 WAITING_M = 3e-3  # of the implant before the septum at the start
 # assumed: leaflets follow what presses on them with a few hundredths of a newton
 HINGE_N_M_PER_RAD = {"scallop": 1e-3, "margin": 2e-4}
+# What a scene of tissue is made of; every plate of a leaflet is felt for itself.
+REGIONS = ("wall", *(f"{plate}_{side}" for plate in HINGE_N_M_PER_RAD for side in valve.SIDES))
 _WALL_RGBA, _LEAFLET_RGBA = "0.86 0.47 0.45 0.18", "0.93 0.72 0.60 1"
 _FOUND_ONLY = {"margin": "-0.05", "gap": "0.05"}  # MuJoCo finds these contacts; `contact` has their forces
 
@@ -69,8 +72,15 @@ class Scene:
     waiting_m: float
 
 
-def build_scene(robot: CatheterRobot, plan: Plan) -> Scene:
-    """Return the scene in which the robot waits outside the septum, valve frame."""
+def build_scene(robot: CatheterRobot, plan: Plan, tissue: bool = False) -> Scene:
+    """Return the scene in which the robot waits outside the septum, valve frame.
+
+    Args:
+        robot: the catheter.
+        plan: its way.
+        tissue: what is touched presses back as `simulation.tissue` has it, not as `contact` and MuJoCo do:
+            the regions of `REGIONS`, geoms `tissue_<region>_<k>` in place of the names above.
+    """
     length = sum(segment.length_m for segment in robot.segments) + tip_to_end_m(robot)
     waiting = -length - WAITING_M
     root = ElementTree.fromstring(build_mjcf(robot))
@@ -82,9 +92,12 @@ def build_scene(robot: CatheterRobot, plan: Plan) -> Scene:
     around = wall(plan.anatomy, plan.puncture, plan.direction)
     add_mesh(root, "atrium", shell(around), _WALL_RGBA)
     for number, corners in enumerate(blocks(around)):
-        touched_block(root, f"wall_{number}", corners, **_FOUND_ONLY)
+        if tissue:
+            touched_block(root, f"{TISSUE}wall_{number}", corners)
+        else:
+            touched_block(root, f"wall_{number}", corners, **_FOUND_ONLY)
     for side, sign in valve.SIDES.items():
-        _add_leaflet(robot, plan, root, side, sign)
+        _add_leaflet(robot, plan, root, side, sign, f"{TISSUE}{{}}_0" if tissue else "{}")
     return Scene(robot, plan, ElementTree.tostring(root, encoding="unicode"), waiting)
 
 
@@ -137,8 +150,9 @@ def _add_leaflet(
     root: ElementTree.Element,
     side: str,
     sign: float,
+    named: str,
 ) -> None:
-    """Add a leaflet: its middle scallop on hinges, and what lies beside it."""
+    """Add a leaflet: its middle scallop on hinges, its geoms so named, and what lies beside it."""
     carrier, place, R = part(root, "worldbody"), np.zeros(3), np.eye(3)
     for name, plate in zip(HINGE_N_M_PER_RAD, valve.scallop(plan.anatomy, sign), strict=True):
         stiffness = HINGE_N_M_PER_RAD[name]
@@ -164,7 +178,7 @@ def _add_leaflet(
         size = 0.5 * np.array([plate.length_m, plate.width_m, plate.thickness_m])
         touched(
             carrier,
-            name=f"{name}_{side}",
+            name=named.format(f"{name}_{side}"),
             type="box",
             size=text(size),
             pos=text((size[0], 0, 0)),
