@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,16 +60,21 @@ def random_case(
     """
     bounds = ranges(robot)
     for name, value in (given or {}).items():
-        if name not in bounds:
-            raise unknown("number of the anatomy", name, bounds)
-        low, high = bounds[name]
-        if not low <= value <= high:
-            raise InputError(f"anatomy: {name} = {value:g}: must lie in {low:g} to {high:g}")
-    for left in reversed(range(_MOST_DRAWS)):
+        _require(name, value, bounds)
+
+    def one() -> Case:
         anatomy = replace(random_anatomy(rng, bounds), **(given or {}))
-        try:
-            return Case(plan_way(robot, anatomy), random_flow(rng, flow_N))
-        except InputError:
-            if not left:
-                raise
-    raise AssertionError
+        return Case(plan_way(robot, anatomy), random_flow(rng, flow_N))
+
+    for _ in range(_MOST_DRAWS - 1):
+        with suppress(InputError):
+            return one()
+    return one()
+
+
+def _require(name: str, value: float, bounds: Mapping[str, tuple[float, float]]) -> None:
+    if name not in bounds:
+        raise unknown("number of the anatomy", name, bounds)
+    low, high = bounds[name]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise InputError(f"anatomy: {name} = {value!r}: must be a number in {low:g} to {high:g}")
