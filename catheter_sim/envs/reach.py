@@ -125,6 +125,9 @@ class ReachEnv(TipEnv):
       rod goes through the tensions of the prototype's published measurement, up to 47.9 N. With friction
       it bends by 2.5 rad there.
     - `render_mode`: None or "rgb_array".
+    - `randomised`: settings that are drawn evenly within bounds, and the robot built anew, at every reset:
+      `{"friction.mu": (0.1, 0.5), "effects.actuation_gain.scale": (0.9, 1.1)}`. They may change the drives'
+      ranges with them, where these depend on what is drawn (a stiffness, a radius).
     - `width`, `height`: of the picture [pixels]. The target is a green sphere of the tolerance's radius.
     """
 
@@ -145,6 +148,8 @@ class ReachEnv(TipEnv):
         for name in options:
             if name != "target":
                 raise unknown("option of reset", name, ("target",))
+        if self._randomised:
+            self._checked_targets.clear()
         if options.get("target") is not None:
             self.target_m = self._reachable(options["target"])
         else:

@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.envs import EPISODE_STEPS
-from catheter_sim.envs.observation import Observation, look, observation_space, observe
+from catheter_sim.envs.observation import Bounds, Observation, look, observation_space, observe
 from catheter_sim.envs.picture import TargetPicture
 from catheter_sim.envs.plant import Plant
+from catheter_sim.envs.randomised import check_randomised, drawn_settings, end_settings
+from catheter_sim.envs.surroundings import Surround
 from catheter_sim.envs.targets import frictionless_reach
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
-from catheter_sim.mjcf.scene import views
+from catheter_sim.mjcf.scene import View, views
 from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
 from catheter_sim.robots.catalogue import load_robot
@@ -62,6 +64,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
+        randomised: Mapping[str, Sequence[float]] | None = None,
     ) -> None:
         """Build the robot; the arguments are those of the task's text.
 
@@ -79,19 +82,34 @@ class TipEnv(gymnasium.Env[Any, Any]):
             raise InputError(f"gravity_mps2 = {gravity_mps2!r}: three finite numbers are needed")
         self.render_mode = render_mode
         self.tolerance_m = float(tolerance_m)
-        self.plant = Plant(load_robot(robot, settings), action_type, tuple(gravity), largest_bend_rad)
+        self._robot, self._settings = robot, tuple(settings)
+        self._action_type, self._gravity, self._largest_bend_rad = action_type, gravity, largest_bend_rad
+        self._randomised = check_randomised(randomised or {})
+        for which in range(2 if self._randomised else 0):  # the bounds themselves must be possible
+            self._drawn = end_settings(self._randomised, which)
+            self._new_plant()
+        self._drawn: Sequence[str] = ()
+        self.plant = self._new_plant()
         self.drives = self.plant.drives
         self.length_m = float(self.plant.segment_length.sum())
         self.target_m = np.zeros(3)
         self._size = width, height
         self._picture: TargetPicture | None = None
         self._diverged = False
-        self.action_space: gymnasium.spaces.Box = gymnasium.spaces.Box(
-            -1.0, 1.0, (len(self.drives.names),), np.float32
-        )
+        actions = len(self.drives.names) + len(self.plant.carriage)
+        self.action_space: gymnasium.spaces.Box = gymnasium.spaces.Box(-1.0, 1.0, (actions,), np.float32)
         self.observation_space: gymnasium.spaces.Box
-        self.observation_space, self.layout = observation_space(self.plant, self.goal)
+        self.observation_space, self.layout = observation_space(self.plant, self.goal, self._more_bounds())
         self._now = look(self.plant)
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Seed the generator and draw the robot anew where it is `randomised`; a task does the rest."""
+        super().reset(seed=seed)
+        self._drawn = drawn_settings(self._randomised, self.np_random)
+        self._renew(options or {})
+        return None, {}
 
     def render(self) -> Picture | None:  # type: ignore[override]
         """Return a picture of the robot and the target, shape (height, width, 3), or None.
@@ -102,12 +120,8 @@ class TipEnv(gymnasium.Env[Any, Any]):
         if self.render_mode is None:
             gymnasium.logger.warn("render() draws only where render_mode='rgb_array' was given to make()")
             return None
-        simulator = self.plant.simulator
         if self._picture is None:
-            camera = "side" if self.plant.quick.planar else "overview"
-            view = next(view for view in views(simulator.robot) if view.name == camera)
-            reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
-            self._picture = TargetPicture(simulator.model, fitted_view(view, reach, *self._size), *self._size)
+            self._picture = TargetPicture(self.plant.simulator.model, self._view(), *self._size)
         return self._picture.draw(self._now.state, self.target_m, self.tolerance_m)
 
     def close(self) -> None:
@@ -115,6 +129,40 @@ class TipEnv(gymnasium.Env[Any, Any]):
         if self._picture is not None:
             self._picture.close()
             self._picture = None
+
+    def _view(self) -> View:
+        """Return where to look from."""
+        camera = "side" if self.plant.quick.planar else "overview"
+        view = next(view for view in views(self.plant.simulator.robot) if view.name == camera)
+        reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
+        return fitted_view(view, reach, *self._size)
+
+    def _new_plant(self) -> Plant:
+        """Return the robot with the settings that were drawn."""
+        robot = load_robot(self._robot, [*self._settings, *self._drawn])
+        return Plant(robot, self._action_type, tuple(self._gravity), self._largest_bend_rad, self._surround())
+
+    def _surround(self) -> Surround | None:
+        """Return what puts the robot into surroundings; None: it stands alone."""
+        return None
+
+    def _renew(self, options: Mapping[str, Any]) -> None:
+        """Build the robot anew, at a reset with these options, where it was drawn anew."""
+        if self._randomised:
+            self._replace_plant()
+
+    def _replace_plant(self) -> None:
+        self.close()
+        self.plant = self._new_plant()
+        self.drives = self.plant.drives
+
+    def _more_bounds(self) -> Bounds:
+        """Return the further parts of the observation, by their names."""
+        return {}
+
+    def _base_after(self, change: Array) -> Array | None:
+        """Return where the base goes, shape (c,), by the actions that are left for it; None: it stays."""
+        return None
 
     def _start(self) -> None:
         """Bring the robot to rest, drives at zero, for a new episode."""
@@ -130,12 +178,13 @@ class TipEnv(gymnasium.Env[Any, Any]):
         Raises:
             InputError: the action has another shape, or is not a number.
         """
-        change = np.clip(np.asarray(action, dtype=float), -1.0, 1.0) * (RATE_PER_S * CONTROL_STEP_S)
+        change = np.clip(np.asarray(action, dtype=float), -1.0, 1.0) * CONTROL_STEP_S
         if change.shape != self.action_space.shape or np.isnan(change).any():
-            raise InputError(f"action = {action!r}: {len(self.drives.names)} numbers are needed")
-        level = np.clip(self.plant.level + change, self.drives.lowest, 1.0)
+            raise InputError(f"action = {action!r}: {self.action_space.shape[0]} numbers are needed")
+        drives = len(self.drives.names)
+        level = np.clip(self.plant.level + RATE_PER_S * change[:drives], self.drives.lowest, 1.0)
         try:
-            self.plant.move(level, CONTROL_STEP_S)
+            self.plant.move(level, CONTROL_STEP_S, self._base_after(change[drives:]))
         except SimulationDiverged:
             self._diverged = True
             return False
@@ -148,7 +197,11 @@ class TipEnv(gymnasium.Env[Any, Any]):
         return float(np.linalg.norm(self._now.tip - self.target_m))
 
     def _observed(self, goal: Mapping[str, Array]) -> Observation:
-        return observe(self.plant, self._now, goal, self.observation_space)
+        return observe(self.plant, self._now, goal, self.observation_space, self._more_parts())
+
+    def _more_parts(self) -> Mapping[str, Array]:
+        """Return the values of the parts that `_more_bounds` names."""
+        return {}
 
     def _common_info(self) -> dict[str, Any]:
         """Return what every task tells: true places in the base frame and the drives' inputs."""

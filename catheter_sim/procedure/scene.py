@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.anatomy.wall import blocks, shell
 from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.mjcf.catheter_implant import ARMS, IMPLANT_M, arm_width_m, holder_length_m
 from catheter_sim.mjcf.catheter_pieces import pieces
@@ -39,7 +40,7 @@ from catheter_sim.mjcf.surroundings import (
     touching,
 )
 from catheter_sim.procedure import valve
-from catheter_sim.procedure.atrium import blocks, shell, wall
+from catheter_sim.procedure.atrium import wall
 from catheter_sim.procedure.plan import Plan, implant_turn_rad, tip_to_end_m
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.catheter_layout import elements, ring_length_m

@@ -20,7 +20,6 @@ import mujoco
 import numpy as np
 
 from catheter_sim.mjcf.surroundings import TOUCH
-from catheter_sim.robots.posture import Array
 
 TISSUE = "tissue_"  # geoms `tissue_<region>_<k>` belong to a region
 _NOTHING = 1e-12  # in place of D: a contact that presses with nothing
@@ -102,9 +101,3 @@ class Tissue:
         if not name.startswith(TISSUE):
             return -1
         return self.regions.index(name[len(TISSUE) :].rsplit("_", 1)[0])
-
-
-def felt(tissue: Tissue, peak: bool = True) -> dict[str, float]:
-    """Return the force on each region by its name [N]: the largest since `forget`, or the last."""
-    values: Array = tissue.peak_N if peak else tissue.force_N
-    return dict(zip(tissue.regions, map(float, values), strict=True))
