@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.procedure.anatomy import RANGES, random_anatomy
+from catheter_sim.procedure.anatomy import RANGES, Anatomy, random_anatomy
 from catheter_sim.procedure.flow import FLOW_N, Flow, random_flow
+from catheter_sim.procedure.frames import DOWN
 from catheter_sim.procedure.plan import Plan, plan_way
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.catheter_layout import FOUR_DOF, design
@@ -70,6 +71,16 @@ def random_case(
         with suppress(InputError):
             return one()
     return one()
+
+
+def median_case(robot: CatheterRobot) -> Case:
+    """Return the case in the middle of all ranges, its flow along the valve's axis.
+
+    Raises:
+        InputError: a robot of another design, or no way.
+    """
+    anatomy = Anatomy(**{name: 0.5 * (low + high) for name, (low, high) in ranges(robot).items()})
+    return Case(plan_way(robot, anatomy), Flow(0.5 * sum(FLOW_N), DOWN, 0.0))
 
 
 def _require(name: str, value: float, bounds: Mapping[str, tuple[float, float]]) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -38,14 +40,8 @@ def in_heart(case: Case, robot: CatheterRobot) -> Surroundings:
             world.remove(child)
             heart.append(child)
     world.append(heart)
-    towards = there[:3, :3]
-
-    def flow_N(time_s: float, tip_m: Array) -> Array:
-        force: Array = towards @ case.flow.force_N(time_s, float(tip_m[2]))
-        return force
-
     stiffness = {region: WALL_N_PER_M if region == "wall" else LEAFLET_N_PER_M for region in REGIONS}
-    return Surroundings(ElementTree.tostring(root, encoding="unicode"), stiffness, (INSERTION,), flow_N)
+    return Surroundings(ElementTree.tostring(root, encoding="unicode"), stiffness, (INSERTION,), stream(case))
 
 
 def waiting_m(robot: CatheterRobot) -> float:
@@ -60,18 +56,33 @@ def from_valve(case: Case) -> Array:
     return transform(R, -R @ sheath[:3, 3])
 
 
-def implant_target(case: Case, turn_rad: float) -> Array:
+def stream(case: Case) -> Callable[[float, Array], Array]:
+    """Return the flow's force on the tip, shape (3,) [N], by time [s] and place [m]; sheath's frame."""
+    R = from_valve(case)[:3, :3]
+    flow = replace(case.flow, direction=R @ case.flow.direction)
+    return lambda time_s, tip_m: flow.force_N(time_s, float(tip_m[2]))
+
+
+def implant_target(case: Case, mount: Array) -> Array:
     """Return where the implant is wanted under the leaflets, sheath's frame, shape (4, 4).
 
     Its origin is the tool frame's, its x the way in which the arms open, its z the tool's.
 
     Args:
         case: the heart and the way.
-        turn_rad: of the implant in its holder (`plan.implant_turn_rad`).
+        mount: of the implant in the tool's frame, shape (4, 4): a turn about z (`plan.implant_turn_rad`).
     """
     tool = case.plan.target.copy()
     tool[:3, 3] += case.plan.below_m * DOWN
-    return from_valve(case) @ tool @ turned(turn_rad)
+    return from_valve(case) @ tool @ mount
+
+
+def implant_frame(side: Array, direction: Array, place: Array) -> Array:
+    """Return the frame of which x and z were seen, not quite at right angles, shape (4, 4)."""
+    z = direction / np.linalg.norm(direction)
+    x = side - (side @ z) * z
+    x /= np.linalg.norm(x)
+    return transform(np.stack([x, np.cross(z, x), z], axis=1), place)
 
 
 def turned(angle_rad: float) -> Array:
