@@ -22,7 +22,10 @@ SECTION_TOLERANCE_M = 2e-3
 # Assumed: what a valve's leaflets ask for is finer than a tumour; chance reaches none of 100 targets anyway.
 MITRAL_TOLERANCE_M = 2e-3
 
+CLINICAL_STEPS = 200  # of the clinical tasks: 20 simulated seconds
+
 # task -> entry point
+_DELIVER = "catheter_sim.envs.clinical.deliver:DeliverEnv"
 _TASKS = {"Reach": "catheter_sim.envs.reach:ReachEnv", "Track": "catheter_sim.envs.track:TrackEnv"}
 # name of the robot in ids -> arguments of its tasks
 _ROBOTS: dict[str, dict[str, Any]] = {
@@ -37,12 +40,22 @@ _ROBOTS: dict[str, dict[str, Any]] = {
     "MitralTransseptal": {"robot": "mitral_transseptal", "tolerance_m": MITRAL_TOLERANCE_M},
     "Mitral4dof": {"robot": "mitral_4dof", "tolerance_m": MITRAL_TOLERANCE_M},
 }
+# name of the robot and of a clinical task in ids -> entry point, arguments
+_CLINICAL: dict[str, tuple[str, dict[str, Any]]] = {
+    "MitralTransseptalDeliver": (_DELIVER, {"robot": "mitral_transseptal"}),
+    "Mitral4dofDeliver": (_DELIVER, {"robot": "mitral_4dof"}),
+}
 
 
 def register_environments() -> None:
     """Register the environments with Gymnasium; those that are registered already stay as they are."""
     for robot, arguments in _ROBOTS.items():
         for task, entry_point in _TASKS.items():
-            name = f"catheter_sim/{robot}{task}-v0"
-            if name not in gymnasium.registry:
-                gymnasium.register(name, entry_point, max_episode_steps=EPISODE_STEPS, kwargs=dict(arguments))
+            _register(robot + task, entry_point, EPISODE_STEPS, arguments)
+    for name, (entry_point, arguments) in _CLINICAL.items():
+        _register(name, entry_point, CLINICAL_STEPS, arguments)
+
+
+def _register(name: str, entry_point: str, steps: int, arguments: dict[str, Any]) -> None:
+    if (full := f"catheter_sim/{name}-v0") not in gymnasium.registry:
+        gymnasium.register(full, entry_point, max_episode_steps=steps, kwargs=dict(arguments))

@@ -10,7 +10,7 @@ from importlib.metadata import entry_points
 import gymnasium
 import pytest
 
-from catheter_sim.envs import EPISODE_STEPS, register_environments
+from catheter_sim.envs import CLINICAL_STEPS, EPISODE_STEPS, register_environments
 
 IDS = tuple(
     f"catheter_sim/{robot}{task}-v0"
@@ -24,6 +24,8 @@ IDS = tuple(
     )
     for task in ("Reach", "Track")
 )
+CLINICAL = tuple(f"catheter_sim/{name}-v0" for name in ("MitralTransseptalDeliver", "Mitral4dofDeliver"))
+EVERY = IDS + CLINICAL
 
 
 def fresh(code: str) -> str:
@@ -58,7 +60,7 @@ def test_import_registers_and_loads_no_engine() -> None:
         "print([name for name in ('mujoco', 'numba', 'scipy', 'dm_control') if name in sys.modules], "
         "sum(name.startswith('catheter_sim/') for name in gymnasium.registry))"
     )
-    assert fresh(code) == f"[] {len(IDS)}"
+    assert fresh(code) == f"[] {len(EVERY)}"
 
 
 def test_entry_point_registers_as_a_plug_in_loader_calls_it() -> None:
@@ -75,14 +77,15 @@ def test_entry_point_registers_as_a_plug_in_loader_calls_it() -> None:
         "    plugin.load()()\n"
         "print(*(name for name in gymnasium.registry if name.startswith('catheter_sim/')))"
     )
-    assert fresh(code) == " ".join(IDS)
+    assert fresh(code) == " ".join(EVERY)
 
 
 def test_registration_is_idempotent_and_limits_episodes(recwarn: pytest.WarningsRecorder) -> None:
-    """Registering again changes nothing; every environment is truncated after 100 steps."""
-    before = {name: gymnasium.registry[name] for name in IDS}
+    """Registering again changes nothing; all are truncated after 100 steps, clinical ones after 200."""
+    before = {name: gymnasium.registry[name] for name in EVERY}
     register_environments()
     assert all(gymnasium.registry[name] is spec for name, spec in before.items())
-    assert all(spec.max_episode_steps == EPISODE_STEPS == 100 for spec in before.values())
+    assert all(before[name].max_episode_steps == EPISODE_STEPS == 100 for name in IDS)
+    assert all(before[name].max_episode_steps == CLINICAL_STEPS == 200 for name in CLINICAL)
     assert not recwarn.list
     assert any(item.value.startswith("catheter_sim.") for item in entry_points(group="gymnasium.envs"))
