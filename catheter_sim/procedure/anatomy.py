@@ -70,9 +70,7 @@ class Anatomy:
     roll_rad: float
 
 
-def random_anatomy(
-    rng: np.random.Generator, ranges: Mapping[str, tuple[float, float]] = RANGES
-) -> Anatomy:
+def random_anatomy(rng: np.random.Generator, ranges: Mapping[str, tuple[float, float]] = RANGES) -> Anatomy:
     """Return an anatomy whose every number is drawn evenly from its range, in the order of `ranges`."""
     return Anatomy(**{name: float(rng.uniform(*bounds)) for name, bounds in ranges.items()})
 

@@ -217,9 +217,7 @@ def _start(robot: CatheterRobot, anatomy: Anatomy, below: float) -> Array:
     bend, advance = _PREFERRED["bend"][0], _PREFERRED["advance"][0] - below
     proximal = 0.0 if design(robot) == FOUR_DOF else anatomy.roll_rad
     torsion = -anatomy.coaptation_rad
-    return np.array(
-        [anatomy.fossa_y_m, anatomy.fossa_z_m, 0.0, 0.0, 0.0, proximal, bend, advance, torsion]
-    )
+    return np.array([anatomy.fossa_y_m, anatomy.fossa_z_m, 0.0, 0.0, 0.0, proximal, bend, advance, torsion])
 
 
 def _deflected(normal: Array, aside_rad: float, down_rad: float) -> Array:

@@ -263,7 +263,7 @@ def test_controller_delivers_and_chance_does_not(name: str) -> None:
             heights.append(margin.xpos + length * margin.xmat.reshape(3, 3)[:, 0])
         implant, *edges = np.array(heights) @ valve[2, :3] + valve[2, 3]
         assert implant < min(edges) < 0.0
-        observation, _ = env.reset(seed=seed)
+        env.reset(seed=seed)
         rng = np.random.default_rng(seed)
         for _ in range(60):
             _, _, terminated, _, info = env.step(rng.uniform(-1.0, 1.0, 5).astype(np.float32))

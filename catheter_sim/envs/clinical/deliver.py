@@ -60,21 +60,21 @@ class DeliverEnv(ClinicalEnv[Case]):
     """Bring a clip through the septum under the leaflets of a mitral valve, and hold it there in the flow.
 
     The delivery of Nayar 2022, Section IV-E (`catheter_sim.procedure`): introduce, align, bend, advance under
-    the leaflets, orient, in a heart drawn at random. The implant stays closed: opening it, drawing it back and
-    closing it on the leaflets are not part of the task. The sheath has been led through the septum as the plan
+    the leaflets, orient, in a heart drawn at random. The implant stays closed: to open it, draw it back and
+    close it on the leaflets is not part of the task. The sheath has been led through the septum as the plan
     has it (`procedure.plan`), so that the target can be reached; all that follows is the task.
 
     ## The robot and the action
 
     A catheter for the mitral valve in its MuJoCo simulation, 0.1 s a step: `mitral_transseptal` (Nayar 2022)
     or `mitral_4dof` (Nayar 2023), or a robot `.toml` with the same joints. `Box(-1, 1, (5,), float32)`: for
-    the four displacements of `reach.ReachEnv` how far their levels move, in shares of 0.05, then the insertion
-    of the base along the sheath, in shares of 2 mm (20 mm/s). The base goes from where the implant waits 3 mm
-    before the septum to 40 mm beyond the puncture.
+    the four displacements of `reach.ReachEnv` how far their levels move, in shares of 0.05, then how far the
+    base moves along the sheath, in shares of 2 mm (20 mm/s). It goes from where the implant waits 3 mm before
+    the septum to 40 mm beyond the puncture.
 
     `mitral_4dof` has no proximal torsion. Its distal bending joint makes the turn to the valve, its proximal
-    one takes the torsion's place; the sheath is rolled by a quarter turn to within 10 degrees, and the clip is
-    mounted with its arms in the plane of that turn (both assumed).
+    one takes the torsion's place; the sheath is rolled by a quarter turn to within 10 degrees, and the clip
+    is mounted with its arms in the plane of that turn (both assumed).
 
     ## The heart
 
@@ -111,15 +111,15 @@ class DeliverEnv(ClinicalEnv[Case]):
     ## Reward
 
     Minus the distance of the implant's middle from where it is wanted in robot lengths, minus a tenth of the
-    whole angle by which it is turned in half turns, minus a tenth of the largest share of a force limit, after
-    each step. A force beyond its limit and a simulation that diverges cost 200.
+    whole angle by which it is turned in half turns, minus a tenth of the largest share of a force limit,
+    after each step. A force beyond its limit and a simulation that diverges cost 200.
 
     ## Episode
 
     It terminates with success where the middle of the implant has been within `tolerance_m` of its place
     between the leaflets (centred on their gap and at the planned depth) and turned from it by at most
-    `angle_deg` after each of 9 steps in a row, one whole beat, and no force was ever beyond its limit; without
-    success where one is, or where the simulation diverges. The registered environments are truncated after
+    `angle_deg` after each of 9 steps in a row, one whole beat, and no force was ever beyond its limit;
+    without success where one is, or where the simulation diverges. The registered environments are truncated after
     200 steps (20 s). 1 mm and 3 degrees are the procedure's own measure. The limit, on the wall and on each
     plate of a leaflet, is 0.39 N: Matsuda 2016 (doi 10.1007/s00380-015-0763-0) takes 40 g of a catheter's tip
     on the wall for excessive; of leaflets it is assumed.
@@ -142,7 +142,7 @@ class DeliverEnv(ClinicalEnv[Case]):
     - `flow_N`: range of the force's amplitude [N]; (0, 0) for still blood.
     """
 
-    limits_N = dict.fromkeys(REGIONS, LIMIT_N)  # noqa: RUF012 - never written
+    limits_N = dict.fromkeys(REGIONS, LIMIT_N)
     target: Array  # frame in which the implant is wanted, shape (4, 4)
     _implant: Array  # where it is, true
     _seen_side: Array
@@ -172,9 +172,7 @@ class DeliverEnv(ClinicalEnv[Case]):
         self.waiting_m = waiting_m(self.known)
         self._mount = turned(implant_turn_rad(self.known))
         self.motions = (Motion(INSERTION, 0.0, DEEPEST_M - self.waiting_m, PUSH_M_PER_S),)
-        self.middle_ahead_m = (
-            holder_length_m(self.known) + 0.5 * IMPLANT_M - self.known.segments[-1].length_m
-        )
+        self.middle_ahead_m = holder_length_m(self.known) + 0.5 * IMPLANT_M - self.known.segments[-1].length_m
         super().__init__(robot, settings=settings, tolerance_m=tolerance_m, **arguments)
         self.begin()
 
