@@ -15,6 +15,7 @@ from catheter_sim.procedure.case import CROSSED_ROLL_RAD, random_case, ranges
 from catheter_sim.procedure.flow import EXPOSED_M, FLOW_N, PRINTED_FLOW_N, TILT_RAD, Flow, random_flow
 from catheter_sim.procedure.frames import DOWN, pose_error
 from catheter_sim.procedure.plan import REACHED, plan, plan_way, target_frame
+from catheter_sim.procedure.steps import displacements_m
 from catheter_sim.procedure.valve import free_edge_z_m
 from catheter_sim.robots.mitral import mitral_4dof, mitral_transseptal, mitral_transseptal_tube
 from catheter_sim.robots.specification import Friction
@@ -63,7 +64,8 @@ def test_printed_flow_swings_the_tip_as_far_as_measured() -> None:
     """Nayar 2022, Section IV-F: 0.13 mm at a bend of 90 deg; the robot of that section, no friction."""
     robot = replace(mitral_transseptal_tube(), friction=Friction(0.0))
     simulator = Simulator(robot, inertia=False)
-    row = np.array([4.77e-3, 0.0, 0.0, 0.0])
+    row = displacements_m(robot, np.array([0.0, 0.5 * math.pi, 0.0, 0.0]), np.ones(4))
+    row[1:] = 0.0
     for step in range(1, 201):
         simulator.set_inputs(row * step / 200)
         simulator.step()

@@ -119,8 +119,8 @@ class DeliverEnv(ClinicalEnv[Case]):
     It terminates with success where the middle of the implant has been within `tolerance_m` of its place
     between the leaflets (centred on their gap and at the planned depth) and turned from it by at most
     `angle_deg` after each of 9 steps in a row, one whole beat, and no force was ever beyond its limit;
-    without success where one is, or where the simulation diverges. The registered environments are truncated after
-    200 steps (20 s). 1 mm and 3 degrees are the procedure's own measure. The limit, on the wall and on each
+    without success where one is, or where the simulation diverges. The registered environments are truncated
+    after 200 steps (20 s). 1 mm and 3 degrees are the procedure's own measure. The limit, on the wall and on each
     plate of a leaflet, is 0.39 N: Matsuda 2016 (doi 10.1007/s00380-015-0763-0) takes 40 g of a catheter's tip
     on the wall for excessive; of leaflets it is assumed.
 
@@ -136,7 +136,7 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     ## Arguments
 
-    Those of `reach.ReachEnv` but for `action_type` and `largest_bend_rad`, which catheters do not have; and
+    Those of `reach.ReachEnv` but for `action_type` and `largest_bend_rad`, which are not for catheters; and
 
     - `tolerance_m`, `angle_deg`: see Episode; default 1 mm and 3 degrees.
     - `flow_N`: range of the force's amplitude [N]; (0, 0) for still blood.
@@ -263,7 +263,7 @@ class DeliverEnv(ClinicalEnv[Case]):
         }
 
     def _view(self) -> View:
-        """Return the view along the coaptation line's side of the bending plane."""
+        """Return the view across the plane of sheath and valve's axis, a little from the ventricle's side."""
         valve = from_valve(self.anatomy)[:3, :3]
         across = np.cross((0.0, 0.0, 1.0), valve[:, 2])
         backward = across / np.linalg.norm(across) + 0.25 * valve[:, 2]
