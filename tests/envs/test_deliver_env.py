@@ -127,8 +127,6 @@ def test_a_simulation_that_diverges_ends_the_episode(
         ({"flow_N": (2.0, 1.0)}, r"flow_N = \(2.0, 1.0\): two amplitudes are needed, the lower first"),
         ({"flow_N": 1.0}, "flow_N = 1.0: two amplitudes"),
         ({"flow_N": (0.0, math.inf)}, "flow_N"),
-        ({"tolerance_m": -1.0}, "tolerance_m = -1: must be above zero"),
-        ({"randomised": {"friction.mu": (0.2, 0.1)}}, "randomised friction.mu"),
         ({"settings": ["segments.advance.stroke_mm=5"]}, "stroke is shorter"),
     ],
 )

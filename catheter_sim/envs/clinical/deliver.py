@@ -120,9 +120,9 @@ class DeliverEnv(ClinicalEnv[Case]):
     between the leaflets (centred on their gap and at the planned depth) and turned from it by at most
     `angle_deg` after each of 9 steps in a row, one whole beat, and no force was ever beyond its limit;
     without success where one is, or where the simulation diverges. The registered environments are truncated
-    after 200 steps (20 s). 1 mm and 3 degrees are the procedure's own measure. The limit, on the wall and on each
-    plate of a leaflet, is 0.39 N: Matsuda 2016 (doi 10.1007/s00380-015-0763-0) takes 40 g of a catheter's tip
-    on the wall for excessive; of leaflets it is assumed.
+    after 200 steps (20 s). 1 mm and 3 degrees are the procedure's own measure. The limit, on the wall and on
+    each plate of a leaflet, is 0.39 N: Matsuda 2016 (doi 10.1007/s00380-015-0763-0) takes 40 g of a
+    catheter's tip on the wall for excessive; of leaflets it is assumed.
 
     ## Reset
 
