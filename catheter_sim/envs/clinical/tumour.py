@@ -24,7 +24,7 @@ from catheter_sim.anatomy.ventricles import (
     tumour_points,
     ventricle_wall,
 )
-from catheter_sim.anatomy.wall import blocks, shell
+from catheter_sim.anatomy.wall import blocks, facings, shell
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
 from catheter_sim.envs.observation import Bounds
 from catheter_sim.envs.surroundings import Surroundings, let_touch
@@ -43,9 +43,11 @@ LIMIT_N = RETRACTION_PA * math.pi * FACE_RADIUS_M**2  # 24 mN
 # assumed: a flat punch of the robot's radius on a half-space of E = 5.5 kPa, of the order of brain's modulus
 TISSUE_N_PER_M = 25.0
 SHEATH_N_PER_M = 200.0  # assumed: stiff against the robot
+FOUND_M = 0.5e-3  # of the robot from tissue, where a contact is known before it presses
 REGIONS = ("lateral", "foramen", "third", "tumour")
 _WALL_RGBA, _TUMOUR_RGBA, _SHEATH_RGBA = "0.86 0.55 0.55 0.22", "0.62 0.30 0.42 0.75", "0.55 0.60 0.66 0.35"
 _SHEATH_WALL_M = 1e-3
+_SHEATH_FOUND_M = 0.25e-3  # less than the room in it: a straight robot touches nothing
 
 
 class TumourEnv(ClinicalEnv[Ventricles]):
@@ -77,14 +79,15 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         let_touch(robot, world)
         around = ventricle_wall(anatomy)
         per_ring = len(around.cells) // (len(ring_places(anatomy)) - 1)
-        for number, corners in enumerate(blocks(around)):
+        for number, (corners, facing) in enumerate(zip(blocks(around), facings(around), strict=True)):
             ring = number // per_ring
             name = "lateral" if ring_places(anatomy)[ring] < anatomy.lateral_length_m else "third"
             name = "foramen" if is_foramen(anatomy, ring) else name
-            touched_block(root, f"tissue_{name}_{number}", corners)
+            touched_block(root, f"tissue_{name}_{number}", corners, facing, margin=repr(FOUND_M))
         touched(
             world,
             name="tissue_tumour_0",
+            margin=repr(FOUND_M),
             type="sphere",
             size=repr(TUMOUR_RADIUS_M),
             pos=text(tumour(anatomy)),
@@ -147,7 +150,7 @@ def _add_sheath(world: ElementTree.Element, length: float) -> None:
     for number, (axis, side) in enumerate(((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))):
         size, pos = np.array([wide, wide, half]), np.array([0.0, 0.0, -half])
         size[axis], pos[axis] = _SHEATH_WALL_M, side * (SHEATH_M + _SHEATH_WALL_M)
-        touched(world, name=f"tissue_sheath_{number}", type="box", size=text(size), pos=text(pos))
+        touched(world, name=f"tissue_sheath_{number}", type="box", size=text(size), pos=text(pos), margin=repr(_SHEATH_FOUND_M))
 
 
 def _sheath_mesh(length: float) -> trimesh.Trimesh:
