@@ -4,7 +4,7 @@
     python scripts/baselines.py --environments NeuroendoscopeTrack,Mitral4dofTrack -o results/track.csv
 
 Seeds are 0, 1, ...; of each episode the end counts. -o FILE gets one row for each environment: successes of
-the controller (`catheter_sim/envs/baseline.py`) and of uniformly random actions.
+the controller (`catheter_sim/envs/baseline.py`, `catheter_sim/envs/clinical/controllers.py`) and of uniformly random actions.
 """
 
 from __future__ import annotations
@@ -21,6 +21,10 @@ from tqdm import tqdm
 import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.envs.baseline import following, resolved_rate
+from catheter_sim.envs.clinical.controllers import tumour_rates
+from catheter_sim.envs.clinical.tumour import TumourEnv
+from catheter_sim.envs.observation import Observation
+from catheter_sim.envs.tip import Action
 from catheter_sim.envs.track import TrackEnv
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import replaced_when_whole
@@ -79,13 +83,19 @@ def successes(name: str, policy: str, seeds: Sequence[int]) -> int:
             if policy == "chance":
                 action = generator.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
             else:
-                task = env.unwrapped
-                action = (following if isinstance(task, TrackEnv) else resolved_rate)(task, observation)
+                action = controlled(env.unwrapped, observation)
             observation, _, terminated, truncated, info = env.step(action)
             ended = terminated or truncated
         count += bool(info["is_success"])
     env.close()
     return count
+
+
+def controlled(task: gymnasium.Env, observation: Observation) -> Action:
+    """Return what the task's controller does."""
+    if isinstance(task, TumourEnv):
+        return tumour_rates(task)
+    return (following if isinstance(task, TrackEnv) else resolved_rate)(task, observation)
 
 
 if __name__ == "__main__":

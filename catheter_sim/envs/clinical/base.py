@@ -19,7 +19,6 @@ from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.tissue import Tissue
 
-EPISODE_STEPS = 200  # control steps, 20 simulated seconds
 FORCE_WEIGHT = 0.1  # assumed: robot lengths that a step at the limit of force costs
 _FORCE_BOUND = 10.0  # limits
 

@@ -16,7 +16,7 @@ _LEAD_M = 3e-3  # that the tip is asked to go ahead on the way, in one step
 _NEAR_M = 1.5e-3  # the same near the foramen and beyond it
 _BEFORE_M, _PASSED_M = 6e-3, 4e-3  # of the tip before and behind the foramen's middle: near it
 _CLEAR_M = 3.5e-3  # of the tip's middle from the tumour, on the way's axis: from there it turns to the points
-_ENOUGH = 0.85  # of the tolerance: so near it goes to a point, and no nearer, as that moves the shaft least
+_ENOUGH = 0.7  # of the tolerance: so near it goes to a point, and no nearer, as that moves the shaft least
 _OFF_M = 2.2e-3  # least distance of the tip's middle from the tumour: the tip's radius and a margin
 _SHAFT, _SHAFT_GAIN = 1.0, 0.3  # weight of the shaft's place in the foramen against the tip's; share a step
 _ROLL_GAIN = 0.3  # share of the roll's error that goes in a step
@@ -25,9 +25,9 @@ _ROLL_GAIN = 0.3  # share of the roll's error that goes in a step
 def tumour_rates(env: TumourEnv) -> Action:
     """Return the action of resolved rates in `TumourEnv`.
 
-    The tip follows the planned way until it is through the foramen, and then goes toward the
-    next point from the end of the way, as near as is asked for; the shaft is to stay in the middle of the foramen meanwhile. On the way to the
-    foramen, where the robot is hardly bent yet, it is rolled into the plane of the way.
+    The tip follows the planned way until it is through the foramen, and then goes toward the next point from
+    the end of the way, as near as is asked for; the shaft is to stay in the middle of the foramen meanwhile.
+    On the way to the foramen, where the robot is hardly bent yet, it is rolled into the plane of the way.
     """
     rates = Rates(env, 0.0)
     tip, anatomy = rates.p_w[-1], env.anatomy

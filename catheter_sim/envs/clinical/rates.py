@@ -7,12 +7,15 @@ still holds straight do not move; where the robot is pushed on, the joint that l
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
+from functools import lru_cache
 
 import mujoco
 import numpy as np
 
 from catheter_sim.envs.clinical.base import ClinicalEnv
+from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.steering import change_toward
 from catheter_sim.envs.tip import CONTROL_STEP_S, RATE_PER_S, Action
 from catheter_sim.mjcf.surroundings import INSERTION
@@ -81,21 +84,15 @@ class Rates:
         bend = plant.drives.bend
         drives = len(plant.level)
         slopes = np.zeros((model.nv, drives + len(env.motions)))
-        hinges = []
-        for index in range(model.njnt):
-            place = plant.quick.bend_of(model.joint(index).name)
-            if place is not None:
-                hinges.append((index, place))
-        count = {place: sum(other == place for _, other in hinges) for _, place in hinges}
         length = float(plant.segment_length.sum()) / self.elements
         leaving = True
-        for index, place in hinges:
+        for index, place, count in _hinges(plant):
             if data.xanchor[index, 2] < out_m:
                 continue
             dof = int(model.jnt_dofadr[index])
-            slopes[dof, :drives] = bend[place] / count[place]
+            slopes[dof, :drives] = bend[place] / count
             if leaving:  # the joint that has just left the sheath
-                natural = float(bend[place] @ plant.level) / count[place]
+                natural = float(bend[place] @ plant.level) / count
                 slopes[dof, drives] = natural / length
                 leaving = False
         for number, motion in enumerate(env.motions):
@@ -103,3 +100,12 @@ class Rates:
                 slopes[:, drives + number] *= motion.highest
             slopes[int(model.joint(motion.name).dofadr[0]), drives + number] = motion.highest
         return slopes
+
+
+@lru_cache(maxsize=1)
+def _hinges(plant: Plant) -> list[tuple[int, tuple[int, ...], int]]:
+    """Return the joints that bend: number, place among the bends, and how many share that place."""
+    model = plant.simulator.model
+    places = {index: plant.quick.bend_of(model.joint(index).name) for index in range(model.njnt)}
+    counts = Counter(places.values())
+    return [(index, place, counts[place]) for index, place in places.items() if place is not None]

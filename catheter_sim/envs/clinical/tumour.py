@@ -27,9 +27,17 @@ from catheter_sim.anatomy.ventricles import (
 from catheter_sim.anatomy.wall import blocks, facings, shell
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
 from catheter_sim.envs.observation import Bounds
-from catheter_sim.envs.surroundings import Surroundings, let_touch
-from catheter_sim.mjcf.build import build_mjcf
-from catheter_sim.mjcf.surroundings import INSERTION, ROLL, add_mesh, carry, part, text, touched, touched_block
+from catheter_sim.envs.surroundings import Surroundings, let_touch, robot_tree
+from catheter_sim.mjcf.surroundings import (
+    INSERTION,
+    ROLL,
+    add_mesh,
+    carry,
+    part,
+    text,
+    touched,
+    touched_block,
+)
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 
@@ -51,7 +59,68 @@ _SHEATH_FOUND_M = 0.25e-3  # less than the room in it: a straight robot touches 
 
 
 class TumourEnv(ClinicalEnv[Ventricles]):
-    """Bring the tip of a neuroendoscope to three points of a tumour of the posterior third ventricle."""
+    """Bring the tip of a neuroendoscope to three points of a tumour of the posterior third ventricle.
+
+    ## The robot and the way
+
+    `NeuroendoscopeTumour-v0` is the robot of Kato 2016, 120 mm of two sections, in its MuJoCo simulation with
+    tendon friction and its effects; 0.1 s a step. It lies in a straight sheath that was put through a
+    precoronal burr hole and the frontal lobe into the lateral ventricle (the approach of Kato 2016,
+    Introduction), its tip at the sheath's end, and is pushed out of it. The way to the tumour is an arc of 47
+    to 57 mm that turns by 40 to 60 deg: through the lateral ventricle, the foramen of Monro and the third
+    ventricle. `anatomy.ventricles` has all its numbers, their ranges and sources.
+
+    ## Action
+
+    `Box(-1, 1, (6,), float32)`: changes of the four tension drives, in shares of 0.05 of their ranges (distal
+    0.61 N, proximal 0.74 N: 3 rad of a section without friction; Kato 2016 articulates with up to 0.65 N),
+    or with `action_type="displacement"` (`(4,)`) of the two bends asked for; then the insertion, 2 mm a step
+    at full action, from 0 to 75 mm, and the roll of the robot at the burr hole, 3 deg a step, +-60 deg.
+
+    ## Observation
+
+    A flat `Box` of float32; `layout` maps names to slices. First `target`, the next point, then what
+    `reach.ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin at the sheath's end, z
+    along it inward, x the bending direction before the roll. Then
+
+    | part | size | what | unit |
+    |---|---|---|---|
+    | `foramen` | 3 | its middle | L = 120 mm |
+    | `foramen_axis` | 3 | unit vector along the way there | 1 |
+    | `points_left` | 1 | share of the points that were not reached yet | 1 |
+    | `base` | 2 | insertion and roll | ranges' upper ends |
+    | `force` | 4 | largest in the last step: lateral ventricle, foramen, third ventricle, tumour | limit |
+
+    ## Tissue
+
+    Walls and tumour press back with 25 N/m under each cell (assumed: a flat punch of the robot's radius on a
+    half-space of 5.5 kPa), without friction. Each of the four regions bears 24.2 mN, the sum of the normal
+    forces on it: 20 mmHg on the tip's face, the pressure under a retractor up to which no damage was found
+    (Rosenoern and Diemer 1985, doi 10.3171/jns.1985.63.4.0608). The sheath is no tissue.
+
+    ## Reward
+
+    Minus the way left in robot lengths, from the tip to the next point and on through the others, minus 0.1
+    times the largest share of a limit in this step. Passing a limit, and a diverging simulation, costs 200.
+
+    ## Episode
+
+    It starts at rest, all drives slack. Three points on the tumour's open surface are to be reached one
+    after the other, each to within `tolerance_m`: 5 mm, the target value of Kato 2016 for a tumour of 2 cm.
+    It terminates with success when the last one is, and without it where a region's limit is passed or the
+    simulation diverges. It is truncated after 200 steps (20 s).
+
+    ## Reset
+
+    `reset(seed=...)` draws an anatomy and the points; `options={"anatomy": Ventricles(...)}` sets one.
+    `info` of `reset` and `step`: as in `reach.ReachEnv`, in the entry frame, and `force_N` and `peak_force_N`
+    (by region: largest in the last step, and in the episode), `base` [m, rad], `points_reached`,
+    `pressed_too_hard`.
+
+    ## Arguments
+
+    Those of `reach.ReachEnv`; gravity is in the entry frame.
+    """
 
     motions = (
         Motion(INSERTION, 0.0, STROKE_M, 20e-3),
@@ -70,7 +139,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
 
     def surround(self, anatomy: Ventricles, robot: Robot, actuation: str) -> Surroundings:
         """Return the robot in its sheath before the ventricles."""
-        root = ElementTree.fromstring(build_mjcf(robot, actuation))
+        root = robot_tree(robot, actuation)
         length = sum(segment.length_m for segment in robot.segments)
         base = np.eye(4)
         base[2, 3] = -length
@@ -150,7 +219,14 @@ def _add_sheath(world: ElementTree.Element, length: float) -> None:
     for number, (axis, side) in enumerate(((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))):
         size, pos = np.array([wide, wide, half]), np.array([0.0, 0.0, -half])
         size[axis], pos[axis] = _SHEATH_WALL_M, side * (SHEATH_M + _SHEATH_WALL_M)
-        touched(world, name=f"tissue_sheath_{number}", type="box", size=text(size), pos=text(pos), margin=repr(_SHEATH_FOUND_M))
+        touched(
+            world,
+            name=f"tissue_sheath_{number}",
+            type="box",
+            size=text(size),
+            pos=text(pos),
+            margin=repr(_SHEATH_FOUND_M),
+        )
 
 
 def _sheath_mesh(length: float) -> trimesh.Trimesh:
