@@ -46,3 +46,13 @@ def shell(part: Wall) -> trimesh.Trimesh:
 def blocks(part: Wall) -> list[Array]:
     """Return the corners of every cell's convex block, shape (6 or 8, 3) each [m]."""
     return [np.concatenate([part.inner[list(cell)], part.outer[list(cell)]]) for cell in part.cells]
+
+
+def facings(part: Wall) -> Array:
+    """Return the unit normals of the blocks' inner faces, away from the wall, shape (m, 3)."""
+    normals = []
+    for cell in part.cells:
+        a, b, c, d = part.inner[[cell[0], cell[1], cell[2], cell[-1]]]
+        normals.append(-np.cross(c - a, d - b) if len(cell) > 3 else -np.cross(b - a, c - a))
+    found = np.array(normals)
+    return found / np.linalg.norm(found, axis=1, keepdims=True)

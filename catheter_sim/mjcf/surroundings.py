@@ -84,10 +84,23 @@ def touched(body: ElementTree.Element, **shape: str) -> ElementTree.Element:
     return ElementTree.SubElement(body, "geom", _CONTACT | shape, contype="0", conaffinity="1")
 
 
-def touched_block(root: ElementTree.Element, name: str, corners: Array, **shape: str) -> None:
-    """Add a fixed convex block of the surroundings, not drawn; its corners have shape (n, 3) [m]."""
+def touched_block(
+    root: ElementTree.Element, name: str, corners: Array, facing: Array | None = None, **shape: str
+) -> None:
+    """Add a fixed convex block of the surroundings, not drawn.
+
+    Args:
+        root: the model.
+        name: of the geom and its mesh.
+        corners: shape (n, 3) [m].
+        facing: unit normal of its free face, where the others lie against other blocks, shape (3,); it goes
+            into the geom's user data.
+        shape: further attributes of the geom.
+    """
     # the vertices alone: the compiler takes their convex hull
     ElementTree.SubElement(part(root, "asset"), "mesh", name=name, vertex=text(corners))
+    if facing is not None:
+        shape["user"] = text(facing)
     touched(part(root, "worldbody"), name=name, type="mesh", mesh=name, **shape)
 
 

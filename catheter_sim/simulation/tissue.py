@@ -9,7 +9,9 @@ are solved so that the force is K times the depth at the end of the step,
     f = K (depth - h v - h^2 a),   D = K h^2,   a_ref = (depth - h v) / h^2,
 
 with h the time step, v and a the speed and acceleration of the surfaces from each other; MuJoCo's solver
-keeps f from pulling. So every stiffness is stable, and at rest the force is K times the depth.
+keeps f from pulling. So every stiffness is stable, and at rest the force is K times the depth. A contact must
+be known before it presses, or the robot would jump through the wall and out again, having next to no
+inertia: a geom's `margin` says how far before.
 """
 
 from __future__ import annotations
@@ -20,16 +22,16 @@ import mujoco
 import numpy as np
 
 from catheter_sim.mjcf.surroundings import TOUCH
+from catheter_sim.simulation import tissue_kernel
 
 TISSUE = "tissue_"  # geoms `tissue_<region>_<k>` belong to a region
-_NOTHING = 1e-12  # in place of D: a contact that presses with nothing
 
 
 class Tissue:
     """The surroundings of a simulated robot: regions, each with its stiffness and the force on it.
 
-    Each geom of the robot presses on a region at its deepest contact only, so that the seams between a
-    wall's convex blocks are not felt.
+    Each geom of the robot presses on a region at its deepest contact, and besides on faces that look another
+    way; so the seams between a wall's convex blocks are not felt.
 
     Attributes:
         regions: their names.
@@ -50,11 +52,10 @@ class Tissue:
         self._model = model
         self._region = np.array([self._region_of(name) for name in names])
         self._robot = np.array([name.startswith(TOUCH) for name in names])
-        self._timestep = float(model.opt.timestep)
+        self._facing = np.zeros((model.ngeom, 3))
+        self._facing[:, : model.nuser_geom] = model.geom_user[:, :3]
         # Rows are rewritten where all of them lie; and what MuJoCo calls Euler's step shall only add up.
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND | mujoco.mjtDisableBit.mjDSBL_EULERDAMP
-        self._rows = np.zeros(0, dtype=int)
-        self._of = np.zeros(0, dtype=int)
         self.forget()
 
     def forget(self) -> None:
@@ -71,31 +72,35 @@ class Tissue:
             return
         # A step without its end: from here on the integrator's inertia and the rows are known.
         mujoco.mj_forwardSkip(model, data, int(mujoco.mjtStage.mjSTAGE_VEL), 1)
-        self._press(data)
+        rows, regions = self._press(data)
         mujoco.mj_fwdConstraint(model, data)
-        self.force_N = np.bincount(self._of, data.efc_force[self._rows], len(self.regions))
+        self.force_N = np.bincount(regions, data.efc_force[rows], len(self.regions))
         np.maximum(self.peak_N, self.force_N, out=self.peak_N)
         data.qacc_warmstart[:] = data.qacc
         mujoco.mj_Euler(model, data)
 
-    def _press(self, data: mujoco.MjData) -> None:
-        """Make springs of the contacts."""
+    def _press(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
+        """Make springs of the contacts; return the rows that press, and the regions that they press on."""
         contact = data.contact
-        rows, pair, depth = contact.efc_address, contact.geom, -contact.dist
-        robot = np.where(self._robot[pair[:, 0]], pair[:, 0], pair[:, 1])
-        region = self._region[np.where(robot == pair[:, 0], pair[:, 1], pair[:, 0])]
-        ours = np.flatnonzero((rows >= 0) & (region >= 0))
-        order = ours[np.lexsort((-depth[ours], region[ours], robot[ours]))]
-        first = np.ones(len(order), dtype=bool)
-        same_robot, same_region = np.diff(robot[order]) == 0, np.diff(region[order]) == 0
-        first[1:] = ~(same_robot & same_region)
-        deepest, others = order[first], rows[order[~first]]
-        here, h = rows[deepest], self._timestep
-        strength = self._stiffness[region[deepest]] * (h * h)
-        data.efc_D[here], data.efc_R[here] = strength, 1.0 / strength
-        data.efc_aref[here] = (depth[deepest] - h * data.efc_vel[here]) / (h * h)
-        data.efc_D[others], data.efc_R[others], data.efc_aref[others] = _NOTHING, 1.0 / _NOTHING, 0.0
-        self._rows, self._of = here, region[deepest]
+        pressing, pressed = np.zeros((2, data.ncon), dtype=np.int64)
+        count = tissue_kernel.press(
+            contact.efc_address,
+            contact.geom,
+            contact.dist,
+            contact.frame,
+            self._robot,
+            self._region,
+            self._facing,
+            self._stiffness,
+            float(self._model.opt.timestep),
+            data.efc_vel,
+            data.efc_D,
+            data.efc_R,
+            data.efc_aref,
+            pressing,
+            pressed,
+        )
+        return pressing[:count], pressed[:count]
 
     def _region_of(self, name: str) -> int:
         if not name.startswith(TISSUE):

@@ -12,20 +12,21 @@ import pytest
 
 from catheter_sim.envs import CLINICAL_STEPS, EPISODE_STEPS, register_environments
 
-IDS = tuple(
-    f"catheter_sim/{robot}{task}-v0"
-    for robot in (
-        "Neuroendoscope",
-        "NeuroendoscopeSection",
-        "ChestTube",
-        "ChestTubeSection",
-        "MitralTransseptal",
-        "Mitral4dof",
-    )
-    for task in ("Reach", "Track")
+ROBOTS = (
+    "Neuroendoscope",
+    "NeuroendoscopeSection",
+    "ChestTube",
+    "ChestTubeSection",
+    "MitralTransseptal",
+    "Mitral4dof",
 )
-CLINICAL = tuple(f"catheter_sim/{name}-v0" for name in ("MitralTransseptalDeliver", "Mitral4dofDeliver"))
-EVERY = IDS + CLINICAL
+TASKS = (
+    *(robot + task for robot in ROBOTS for task in ("Reach", "Track")),
+    "NeuroendoscopeTumour",
+    "MitralTransseptalDeliver",
+    "Mitral4dofDeliver",
+)
+IDS = tuple(f"catheter_sim/{name}-v0" for name in TASKS)
 
 
 def fresh(code: str) -> str:
@@ -60,7 +61,7 @@ def test_import_registers_and_loads_no_engine() -> None:
         "print([name for name in ('mujoco', 'numba', 'scipy', 'dm_control') if name in sys.modules], "
         "sum(name.startswith('catheter_sim/') for name in gymnasium.registry))"
     )
-    assert fresh(code) == f"[] {len(EVERY)}"
+    assert fresh(code) == f"[] {len(IDS)}"
 
 
 def test_entry_point_registers_as_a_plug_in_loader_calls_it() -> None:
@@ -77,15 +78,17 @@ def test_entry_point_registers_as_a_plug_in_loader_calls_it() -> None:
         "    plugin.load()()\n"
         "print(*(name for name in gymnasium.registry if name.startswith('catheter_sim/')))"
     )
-    assert fresh(code) == " ".join(EVERY)
+    assert fresh(code) == " ".join(IDS)
 
 
 def test_registration_is_idempotent_and_limits_episodes(recwarn: pytest.WarningsRecorder) -> None:
-    """Registering again changes nothing; all are truncated after 100 steps, clinical ones after 200."""
-    before = {name: gymnasium.registry[name] for name in EVERY}
+    """Registering again changes nothing; every environment is truncated, clinical ones after 200 steps."""
+    before = {name: gymnasium.registry[name] for name in IDS}
     register_environments()
     assert all(gymnasium.registry[name] is spec for name, spec in before.items())
-    assert all(before[name].max_episode_steps == EPISODE_STEPS == 100 for name in IDS)
-    assert all(before[name].max_episode_steps == CLINICAL_STEPS == 200 for name in CLINICAL)
+    for name, spec in before.items():
+        reaches = name.endswith(("Reach-v0", "Track-v0"))
+        assert spec.max_episode_steps == (EPISODE_STEPS if reaches else CLINICAL_STEPS)
+    assert (EPISODE_STEPS, CLINICAL_STEPS) == (100, 200)
     assert not recwarn.list
     assert any(item.value.startswith("catheter_sim.") for item in entry_points(group="gymnasium.envs"))
