@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.anatomy.wall import blocks, shell
+from catheter_sim.anatomy.wall import blocks, facings, shell
 from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.mjcf.catheter_implant import ARMS, IMPLANT_M, arm_width_m, holder_length_m
 from catheter_sim.mjcf.catheter_pieces import pieces
@@ -51,6 +51,7 @@ WAITING_M = 3e-3  # of the implant before the septum at the start
 # assumed: leaflets follow what presses on them with a few hundredths of a newton
 HINGE_N_M_PER_RAD = {"scallop": 1e-3, "margin": 2e-4}
 # What a scene of tissue is made of; every plate of a leaflet is felt for itself.
+FOUND_M = 0.5e-3  # before it presses a contact with tissue is known: more than the way of a step
 REGIONS = ("wall", *(f"{plate}_{side}" for plate in HINGE_N_M_PER_RAD for side in valve.SIDES))
 _WALL_RGBA, _LEAFLET_RGBA = "0.86 0.47 0.45 0.18", "0.93 0.72 0.60 1"
 _FOUND_ONLY = {"margin": "-0.05", "gap": "0.05"}  # MuJoCo finds these contacts; `contact` has their forces
@@ -92,13 +93,16 @@ def build_scene(robot: CatheterRobot, plan: Plan, tissue: bool = False) -> Scene
     _add_touches(robot, world)
     around = wall(plan.anatomy, plan.puncture, plan.direction)
     add_mesh(root, "atrium", shell(around), _WALL_RGBA)
-    for number, corners in enumerate(blocks(around)):
+    for number, (corners, facing) in enumerate(zip(blocks(around), facings(around), strict=True)):
         if tissue:
-            touched_block(root, f"{TISSUE}wall_{number}", corners)
+            touched_block(root, f"{TISSUE}wall_{number}", corners, facing, margin=repr(FOUND_M))
         else:
             touched_block(root, f"wall_{number}", corners, **_FOUND_ONLY)
     for side, sign in valve.SIDES.items():
-        _add_leaflet(robot, plan, root, side, sign, f"{TISSUE}{{}}_0" if tissue else "{}")
+        if tissue:
+            _add_leaflet(robot, plan, root, side, sign, f"{TISSUE}{{}}_0", repr(FOUND_M))
+        else:
+            _add_leaflet(robot, plan, root, side, sign)
     return Scene(robot, plan, ElementTree.tostring(root, encoding="unicode"), waiting)
 
 
@@ -151,7 +155,8 @@ def _add_leaflet(
     root: ElementTree.Element,
     side: str,
     sign: float,
-    named: str,
+    named: str = "{}",
+    margin: str = "0",
 ) -> None:
     """Add a leaflet: its middle scallop on hinges, its geoms so named, and what lies beside it."""
     carrier, place, R = part(root, "worldbody"), np.zeros(3), np.eye(3)
@@ -184,6 +189,7 @@ def _add_leaflet(
             size=text(size),
             pos=text((size[0], 0, 0)),
             rgba=_LEAFLET_RGBA,
+            margin=margin,
         ).set("group", SEEN_GROUP)
     for number, mesh in enumerate(valve.beside(plan.anatomy, sign)):
         add_mesh(root, f"leaflet_{side}_{number}", mesh, _LEAFLET_RGBA)
