@@ -115,7 +115,7 @@ def plan_way(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
         raise InputError(f"{robot.name}: the way is planned for the joints of {', '.join(DELIVERING)} only")
     target = target_frame(robot, anatomy)
     edge = pushed_edge_z_m(anatomy, robot.segments[-1].outer_radius_m)
-    foot = float(target[2, 3]) + robot.segments[-1].length_m - holder_length_m(robot)
+    foot = float(target[2, 3]) + (robot.segments[-1].length_m - holder_length_m(robot))
     below = foot - (edge - BELOW_EDGE_M)
     low, high = _bounds(robot, anatomy, below)
     if (low >= high).any():
