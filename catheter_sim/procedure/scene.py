@@ -97,7 +97,7 @@ def build_scene(robot: CatheterRobot, plan: Plan, tissue: bool = False) -> Scene
         if tissue:
             touched_block(root, f"{TISSUE}wall_{number}", corners, facing, margin=repr(FOUND_M))
         else:
-            touched_block(root, f"wall_{number}", corners, **_FOUND_ONLY)
+            touched_block(root, f"wall_{number}", corners, None, **_FOUND_ONLY)
     for side, sign in valve.SIDES.items():
         if tissue:
             _add_leaflet(robot, plan, root, side, sign, f"{TISSUE}{{}}_0", repr(FOUND_M))
