@@ -4,14 +4,15 @@
     python scripts/baselines.py --environments NeuroendoscopeTrack,Mitral4dofTrack -o results/track.csv
 
 Seeds are 0, 1, ...; of each episode the end counts. -o FILE gets one row for each environment: successes of
-the controller (`catheter_sim/envs/baseline.py`) and of uniformly random actions.
+the controller (`CONTROLLERS`) and of uniformly random actions.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import gymnasium
 import joblib
@@ -21,12 +22,26 @@ from tqdm import tqdm
 import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.envs.baseline import following, resolved_rate
+from catheter_sim.envs.clinical.controllers import tumour_rates
+from catheter_sim.envs.clinical.deliver import DeliverEnv
+from catheter_sim.envs.clinical.deliver_control import deliver
+from catheter_sim.envs.clinical.tumour import TumourEnv
+from catheter_sim.envs.observation import Observation
+from catheter_sim.envs.reach import ReachEnv
+from catheter_sim.envs.tip import Action
 from catheter_sim.envs.track import TrackEnv
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import replaced_when_whole
 
 PREFIX, SUFFIX = "catheter_sim/", "-v0"
 POLICIES = ("controller", "chance")
+# task -> its controller
+CONTROLLERS: dict[type[gymnasium.Env[Any, Any]], Callable[[Any, Observation], Action]] = {
+    ReachEnv: resolved_rate,
+    TrackEnv: following,
+    TumourEnv: lambda env, _: tumour_rates(env),
+    DeliverEnv: deliver,
+}
 _TOGETHER = 10  # episodes of one process at a time
 
 
@@ -79,8 +94,7 @@ def successes(name: str, policy: str, seeds: Sequence[int]) -> int:
             if policy == "chance":
                 action = generator.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
             else:
-                task = env.unwrapped
-                action = (following if isinstance(task, TrackEnv) else resolved_rate)(task, observation)
+                action = CONTROLLERS[type(env.unwrapped)](env.unwrapped, observation)
             observation, _, terminated, truncated, info = env.step(action)
             ended = terminated or truncated
         count += bool(info["is_success"])

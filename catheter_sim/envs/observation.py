@@ -78,7 +78,13 @@ def look(plant: Plant, before: Look | None = None, step_s: float = 1.0) -> Look:
     )
 
 
-def observe(plant: Plant, seen: Seen, goal: Mapping[str, Array], space: gymnasium.spaces.Box) -> Observation:
+def observe(
+    plant: Plant,
+    seen: Seen,
+    goal: Mapping[str, Array],
+    space: gymnasium.spaces.Box,
+    more: Mapping[str, Array] | None = None,
+) -> Observation:
     """Return the observation of `seen`, in the units and bounds of `space`.
 
     Args:
@@ -86,6 +92,7 @@ def observe(plant: Plant, seen: Seen, goal: Mapping[str, Array], space: gymnasiu
         seen: how it stands, or how many such robots stand.
         goal: what the task asks for, by the names of `GOAL_BOUNDS`, each of shape (..., 3), in their units.
         space: of the observations.
+        more: the task's own further parts, as `observation_space` was told of them.
     """
     length = float(plant.segment_length.sum())
     parts: Mapping[str, Array] = {
@@ -97,20 +104,28 @@ def observe(plant: Plant, seen: Seen, goal: Mapping[str, Array], space: gymnasiu
         "tension": seen.tension / plant.drives.tension,
         "bend": (seen.bends / plant.quick.bend_unit).reshape(*seen.tip.shape[:-1], -1),
     }
-    values = np.concatenate([parts[name] for name in _bounds(plant, tuple(goal))], axis=-1)
+    values = np.concatenate(
+        [*(parts[name] for name in _bounds(plant, tuple(goal))), *(more or {}).values()], axis=-1
+    )
     return np.clip(values.astype(np.float32), space.low, space.high)
 
 
-def observation_space(plant: Plant, goal: Sequence[str]) -> tuple[gymnasium.spaces.Box, dict[str, slice]]:
+Bounds = Mapping[str, tuple[Array, float]]  # name -> lower bounds, shape (n,), and the upper bound
+
+
+def observation_space(
+    plant: Plant, goal: Sequence[str], more: Bounds | None = None
+) -> tuple[gymnasium.spaces.Box, dict[str, slice]]:
     """Return the space of the observations, and where in them each part lies.
 
     Args:
         plant: the robot.
         goal: names of what the task asks for, of `GOAL_BOUNDS`.
+        more: the task's own further parts, last.
     """
     lows, highs, start = [], [], 0
     layout: dict[str, slice] = {}
-    for name, (low, high) in _bounds(plant, goal).items():
+    for name, (low, high) in {**_bounds(plant, goal), **(more or {})}.items():
         lows.append(low)
         highs.append(np.full(len(low), high))
         layout[name] = slice(start, start + len(low))

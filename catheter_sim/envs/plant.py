@@ -11,6 +11,7 @@ import numpy as np
 from catheter_sim.effects.apply import active, arriving_inputs, check_effects, embodied, observed_frames
 from catheter_sim.effects.face import same_inputs, same_postures
 from catheter_sim.envs.quick_model import input_range, quick_model
+from catheter_sim.envs.surroundings import Surround
 from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.checks import check_robot
@@ -36,6 +37,8 @@ class Plant:
         segment_length: shape (s,) [m].
         rest_bends: bends of the unloaded robot, as `quick` has them, shape (*b).
         level: of the drives now, shape (d,).
+        carriage: where the base is held, from where it stands in the model: the joints of `Surroundings`,
+            shape (c,) [m, rad].
     """
 
     def __init__(
@@ -44,6 +47,7 @@ class Plant:
         actuation: str | None,
         gravity_mps2: Sequence[float],
         largest_bend_rad: float | None = None,
+        surround: Surround | None = None,
     ) -> None:
         """Build the model.
 
@@ -53,6 +57,7 @@ class Plant:
                 are in its unit.
             gravity_mps2: in the base frame, shape (3,) [m/s^2].
             largest_bend_rad: see `quick_model.quick_model`.
+            surround: puts the robot into surroundings; default: it stands alone, its base at rest.
 
         Raises:
             InputError: the robot knows no such actuation, an effect is unknown or cannot be followed
@@ -68,7 +73,18 @@ class Plant:
         check_robot(built_in, robot.name)
         # Without inertia, as in all checks against theory: dry friction remembers every overshoot, and
         # how far a robot of assumed mass and damping overshoots is not known.
-        self.simulator = Simulator(built_in, actuation, gravity_mps2, inertia=False)
+        around = surround(built_in, actuation) if surround else None
+        self.simulator = Simulator(
+            built_in,
+            actuation,
+            gravity_mps2,
+            inertia=False,
+            model_text=around.text if around else None,
+            tissue_N_per_m=around.tissue_N_per_m if around else None,
+        )
+        self._stream_N = around.stream_N if around else None
+        names = around.carriage if around else ()
+        self._carriage = np.array([self.simulator.model.actuator(name).id for name in names], dtype=int)
         self._range = input_range(built_in)
         self._changes_inputs = any(
             effect.change_inputs is not same_inputs for effect, _ in active(self.specified)
@@ -91,6 +107,7 @@ class Plant:
         """
         self.simulator.reset()
         self.level = np.zeros(len(self.drives.names))
+        self.carriage = np.zeros(len(self._carriage))
         self._times = [0.0]
         self._commands = [np.zeros(len(self.specified.tendons))]
         self._wrench = np.zeros(len(self.specified.tendons) + 6)
@@ -99,8 +116,10 @@ class Plant:
             self._ramp(loaded, START_S)
         self.settle()
 
-    def move(self, level: Array, duration_s: float) -> None:
+    def move(self, level: Array, duration_s: float, carriage: Array | None = None) -> None:
         """Move the drives linearly to `level`, shape (d,), in `duration_s` of simulated time.
+
+        With them the base goes to `carriage`, shape (c,) [m, rad]; by default it stays.
 
         Raises:
             SimulationDiverged: the state is no longer finite.
@@ -108,7 +127,7 @@ class Plant:
         self.level = np.array(level)
         self._times.append(self._times[-1] + duration_s)
         self._commands.append(self.drives.tendon @ self.level)
-        self._ramp(self._arriving(), duration_s)
+        self._ramp(self._arriving(), duration_s, carriage)
 
     def settle(self) -> None:
         """Wait under the present inputs until the robot is at rest, 5 simulated seconds at most."""
@@ -157,13 +176,21 @@ class Plant:
         tendon = np.clip(last.tendon[-1], *self._range)
         return np.concatenate([tendon, last.force_tip[-1], last.moment_tip[-1]])
 
-    def _ramp(self, wrench: Array, duration_s: float) -> None:
+    def _ramp(self, wrench: Array, duration_s: float, carriage: Array | None = None) -> None:
         simulator, tendons = self.simulator, len(self.specified.tendons)
         steps = max(1, round(duration_s / simulator.model.opt.timestep))
-        before = self._wrench
+        before, base_before = self._wrench, self.carriage
+        if carriage is not None:
+            self.carriage = np.array(carriage)
         for step in range(1, steps + 1):
             now = before + (wrench - before) * (step / steps)
-            simulator.set_inputs(now[:tendons], now[tendons : tendons + 3], now[tendons + 3 :])
+            base = base_before + (self.carriage - base_before) * (step / steps)
+            simulator.data.ctrl[self._carriage] = base
+            force = now[tendons : tendons + 3]
+            if self._stream_N is not None:
+                time_s = self._times[-1] - duration_s * (1.0 - step / steps)
+                force = force + self._stream_N(time_s, simulator.data.site("tip").xpos)
+            simulator.set_inputs(now[:tendons], force, now[tendons + 3 :])
             simulator.step()
         self._wrench = wrench
         simulator.require_finite()

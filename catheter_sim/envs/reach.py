@@ -126,6 +126,9 @@ class ReachEnv(TipEnv):
       rod goes through the tensions of the prototype's published measurement, up to 47.9 N. With friction
       it bends by 2.5 rad there.
     - `render_mode`: None or "rgb_array".
+    - `randomised`: settings that are drawn evenly within bounds, and the robot built anew, at every reset:
+      `{"friction.mu": (0.1, 0.5), "effects.actuation_gain.scale": (0.9, 1.1)}`. They may change the drives'
+      ranges with them, where these depend on what is drawn (a stiffness, a radius).
     - `observation`: "state", as above, or "pixels": a picture, `Box(0, 255, (height, width, 3), uint8)`, of
       what the simulation is, not of what is measured. `info` is the same.
     - `width`, `height`: of the picture [pixels]; default 640 and 480, as observation 64 and 64. The target is
@@ -145,6 +148,8 @@ class ReachEnv(TipEnv):
             InputError: an unknown option, or a target that is out of reach.
         """
         super().reset(seed=seed)
+        if self.randomised:
+            self._checked_targets.clear()
         given = self.target_of(options or {})
         if given is None:
             clearance = TARGET_CLEARANCE * self.length_m

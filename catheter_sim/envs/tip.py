@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from catheter_sim.envs import EPISODE_STEPS
 from catheter_sim.envs.drives import Drives
-from catheter_sim.envs.observation import Observation, look, observation_space, observe
+from catheter_sim.envs.observation import Bounds, Observation, look, observation_space, observe
 from catheter_sim.envs.picture import TargetPicture
 from catheter_sim.envs.plant import Plant
+from catheter_sim.envs.randomised import check_randomised, drawn_settings, end_settings
+from catheter_sim.envs.surroundings import Surround
 from catheter_sim.envs.targets import frictionless_reach
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
-from catheter_sim.mjcf.scene import views
+from catheter_sim.mjcf.scene import View, views
 from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
 from catheter_sim.render.state import State
@@ -45,6 +47,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         plant: the simulated robot.
         drives: what moves it.
         length_m: of the straight robot.
+        randomised: settings of the robot that are drawn at every reset, and their bounds.
         target_m: where the tip is wanted now, base frame, shape (3,) [m].
         pixels: whether pictures are the observations.
         state_space: of the observations that are no pictures.
@@ -69,6 +72,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         width: int | None = None,
         height: int | None = None,
         observation: str = "state",
+        randomised: Mapping[str, Sequence[float]] | None = None,
     ) -> None:
         """Build the robot; the arguments are those of the task's text.
 
@@ -88,7 +92,14 @@ class TipEnv(gymnasium.Env[Any, Any]):
             raise InputError(f"gravity_mps2 = {gravity_mps2!r}: three finite numbers are needed")
         self.render_mode = render_mode
         self.tolerance_m = float(tolerance_m)
-        self.plant = Plant(load_robot(robot, settings), action_type, tuple(gravity), largest_bend_rad)
+        self._robot, self._settings = robot, tuple(settings)
+        self._action_type, self._gravity, self._largest_bend_rad = action_type, gravity, largest_bend_rad
+        self.randomised = check_randomised(randomised or {})
+        for which in range(2 if self.randomised else 0):  # the bounds themselves must be possible
+            self._drawn = end_settings(self.randomised, which)
+            self._new_plant()
+        self._drawn: Sequence[str] = ()
+        self.plant = self._new_plant()
         self.drives = self.plant.drives
         self.length_m = float(self.plant.segment_length.sum())
         self.target_m = np.zeros(3)
@@ -97,15 +108,23 @@ class TipEnv(gymnasium.Env[Any, Any]):
         self._size = default[0] if width is None else width, default[1] if height is None else height
         self._picture: TargetPicture | None = None
         self._diverged = False
-        self.action_space: gymnasium.spaces.Box = gymnasium.spaces.Box(
-            -1.0, 1.0, (len(self.drives.names),), np.float32
-        )
+        actions = len(self.drives.names) + len(self.plant.carriage)
+        self.action_space: gymnasium.spaces.Box = gymnasium.spaces.Box(-1.0, 1.0, (actions,), np.float32)
         self.observation_space: gymnasium.spaces.Box
-        self.state_space, self.layout = observation_space(self.plant, self.goal)
+        self.state_space, self.layout = observation_space(self.plant, self.goal, self._more_bounds())
         self.observation_space = self.state_space
         if self.pixels:
             self.observation_space = gymnasium.spaces.Box(0, 255, (*self._size[::-1], 3), np.uint8)
         self._now = look(self.plant)
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Seed the generator and draw the robot anew where it is `randomised`; a task does the rest."""
+        super().reset(seed=seed)
+        self._drawn = drawn_settings(self.randomised, self.np_random)
+        self._renew(options or {})
+        return None, {}
 
     def render(self) -> Picture | None:  # type: ignore[override]
         """Return a picture of the robot and the target, shape (height, width, 3), or None.
@@ -124,12 +143,8 @@ class TipEnv(gymnasium.Env[Any, Any]):
         Raises:
             InputError: no OpenGL context can be had.
         """
-        simulator = self.plant.simulator
         if self._picture is None:
-            camera = "side" if self.plant.quick.planar else "overview"
-            view = next(view for view in views(simulator.robot) if view.name == camera)
-            reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
-            self._picture = TargetPicture(simulator.model, fitted_view(view, reach, *self._size), *self._size)
+            self._picture = TargetPicture(self.plant.simulator.model, self._view(), *self._size)
         return self._picture.draw(state, target_m, self.tolerance_m)
 
     def close(self) -> None:
@@ -137,6 +152,40 @@ class TipEnv(gymnasium.Env[Any, Any]):
         if self._picture is not None:
             self._picture.close()
             self._picture = None
+
+    def _view(self) -> View:
+        """Return where to look from."""
+        camera = "side" if self.plant.quick.planar else "overview"
+        view = next(view for view in views(self.plant.simulator.robot) if view.name == camera)
+        reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
+        return fitted_view(view, reach, *self._size)
+
+    def _new_plant(self) -> Plant:
+        """Return the robot with the settings that were drawn."""
+        robot = load_robot(self._robot, [*self._settings, *self._drawn])
+        return Plant(robot, self._action_type, tuple(self._gravity), self._largest_bend_rad, self._surround())
+
+    def _surround(self) -> Surround | None:
+        """Return what puts the robot into surroundings; None: it stands alone."""
+        return None
+
+    def _renew(self, options: Mapping[str, Any]) -> None:
+        """Build the robot anew, at a reset with these options, where it was drawn anew."""
+        if self.randomised:
+            self._replace_plant()
+
+    def _replace_plant(self) -> None:
+        self.close()
+        self.plant = self._new_plant()
+        self.drives = self.plant.drives
+
+    def _more_bounds(self) -> Bounds:
+        """Return the further parts of the observation, by their names."""
+        return {}
+
+    def _base_after(self, change: Array) -> Array | None:
+        """Return where the base goes, shape (c,), by the actions that are left for it; None: it stays."""
+        return None
 
     def _start(self) -> None:
         """Bring the robot to rest, drives at zero, for a new episode."""
@@ -154,10 +203,12 @@ class TipEnv(gymnasium.Env[Any, Any]):
         """
         wished = np.asarray(action, dtype=float)
         if wished.shape != self.action_space.shape or np.isnan(wished).any():
-            raise InputError(f"action = {action!r}: {len(self.drives.names)} numbers are needed")
-        level = level_after(self.plant.level, wished, self.drives)
+            raise InputError(f"action = {action!r}: {self.action_space.shape[0]} numbers are needed")
+        drives = len(self.drives.names)
+        level = level_after(self.plant.level, wished[:drives], self.drives)
+        base = self._base_after(np.clip(wished[drives:], -1.0, 1.0) * CONTROL_STEP_S)
         try:
-            self.plant.move(level, CONTROL_STEP_S)
+            self.plant.move(level, CONTROL_STEP_S, base)
         except SimulationDiverged:
             self._diverged = True
             return False
@@ -172,7 +223,11 @@ class TipEnv(gymnasium.Env[Any, Any]):
     def _observed(self, goal: Mapping[str, Array]) -> Observation | Picture:
         if self.pixels:
             return self.drawn(self._now.state, self.target_m)
-        return observe(self.plant, self._now, goal, self.state_space)
+        return observe(self.plant, self._now, goal, self.state_space, self._more_parts())
+
+    def _more_parts(self) -> Mapping[str, Array]:
+        """Return the values of the parts that `_more_bounds` names."""
+        return {}
 
     def _common_info(self) -> dict[str, Any]:
         """Return what every task tells: true places in the base frame and the drives' inputs."""

@@ -8,6 +8,7 @@ semi-axis follow from its height and from the annulus that it ends in.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,9 +70,9 @@ class Anatomy:
     roll_rad: float
 
 
-def random_anatomy(rng: np.random.Generator) -> Anatomy:
-    """Return an anatomy whose every number is drawn evenly from `RANGES`."""
-    return Anatomy(**{name: float(rng.uniform(*bounds)) for name, bounds in RANGES.items()})
+def random_anatomy(rng: np.random.Generator, ranges: Mapping[str, tuple[float, float]] = RANGES) -> Anatomy:
+    """Return an anatomy whose every number is drawn evenly from its range, in the order of `ranges`."""
+    return Anatomy(**{name: float(rng.uniform(*bounds)) for name, bounds in ranges.items()})
 
 
 def median_anatomy() -> Anatomy:

@@ -6,11 +6,9 @@ onto the rim of the hole, so that the hole is round and not cut along the grid.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-import trimesh
 
+from catheter_sim.anatomy.wall import Wall
 from catheter_sim.procedure.anatomy import (
     WALL_M,
     Anatomy,
@@ -24,20 +22,6 @@ from catheter_sim.robots.posture import Array
 AROUND, UPWARD = 36, 15  # cells of the grid
 HOLE_RADIUS_M = 5e-3  # of the hole in the septum; assumed: a sheath of 8 mm widens it
 _BLENDED = 3  # rings over which the annulus' ellipse goes over into the atrium's
-
-
-@dataclass(frozen=True)
-class Wall:
-    """The wall as a shell.
-
-    Attributes:
-        inner, outer: its vertices, shape (n, 3) each [m].
-        cells: indices of three or four vertices, counter-clockwise seen from outside.
-    """
-
-    inner: Array
-    outer: Array
-    cells: tuple[tuple[int, ...], ...]
 
 
 def wall(anatomy: Anatomy, puncture: Array, direction: Array) -> Wall:
@@ -56,30 +40,6 @@ def wall(anatomy: Anatomy, puncture: Array, direction: Array) -> Wall:
         if _off_axis(corners.mean(axis=0), puncture, direction) > 0.98 * HOLE_RADIUS_M:
             kept.append(cell)
     return Wall(inner, inner - WALL_M * inward(anatomy, inner), tuple(kept))
-
-
-def shell(part: Wall) -> trimesh.Trimesh:
-    """Return the wall as one closed mesh, its openings included, its faces outward."""
-    count = len(part.inner)
-    faces = []
-    edges: dict[tuple[int, int], tuple[int, int]] = {}
-    for cell in part.cells:
-        for k in range(1, len(cell) - 1):
-            a, b, c = cell[0], cell[k], cell[k + 1]
-            faces += [(a + count, b + count, c + count), (a, c, b)]
-        for a, b in zip(cell, (*cell[1:], cell[0]), strict=True):
-            if edges.pop((b, a), None) is None:
-                edges[a, b] = (a, b)
-    for a, b in edges.values():  # rims
-        faces += [(a, b, b + count), (a, b + count, a + count)]
-    mesh = trimesh.Trimesh(np.concatenate([part.inner, part.outer]), np.array(faces), process=False)
-    mesh.remove_unreferenced_vertices()
-    return mesh
-
-
-def blocks(part: Wall) -> list[Array]:
-    """Return the corners of every cell's convex block, shape (6 or 8, 3) each [m]."""
-    return [np.concatenate([part.inner[list(cell)], part.outer[list(cell)]]) for cell in part.cells]
 
 
 def _grid(anatomy: Anatomy) -> tuple[Array, list[tuple[int, ...]]]:

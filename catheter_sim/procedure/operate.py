@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.mjcf.catheter_implant import ACTUATOR, ARMS
+from catheter_sim.mjcf.surroundings import INSERTION
 from catheter_sim.procedure.contact import Contacts, Touch
 from catheter_sim.procedure.feedback import Corrections, Tracker, corrected, good_enough, measured
 from catheter_sim.procedure.frames import pose_error, transform
 from catheter_sim.procedure.plan import Plan
-from catheter_sim.procedure.scene import INSERTION, Scene, build_scene
+from catheter_sim.procedure.scene import Scene, build_scene
 from catheter_sim.procedure.steps import HOLD_S, Step, between, displacements_m, duration_s, steps
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.posture import Array

@@ -22,7 +22,7 @@ from catheter_sim.procedure.anatomy import Anatomy, coaptation_axes, depth_m, in
 from catheter_sim.procedure.frames import DOWN, base_frame, pose_error, transform
 from catheter_sim.procedure.valve import free_edge_z_m, pushed_edge_z_m
 from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import TRANSSEPTAL, design, moving
+from catheter_sim.robots.catheter_layout import FOUR_DOF, TRANSSEPTAL, design, moving
 from catheter_sim.robots.posture import Array
 from catheter_sim.statics.catheter.kinematics import tool_frame
 
@@ -32,6 +32,7 @@ GRASP_M = 1.5e-3  # of the free edges above the arms' hinges; assumed
 BELOW_EDGE_M = 0.5e-3
 CLEARANCE_M = 3e-3  # of the straight implant from the opposite wall; assumed
 SHEATH_RAD = math.radians(40.0)  # largest deflection of the sheath from the septum's normal; assumed
+DELIVERING = ("mitral_transseptal", "mitral_4dof")  # robots of the designs that `plan_way` knows
 REACHED = 1e-7  # [m, rad] largest part of a pose error that is none
 # Nayar 2022, Section IV-E: 60 deg, 25 to 35 mm; how far from them counts as much as the others' range
 _PREFERRED = {"bend": (math.radians(60.0), math.radians(15.0)), "advance": (30e-3, 6e-3)}
@@ -72,22 +73,50 @@ class Plan:
 def target_frame(robot: CatheterRobot, anatomy: Anatomy) -> Array:
     """Return the tool frame in which the closed clip holds both leaflets, valve frame, shape (4, 4)."""
     _, across = coaptation_axes(anatomy)
+    turn = implant_turn_rad(robot)
+    toward_x = math.cos(turn) * across - math.sin(turn) * np.cross(DOWN, across)
     beyond = hinge_place_m(robot, 1.0)[2] - robot.segments[-1].length_m
     height = free_edge_z_m(anatomy) - GRASP_M + beyond
-    return transform(np.stack([across, np.cross(DOWN, across), DOWN], axis=1), np.array([0.0, 0.0, height]))
+    axes = np.stack([toward_x, np.cross(DOWN, toward_x), DOWN], axis=1)
+    return transform(axes, np.array([0.0, 0.0, height]))
+
+
+def implant_turn_rad(robot: CatheterRobot) -> float:
+    """Return by how much the implant is turned in its holder about the tool's z, from x to y [rad].
+
+    Its arms stand in the plane of the turn to the valve: the transseptal design bends in xz, the crossed
+    one in yz. The latter is assumed: no paper says how the implant is mounted.
+    """
+    return 0.5 * math.pi if design(robot) == FOUR_DOF else 0.0
 
 
 def plan(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
-    """Return a plan.
+    """Return a plan of the whole procedure.
 
     Raises:
         InputError: not the transseptal design, or no way within the limits.
     """
     if design(robot) != TRANSSEPTAL:
         raise InputError(f"{robot.name}: the procedure is for the transseptal design of joints")
+    return plan_way(robot, anatomy)
+
+
+def plan_way(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
+    """Return a plan of the way under the leaflets, for either catheter for the mitral valve.
+
+    The crossed design (Nayar 2023) has no proximal torsion: its distal bending joint, toward +y, makes the
+    turn, and its proximal one takes the torsion's place. So its sheath is to be led with a roll of about a
+    quarter turn, +y toward the valve, and what is left of it is the proximal joint's.
+
+    Raises:
+        InputError: neither design, or no way within the limits.
+    """
+    if design(robot) not in (TRANSSEPTAL, FOUR_DOF):
+        raise InputError(f"{robot.name}: the way is planned for the joints of {', '.join(DELIVERING)} only")
     target = target_frame(robot, anatomy)
     edge = pushed_edge_z_m(anatomy, robot.segments[-1].outer_radius_m)
-    below = float(target[2, 3]) - (edge - BELOW_EDGE_M)
+    foot = float(target[2, 3]) + (robot.segments[-1].length_m - holder_length_m(robot))
+    below = foot - (edge - BELOW_EDGE_M)
     low, high = _bounds(robot, anatomy, below)
     if (low >= high).any():
         raise InputError(f"{robot.name}: no plan: the stroke is shorter than the way under the leaflets")
@@ -172,7 +201,8 @@ def _bounds(robot: CatheterRobot, anatomy: Anatomy, below: float) -> tuple[Array
     limits = [robot.segments[index] for index in moving(robot)]
     radius = anatomy.fossa_radius_m / math.sqrt(2.0)  # a square within the fossa
     sheath = SHEATH_RAD / math.sqrt(2.0)
-    out = robot.segments[0].length_m  # what does not bend may stay in the septum
+    first = robot.segments[0]
+    out = 0.0 if first.joint == "bending" else first.length_m  # what does not bend may stay in the septum
     low = [anatomy.fossa_y_m - radius, anatomy.fossa_z_m - radius, -sheath, -sheath, -out]
     high = [anatomy.fossa_y_m + radius, anatomy.fossa_z_m + radius, sheath, sheath, 40e-3]
     for segment in limits:
@@ -185,10 +215,9 @@ def _bounds(robot: CatheterRobot, anatomy: Anatomy, below: float) -> tuple[Array
 def _start(robot: CatheterRobot, anatomy: Anatomy, below: float) -> Array:
     """Return where the search begins: the fossa's middle, the septum's normal, the paper's ranges."""
     bend, advance = _PREFERRED["bend"][0], _PREFERRED["advance"][0] - below
+    proximal = 0.0 if design(robot) == FOUR_DOF else anatomy.roll_rad
     torsion = -anatomy.coaptation_rad
-    return np.array(
-        [anatomy.fossa_y_m, anatomy.fossa_z_m, 0.0, 0.0, 0.0, anatomy.roll_rad, bend, advance, torsion]
-    )
+    return np.array([anatomy.fossa_y_m, anatomy.fossa_z_m, 0.0, 0.0, 0.0, proximal, bend, advance, torsion])
 
 
 def _deflected(normal: Array, aside_rad: float, down_rad: float) -> Array:

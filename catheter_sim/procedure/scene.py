@@ -4,6 +4,7 @@ What is added to the robot's model (`catheter_sim.mjcf.build`), which is not cha
 
 - the body `catheter`, which carries the robot's base on the slide `insertion` along the sheath, and the
   actuator `insertion`, the last: control in m, from the place in which the robot waits outside the septum;
+- the body `implant_mount` in the holder, where the implant is turned in it (`plan.implant_turn_rad`);
 - geoms `touch_<k>` of every element, `touch_<arm>` and `touch_post` of the implant, not drawn;
 - geoms `wall_<k>`, convex blocks, not drawn, and `atrium`, the wall's closed mesh, only drawn;
 - bodies `scallop_<side>` and `margin_<side>` on hinges of the same names, with geoms of the same names;
@@ -16,34 +17,43 @@ tissue. Blood and the beating heart are left out.
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
-from scipy.spatial.transform import Rotation
 
+from catheter_sim.anatomy.wall import blocks, facings, shell
 from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.mjcf.catheter_implant import ARMS, IMPLANT_M, arm_width_m, holder_length_m
 from catheter_sim.mjcf.catheter_pieces import pieces
-from catheter_sim.mjcf.meshes import inline
-from catheter_sim.mjcf.solids import Array
+from catheter_sim.mjcf.surroundings import (
+    NO_MASS,
+    SEEN_GROUP,
+    add_mesh,
+    carry,
+    part,
+    quaternion,
+    text,
+    touched,
+    touched_block,
+    touching,
+)
 from catheter_sim.procedure import valve
-from catheter_sim.procedure.atrium import blocks, shell, wall
-from catheter_sim.procedure.plan import Plan, tip_to_end_m
+from catheter_sim.procedure.atrium import wall
+from catheter_sim.procedure.plan import Plan, implant_turn_rad, tip_to_end_m
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.catheter_layout import elements, ring_length_m
+from catheter_sim.simulation.tissue import TISSUE
 
-INSERTION = "insertion"
+MOUNT = "implant_mount"
 WAITING_M = 3e-3  # of the implant before the septum at the start
 # assumed: leaflets follow what presses on them with a few hundredths of a newton
 HINGE_N_M_PER_RAD = {"scallop": 1e-3, "margin": 2e-4}
-_PUSH_N_PER_M, _PUSH_SCALE_N_PER_M = 1e6, 1e3  # drive of the insertion, and its damping's scale
+# What a scene of tissue is made of; every plate of a leaflet is felt for itself.
+FOUND_M = 0.5e-3  # before it presses a contact with tissue is known: more than the way of a step
+REGIONS = ("wall", *(f"{plate}_{side}" for plate in HINGE_N_M_PER_RAD for side in valve.SIDES))
 _WALL_RGBA, _LEAFLET_RGBA = "0.86 0.47 0.45 0.18", "0.93 0.72 0.60 1"
-_TOUCH_GROUP, _SEEN_GROUP = "4", "2"
-_NO_MASS = {"pos": "0 0 0", "mass": "1e-9", "diaginertia": "1e-13 1e-13 1e-13"}
-_CONTACT = {"condim": "1", "mass": "0", "group": _TOUCH_GROUP}  # no friction
 _FOUND_ONLY = {"margin": "-0.05", "gap": "0.05"}  # MuJoCo finds these contacts; `contact` has their forces
 
 
@@ -64,60 +74,52 @@ class Scene:
     waiting_m: float
 
 
-def build_scene(robot: CatheterRobot, plan: Plan) -> Scene:
-    """Return the scene in which the robot waits outside the septum, valve frame."""
+def build_scene(robot: CatheterRobot, plan: Plan, tissue: bool = False) -> Scene:
+    """Return the scene in which the robot waits outside the septum, valve frame.
+
+    Args:
+        robot: the catheter.
+        plan: its way.
+        tissue: what is touched presses back as `simulation.tissue` has it, not as `contact` and MuJoCo do:
+            the regions of `REGIONS`, geoms `tissue_<region>_<k>` in place of the names above.
+    """
     length = sum(segment.length_m for segment in robot.segments) + tip_to_end_m(robot)
     waiting = -length - WAITING_M
     root = ElementTree.fromstring(build_mjcf(robot))
-    _part(root, "option/flag").set("contact", "enable")
-    statistic = _part(root, "statistic")
-    statistic.set("center", "0 0 0.02")
-    world, asset = _part(root, "worldbody"), _part(root, "asset")
-    _carry(root, robot, world, plan.base(waiting))
+    part(root, "statistic").set("center", "0 0 0.02")
+    world = part(root, "worldbody")
+    carry(root, robot.dynamics, plan.base(waiting))
+    _turn_implant(robot, world)
     _add_touches(robot, world)
-    part = wall(plan.anatomy, plan.puncture, plan.direction)
-    _add_mesh(world, asset, "atrium", shell(part), _WALL_RGBA)
-    for number, corners in enumerate(blocks(part)):
-        name = f"wall_{number}"
-        # the vertices alone: the compiler takes their convex hull
-        ElementTree.SubElement(asset, "mesh", name=name, vertex=_text(corners))
-        _touched(world, name=name, type="mesh", mesh=name, **_FOUND_ONLY)
+    around = wall(plan.anatomy, plan.puncture, plan.direction)
+    add_mesh(root, "atrium", shell(around), _WALL_RGBA)
+    for number, (corners, facing) in enumerate(zip(blocks(around), facings(around), strict=True)):
+        if tissue:
+            touched_block(root, f"{TISSUE}wall_{number}", corners, facing, margin=repr(FOUND_M))
+        else:
+            touched_block(root, f"wall_{number}", corners, None, **_FOUND_ONLY)
     for side, sign in valve.SIDES.items():
-        _add_leaflet(robot, plan, world, asset, side, sign)
+        if tissue:
+            _add_leaflet(robot, plan, root, side, sign, f"{TISSUE}{{}}_0", repr(FOUND_M))
+        else:
+            _add_leaflet(robot, plan, root, side, sign)
     return Scene(robot, plan, ElementTree.tostring(root, encoding="unicode"), waiting)
 
 
-def _carry(root: ElementTree.Element, robot: CatheterRobot, world: ElementTree.Element, base: Array) -> None:
-    """Move what is the robot's into the body `catheter`, which slides along the sheath."""
-    body = ElementTree.Element(
-        "body", name="catheter", pos=_text(base[:3, 3]), quat=_quaternion(base[:3, :3])
-    )
-    ElementTree.SubElement(
-        body,
-        "joint",
-        name=INSERTION,
-        type="slide",
-        axis="0 0 1",
-        damping=repr(_PUSH_SCALE_N_PER_M * robot.dynamics.relaxation_time_s),
-        armature=repr(_PUSH_SCALE_N_PER_M * robot.dynamics.inertia_time_s**2),
-    )
-    ElementTree.SubElement(body, "inertial", _NO_MASS)
-    for child in list(world):
-        if child.tag == "camera":
-            world.remove(child)  # they look at the robot where it would lie otherwise
-        elif child.tag != "light":
-            world.remove(child)
-            body.append(child)
-    world.append(body)
-    ElementTree.SubElement(
-        _part(root, "actuator"),
-        "general",
-        name=INSERTION,
-        joint=INSERTION,
-        biastype="affine",
-        gainprm=repr(_PUSH_N_PER_M),
-        biasprm=f"0 {-_PUSH_N_PER_M!r} 0",
-    )
+def _turn_implant(robot: CatheterRobot, world: ElementTree.Element) -> None:
+    """Put the implant, where it is turned in its holder, into the body `implant_mount`."""
+    turn = implant_turn_rad(robot)
+    if turn == 0.0:
+        return
+    holder = next(body for body in world.iter("body") if body.find("site[@name='implant']") is not None)
+    turned = text((math.cos(0.5 * turn), 0.0, 0.0, math.sin(0.5 * turn)))
+    mount = ElementTree.Element("body", name=MOUNT, quat=turned)
+    ElementTree.SubElement(mount, "inertial", NO_MASS)
+    for child in list(holder):
+        if child.get("name", "").startswith("implant"):
+            holder.remove(child)
+            mount.append(child)
+    holder.append(mount)
 
 
 def _add_touches(robot: CatheterRobot, world: ElementTree.Element) -> None:
@@ -132,39 +134,40 @@ def _add_touches(robot: CatheterRobot, world: ElementTree.Element) -> None:
         bottom = top - (ring_length_m(segment) if piece.gap else segment.length_m)
         if piece.segment == len(robot.segments) - 1:
             top = holder_length_m(robot)
-        shape = {"type": "sphere", "size": repr(radius), "pos": _text((0, 0, 0.5 * (bottom + top)))}
+        shape = {"type": "sphere", "size": repr(radius), "pos": text((0, 0, 0.5 * (bottom + top)))}
         if not piece.gap:  # one module goes on where the other ends: no notch in which a leaflet would catch
-            shape = {"type": "cylinder", "size": repr(radius), "fromto": _text((0, 0, bottom, 0, 0, top))}
-        _touching(bodies[piece.name], name=f"touch_{piece.element}", **shape)
+            shape = {"type": "cylinder", "size": repr(radius), "fromto": text((0, 0, bottom, 0, 0, top))}
+        touching(bodies[piece.name], name=f"touch_{piece.element}", **shape)
     outer, width = robot.segments[-1].outer_radius_m, 0.5 * arm_width_m(robot)
     holder = bodies[f"link_{len(parts)}"]
     middle = holder_length_m(robot) + 0.5 * IMPLANT_M
-    size = _text((0.1 * outer, 0.5 * width, 0.45 * IMPLANT_M))
-    _touching(holder, name="touch_post", type="box", size=size, pos=_text((0, 0, middle)))
+    size = text((0.1 * outer, 0.5 * width, 0.45 * IMPLANT_M))
+    touching(bodies.get(MOUNT, holder), name="touch_post", type="box", size=size, pos=text((0, 0, middle)))
     for arm, side in ARMS.items():
         place = (side * 0.17 * outer, 0.0, -0.38 * IMPLANT_M)
-        size = _text((0.17 * outer, width, 0.40 * IMPLANT_M))
-        _touching(bodies[arm], name=f"touch_{arm}", type="box", size=size, pos=_text(place))
+        size = text((0.17 * outer, width, 0.40 * IMPLANT_M))
+        touching(bodies[arm], name=f"touch_{arm}", type="box", size=size, pos=text(place))
 
 
 def _add_leaflet(
     robot: CatheterRobot,
     plan: Plan,
-    world: ElementTree.Element,
-    asset: ElementTree.Element,
+    root: ElementTree.Element,
     side: str,
     sign: float,
+    named: str = "{}",
+    margin: str = "0",
 ) -> None:
-    """Add a leaflet: its middle scallop on hinges, and what lies beside it."""
-    carrier, place, R = world, np.zeros(3), np.eye(3)
+    """Add a leaflet: its middle scallop on hinges, its geoms so named, and what lies beside it."""
+    carrier, place, R = part(root, "worldbody"), np.zeros(3), np.eye(3)
     for name, plate in zip(HINGE_N_M_PER_RAD, valve.scallop(plan.anatomy, sign), strict=True):
         stiffness = HINGE_N_M_PER_RAD[name]
         carrier = ElementTree.SubElement(
             carrier,
             "body",
             name=f"{name}_{side}",
-            pos=_text(R.T @ (plate.hinge - place)),
-            quat=_quaternion(R.T @ plate.R),
+            pos=text(R.T @ (plate.hinge - place)),
+            quat=quaternion(R.T @ plate.R),
         )
         place, R = plate.hinge, plate.R
         ElementTree.SubElement(
@@ -177,49 +180,16 @@ def _add_leaflet(
             damping=repr(stiffness * robot.dynamics.relaxation_time_s),
             armature=repr(stiffness * robot.dynamics.inertia_time_s**2),
         )
-        ElementTree.SubElement(carrier, "inertial", _NO_MASS)
+        ElementTree.SubElement(carrier, "inertial", NO_MASS)
         size = 0.5 * np.array([plate.length_m, plate.width_m, plate.thickness_m])
-        _touched(
+        touched(
             carrier,
-            name=f"{name}_{side}",
+            name=named.format(f"{name}_{side}"),
             type="box",
-            size=_text(size),
-            pos=_text((size[0], 0, 0)),
+            size=text(size),
+            pos=text((size[0], 0, 0)),
             rgba=_LEAFLET_RGBA,
-        ).set("group", _SEEN_GROUP)
+            margin=margin,
+        ).set("group", SEEN_GROUP)
     for number, mesh in enumerate(valve.beside(plan.anatomy, sign)):
-        _add_mesh(world, asset, f"leaflet_{side}_{number}", mesh, _LEAFLET_RGBA)
-
-
-def _add_mesh(
-    world: ElementTree.Element, asset: ElementTree.Element, name: str, mesh: trimesh.Trimesh, rgba: str
-) -> None:
-    """Add a mesh that is only drawn."""
-    vertex, face = inline(mesh)
-    ElementTree.SubElement(asset, "mesh", name=name, vertex=vertex, face=face, inertia="shell")
-    look = {"rgba": rgba, "group": _SEEN_GROUP, "contype": "0", "conaffinity": "0", "mass": "0"}
-    ElementTree.SubElement(world, "geom", look, name=name, type="mesh", mesh=name)
-
-
-def _touching(body: ElementTree.Element, **shape: str) -> None:
-    """Add a geom of the robot."""
-    ElementTree.SubElement(body, "geom", _CONTACT | shape, contype="1", conaffinity="0")
-
-
-def _touched(body: ElementTree.Element, **shape: str) -> ElementTree.Element:
-    """Add a geom of the anatomy."""
-    return ElementTree.SubElement(body, "geom", _CONTACT | shape, contype="0", conaffinity="1")
-
-
-def _part(root: ElementTree.Element, path: str) -> ElementTree.Element:
-    found = root.find(path)
-    assert found is not None, path
-    return found
-
-
-def _text(values: Sequence[float] | Array) -> str:
-    return " ".join(f"{value:.9g}" for value in np.ravel(values))
-
-
-def _quaternion(R: Array) -> str:
-    return _text(Rotation.from_matrix(R).as_quat(scalar_first=True))
+        add_mesh(root, f"leaflet_{side}_{number}", mesh, _LEAFLET_RGBA)

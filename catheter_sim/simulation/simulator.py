@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -24,6 +24,7 @@ from catheter_sim.simulation.friction import CapstanFriction, Friction, NestedFr
 from catheter_sim.simulation.link_forces import LinkForces
 from catheter_sim.simulation.rolling import RodElasticity, Rolling
 from catheter_sim.simulation.site_tendons import SiteTendons, applies
+from catheter_sim.simulation.tissue import Tissue
 from catheter_sim.statics.rolling.loads import LinkForce
 
 FRICTION_ROUTES = ("capstan", "nested", "none")
@@ -96,6 +97,7 @@ class Simulator:
         robot: what is simulated.
         actuation: "tension" or "displacement".
         model, data: MuJoCo's, free to be read.
+        tissue: the surroundings' regions and what they feel; None where none are.
     """
 
     def __init__(
@@ -106,6 +108,7 @@ class Simulator:
         friction: str = "capstan",
         inertia: bool = True,
         model_text: str | None = None,
+        tissue_N_per_m: Mapping[str, float] | None = None,
     ) -> None:
         """Build the model.
 
@@ -118,6 +121,8 @@ class Simulator:
                 meant to be quasi-static.
             model_text: MJCF of the robot in surroundings, with the names and the order of `build_mjcf`;
                 default: that of the robot alone.
+            tissue_N_per_m: of surroundings whose regions press back as springs (`Tissue`), each region's
+                stiffness; default: what contacts do is left to MuJoCo.
 
         Raises:
             InputError: the robot cannot be built, `friction` is unknown, or not for this kind of robot.
@@ -152,6 +157,7 @@ class Simulator:
         self._force, self._moment = np.zeros(3), np.zeros(3)
         self._others = LinkForces(robot, self.model)
         self._pushed = False
+        self.tissue = None if tissue_N_per_m is None else Tissue(self.model, tissue_N_per_m)
         self._catheter: CatheterDrive | None = None
         pulls = np.flatnonzero(self.model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
         if isinstance(robot, CatheterRobot):
@@ -195,6 +201,8 @@ class Simulator:
         if self._rolling is not None:
             self._rolling.reset()
             self._rolling.place(self.data)
+        if self.tissue is not None:
+            self.tissue.forget()
         mujoco.mj_forward(self.model, self.data)
 
     def set_inputs(
@@ -218,7 +226,7 @@ class Simulator:
                 beyond its joint's range.
         """
         if self._catheter is None:
-            self.data.ctrl[:] = tendon
+            self.data.ctrl[self._pulls] = tendon
         else:
             controls = self._catheter.controls(tendon)
             self.data.ctrl[: len(controls)] = controls
@@ -296,7 +304,10 @@ class Simulator:
                 self._elastic.apply(data)
             if friction is not None:
                 friction.apply(data, self._tension_now())
-            mujoco.mj_step2(model, data)
+            if self.tissue is None:
+                mujoco.mj_step2(model, data)
+            else:
+                self.tissue.finish_step(data)
 
     def _let_taut_tendons_slacken(self) -> None:
         """Clamp at zero only the tensions of tendons that were slack before the command changed.
@@ -314,7 +325,7 @@ class Simulator:
         """Return the tensions of what actuators pull, below zero where a driven tendon is slack [N]."""
         data = self.data
         if self._tension_driven:
-            return data.ctrl
+            return data.ctrl[self._pulls]
         force = (
             self._gain * data.ctrl[self._pulls]
             + self._bias

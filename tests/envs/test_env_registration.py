@@ -10,20 +10,23 @@ from importlib.metadata import entry_points
 import gymnasium
 import pytest
 
-from catheter_sim.envs import EPISODE_STEPS, register_environments
+from catheter_sim.envs import CLINICAL_STEPS, EPISODE_STEPS, register_environments
 
-IDS = tuple(
-    f"catheter_sim/{robot}{task}-v0"
-    for robot in (
-        "Neuroendoscope",
-        "NeuroendoscopeSection",
-        "ChestTube",
-        "ChestTubeSection",
-        "MitralTransseptal",
-        "Mitral4dof",
-    )
-    for task in ("Reach", "Track")
+ROBOTS = (
+    "Neuroendoscope",
+    "NeuroendoscopeSection",
+    "ChestTube",
+    "ChestTubeSection",
+    "MitralTransseptal",
+    "Mitral4dof",
 )
+TASKS = (
+    *(robot + task for robot in ROBOTS for task in ("Reach", "Track")),
+    "NeuroendoscopeTumour",
+    "MitralTransseptalDeliver",
+    "Mitral4dofDeliver",
+)
+IDS = tuple(f"catheter_sim/{name}-v0" for name in TASKS)
 
 
 def fresh(code: str) -> str:
@@ -79,10 +82,13 @@ def test_entry_point_registers_as_a_plug_in_loader_calls_it() -> None:
 
 
 def test_registration_is_idempotent_and_limits_episodes(recwarn: pytest.WarningsRecorder) -> None:
-    """Registering again changes nothing; every environment is truncated after 100 steps."""
+    """Registering again changes nothing; every environment is truncated, clinical ones after 200 steps."""
     before = {name: gymnasium.registry[name] for name in IDS}
     register_environments()
     assert all(gymnasium.registry[name] is spec for name, spec in before.items())
-    assert all(spec.max_episode_steps == EPISODE_STEPS == 100 for spec in before.values())
+    for name, spec in before.items():
+        reaches = name.endswith(("Reach-v0", "Track-v0"))
+        assert spec.max_episode_steps == (EPISODE_STEPS if reaches else CLINICAL_STEPS)
+    assert (EPISODE_STEPS, CLINICAL_STEPS) == (100, 200)
     assert not recwarn.list
     assert any(item.value.startswith("catheter_sim.") for item in entry_points(group="gymnasium.envs"))

@@ -8,6 +8,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from catheter_sim.anatomy.wall import blocks, shell
 from catheter_sim.procedure import valve
 from catheter_sim.procedure.anatomy import (
     LEAFLET_M,
@@ -23,7 +24,7 @@ from catheter_sim.procedure.anatomy import (
     semi_axes_m,
     septal_point,
 )
-from catheter_sim.procedure.atrium import HOLE_RADIUS_M, annulus_rim, blocks, shell, wall
+from catheter_sim.procedure.atrium import HOLE_RADIUS_M, annulus_rim, wall
 
 SEEDS = range(12)
 

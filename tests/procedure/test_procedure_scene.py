@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from catheter_sim.mjcf.catheter_implant import ACTUATOR
+from catheter_sim.mjcf.surroundings import INSERTION
 from catheter_sim.procedure.anatomy import depth_m, median_anatomy
 from catheter_sim.procedure.contact import Contacts
 from catheter_sim.procedure.plan import plan
-from catheter_sim.procedure.scene import INSERTION, Scene, build_scene
+from catheter_sim.procedure.scene import Scene, build_scene
 from catheter_sim.robots.mitral import mitral_transseptal
 from catheter_sim.simulation.simulator import Simulator
 

@@ -1,0 +1,223 @@
+"""What the clinical tasks have in common: a robot pushed into an anatomy, and the forces on its tissue."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from catheter_sim.envs.observation import Bounds, Observation
+from catheter_sim.envs.surroundings import Surround, Surroundings
+from catheter_sim.envs.tip import DIVERGED_REWARD, Action, TipEnv
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.mjcf.scene import View
+from catheter_sim.render.framing import fitted_view
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.posture import Array
+from catheter_sim.simulation.tissue import Tissue
+
+FORCE_WEIGHT = 0.1  # assumed: robot lengths that a step at the limit of force costs
+_FORCE_BOUND = 10.0  # limits
+
+A = TypeVar("A")  # what a task's anatomy is
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A joint under the robot's base, and how an action moves it.
+
+    Attributes:
+        name: of the joint and its actuator in the surroundings' model.
+        lowest, highest: ends of its range [m or rad]; it starts at 0, which lies in it.
+        rate_per_s: how fast it moves at full action [m/s or rad/s].
+    """
+
+    name: str
+    lowest: float
+    highest: float
+    rate_per_s: float
+
+
+class ClinicalEnv(TipEnv, Generic[A]):
+    """A robot that is pushed into an anatomy, drawn at random at every reset.
+
+    A task's own class says what `motions` its base has, what `limits_N` its regions of tissue bear, and
+
+    - `draw(rng)`: an anatomy, a value; `middle()`: the one in the middle of all ranges, used until `reset`;
+    - `surround(anatomy, robot, actuation)`: the robot's model in it (`Surroundings`): the MJCF of
+      `build_mjcf`, its base carried (`mjcf.surroundings.carry`), its elements made to touch
+      (`surroundings.let_touch`), convex geoms `tissue_<region>_<k>`, and meshes to be seen; a region's force
+      is stiffness times depth at rest, whatever the robot (`simulation.tissue`). The frame of all of it is
+      the task's own: places in observations and `info` are in it;
+    - `begin()`: what the task asks for at the start of an episode (`target_m` and its own);
+    - `judge()`: called after every step; returns its reward and whether the task is done;
+    - `task_bounds()`, `task_parts()`: its own parts of the observation.
+
+    The rest is done here. An action has the drives' changes first (as in `reach.ReachEnv`: shares of 0.05 of
+    a range), then one number for each motion, in shares of what its rate allows in a step. The observation
+    ends with the task's parts, `base`, where the base stands in shares of its motions' ranges, and `force`,
+    the largest force on each region with a limit during the last step, in shares of the limit.
+
+    A region's force is the sum of the normal forces on it, taken at every step of the simulation. Where it
+    goes beyond its limit the episode terminates: that is no success, and costs 200. So success, a task done,
+    includes that no limit was passed since the episode's start. A step's reward is the task's minus
+    `FORCE_WEIGHT` times the largest share of a limit in this step.
+
+    Attributes:
+        anatomy: of this episode.
+        limits_N: of each region of tissue; a region that `surround` names and this does not is no tissue.
+        force_N: the largest force on each region during the last step, in the surroundings' order.
+        peak_N: the same since the episode's start.
+    """
+
+    motions: tuple[Motion, ...]
+    limits_N: Mapping[str, float]
+    anatomy: A
+
+    def __init__(self, robot: Any, **arguments: Any) -> None:
+        """Build the robot in the middle anatomy; arguments are those of `TipEnv`."""
+        self.anatomy = self.middle()
+        super().__init__(robot, **arguments)
+        self.force_N = self.peak_N = np.zeros(len(self._tissue.regions))
+
+    @abstractmethod
+    def draw(self, rng: np.random.Generator) -> A:
+        """Return a random anatomy."""
+
+    @abstractmethod
+    def middle(self) -> A:
+        """Return the anatomy in the middle of all ranges."""
+
+    @abstractmethod
+    def surround(self, anatomy: A, robot: Robot, actuation: str) -> Surroundings:
+        """Return the robot's model in the anatomy."""
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Start the task: the robot is at rest in `anatomy`."""
+
+    @abstractmethod
+    def judge(self) -> tuple[float, bool]:
+        """Return the task's part of the step's reward, and whether the task is done."""
+
+    @abstractmethod
+    def task_bounds(self) -> Bounds:
+        """Return the task's own parts of the observation: lower bounds and the upper bound of each."""
+
+    @abstractmethod
+    def task_parts(self) -> Mapping[str, Array]:
+        """Return the values of these parts."""
+
+    @abstractmethod
+    def seen_points(self) -> Array:
+        """Return points that a picture shows, shape (n, 3) [m]."""
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode in a new anatomy.
+
+        Args:
+            seed: of the random anatomies from now on; None: go on with the present generator.
+            options: `{"anatomy": ...}`, a value of the task's kind, or nothing for a random one.
+
+        Raises:
+            InputError: an unknown option, or an anatomy of another kind.
+        """
+        options = options or {}
+        for name in options:
+            if name != "anatomy":
+                raise unknown("option of reset", name, ("anatomy",))
+        given = options.get("anatomy")
+        if given is not None and not isinstance(given, type(self.anatomy)):
+            raise InputError(f"anatomy = {given!r}: a {type(self.anatomy).__name__} is needed")
+        super().reset(seed=seed, options=options)
+        self._start()
+        self.peak_N = np.zeros(len(self._tissue.regions))
+        self._note_forces()
+        self.begin()
+        return self._observation(), self._info(False)
+
+    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Move the drives and the base for one control step; see the class's text."""
+        if not self._moved(action):
+            return self._observation(), DIVERGED_REWARD, True, False, self._info(False)
+        self._note_forces()
+        reward, done = self.judge()
+        reward -= FORCE_WEIGHT * float(self._shares(self.force_N).max(initial=0.0))
+        if self.pressed_too_hard:
+            return self._observation(), DIVERGED_REWARD, True, False, self._info(False)
+        return self._observation(), reward, done, False, self._info(done)
+
+    @property
+    def pressed_too_hard(self) -> bool:
+        """Whether a limit of force was passed in this episode."""
+        return bool((self._shares(self.peak_N) > 1.0).any())
+
+    @property
+    def _tissue(self) -> Tissue:
+        tissue = self.plant.simulator.tissue
+        assert tissue is not None
+        return tissue
+
+    def _surround(self) -> Surround:
+        return lambda robot, actuation: self.surround(self.anatomy, robot, actuation)
+
+    def _renew(self, options: Mapping[str, Any]) -> None:
+        given = options.get("anatomy")
+        self.anatomy = self.draw(self.np_random) if given is None else given
+        self._replace_plant()
+
+    def _base_after(self, change: Array) -> Array:
+        motions = self.motions
+        moved = self.plant.carriage + change * [motion.rate_per_s for motion in motions]
+        ends = zip(*((motion.lowest, motion.highest) for motion in motions), strict=True)
+        return np.clip(moved, *ends)
+
+    def _note_forces(self) -> None:
+        """Take down the largest forces since this was called last."""
+        self.force_N = self._tissue.peak_N
+        self.peak_N = np.maximum(self.peak_N, self.force_N)
+        self._tissue.forget()
+
+    def _shares(self, force_N: Array) -> Array:
+        """Return forces on regions with limits in shares of these, shape (l,)."""
+        places = [self._tissue.regions.index(name) for name in self.limits_N]
+        return force_N[places] / np.array(list(self.limits_N.values()))
+
+    def _more_bounds(self) -> Bounds:
+        ranges = [(min(motion.lowest / motion.highest, 0.0), motion) for motion in self.motions]
+        return {
+            **self.task_bounds(),
+            "base": (np.array([low for low, _ in ranges]), 1.0),
+            "force": (np.zeros(len(self.limits_N)), _FORCE_BOUND),
+        }
+
+    def _more_parts(self) -> Mapping[str, Array]:
+        return {
+            **self.task_parts(),
+            "base": self.plant.carriage / [motion.highest for motion in self.motions],
+            "force": self._shares(self.force_N),
+        }
+
+    def _observation(self) -> Observation:
+        return self._observed({"target": self.target_m / self.length_m})
+
+    def _info(self, done: bool) -> dict[str, Any]:
+        names = self._tissue.regions
+        return {
+            **self._common_info(),
+            "force_N": dict(zip(names, map(float, self.force_N), strict=True)),
+            "peak_force_N": dict(zip(names, map(float, self.peak_N), strict=True)),
+            "base": self.plant.carriage.copy(),
+            "pressed_too_hard": self.pressed_too_hard,
+            "is_success": bool(done and not self.pressed_too_hard and not self._diverged),
+        }
+
+    def _view(self) -> View:
+        points = self.seen_points()
+        seen = View("anatomy", points.mean(axis=0), np.array([0.0, -1.0, 0.0]), 0.1)
+        return fitted_view(seen, points, *self._size)

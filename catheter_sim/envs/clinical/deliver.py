@@ -1,0 +1,288 @@
+"""The task of bringing a clip under the leaflets of the mitral valve."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
+from catheter_sim.envs.clinical.heart import (
+    from_valve,
+    implant_target,
+    in_heart,
+    stream,
+    turned,
+    waiting_m,
+)
+from catheter_sim.envs.observation import Bounds
+from catheter_sim.envs.surroundings import Surroundings
+from catheter_sim.envs.tip import CONTROL_STEP_S
+from catheter_sim.errors import InputError
+from catheter_sim.mjcf.catheter_implant import IMPLANT_M, holder_length_m
+from catheter_sim.mjcf.scene import View
+from catheter_sim.mjcf.surroundings import INSERTION
+from catheter_sim.procedure.case import Case, median_case, random_case
+from catheter_sim.procedure.flow import BEATS_PER_S, FLOW_N
+from catheter_sim.procedure.frames import pose_error, transform
+from catheter_sim.procedure.operate import ANGLE_DEG, POSITION_MM
+from catheter_sim.procedure.plan import DELIVERING, implant_turn_rad
+from catheter_sim.procedure.scene import REGIONS
+from catheter_sim.procedure.steps import PUSH_M_PER_S
+from catheter_sim.render.framing import fitted_view
+from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.posture import Array
+
+# Matsuda 2016, doi 10.1007/s00380-015-0763-0: of a catheter's tip on the atrium's wall, 40 g are excessive;
+# of leaflets assumed.
+LIMIT_N = 0.39
+DEEPEST_M = 40e-3  # insertion of the base beyond the puncture, at most; as `plan` has it
+ANGLE_WEIGHT = 0.1  # assumed: robot lengths that a half turn of the implant costs
+_BELOW, _SHEATH_M = 0.3, 10e-3  # of what a picture shows: share of the height below the annulus, sheath
+HELD_STEPS = math.ceil(1.0 / (BEATS_PER_S * CONTROL_STEP_S))  # one whole beat: 9 steps
+_PARTS = {  # the task's own parts of an observation: size, bounds
+    "target_direction": (3, -1.0, 1.0),
+    "target_side": (3, -1.0, 1.0),
+    "tip_side": (3, -1.0, 1.0),
+    "annulus": (3, -2.0, 2.0),
+    "atrium": (3, 0.0, 2.0),
+    "beat": (2, -1.0, 1.0),
+    "held": (1, 0.0, 1.0),
+}
+
+
+class DeliverEnv(ClinicalEnv[Case]):
+    """Bring a clip through the septum under the leaflets of a mitral valve, and hold it there in the flow.
+
+    The delivery of Nayar 2022, Section IV-E (`catheter_sim.procedure`): introduce, align, bend, advance under
+    the leaflets, orient, in a heart drawn at random. The implant stays closed: to open it, draw it back and
+    close it on the leaflets is not part of the task. The sheath has been led through the septum as the plan
+    has it (`procedure.plan`), so that the target can be reached; all that follows is the task.
+
+    ## The robot and the action
+
+    A catheter for the mitral valve in its MuJoCo simulation, 0.1 s a step: `mitral_transseptal` (Nayar 2022)
+    or `mitral_4dof` (Nayar 2023), or a robot `.toml` with the same joints. `Box(-1, 1, (5,), float32)`: for
+    the four displacements of `reach.ReachEnv` how far their levels move, in shares of 0.05, then how far the
+    base moves along the sheath, in shares of 2 mm (20 mm/s). It goes from where the implant waits 3 mm before
+    the septum to 40 mm beyond the puncture.
+
+    `mitral_4dof` has no proximal torsion. Its distal bending joint makes the turn to the valve, its proximal
+    one takes the torsion's place; the sheath is rolled by a quarter turn to within 10 degrees, and the clip
+    is mounted with its arms in the plane of that turn (both assumed).
+
+    ## The heart
+
+    `procedure.anatomy.RANGES`: atrium 25 to 30 by 24 to 29 mm (semi-axes) and 54 to 64 mm high, fossa 42 to
+    48 mm above the annulus, semi-axes of the annulus 16 to 20 and 14 to 17 mm, leaflets that meet 4 to 10 mm
+    below it over 4 to 8 mm, their line turned by up to 40 degrees, sheath rolled by 20 to 40 degrees
+    (`mitral_4dof`: 80 to 100). Sources stand there; most is assumed. Wall and leaflets press back by 200 N/m
+    (assumed) under each element of the robot; leaflets give way on their hinges besides. No friction.
+
+    The flow shakes the tip by a sinusoidal force 70 times a minute (Nayar 2022, Section IV-F), 4.6 to 18.4 mN
+    in amplitude: the paper's tip swung by 0.13 mm, which takes 9.2 mN; from half to twice of that is assumed.
+    Its line lies within 30 degrees of the valve's axis; both, and its phase, are drawn (`procedure.flow`).
+
+    ## Observation
+
+    A flat `Box` of float32; `layout` maps names to slices. Places are in the sheath's frame: origin in the
+    puncture, +z along the sheath into the atrium, +x where the robot bends first. L is the length of the
+    straight robot with its tube all out. First `target` and the parts of `reach.ReachEnv`, then
+
+    | part | size | what | unit |
+    |---|---|---|---|
+    | `target_direction` | 3 | unit vector along the valve's axis into the ventricle: the tool's z there | 1 |
+    | `target_side` | 3 | unit vector across the coaptation line: which way the arms are to open | 1 |
+    | `tip_side` | 3 | which way the arms would open | 1 |
+    | `annulus` | 3 | middle of the annulus | L |
+    | `atrium` | 3 | its horizontal semi-axes and its height | L |
+    | `beat` | 2 | cosine and sine of the phase of the flow, as an ECG would tell | 1 |
+    | `held` | 1 | share of the beat for which the implant has been held in place | 1 |
+    | `base` | 1 | insertion from where it waits | its range |
+    | `force` | 5 | largest in this step on the wall and the leaflets' four plates | limit |
+
+    `target` is where the tool's frame is wanted, `tip` where it is, as measured.
+
+    ## Reward
+
+    Minus the distance of the implant's middle from where it is wanted in robot lengths, minus a tenth of the
+    whole angle by which it is turned in half turns, minus a tenth of the largest share of a force limit,
+    after each step. A force beyond its limit and a simulation that diverges cost 200.
+
+    ## Episode
+
+    It terminates with success where the middle of the implant has been within `tolerance_m` of its place
+    between the leaflets (centred on their gap and at the planned depth) and turned from it by at most
+    `angle_deg` after each of 9 steps in a row, one whole beat, and no force was ever beyond its limit;
+    without success where one is, or where the simulation diverges. The registered environments are truncated
+    after 200 steps (20 s). 1 mm and 3 degrees are the procedure's own measure. The limit, on the wall and on
+    each plate of a leaflet, is 0.39 N: Matsuda 2016 (doi 10.1007/s00380-015-0763-0) takes 40 g of a
+    catheter's tip on the wall for excessive; of leaflets it is assumed.
+
+    ## Reset
+
+    `reset(seed=...)` draws a heart and a flow. `options={"anatomy": case}` sets them: a
+    `procedure.case.Case`, of `procedure.case.random_case`, which takes given numbers.
+
+    `info` of `reset` and `step`: that of the other tasks (`tip_m`, `target_m` and so on, true, sheath's
+    frame), `force_N` and `peak_force_N` by region, `pressed_too_hard`, `base`, and `centring_m`, `depth_m`
+    (of the implant's middle across the valve's axis, and along it beyond its place), `tilt_rad`, `turn_rad`
+    (of its axis, and about it), `angle_rad` (the whole), `beat_rad`, `flow_N` (on the tip now, shape (3,)).
+
+    ## Arguments
+
+    Those of `reach.ReachEnv` but for `action_type` and `largest_bend_rad`, which are not for catheters; and
+
+    - `tolerance_m`, `angle_deg`: see Episode; default 1 mm and 3 degrees.
+    - `flow_N`: range of the force's amplitude [N]; (0, 0) for still blood.
+    """
+
+    limits_N = dict.fromkeys(REGIONS, LIMIT_N)
+    target: Array  # frame in which the implant is wanted, shape (4, 4)
+    _implant: Array  # where it is, true
+    _seen_side: Array
+    _heart: Mapping[str, Array]
+    _held: int
+    _time_s: float
+
+    def __init__(
+        self,
+        robot: str | os.PathLike[str],
+        settings: Sequence[str] = (),
+        tolerance_m: float = 1e-3 * POSITION_MM,
+        angle_deg: float = ANGLE_DEG,
+        flow_N: tuple[float, float] = FLOW_N,
+        **arguments: Any,
+    ) -> None:
+        """Build the robot in the median heart; see the class's text.
+
+        Raises:
+            InputError: an argument is impossible, or the robot has other joints.
+        """
+        if not 0.0 < angle_deg <= 180.0:
+            raise InputError(f"angle_deg = {angle_deg:g}: must be above 0 and at most 180")
+        self.angle_rad = math.radians(angle_deg)
+        self._flow_N = _amplitudes(flow_N)
+        self.known = _catheter(robot, settings)
+        self.waiting_m = waiting_m(self.known)
+        self._mount = turned(implant_turn_rad(self.known))
+        self.motions = (Motion(INSERTION, 0.0, DEEPEST_M - self.waiting_m, PUSH_M_PER_S),)
+        self.middle_ahead_m = holder_length_m(self.known) + 0.5 * IMPLANT_M - self.known.segments[-1].length_m
+        super().__init__(robot, settings=settings, tolerance_m=tolerance_m, **arguments)
+        self.begin()
+
+    def draw(self, rng: np.random.Generator) -> Case:
+        """Return a random heart, the way through it for the nominal robot, and a flow."""
+        return random_case(self.known, rng, flow_N=self._flow_N)
+
+    def middle(self) -> Case:
+        """Return the median heart."""
+        return median_case(self.known)
+
+    def surround(self, anatomy: Case, robot: Robot, actuation: str) -> Surroundings:
+        """Return the robot's model in the heart."""
+        assert isinstance(robot, CatheterRobot)
+        return in_heart(anatomy, robot)
+
+    def begin(self) -> None:
+        """Set the target of this heart."""
+        self._held, self._time_s = 0, 0.0
+        self._look()
+        self.target = implant_target(self.anatomy, self._mount)
+        self.target_m = self.target[:3, 3].copy()
+        anatomy = self.anatomy.plan.anatomy
+        size = np.array([anatomy.atrium_x_m, anatomy.atrium_y_m, anatomy.atrium_height_m])
+        annulus = from_valve(self.anatomy)[:3, 3]
+        self._heart = {"annulus": annulus / self.length_m, "atrium": size / self.length_m}
+
+    def judge(self) -> tuple[float, bool]:
+        """Return the reward for place and turn of the implant, and whether it has been held for a beat."""
+        self._time_s += CONTROL_STEP_S
+        self._look()
+        error = self._error()
+        distance, angle = (float(np.linalg.norm(part)) for part in (error[:3], error[3:]))
+        near = distance <= self.tolerance_m and angle <= self.angle_rad
+        self._held = self._held + 1 if near else 0
+        cost = distance / self.length_m + ANGLE_WEIGHT * angle / math.pi
+        return -cost, self._held >= HELD_STEPS
+
+    def task_bounds(self) -> Bounds:
+        """Return the bounds of the parts in the class's second table."""
+        return {name: (np.full(size, low), high) for name, (size, low, high) in _PARTS.items()}
+
+    def task_parts(self) -> Mapping[str, Array]:
+        """Return the values of these parts."""
+        beat = self.anatomy.flow.beat_rad(self._time_s)
+        return {
+            "target_direction": self.target[:3, 2],
+            "target_side": self.target[:3, 0],
+            "tip_side": self._seen_side,
+            **self._heart,
+            "beat": np.array([math.cos(beat), math.sin(beat)]),
+            "held": np.array([self._held / HELD_STEPS]),
+        }
+
+    def seen_points(self) -> Array:
+        """Return the corners of a box around atrium, valve and the sheath's end."""
+        anatomy = self.anatomy.plan.anatomy
+        ends = np.array([anatomy.atrium_x_m, anatomy.atrium_y_m, anatomy.atrium_height_m])
+        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-_BELOW, 1)]) * ends
+        there = from_valve(self.anatomy)
+        return np.concatenate([corners @ there[:3, :3].T + there[:3, 3], [(0.0, 0.0, -_SHEATH_M)]])
+
+    def _look(self) -> None:
+        """Take down where the implant is."""
+        site = self.plant.simulator.data.site("tip")
+        axes = site.xmat.reshape(3, 3).copy()
+        self._implant = transform(axes, site.xpos.copy()) @ self._mount
+        self._seen_side = (self.plant.seen(site.xpos, axes)[1] @ self._mount[:3, :3])[:, 0]
+
+    def _error(self) -> Array:
+        """Return what is missing at the implant's middle: position [m], rotation vector [rad]; shape (6,)."""
+        ahead = transform(np.eye(3), np.array([0.0, 0.0, self.middle_ahead_m]))
+        return pose_error(self.target @ ahead, self._implant @ ahead)
+
+    def _info(self, done: bool) -> dict[str, Any]:
+        error, axis = self._error(), self.target[:3, 2]
+        deep = -float(error[:3] @ axis)
+        cosine = min(max(float(self._implant[:3, 2] @ axis), -1.0), 1.0)
+        return {
+            **super()._info(done),
+            "centring_m": float(np.linalg.norm(error[:3] + deep * axis)),
+            "depth_m": deep,
+            "tilt_rad": math.acos(cosine),
+            "turn_rad": abs(float(error[3:] @ axis)),
+            "angle_rad": float(np.linalg.norm(error[3:])),
+            "beat_rad": self.anatomy.flow.beat_rad(self._time_s),
+            "flow_N": stream(self.anatomy)(self._time_s, self._implant[:3, 3]),
+        }
+
+    def _view(self) -> View:
+        """Return the view across the plane of sheath and valve's axis, a little from the ventricle's side."""
+        valve = from_valve(self.anatomy)[:3, :3]
+        across = np.cross((0.0, 0.0, 1.0), valve[:, 2])
+        backward = across / np.linalg.norm(across) + 0.25 * valve[:, 2]
+        seen = View("delivery", np.zeros(3), backward / np.linalg.norm(backward), 0.1)
+        return fitted_view(seen, self.seen_points(), *self._size)
+
+
+def _catheter(robot: str | os.PathLike[str], settings: Sequence[str]) -> CatheterRobot:
+    found = load_robot(robot, settings)
+    if not isinstance(found, CatheterRobot):
+        raise InputError(f"{found.name}: delivers no implant; choices: {', '.join(DELIVERING)}")
+    return found
+
+
+def _amplitudes(bounds: Sequence[float]) -> tuple[float, float]:
+    try:
+        low, high = (float(value) for value in bounds)
+    except (TypeError, ValueError):
+        low, high = math.nan, math.nan
+    if not 0.0 <= low <= high < math.inf:
+        raise InputError(f"flow_N = {bounds!r}: two amplitudes are needed, the lower first, none below 0")
+    return low, high

@@ -1,0 +1,235 @@
+"""The task of bringing the tip of a neuroendoscope to points of a tumour of the posterior third ventricle."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+import trimesh
+
+from catheter_sim.anatomy.ventricles import (
+    SHEATH_M,
+    TUMOUR_RADIUS_M,
+    Ventricles,
+    foramen,
+    is_foramen,
+    median_ventricles,
+    random_ventricles,
+    ring_places,
+    tumour,
+    tumour_mesh,
+    tumour_points,
+    ventricle_wall,
+)
+from catheter_sim.anatomy.wall import blocks, facings, shell
+from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
+from catheter_sim.envs.observation import Bounds
+from catheter_sim.envs.surroundings import Surroundings, let_touch, robot_tree
+from catheter_sim.mjcf.surroundings import (
+    INSERTION,
+    ROLL,
+    add_mesh,
+    carry,
+    part,
+    text,
+    touched,
+    touched_block,
+)
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.posture import Array
+
+POINTS = 3  # of the tumour that the tip is brought to; assumed
+STROKE_M = 75e-3  # of the insertion; the longest way is 57 mm
+# 20 mmHg on the tip's face. Brain retractors caused no damage in 15 min up to this pressure: Rosenoern and
+# Diemer 1985, doi 10.3171/jns.1985.63.4.0608, in rats. That a region bears no more in all is assumed.
+RETRACTION_PA = 20.0 * 133.322
+FACE_RADIUS_M = 1.7e-3  # Kato 2016: outer diameter 3.4 mm
+LIMIT_N = RETRACTION_PA * math.pi * FACE_RADIUS_M**2  # 24 mN
+# assumed: a flat punch of the robot's radius on a half-space of E = 5.5 kPa, of the order of brain's modulus
+TISSUE_N_PER_M = 25.0
+SHEATH_N_PER_M = 200.0  # assumed: stiff against the robot
+FOUND_M = 0.5e-3  # of the robot from tissue, where a contact is known before it presses
+REGIONS = ("lateral", "foramen", "third", "tumour")
+_WALL_RGBA, _TUMOUR_RGBA, _SHEATH_RGBA = "0.86 0.55 0.55 0.22", "0.62 0.30 0.42 0.75", "0.55 0.60 0.66 0.35"
+_SHEATH_WALL_M = 1e-3
+_SHEATH_FOUND_M = 0.25e-3  # less than the room in it: a straight robot touches nothing
+
+
+class TumourEnv(ClinicalEnv[Ventricles]):
+    """Bring the tip of a neuroendoscope to three points of a tumour of the posterior third ventricle.
+
+    ## The robot and the way
+
+    `NeuroendoscopeTumour-v0` is the robot of Kato 2016, 120 mm of two sections, in its MuJoCo simulation with
+    tendon friction and its effects; 0.1 s a step. It lies in a straight sheath that was put through a
+    precoronal burr hole and the frontal lobe into the lateral ventricle (the approach of Kato 2016,
+    Introduction), its tip at the sheath's end, and is pushed out of it. The way to the tumour is an arc of 47
+    to 57 mm that turns by 40 to 60 deg: through the lateral ventricle, the foramen of Monro and the third
+    ventricle. `anatomy.ventricles` has all its numbers, their ranges and sources.
+
+    ## Action
+
+    `Box(-1, 1, (6,), float32)`: changes of the four tension drives, in shares of 0.05 of their ranges (distal
+    0.61 N, proximal 0.74 N: 3 rad of a section without friction; Kato 2016 articulates with up to 0.65 N),
+    or with `action_type="displacement"` (`(4,)`) of the two bends asked for; then the insertion, 2 mm a step
+    at full action, from 0 to 75 mm, and the roll of the robot at the burr hole, 3 deg a step, +-60 deg.
+
+    ## Observation
+
+    A flat `Box` of float32; `layout` maps names to slices. First `target`, the next point, then what
+    `reach.ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin at the sheath's end, z
+    along it inward, x the bending direction before the roll. Then
+
+    | part | size | what | unit |
+    |---|---|---|---|
+    | `foramen` | 3 | its middle | L = 120 mm |
+    | `foramen_axis` | 3 | unit vector along the way there | 1 |
+    | `points_left` | 1 | share of the points that were not reached yet | 1 |
+    | `base` | 2 | insertion and roll | ranges' upper ends |
+    | `force` | 4 | largest in the last step: lateral ventricle, foramen, third ventricle, tumour | limit |
+
+    ## Tissue
+
+    Walls and tumour press back with 25 N/m under each cell (assumed: a flat punch of the robot's radius on a
+    half-space of 5.5 kPa), without friction. Each of the four regions bears 24.2 mN, the sum of the normal
+    forces on it: 20 mmHg on the tip's face, the pressure under a retractor up to which no damage was found
+    (Rosenoern and Diemer 1985, doi 10.3171/jns.1985.63.4.0608). The sheath is no tissue.
+
+    ## Reward
+
+    Minus the way left in robot lengths, from the tip to the next point and on through the others, minus 0.1
+    times the largest share of a limit in this step. Passing a limit, and a diverging simulation, costs 200.
+
+    ## Episode
+
+    It starts at rest, all drives slack. Three points on the tumour's open surface are to be reached one
+    after the other, each to within `tolerance_m`: 5 mm, the target value of Kato 2016 for a tumour of 2 cm.
+    It terminates with success when the last one is, and without it where a region's limit is passed or the
+    simulation diverges. It is truncated after 200 steps (20 s).
+
+    ## Reset
+
+    `reset(seed=...)` draws an anatomy and the points; `options={"anatomy": Ventricles(...)}` sets one.
+    `info` of `reset` and `step`: as in `reach.ReachEnv`, in the entry frame, and `force_N` and `peak_force_N`
+    (by region: largest in the last step, and in the episode), `base` [m, rad], `points_reached`,
+    `pressed_too_hard`.
+
+    ## Arguments
+
+    Those of `reach.ReachEnv`; gravity is in the entry frame.
+    """
+
+    motions = (
+        Motion(INSERTION, 0.0, STROKE_M, 20e-3),
+        Motion(ROLL, -math.pi / 3.0, math.pi / 3.0, math.pi / 6.0),
+    )
+    limits_N: ClassVar[Mapping[str, float]] = dict.fromkeys(REGIONS, LIMIT_N)
+    points_m: Array
+
+    def draw(self, rng: np.random.Generator) -> Ventricles:
+        """Return a random anatomy."""
+        return random_ventricles(rng)
+
+    def middle(self) -> Ventricles:
+        """Return the anatomy in the middle of all ranges."""
+        return median_ventricles()
+
+    def surround(self, anatomy: Ventricles, robot: Robot, actuation: str) -> Surroundings:
+        """Return the robot in its sheath before the ventricles."""
+        root = robot_tree(robot, actuation)
+        length = sum(segment.length_m for segment in robot.segments)
+        base = np.eye(4)
+        base[2, 3] = -length
+        carry(root, robot.dynamics, base, roll=True)
+        world = part(root, "worldbody")
+        let_touch(robot, world)
+        around = ventricle_wall(anatomy)
+        per_ring = len(around.cells) // (len(ring_places(anatomy)) - 1)
+        for number, (corners, facing) in enumerate(zip(blocks(around), facings(around), strict=True)):
+            ring = number // per_ring
+            name = "lateral" if ring_places(anatomy)[ring] < anatomy.lateral_length_m else "third"
+            name = "foramen" if is_foramen(anatomy, ring) else name
+            touched_block(root, f"tissue_{name}_{number}", corners, facing, margin=repr(FOUND_M))
+        touched(
+            world,
+            name="tissue_tumour_0",
+            margin=repr(FOUND_M),
+            type="sphere",
+            size=repr(TUMOUR_RADIUS_M),
+            pos=text(tumour(anatomy)),
+        )
+        _add_sheath(world, length)
+        add_mesh(root, "ventricles", shell(around), _WALL_RGBA)
+        add_mesh(root, "tumour", tumour_mesh(anatomy), _TUMOUR_RGBA)
+        add_mesh(root, "sheath", _sheath_mesh(length), _SHEATH_RGBA)
+        stiffness = {**dict.fromkeys(REGIONS, TISSUE_N_PER_M), "sheath": SHEATH_N_PER_M}
+        written = ElementTree.tostring(root, encoding="unicode")
+        return Surroundings(written, stiffness, (INSERTION, ROLL))
+
+    def begin(self) -> None:
+        """Draw the points."""
+        self.points_m = tumour_points(self.anatomy, self.np_random, POINTS)
+        self._next = 0
+        self.target_m = self.points_m[0]
+
+    def judge(self) -> tuple[float, bool]:
+        """Return minus the way that is left, and whether all points were reached."""
+        if self._distance_m <= self.tolerance_m:
+            self._next += 1
+            if self._next < POINTS:
+                self.target_m = self.points_m[self._next]
+        if self._next == POINTS:
+            return 0.0, True
+        left = self.points_m[self._next :]
+        between = np.linalg.norm(np.diff(left, axis=0), axis=1).sum()
+        return -(self._distance_m + float(between)) / self.length_m, False
+
+    def task_bounds(self) -> Bounds:
+        """Return the foramen and the number of points left."""
+        return {
+            "foramen": (np.full(3, -2.0), 2.0),
+            "foramen_axis": (np.full(3, -1.0), 1.0),
+            "points_left": (np.zeros(1), 1.0),
+        }
+
+    def task_parts(self) -> Mapping[str, Array]:
+        """Return the foramen's place and axis, and the share of points left."""
+        at = foramen(self.anatomy)
+        return {
+            "foramen": at.p_w[0] / self.length_m,
+            "foramen_axis": at.R_w[0, :, 2],
+            "points_left": np.array([(POINTS - self._next) / POINTS]),
+        }
+
+    def seen_points(self) -> Array:
+        """Return the wall's corners and a part of the sheath."""
+        around = ventricle_wall(self.anatomy)
+        return np.concatenate([around.outer, [(0.0, 0.0, -0.02)]])
+
+    def _info(self, done: bool) -> dict[str, Any]:
+        return {**super()._info(done), "points_reached": self._next}
+
+
+def _add_sheath(world: ElementTree.Element, length: float) -> None:
+    """Add the sheath's four sides."""
+    half, wide = 0.5 * length + 0.01, 4.0 * SHEATH_M
+    for number, (axis, side) in enumerate(((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))):
+        size, pos = np.array([wide, wide, half]), np.array([0.0, 0.0, -half])
+        size[axis], pos[axis] = _SHEATH_WALL_M, side * (SHEATH_M + _SHEATH_WALL_M)
+        touched(
+            world,
+            name=f"tissue_sheath_{number}",
+            type="box",
+            size=text(size),
+            pos=text(pos),
+            margin=repr(_SHEATH_FOUND_M),
+        )
+
+
+def _sheath_mesh(length: float) -> trimesh.Trimesh:
+    tube = trimesh.creation.annulus(SHEATH_M, SHEATH_M + 0.5 * _SHEATH_WALL_M, length, sections=24)
+    tube.apply_translation((0.0, 0.0, -0.5 * length))
+    return tube

@@ -1,0 +1,70 @@
+"""A robot in surroundings, as an environment drives it: its base on a slide, and tissue around it."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from catheter_sim.mjcf.build import build_mjcf
+from catheter_sim.mjcf.surroundings import text, touching
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.posture import Array
+
+_SHORT = 1.5  # outer radii: an element that is shorter touches with a ball at its far face
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """A robot's model in surroundings.
+
+    Attributes:
+        text: MJCF, with the names and the order of `build_mjcf` and with geoms `tissue_<region>_<k>`.
+        tissue_N_per_m: stiffness of each region under one element of the robot.
+        carriage: names of the joints, and of the actuators, that move the robot's base.
+        stream_N: force of a moving fluid on the tip, shape (3,) [N], in the model's frame, from the time
+            since the episode's start [s] and the place of the tip, shape (3,) [m]; None: nothing moves.
+    """
+
+    text: str
+    tissue_N_per_m: Mapping[str, float]
+    carriage: tuple[str, ...]
+    stream_N: Callable[[float, Array], Array] | None = None
+
+
+_written: list[tuple[Robot, str, str]] = []  # the model written last: writing takes longer than reading
+
+
+def robot_tree(robot: Robot, actuation: str) -> ElementTree.Element:
+    """Return the robot's own model (`build_mjcf`), to be put into surroundings."""
+    if not _written or _written[0][:2] != (robot, actuation):
+        _written[:] = [(robot, actuation, build_mjcf(robot, actuation))]
+    return ElementTree.fromstring(_written[0][2])
+
+
+# From the robot, effects built in, and its actuation to its model in surroundings.
+Surround = Callable[[Robot, str], Surroundings]
+
+
+def let_touch(robot: Robot, world: ElementTree.Element) -> None:
+    """Give every cell or link of a robot what touches: a ball at its far face, or a capsule along it."""
+    ends, radii, lengths = [], [], []
+    for segment in robot.segments:
+        count = getattr(segment, "joints", 0) or getattr(segment, "disks", 0)
+        radii += [segment.outer_radius_m] * count
+        lengths += [segment.length_m / count] * count
+    for body in world.iter("body"):
+        for site in body.findall("site"):
+            name = site.get("name", "")
+            if name.startswith("face_"):
+                ends.append((body, int(name[len("face_") :]), float(site.get("pos", "0 0 0").split()[2])))
+    for body, number, face in ends:
+        radius, length = radii[number - 1], lengths[number - 1]
+        shape = {"type": "sphere", "size": repr(radius), "pos": text((0, 0, face))}
+        if length > _SHORT * radius:
+            shape = {
+                "type": "capsule",
+                "size": repr(radius),
+                "fromto": text((0, 0, face - length, 0, 0, face)),
+            }
+        touching(body, name=f"touch_{number}", **shape)
