@@ -4,7 +4,8 @@
     python scripts/baselines.py --environments NeuroendoscopeTrack,Mitral4dofTrack -o results/track.csv
 
 Seeds are 0, 1, ...; of each episode the end counts. -o FILE gets one row for each environment: successes of
-the controller (`catheter_sim/envs/baseline.py`, `catheter_sim/envs/clinical/controllers.py`) and of uniformly random actions.
+the controller (`catheter_sim/envs/baseline.py`; of the clinical tasks
+`catheter_sim/envs/clinical/controllers.py`) and of uniformly random actions.
 """
 
 from __future__ import annotations
