@@ -22,7 +22,8 @@ from tqdm import tqdm
 import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.envs.baseline import following, resolved_rate
-from catheter_sim.envs.clinical.controllers import tumour_rates
+from catheter_sim.envs.clinical.controllers import insert_rates, tumour_rates
+from catheter_sim.envs.clinical.insert import InsertEnv
 from catheter_sim.envs.clinical.tumour import TumourEnv
 from catheter_sim.envs.observation import Observation
 from catheter_sim.envs.tip import Action
@@ -96,6 +97,8 @@ def controlled(task: gymnasium.Env, observation: Observation) -> Action:
     """Return what the task's controller does."""
     if isinstance(task, TumourEnv):
         return tumour_rates(task)
+    if isinstance(task, InsertEnv):
+        return insert_rates(task)
     return (following if isinstance(task, TrackEnv) else resolved_rate)(task, observation)
 
 
