@@ -82,8 +82,8 @@ class InsertEnv(ClinicalEnv[Chest]):
 
     ## Reward
 
-    Minus the tip's distance from the aspiration point in robot lengths, minus 0.1 times the largest share of a
-    limit in this step. Passing a limit, and a diverging simulation, costs 200.
+    Minus the tip's distance from the aspiration point in robot lengths, minus 0.1 times the largest share of
+    a limit in this step. Passing a limit, and a diverging simulation, costs 200.
 
     ## Episode
 
