@@ -47,7 +47,8 @@ def vector_env(
     Where `simulation.copies` knows all that the robot does, robots are stepped together: the six published
     robots by their own settings, and with other numbers in these. Otherwise (links that give way, tubes
     that bend, stretch and resistance of Nayar 2023, friction of a catheter's pairs, effects on the inputs,
-    robots that are `randomised`) whole environments are stepped one by one on the threads, where Python's lock leaves little to gain.
+    robots that are `randomised`) whole environments are stepped one by one on the threads, where Python's
+    lock leaves little to gain.
 
     Targets and ways are simulated too. They are drawn for all environments that have none in stock as soon
     as one needs one, on other copies of the robots, so that an episode that ends alone leaves no thread idle.
