@@ -3,6 +3,9 @@
 The numbers are those of `capstan.confine` in double precision; what MuJoCo Warp hands over is single.
 """
 
+# mypy: disable-error-code="valid-type"
+# Warp states the type of an array by a call.
+
 import warp as wp
 
 _LEAST_RESPONSE = wp.constant(wp.float64(1e-12))  # as `capstan.LEAST_RESPONSE`
