@@ -124,7 +124,7 @@ def measure(reference: str, turns: int = 9) -> Speed:
     loops: list[Callable[[], None]] = [
         lambda: _run_simulator(smooth, inputs),
         lambda: _run_plain(plain, inputs) if pulled else _run_plain_at_rest(plain, len(inputs)),
-        *(_batch_loop(plain.model, controls, threads) for threads in (1, 2)),
+        *(_batch_loop(plain.model, controls, threads)[1] for threads in (1, 2)),
     ]
     if mu > 0.0:
         rubbing = Simulator(dataclasses.replace(robot, friction=Friction(mu)))
@@ -247,8 +247,10 @@ def _controls(simulator: Simulator, inputs: NDArray[np.float64]) -> NDArray[np.f
     return np.array(rows)
 
 
-def _batch_loop(model: mujoco.MjModel, controls: NDArray[np.float64], threads: int) -> Callable[[], None]:
-    """Return a loop that steps copies of `model` by MuJoCo alone, on `threads` threads."""
+def _batch_loop(
+    model: mujoco.MjModel, controls: NDArray[np.float64], threads: int
+) -> tuple[mujoco.batch.Batch, Callable[[], None]]:
+    """Return copies of `model`, and a loop that steps them by MuJoCo alone, on `threads` threads."""
     batch = mujoco.batch.Batch(model, _COPIES, threads)
     ctrl = batch.bind("ctrl")
 
@@ -257,7 +259,7 @@ def _batch_loop(model: mujoco.MjModel, controls: NDArray[np.float64], threads: i
             ctrl[:] = row
             batch.step(nstep=_STEPS_PER_LEVEL)
 
-    return run
+    return batch, run
 
 
 def _interleaved(loops: Sequence[Callable[[], None]], turns: int) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ import pytest
 
 from catheter_sim import benchmark
 from catheter_sim.benchmark import as_dict, input_cycle, measure, table_text
+from catheter_sim.benchmark_chain import CELLS, chain, exponent, with_cells
 from catheter_sim.cli.main import main
 from catheter_sim.robots.catalogue import CATHETER_ROBOTS, CONTINUUM_ROBOTS, ROLLING_ROBOTS, load_robot
 from catheter_sim.robots.catheter_layout import moving
@@ -162,10 +163,12 @@ def test_bench_prints_a_table_and_json(
 ) -> None:
     """The table and the JSON hold the same figures' names and every robot asked for."""
     monkeypatch.setattr(benchmark, "ROBOTS", (ROBOT,))
+    monkeypatch.setattr(benchmark, "CELLS", (10, 20))
     assert main(["bench", "--turns", "1", "--json"]) == 0
     (speed,) = json.loads(capsys.readouterr().out)
     assert speed["robot"] == ROBOT
     assert {"friction_cost", "python_cost", "of_plain", "real_time_friction"} <= set(speed)
+    assert min(speed["batch_cost_1"], speed["batch_cost_2"], speed["growth"]["exponent_friction"]) > 0.0
     assert main(["bench", "--turns", "1"]) == 0
     text = capsys.readouterr().out
     assert ROBOT in text
@@ -181,3 +184,75 @@ def test_table_shows_the_figures() -> None:
     assert plain.split() == ["mj_step", "3300", "16.5x", "1.00x"]
     assert as_dict(speed)["real_time_frictionless"] == 15.0
     assert "at rest" not in table_text([speed])
+
+
+def test_the_chain_has_sixty_degrees_of_freedom_and_nine_tendons() -> None:
+    """Three tendons end at each of three segments; all pull, and the whole chain moves in space."""
+    robot = chain(0.3)
+    simulator = benchmark.Simulator(robot)
+    assert (simulator.model.nv, simulator.model.ntendon) == (60, 9)
+    cycle = input_cycle(robot)
+    assert (cycle.max(axis=0) > 0.0).all()
+    benchmark._run_simulator(simulator, cycle[: benchmark._LEVELS // 4])
+    tip = simulator.posture().p_w[-1]
+    assert np.linalg.norm(tip[:2]) > 5e-3
+    speed = measure(benchmark.CHAIN, turns=1)
+    assert speed.links == 30
+    assert speed.friction_cost is not None
+
+
+def test_batches_do_the_plain_loops_steps() -> None:
+    """Each copy ends where a plain loop under the same inputs ends, on one thread and on two."""
+    robot = load_robot(ROBOT, ["friction.mu=0"])
+    plain = benchmark.Simulator(robot)
+    inputs = input_cycle(robot)[benchmark._BATCH_LEVELS]
+    assert benchmark._COPIES * len(inputs) == benchmark._LEVELS  # as many steps as the other loops take
+    controls = benchmark._controls(plain, inputs)
+    assert controls == pytest.approx(inputs)
+    benchmark._run_plain(plain, inputs)
+    for threads in (1, 2):
+        batch, run = benchmark._batch_loop(plain.model, controls, threads)
+        run()
+        for row in batch.bind("qpos"):
+            assert row == pytest.approx(plain.data.qpos, abs=1e-12)
+    assert abs(plain.data.qpos).max() > 1e-3
+
+
+def test_the_cost_of_batching_is_shown() -> None:
+    """A row each for one and two threads, from the plain speed and the ratio."""
+    speed = benchmark.Speed(ROBOT, 0.005, 30, True, 2e3, 3e3, 3300.0, 1.5, 1.1, 1.65, 1.1, 0.55)
+    one, two = table_text([speed]).splitlines()[5:7]
+    assert one.split() == ["batch", "1", "3000", "15.0x", "1.10x"]
+    assert two.split() == ["batch", "2", "6000", "30.0x", "0.55x"]
+    assert (as_dict(speed)["batch_cost_1"], as_dict(speed)["growth"]) == (1.1, None)
+
+
+def test_the_exponent_of_a_power_is_found() -> None:
+    """Of c n^p it is p, whatever c."""
+    assert exponent(CELLS, [3.0 * n**1.3 for n in CELLS]) == pytest.approx(1.3)
+    assert min(CELLS) == 10
+    assert max(CELLS) == 120
+
+
+def test_more_cells_are_more_of_the_same_cell() -> None:
+    """Length, mass and cells grow alike, so that a cell's stiffness stays."""
+    short, long = (with_cells(n, 0.3).segments[0] for n in (10, 120))
+    assert long.length_m / short.length_m == pytest.approx(12.0)
+    assert long.mass_kg / short.mass_kg == pytest.approx(12.0)
+    assert long.bending_stiffness_N_m2 == short.bending_stiffness_N_m2
+    assert with_cells(30, 0.3) == replace(CONTINUUM_ROBOTS[ROBOT](), friction=Friction(0.3))
+
+
+def test_growth_is_measured_and_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A figure for each size, with and without friction; the exponents are those of the figures."""
+    monkeypatch.setattr(benchmark, "CELLS", (10, 20))
+    monkeypatch.setattr(benchmark, "_STEPS_PER_LEVEL", 2)
+    growth = benchmark.measure_growth(turns=1)
+    assert growth.cells == (10, 20)
+    assert growth.exponent_friction == pytest.approx(exponent((10, 20), growth.us_per_step_friction))
+    assert growth.exponent_plain == pytest.approx(exponent((10, 20), growth.us_per_step_plain))
+    speed = benchmark.Speed(ROBOT, 0.005, 30, True, 2e3, 3e3, 3300.0, 1.5, 1.1, 1.65, growth=growth)
+    friction, plain = table_text([speed]).splitlines()[-2:]
+    assert friction.split()[-1] == f"n^{growth.exponent_friction:.2f}"
+    assert plain.split()[-1] == f"n^{growth.exponent_plain:.2f}"
+    assert as_dict(speed)["growth"]["cells"] == (10, 20)

@@ -55,12 +55,12 @@ _CLINICAL: dict[str, tuple[str, dict[str, Any]]] = {
         "catheter_sim.envs.clinical.tumour:TumourEnv",
         {"robot": "neuroendoscope", "largest_bend_rad": TUMOUR_BEND_RAD},
     ),
-    "MitralTransseptalDeliver": (_DELIVER, {"robot": "mitral_transseptal"}),
-    "Mitral4dofDeliver": (_DELIVER, {"robot": "mitral_4dof"}),
     "ChestTubeInsert": (
         "catheter_sim.envs.clinical.insert:InsertEnv",
         {"robot": "chest_tube", "largest_bend_rad": INSERT_BEND_RAD, "tolerance_m": INSERT_TOLERANCE_M},
     ),
+    "MitralTransseptalDeliver": (_DELIVER, {"robot": "mitral_transseptal"}),
+    "Mitral4dofDeliver": (_DELIVER, {"robot": "mitral_4dof"}),
 }
 
 

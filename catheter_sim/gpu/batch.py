@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -98,6 +100,19 @@ class WarpBatch:
         with self._wp.ScopedDevice(self._device):
             for _ in range(count):
                 self._mjw.step(self._warp_model, self._data)
+
+    def repeated(self, count: int) -> Callable[[], None]:
+        """Return what takes `count` steps, compiled: on a GPU a graph, recorded here once.
+
+        The steps that compiling takes have been taken when this returns.
+        """
+        self.step(1)
+        if not self._device.is_cuda:
+            return partial(self.step, count)
+        with self._wp.ScopedDevice(self._device), self._wp.ScopedCapture() as capture:
+            for _ in range(count):
+                self._mjw.step(self._warp_model, self._data)
+        return partial(self._wp.capture_launch, capture.graph)
 
     def synchronise(self) -> None:
         """Wait until the device has done what it was asked for."""

@@ -3,6 +3,9 @@
 The numbers are those of `capstan.confine` in double precision; what MuJoCo Warp hands over is single.
 """
 
+# mypy: disable-error-code="valid-type"
+# Warp states the type of an array by a call.
+
 import warp as wp
 
 _LEAST_RESPONSE = wp.constant(wp.float64(1e-12))  # as `capstan.LEAST_RESPONSE`
@@ -49,7 +52,7 @@ def _span_tensions(
 ):
     """As `capstan.span_tensions` where the tension is given."""
     width = knots.shape[1]
-    left = int(0)
+    left = int(0)  # noqa: UP018, RUF046 - a literal would be a constant to Warp
     right = int(width)
     left_shift = wp.float64(0.0)
     right_shift = wp.float64(0.0)
@@ -155,7 +158,7 @@ def confine(
             arm = wp.float64(ten_J[world, entry[place]])
             response[world, j, k] = response[world, j, k] + yielding[i] * arm * arm
             ahead[world, i] = ahead[world, i] - yielding[i] * arm * tension[world, j, k]
-    sweep = int(0)
+    sweep = int(0)  # noqa: UP018, RUF046
     while sweep < sweeps:
         change = wp.float64(0.0)
         for index in range(tendons):
