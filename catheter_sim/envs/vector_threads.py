@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from operator import methodcaller
 from typing import Any
 
 import gymnasium
@@ -27,6 +28,10 @@ class _Ahead(gymnasium.Wrapper[Any, Any, Any, Any]):
 
     def reset(self, **arguments: Any) -> Any:
         return self.done.pop() if self.done else self.env.reset(**arguments)
+
+
+def _made(make: Callable[[], gymnasium.Env[Any, Any]]) -> _Ahead:
+    return _Ahead(make())
 
 
 class OneByOneEnv(SyncVectorEnv[Any, Any]):
@@ -55,7 +60,7 @@ class OneByOneEnv(SyncVectorEnv[Any, Any]):
         if isinstance(mask, np.ndarray) and mask.shape == (self.num_envs,) == (len(seeds),):
             self._all_at_once(
                 [one for one in range(self.num_envs) if mask[one]],
-                [lambda env, seed=seed: env.reset(seed=seed, options=own) for seed in seeds],
+                [methodcaller("reset", seed=own_seed, options=own) for own_seed in seeds],
             )
         return super().reset(seed=list(seeds), options=options or None)
 
@@ -65,9 +70,7 @@ class OneByOneEnv(SyncVectorEnv[Any, Any]):
         self._all_at_once(
             range(self.num_envs),
             [
-                (lambda env: env.reset())
-                if starts is not None and starts[one]
-                else (lambda env, action=action: env.step(action))
+                methodcaller("reset") if starts is not None and starts[one] else methodcaller("step", action)
                 for one, action in enumerate(actions)
             ],
         )
