@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from operator import methodcaller
 from typing import Any
 
@@ -44,9 +45,7 @@ class OneByOneEnv(SyncVectorEnv[Any, Any]):
         autoreset_mode: AutoresetMode,
     ) -> None:
         """Make the environments."""
-        super().__init__(
-            [lambda make=make: _Ahead(make()) for make in env_fns], autoreset_mode=autoreset_mode
-        )  # type: ignore[misc]
+        super().__init__([partial(_made, make) for make in env_fns], autoreset_mode=autoreset_mode)
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
