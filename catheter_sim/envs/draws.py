@@ -73,7 +73,7 @@ def random_targets(
     found: dict[int, Found] = {}
     open_ = np.arange(len(chosen))
     for _ in range(_MOST_DRAWS):
-        level = np.array([random_level(plant, rngs[place]) for place in open_])
+        level = np.array([random_level(plant, rngs[int(place)]) for place in open_])
         moved = chosen[open_]
         robots.reset(moved)
         robots.move(moved, level, RAMP_S)
@@ -110,7 +110,7 @@ def random_paths(
     found: dict[int, Path] = {}
     open_ = np.arange(len(chosen))
     for _ in range(_MOST_DRAWS):
-        drawn = {int(place): random_levels(plant, rngs[place], steps) for place in open_}
+        drawn = {int(place): random_levels(plant, rngs[int(place)], steps) for place in open_}
         going = np.array([place for place in open_ if drawn[int(place)] is not None], dtype=int)
         if len(going):
             levels = np.array([drawn[int(place)] for place in going])

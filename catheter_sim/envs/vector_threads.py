@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from operator import methodcaller
 from typing import Any
 
 import gymnasium
@@ -29,6 +31,10 @@ class _Ahead(gymnasium.Wrapper[Any, Any, Any, Any]):
         return self.done.pop() if self.done else self.env.reset(**arguments)
 
 
+def _made(make: Callable[[], gymnasium.Env[Any, Any]]) -> _Ahead:
+    return _Ahead(make())
+
+
 class OneByOneEnv(SyncVectorEnv[Any, Any]):
     """`SyncVectorEnv`, but that environments move at once where they leave Python's lock to each other."""
 
@@ -39,9 +45,7 @@ class OneByOneEnv(SyncVectorEnv[Any, Any]):
         autoreset_mode: AutoresetMode,
     ) -> None:
         """Make the environments."""
-        super().__init__(
-            [lambda make=make: _Ahead(make()) for make in env_fns], autoreset_mode=autoreset_mode
-        )  # type: ignore[misc]
+        super().__init__([partial(_made, make) for make in env_fns], autoreset_mode=autoreset_mode)
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -55,7 +59,7 @@ class OneByOneEnv(SyncVectorEnv[Any, Any]):
         if isinstance(mask, np.ndarray) and mask.shape == (self.num_envs,) == (len(seeds),):
             self._all_at_once(
                 [one for one in range(self.num_envs) if mask[one]],
-                [lambda env, seed=seed: env.reset(seed=seed, options=own) for seed in seeds],
+                [methodcaller("reset", seed=own_seed, options=own) for own_seed in seeds],
             )
         return super().reset(seed=list(seeds), options=options or None)
 
@@ -65,9 +69,7 @@ class OneByOneEnv(SyncVectorEnv[Any, Any]):
         self._all_at_once(
             range(self.num_envs),
             [
-                (lambda env: env.reset())
-                if starts is not None and starts[one]
-                else (lambda env, action=action: env.step(action))
+                methodcaller("reset") if starts is not None and starts[one] else methodcaller("step", action)
                 for one, action in enumerate(actions)
             ],
         )

@@ -58,10 +58,18 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         self._seeds = [-1] * num_envs
         self._draws = one.pixels or one.render_mode is not None
         self._states: list[State | None] = [None] * num_envs
-        vectors = np.zeros((6, num_envs, 3))
         drives, tendons = len(one.drives.names), len(one.plant.specified.tendons)
-        rows = np.zeros((num_envs, drives)), np.zeros((num_envs, tendons))
-        self._now = Seen(*vectors, *rows, np.zeros((num_envs, *one.plant.quick.bend_unit.shape)))
+        self._now = Seen(
+            tip=np.zeros((num_envs, 3)),
+            seen_tip=np.zeros((num_envs, 3)),
+            direction=np.zeros((num_envs, 3)),
+            seen_direction=np.zeros((num_envs, 3)),
+            velocity=np.zeros((num_envs, 3)),
+            seen_velocity=np.zeros((num_envs, 3)),
+            level=np.zeros((num_envs, drives)),
+            tension=np.zeros((num_envs, tendons)),
+            bends=np.zeros((num_envs, *one.plant.quick.bend_unit.shape)),
+        )
         self._level = np.zeros((num_envs, drives))
         self._target = np.zeros((num_envs, 3))
         self._elapsed = np.zeros(num_envs, dtype=int)
@@ -73,15 +81,16 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         """Time of the processors that the steps of episodes spent in MuJoCo and compiled loops [s]."""
         return self._fleet.native_s
 
-    @property
+    @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """The copies' generators."""
         return tuple(self._generator(one) for one in range(self.num_envs))
 
     @property
     def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
-        """The copies' seeds, -1 where a copy was not seeded."""
-        self.np_random  # noqa: B018 - draws the missing seeds
+        """The copies' seeds; a copy that was given none draws one."""
+        for one in range(self.num_envs):
+            self._generator(one)
         return tuple(self._seeds)
 
     def reset(
@@ -156,7 +165,7 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         if self.render_mode is None:
             gymnasium.logger.warn("render() draws only where render_mode='rgb_array' was given to make_vec()")
             return None
-        return tuple(self._picture(one) for one in self._all)
+        return tuple(self._picture(one) for one in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads and free the renderer."""
@@ -249,7 +258,7 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
 
     def _observations(self) -> np.ndarray:
         if self.one.pixels:
-            return np.stack([self._picture(int(one)) for one in self._all])
+            return np.stack([self._picture(one) for one in range(self.num_envs)])
         return observe(self.plant, self._now, self._goal(), self.one.state_space)
 
     def _values(self) -> dict[str, np.ndarray]:
@@ -277,7 +286,8 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
 
     def _finals(self, ended: Index) -> Infos:
         """Return last observations and `info` of episodes that have just ended, as Gymnasium has them."""
-        observations, values, infos = self._observations(), self._values(), {}
+        observations, values = self._observations(), self._values()
+        infos: Infos = {}
         for one in ended:
             final = {name: row[one] if row.ndim > 1 else row[one].item() for name, row in values.items()}
             entry = {"final_obs": observations[one], "final_info": final}

@@ -161,7 +161,8 @@ class CatheterDrive:
             tendon_tension: of the bending joints' tendons, in the order of their actuators, (..., k) [N].
         """
         tension = np.zeros((*qpos.shape[:-1], len(self._robot.tendons)))
-        np.maximum.at(tension, (..., self._pulling_pair), tendon_tension)
+        for tendon, pair in enumerate(self._pulling_pair):
+            tension[..., pair] = np.maximum(tension[..., pair], tendon_tension[..., tendon])
         short, _ = self._unwound(qpos[..., self._qpos], ctrl[..., self.torsion])
         tension[..., self._turns] = np.abs(self._stiffness * short)
         return tension

@@ -3,15 +3,18 @@
 A step of `simulator.Simulator` has a middle: after positions and velocities are known (`mj_step1`) and
 before forces move the robot (`mj_step2`), friction and the like are added. A persistent `Batch` has that
 middle too: `step(stage=mjSTAGE_VEL)` ends with the next step's first half, and the next call goes on from
-there with what was written between, so that every copy gets bit for bit what a simulator alone would. Only
-for rolling joints, whose hinges are moved in the model before a step, the halves take two calls. What
-differs between the copies in the model is expanded (`Batch.expand`): those hinges, a torsion pair's
-tangent, the clamp of slack tendons.
+there with what was written between. Only for rolling joints, whose hinges are moved in the model before a
+step, the halves take two calls. What differs between the copies in the model is expanded
+(`Batch.expand`): those hinges, a torsion pair's tangent, the clamp of slack tendons. Every copy then gets
+bit for bit what a simulator alone would; to rounding (1e-15) where the tendons' paths are found here and
+not by MuJoCo, which is more than half of its step (`path_copies`): for robots whose tensions are given and
+whose steps have a middle. A robot without one, such as a continuum robot without friction, is stepped by
+MuJoCo alone.
 
-Between the halves all is compiled loops over the copies (`capstan`, `rolling_kernel`) or array arithmetic.
-`Batch` would have threads of its own, but then all would wait for each other twice in every step. One
-object of this class in each thread, a part of the copies in each, waits once for many steps; all that takes
-time here runs without Python's lock.
+Between the halves all is compiled loops over the copies (`capstan`, `path_copies`, `rolling_kernel`) or
+array arithmetic. `Batch` would have threads of its own, but then all would wait for each other twice in
+every step. One object of this class in each thread, a part of the copies in each, waits once for many steps;
+nearly all that takes time here runs without Python's lock.
 """
 
 from __future__ import annotations
@@ -49,7 +52,10 @@ _NOTHING, _POSITIONS, _VELOCITIES, _ALL = (
     )
 )
 
-_CACHED = 8  # copies that go through a ramp together: their states stay near the processor
+# Degrees of freedom of the copies that go through a ramp together. Few, and their states stay near the
+# processor; many, and each of Python's calls is for more: of 8, 16 and 64 copies of the neuroendoscope (60
+# each) 8 were faster than 64 by 4 %, but Python's share three times as large.
+_TOGETHER_DOFS = 1000
 
 
 def copied_together(simulator: Simulator) -> bool:
@@ -126,8 +132,9 @@ class Copies:
     def ramp(self, copies: Index, before: Array, after: Array, duration_s: float) -> None:
         """Move the inputs of some copies linearly from `before` to `after`, shapes (k, t)."""
         steps = max(1, round(duration_s / self._timestep))
-        for first in range(0, len(copies), _CACHED):
-            part = slice(first, first + _CACHED)
+        size = max(1, _TOGETHER_DOFS // self._model.nv)
+        for first in range(0, len(copies), size):
+            part = slice(first, first + size)
             start, change = before[part], after[part] - before[part]
             for step in range(1, steps + 1):
                 self._set_inputs(copies[part], start + change * (step / steps))

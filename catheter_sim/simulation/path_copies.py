@@ -36,11 +36,23 @@ class PathCopies(SiteTendons):
         tendons = model.actuator_trnid[:, 0]
         self._pulled = np.stack([row[tendons], count[tendons]], axis=1).astype(np.int64)
         self._column = model.ten_J_colind.astype(np.int64)
-        self._seen = tuple(batch.bind(name) for name in ("site_xpos", "xanchor", "xaxis"))
+        self._points, self._anchors, self._axes = (
+            batch.bind(name) for name in ("site_xpos", "xanchor", "xaxis")
+        )
 
     def find_in(self, copies: Index) -> None:
         """Fill in some copies' `ten_J` at their present positions."""
-        _find_in(copies, self._stretches, self._ends, self._parts, self._slides, *self._seen, self.ten_J)
+        _find_in(
+            copies,
+            self._stretches,
+            self._ends,
+            self._parts,
+            self._slides,
+            self._points,
+            self._anchors,
+            self._axes,
+            self.ten_J,
+        )
 
     def pull_in(self, copies: Index, tension: Array, applied: Array) -> None:
         """Add what tendons pull to some copies' applied forces.
