@@ -112,8 +112,10 @@ def meshes(anatomy: Chest) -> dict[str, trimesh.Trimesh]:
         box = trimesh.creation.box(2.0 * half)
         box.apply_translation(middle)
         wall.append(box)
+    joined = trimesh.util.concatenate(wall)
+    assert isinstance(joined, trimesh.Trimesh)
     return {
-        "wall": trimesh.util.concatenate(wall),
+        "wall": joined,
         "lung": _ball(anatomy.lung_radius_m, lung(anatomy)),
         "diaphragm": _ball(anatomy.diaphragm_radius_m, diaphragm(anatomy)),
     }
