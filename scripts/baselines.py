@@ -22,9 +22,10 @@ from tqdm import tqdm
 import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.envs.baseline import following, resolved_rate
-from catheter_sim.envs.clinical.controllers import tumour_rates
+from catheter_sim.envs.clinical.controllers import insert_rates, tumour_rates
 from catheter_sim.envs.clinical.deliver import DeliverEnv
 from catheter_sim.envs.clinical.deliver_control import deliver
+from catheter_sim.envs.clinical.insert import InsertEnv
 from catheter_sim.envs.clinical.tumour import TumourEnv
 from catheter_sim.envs.observation import Observation
 from catheter_sim.envs.reach import ReachEnv
@@ -40,6 +41,7 @@ CONTROLLERS: dict[type[gymnasium.Env[Any, Any]], Callable[[Any, Observation], Ac
     ReachEnv: resolved_rate,
     TrackEnv: following,
     TumourEnv: lambda env, _: tumour_rates(env),
+    InsertEnv: lambda env, _: insert_rates(env),
     DeliverEnv: deliver,
 }
 _TOGETHER = 10  # episodes of one process at a time

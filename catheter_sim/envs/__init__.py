@@ -42,11 +42,19 @@ _ROBOTS: dict[str, dict[str, Any]] = {
 # Kato 2016 articulates a section with up to 0.65 N; this asks for 0.61 N of the distal tendons.
 TUMOUR_BEND_RAD = 3.0
 CLINICAL_STEPS = 200  # 20 simulated seconds
+INSERT_BEND_RAD = (
+    3.0  # assumed: so that few joints can make the turn; 100 N at most (chest_tube_2025, Table I)
+)
+INSERT_TOLERANCE_M = 10e-3  # assumed: about the tube's outer diameter
 # name -> entry point, arguments
 _CLINICAL: dict[str, tuple[str, dict[str, Any]]] = {
     "NeuroendoscopeTumour": (
         "catheter_sim.envs.clinical.tumour:TumourEnv",
         {"robot": "neuroendoscope", "largest_bend_rad": TUMOUR_BEND_RAD},
+    ),
+    "ChestTubeInsert": (
+        "catheter_sim.envs.clinical.insert:InsertEnv",
+        {"robot": "chest_tube", "largest_bend_rad": INSERT_BEND_RAD, "tolerance_m": INSERT_TOLERANCE_M},
     ),
     "MitralTransseptalDeliver": (_DELIVER, {"robot": "mitral_transseptal"}),
     "Mitral4dofDeliver": (_DELIVER, {"robot": "mitral_4dof"}),

@@ -73,7 +73,7 @@ def test_way_is_free_for_the_robot(anatomy: Ventricles) -> None:
 
 
 def test_way_ends_on_the_tumour_and_turns_as_it_says(anatomy: Ventricles) -> None:
-    """The way's end lies on the ball's surface and its direction points into the middle; the turn is right."""
+    """The way's end lies on the ball's surface and points into its middle; the turn is right."""
     end = way(anatomy, anatomy.length_m)
     assert np.linalg.norm(end.p_w[0] - tumour(anatomy)) == pytest.approx(TUMOUR_RADIUS_M)
     assert end.R_w[0, 2, 2] == pytest.approx(math.cos(anatomy.turn_rad))
