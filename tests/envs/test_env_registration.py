@@ -20,12 +20,7 @@ ROBOTS = (
     "MitralTransseptal",
     "Mitral4dof",
 )
-CLINICAL = (
-    "NeuroendoscopeTumour",
-    "ChestTubeInsert",
-    "MitralTransseptalDeliver",
-    "Mitral4dofDeliver",
-)
+CLINICAL = ("NeuroendoscopeTumour", "ChestTubeInsert", "MitralTransseptalDeliver", "Mitral4dofDeliver")
 TASKS = (*(robot + task for robot in ROBOTS for task in ("Reach", "Track")), *CLINICAL)
 IDS = tuple(f"catheter_sim/{name}-v0" for name in TASKS)
 
