@@ -95,10 +95,11 @@ class TipEnv(gymnasium.Env[Any, Any]):
         self._robot, self._settings = robot, tuple(settings)
         self._action_type, self._gravity, self._largest_bend_rad = action_type, gravity, largest_bend_rad
         self.randomised = check_randomised(randomised or {})
+        self._drawn: Sequence[str] = ()
         for which in range(2 if self.randomised else 0):  # the bounds themselves must be possible
             self._drawn = end_settings(self.randomised, which)
             self._new_plant()
-        self._drawn: Sequence[str] = ()
+        self._drawn = ()
         self.plant = self._new_plant()
         self.drives = self.plant.drives
         self.length_m = float(self.plant.segment_length.sum())

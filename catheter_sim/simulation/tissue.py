@@ -22,6 +22,7 @@ import mujoco
 import numpy as np
 
 from catheter_sim.mjcf.surroundings import TOUCH
+from catheter_sim.robots.posture import Array
 from catheter_sim.simulation import tissue_kernel
 
 TISSUE = "tissue_"  # geoms `tissue_<region>_<k>` belong to a region
@@ -60,8 +61,8 @@ class Tissue:
 
     def forget(self) -> None:
         """Forget the largest forces."""
-        self.force_N = np.zeros(len(self.regions))
-        self.peak_N = np.zeros(len(self.regions))
+        self.force_N: Array = np.zeros(len(self.regions))
+        self.peak_N: Array = np.zeros(len(self.regions))
 
     def finish_step(self, data: mujoco.MjData) -> None:
         """Do what `mj_step2` does, with springs at the contacts, and take down their forces."""
@@ -74,7 +75,7 @@ class Tissue:
         mujoco.mj_forwardSkip(model, data, int(mujoco.mjtStage.mjSTAGE_VEL), 1)
         rows, regions = self._press(data)
         mujoco.mj_fwdConstraint(model, data)
-        self.force_N = np.bincount(regions, data.efc_force[rows], len(self.regions))
+        self.force_N = np.bincount(regions, data.efc_force[rows], len(self.regions)).astype(float)
         np.maximum(self.peak_N, self.force_N, out=self.peak_N)
         data.qacc_warmstart[:] = data.qacc
         mujoco.mj_Euler(model, data)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -74,7 +74,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
     """
 
     motions: tuple[Motion, ...]
-    limits_N: Mapping[str, float]
+    limits_N: ClassVar[Mapping[str, float]]
     anatomy: A
 
     def __init__(self, robot: Any, **arguments: Any) -> None:
@@ -172,10 +172,10 @@ class ClinicalEnv(TipEnv, Generic[A]):
         self._replace_plant()
 
     def _base_after(self, change: Array) -> Array:
-        motions = self.motions
-        moved = self.plant.carriage + change * [motion.rate_per_s for motion in motions]
-        ends = zip(*((motion.lowest, motion.highest) for motion in motions), strict=True)
-        return np.clip(moved, *ends)
+        rates = np.array([motion.rate_per_s for motion in self.motions])
+        lowest = np.array([motion.lowest for motion in self.motions])
+        highest = np.array([motion.highest for motion in self.motions])
+        return np.clip(self.plant.carriage + change * rates, lowest, highest)
 
     def _note_forces(self) -> None:
         """Take down the largest forces since this was called last."""
