@@ -1,4 +1,9 @@
-"""Many copies of an environment at once: the entry points of `gymnasium.make_vec`."""
+"""Many copies of an environment at once: the entry points of `gymnasium.make_vec`.
+
+Robots are stepped together by `mujoco.batch`, one batch and one part of the robots for each thread
+(`simulation.copies` says why, `fleet` does it). `scripts/benchmark_vector.py` measures what that gives, as
+ratios against a loop over one environment in the same run.
+"""
 
 from __future__ import annotations
 
