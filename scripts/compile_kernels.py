@@ -2,15 +2,18 @@
 
     python scripts/compile_kernels.py
 
-One short series of inputs goes through the static models, the twins and the simulation that use them.
+One short series of inputs goes through the static models, the twins and the simulation that use them; copies of
+three robots and a robot in tissue take a few steps.
 """
 
 from __future__ import annotations
 
 import sys
 
+import gymnasium
 import numpy as np
 
+import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.diagnosis.twin import twin_for
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs
@@ -24,6 +27,9 @@ STATICS = {
     "chest_tube_section": ("complete",),
     "mitral_transseptal": ("pk", "balance"),
 }
+COPIES = ("NeuroendoscopeSectionReach", "ChestTubeSectionReach", "Mitral4dofReach")
+IN_TISSUE = "NeuroendoscopeTumour"
+TISSUE_STEPS = 5  # until the robot touches
 GRAVITY = np.zeros(3)
 
 
@@ -42,6 +48,16 @@ def main() -> int:
             STATIC_MODELS[model].solve(robot, short(robot), GRAVITY)
         twin_for(robot, robot.actuation, ["tip_x_mm", "tip_z_mm"], GRAVITY)([robot], short(robot), 1)
         simulate(robot, short(robot), GRAVITY)
+    for name in COPIES:
+        envs = gymnasium.make_vec(f"catheter_sim/{name}-v0", 2, vectorization_mode="vector_entry_point")
+        envs.reset(seed=0)
+        envs.step(np.zeros(envs.action_space.shape, np.float32))
+        envs.close()
+    env = gymnasium.make(f"catheter_sim/{IN_TISSUE}-v0")
+    env.reset(seed=0)
+    for _ in range(TISSUE_STEPS):
+        env.step(np.ones(env.action_space.shape, np.float32))
+    env.close()
     return 0
 
 

@@ -15,6 +15,7 @@ from catheter_sim.envs.tip import DIVERGED_REWARD, Action, TipEnv
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.mjcf.scene import View
 from catheter_sim.render.framing import fitted_view
+from catheter_sim.render.images import Picture
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.tissue import Tissue
@@ -117,7 +118,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    ) -> tuple[Observation | Picture, dict[str, Any]]:
         """Start an episode in a new anatomy.
 
         Args:
@@ -141,7 +142,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
         self.begin()
         return self._observation(), self._info(False)
 
-    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Action) -> tuple[Observation | Picture, float, bool, bool, dict[str, Any]]:
         """Move the drives and the base for one control step; see the class's text."""
         if not self._moved(action):
             return self._observation(), DIVERGED_REWARD, True, False, self._info(False)
@@ -203,7 +204,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
             "force": self._shares(self.force_N),
         }
 
-    def _observation(self) -> Observation:
+    def _observation(self) -> Observation | Picture:
         return self._observed({"target": self.target_m / self.length_m})
 
     def _info(self, done: bool) -> dict[str, Any]:
