@@ -2,8 +2,8 @@
 
     python scripts/compile_kernels.py
 
-One short series of inputs goes through the static models, the twins and the simulation that use them; copies of
-three robots and a robot in tissue take a few steps.
+One short series of inputs goes through the static models, the twins and the simulation that use them; copies
+of three robots and a robot in tissue take a few steps.
 """
 
 from __future__ import annotations
