@@ -44,7 +44,7 @@ def test_help_has_an_example_and_units(verb: str, run: Run) -> None:
         "validate": "units",
         "diagnose": "mm or deg",
         "bench": "steps/s",
-        "view": "m/s^2",
+        "view": "tensions [N]",
     }
     assert units[verb] in ran.out
 
