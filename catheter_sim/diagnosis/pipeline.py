@@ -58,6 +58,8 @@ from catheter_sim.diagnosis.twin import twin_for
 from catheter_sim.diagnosis.verdict import (
     LEAST_GAIN_PERCENT,
     NO_GAIN_PERCENT,
+    could_be_nothing,
+    least_of,
     left_over,
     left_over_note,
     unsupported,
@@ -149,13 +151,20 @@ def diagnose_dataset(
         bar.set_description("weighing the causes")
         causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
         weak: tuple[str, ...] = ()
-        while more := unsupported(causes, NO_GAIN_PERCENT if weak else LEAST_GAIN_PERCENT):
+        unsure: tuple[str, ...] = ()
+        while after.terms:
+            more = unsupported(causes, NO_GAIN_PERCENT if weak else LEAST_GAIN_PERCENT)
+            if not more:  # the least of those that could each be nothing goes: then the others may be sure
+                least = least_of(causes, could_be_nothing(after))
+                if not least:
+                    break
+                unsure += least
             weak += more
-            terms = tuple(term for term in after.terms if term.effect not in weak)
+            terms = tuple(term for term in after.terms if term.effect not in (*weak, *unsure))
             after = fit(problem, terms, after.values, cross_validate=False, thorough=wanted)
             by_unit = held_out(problem, test, before, after, noise)
             causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
-        if weak:  # what stands in a cause's place was fitted beside others that are gone
+        if weak or unsure:  # what stands in a cause's place was fitted beside others that are gone
             equals = equals_of(problem, after, candidates, pool)
             equals = as_good_elsewhere(problem, test, after, equals, wanted, pool)
         as_chosen: dict[str, float] = {}
@@ -172,7 +181,7 @@ def diagnose_dataset(
         if after.terms and left is not None:
             notes.append(left_over_note(after, by_unit[unit], left))
         if verdict != "cause_found":
-            after, causes, weak, as_chosen = before, (), (), {}
+            after, causes, weak, unsure, as_chosen = before, (), (), (), {}
             by_unit = held_out(problem, test, before, before, noise)
             fits = trial_fits(problem, (*train, *heldout), before, before)
             structure["after"] = structure["before"]
@@ -180,6 +189,11 @@ def diagnose_dataset(
             f"{name.replace('_', ' ')} pays on stretches left out of the training data, but not on the "
             "held-out data, and is not named."
             for name in weak
+        ]
+        notes += [
+            f"{name.replace('_', ' ')} pays, but its numbers' intervals hold the values that do nothing: it "
+            "is not named."
+            for name in unsure
         ]
         equals = tuple(item for item in equals if causes and alike(after, [item]))
         groups = alike(after, equals)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from catheter_sim.diagnosis.evidence import residual_series
 from catheter_sim.diagnosis.fit import Fit
 from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.intervals import intervals, model_margin
 from catheter_sim.diagnosis.noise import is_white
 from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
 from catheter_sim.diagnosis.structure import TESTS
@@ -56,6 +59,27 @@ def gains_surely(result: UnitResult) -> bool:
     """
     comes_back = result.gain_percent >= LARGE_GAIN_PERCENT or not result.gain_percent_ci95[0] <= 0.0
     return result.gain_percent > 0.0 and result.chance <= SURE and comes_back
+
+
+def could_be_nothing(result: Fit) -> tuple[str, ...]:
+    """Return the causes of which no number differs surely from the one that does nothing.
+
+    Surely: that one lies outside the number's 95 % interval (`intervals.intervals`), what an unknown error of
+    the model could do included.
+    """
+    ends = intervals(result, model_margin(result, np.zeros(len(result.frees))))
+    sure = {
+        free.effect
+        for free in result.frees
+        if not ends[free.key][0] <= free.parameter.null <= ends[free.key][1]
+    }
+    return tuple(name for name in result.causes if name not in sure)
+
+
+def least_of(causes: Sequence[Cause], names: Sequence[str]) -> tuple[str, ...]:
+    """Return the one of `names` that has the least share of the held-out error; () where there is none."""
+    chosen = sorted((cause.gain_percent, cause.name) for cause in causes if cause.name in names)
+    return tuple(name for _, name in chosen[:1])
 
 
 def left_over(result: UnitResult, tests: Sequence[StructureTest], causes: int) -> StructureTest | None:

@@ -185,7 +185,9 @@ class Simulator:
                 self._friction = NestedFriction(require_continuum(robot, "nested"), self.model)
             else:
                 self._friction = self._capstan = CapstanFriction(robot, self.model, drive)
-        self._paths = SiteTendons(self.model) if applies(self.model) else None
+        # Stiff antagonists would make 1e-8 of what the two ways differ by: driven tendons keep the engine's.
+        own_paths = self._tension_driven and applies(self.model)
+        self._paths = SiteTendons(self.model) if own_paths else None
         self.reset()
 
     def reset(self) -> None:

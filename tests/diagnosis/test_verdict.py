@@ -4,10 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from catheter_sim.diagnosis.fit import Fit
+from catheter_sim.diagnosis.hypothesis import Free, Term
 from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
-from catheter_sim.diagnosis.verdict import NO_GAIN_PERCENT, gains_surely, left_over, unsupported
+from catheter_sim.diagnosis.verdict import (
+    NO_GAIN_PERCENT,
+    could_be_nothing,
+    gains_surely,
+    least_of,
+    left_over,
+    unsupported,
+)
+from catheter_sim.effects.face import Parameter
 
 RESULT = UnitResult("mm", 0.1, 5.0, 0.6, 88.0, (85.0, 90.0))
 HANGING = StructureTest("input", "tension_right_N", 45.0, 0.001)
@@ -80,3 +91,40 @@ def test_cause_without_which_the_error_is_as_small_is_not_named():
 def test_gain_is_sure(result, sure):
     """On the held-out trials, and on others where something is known of them."""
     assert gains_surely(result) is sure
+
+
+def fitted(backlash: float, gain: float) -> Fit:
+    """Return a fit of a dead-band (nothing at 0) and a scale (nothing at 1), each sure to 0.28."""
+    numbers = {
+        "backlash": Parameter("width_mm", null=0.0, lower=0.0, upper=9.0, scale=1.0, start=1.0),
+        "actuation_gain": Parameter("scale", null=1.0, lower=0.1, upper=9.0, scale=1.0, start=1.0),
+    }
+    rows = 400
+    error = np.where(np.arange(rows) % 2, 1.0, -1.0)
+    jacobian = np.zeros((rows, 2))
+    jacobian[: rows // 2, 0] = jacobian[rows // 2 :, 1] = 1.0
+    frees = tuple(Free(name, parameter) for name, parameter in numbers.items())
+    terms = tuple(Term(name, (parameter.name,)) for name, parameter in numbers.items())
+    x = np.array([backlash, gain])
+    return Fit(terms, frees, x, error, jacobian, np.zeros(2, bool), np.arange(rows) // 10, error)
+
+
+@pytest.mark.parametrize(
+    ("backlash", "gain", "unsure"),
+    [
+        (2.0, 2.0, ()),
+        (0.1, 2.0, ("backlash",)),
+        (2.0, 0.95, ("actuation_gain",)),
+        (0.1, 1.1, ("backlash", "actuation_gain")),
+    ],
+)
+def test_cause_that_could_be_nothing_is_known(backlash, gain, unsure):
+    """Half of the interval is the noise, half what the model may err."""
+    assert could_be_nothing(fitted(backlash, gain)) == unsure
+
+
+def test_of_causes_that_could_be_nothing_the_least_goes_first():
+    """Two that trade against one another are unsure together, and one of them is sure alone."""
+    causes = [Cause("backlash", {}, 60.0), Cause("coupling", {}, 30.0), Cause("actuation_gain", {}, 10.0)]
+    assert least_of(causes, ("backlash", "coupling")) == ("coupling",)
+    assert least_of(causes, ()) == ()
