@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
+from catheter_sim.anatomy.ranges import drawn, middles
 from catheter_sim.robots.posture import Array
 
 # Least and largest value of every number of a random anatomy; assumed, unless another source is given.
@@ -57,12 +58,12 @@ class Chest:
 
 def random_chest(rng: np.random.Generator) -> Chest:
     """Return an anatomy whose every number is drawn evenly from `RANGES`."""
-    return Chest(**{name: float(rng.uniform(*bounds)) for name, bounds in RANGES.items()})
+    return Chest(**drawn(RANGES, rng))
 
 
 def median_chest() -> Chest:
     """Return the anatomy in the middle of all ranges."""
-    return Chest(**{name: 0.5 * (low + high) for name, (low, high) in RANGES.items()})
+    return Chest(**middles(RANGES))
 
 
 def lung(anatomy: Chest) -> Array:

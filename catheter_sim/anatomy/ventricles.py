@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import trimesh
 
+from catheter_sim.anatomy.ranges import drawn, middles
 from catheter_sim.anatomy.wall import Wall
 from catheter_sim.robots.posture import Array
 
@@ -92,12 +93,12 @@ class Place(NamedTuple):
 
 def random_ventricles(rng: np.random.Generator) -> Ventricles:
     """Return an anatomy whose every number is drawn evenly from `RANGES`."""
-    return Ventricles(**{name: float(rng.uniform(*bounds)) for name, bounds in RANGES.items()})
+    return Ventricles(**drawn(RANGES, rng))
 
 
 def median_ventricles() -> Ventricles:
     """Return the anatomy in the middle of all ranges."""
-    return Ventricles(**{name: 0.5 * (low + high) for name, (low, high) in RANGES.items()})
+    return Ventricles(**middles(RANGES))
 
 
 def way(anatomy: Ventricles, s: Array) -> Place:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.anatomy.ranges import drawn, middles
 from catheter_sim.robots.posture import Array
 
 # Least and largest value of every number of a random anatomy. Assumed, unless another source is given: an
@@ -72,12 +73,12 @@ class Anatomy:
 
 def random_anatomy(rng: np.random.Generator, ranges: Mapping[str, tuple[float, float]] = RANGES) -> Anatomy:
     """Return an anatomy whose every number is drawn evenly from its range, in the order of `ranges`."""
-    return Anatomy(**{name: float(rng.uniform(*bounds)) for name, bounds in ranges.items()})
+    return Anatomy(**drawn(ranges, rng))
 
 
 def median_anatomy() -> Anatomy:
     """Return the anatomy in the middle of all ranges."""
-    return Anatomy(**{name: 0.5 * (low + high) for name, (low, high) in RANGES.items()})
+    return Anatomy(**middles(RANGES))
 
 
 def semi_axes_m(anatomy: Anatomy) -> Array:

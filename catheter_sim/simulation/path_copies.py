@@ -8,17 +8,15 @@ that are found here. Tension that does not depend on lengths is all that this ca
 from __future__ import annotations
 
 import copy
-import math
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 from numba import njit
-from numpy.typing import NDArray
 
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.capstan import Index
-from catheter_sim.simulation.site_tendons import SiteTendons
+from catheter_sim.simulation.site_tendons import SiteTendons, find_slopes_of
 
 
 class PathCopies(SiteTendons):
@@ -42,7 +40,7 @@ class PathCopies(SiteTendons):
 
     def find_in(self, copies: Index) -> None:
         """Fill in some copies' `ten_J` at their present positions."""
-        _find_in(
+        find_slopes_of(
             copies,
             self._stretches,
             self._ends,
@@ -70,44 +68,6 @@ def pathless(model: mujoco.MjModel) -> mujoco.MjModel:
     without = copy.copy(model)
     without.tendon_num[:] = 0
     return without
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _find_in(
-    copies: Index,
-    stretches: Index,
-    ends: Index,
-    parts: Index,
-    slides: NDArray[np.bool_],
-    site_xpos: Array,
-    xanchor: Array,
-    xaxis: Array,
-    ten_J: Array,
-) -> None:
-    """Write the slopes of the tendons' lengths; arguments as of `site_tendons`, an axis of copies before."""
-    for i in copies:
-        ten_J[i, :] = 0.0
-        for k in range(stretches.shape[0]):
-            near, far = stretches[k, 1], stretches[k, 2]
-            ux = site_xpos[i, far, 0] - site_xpos[i, near, 0]
-            uy = site_xpos[i, far, 1] - site_xpos[i, near, 1]
-            uz = site_xpos[i, far, 2] - site_xpos[i, near, 2]
-            length = math.sqrt(ux * ux + uy * uy + uz * uz)
-            if length == 0.0:
-                continue
-            ux, uy, uz = ux / length, uy / length, uz / length
-            for p in range(ends[k], ends[k + 1]):
-                joint, sign = parts[p, 0], parts[p, 1]
-                ax, ay, az = xaxis[i, joint, 0], xaxis[i, joint, 1], xaxis[i, joint, 2]
-                if slides[joint]:
-                    slope = ux * ax + uy * ay + uz * az
-                else:
-                    site = far if sign > 0 else near
-                    rx = site_xpos[i, site, 0] - xanchor[i, joint, 0]
-                    ry = site_xpos[i, site, 1] - xanchor[i, joint, 1]
-                    rz = site_xpos[i, site, 2] - xanchor[i, joint, 2]
-                    slope = ux * (ay * rz - az * ry) + uy * (az * rx - ax * rz) + uz * (ax * ry - ay * rx)
-                ten_J[i, parts[p, 2]] += sign * slope
 
 
 @njit(cache=True, nogil=True)

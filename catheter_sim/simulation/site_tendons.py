@@ -126,6 +126,63 @@ class SiteTendons:
         mujoco.mj_transmission(self._model, data)
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def _find_slopes(
+    stretches: Index,
+    ends: Index,
+    parts: Index,
+    slides: NDArray[np.bool_],
+    site_xpos: Array,
+    xanchor: Array,
+    xaxis: Array,
+    ten_length: Array,
+    ten_J: Array,
+) -> None:
+    """Write the tendons' lengths and their slopes; arguments as of `_find`."""
+    ten_length[:] = 0.0
+    ten_J[:] = 0.0
+    for k in range(stretches.shape[0]):
+        tendon, near, far = stretches[k, 0], stretches[k, 1], stretches[k, 2]
+        ux = site_xpos[far, 0] - site_xpos[near, 0]
+        uy = site_xpos[far, 1] - site_xpos[near, 1]
+        uz = site_xpos[far, 2] - site_xpos[near, 2]
+        length = math.sqrt(ux * ux + uy * uy + uz * uz)
+        ten_length[tendon] += length
+        if length == 0.0:
+            continue
+        ux, uy, uz = ux / length, uy / length, uz / length
+        for p in range(ends[k], ends[k + 1]):
+            joint, sign = parts[p, 0], parts[p, 1]
+            ax, ay, az = xaxis[joint, 0], xaxis[joint, 1], xaxis[joint, 2]
+            if slides[joint]:
+                slope = ux * ax + uy * ay + uz * az
+            else:
+                site = far if sign > 0 else near
+                rx = site_xpos[site, 0] - xanchor[joint, 0]
+                ry = site_xpos[site, 1] - xanchor[joint, 1]
+                rz = site_xpos[site, 2] - xanchor[joint, 2]
+                slope = ux * (ay * rz - az * ry) + uy * (az * rx - ax * rz) + uz * (ax * ry - ay * rx)
+            ten_J[parts[p, 2]] += sign * slope
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_slopes_of(
+    copies: Index,
+    stretches: Index,
+    ends: Index,
+    parts: Index,
+    slides: NDArray[np.bool_],
+    site_xpos: Array,
+    xanchor: Array,
+    xaxis: Array,
+    ten_J: Array,
+) -> None:
+    """Write the slopes of many robots' tendons: an axis of m before those of `_find`; `copies` picks some."""
+    ten_length = np.empty(stretches[:, 0].max() + 1)
+    for i in copies:
+        _find_slopes(stretches, ends, parts, slides, site_xpos[i], xanchor[i], xaxis[i], ten_length, ten_J[i])
+
+
 @njit(cache=True, error_model="numpy")
 def _find(
     stretches: Index,
@@ -169,30 +226,7 @@ def _find(
         path_count, path_sites: number of sites of each tendon, and all of them in order.
         ten_wrapadr, ten_wrapnum, wrap_obj, wrap_xpos: out: the paths as they are drawn.
     """
-    ten_length[:] = 0.0
-    ten_J[:] = 0.0
-    for k in range(stretches.shape[0]):
-        tendon, near, far = stretches[k, 0], stretches[k, 1], stretches[k, 2]
-        ux = site_xpos[far, 0] - site_xpos[near, 0]
-        uy = site_xpos[far, 1] - site_xpos[near, 1]
-        uz = site_xpos[far, 2] - site_xpos[near, 2]
-        length = math.sqrt(ux * ux + uy * uy + uz * uz)
-        ten_length[tendon] += length
-        if length == 0.0:
-            continue
-        ux, uy, uz = ux / length, uy / length, uz / length
-        for p in range(ends[k], ends[k + 1]):
-            joint, sign = parts[p, 0], parts[p, 1]
-            ax, ay, az = xaxis[joint, 0], xaxis[joint, 1], xaxis[joint, 2]
-            if slides[joint]:
-                slope = ux * ax + uy * ay + uz * az
-            else:
-                site = far if sign > 0 else near
-                rx = site_xpos[site, 0] - xanchor[joint, 0]
-                ry = site_xpos[site, 1] - xanchor[joint, 1]
-                rz = site_xpos[site, 2] - xanchor[joint, 2]
-                slope = ux * (ay * rz - az * ry) + uy * (az * rx - ax * rz) + uz * (ax * ry - ay * rx)
-            ten_J[parts[p, 2]] += sign * slope
+    _find_slopes(stretches, ends, parts, slides, site_xpos, xanchor, xaxis, ten_length, ten_J)
     point = 0
     for j in range(ten_length.shape[0]):
         velocity = 0.0
