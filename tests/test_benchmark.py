@@ -168,7 +168,8 @@ def test_bench_prints_a_table_and_json(
     (speed,) = json.loads(capsys.readouterr().out)
     assert speed["robot"] == ROBOT
     assert {"friction_cost", "python_cost", "of_plain", "real_time_friction"} <= set(speed)
-    assert min(speed["batch_cost_1"], speed["batch_cost_2"], speed["growth"]["exponent_friction"]) > 0.0
+    assert min(speed["batch_cost_1"], speed["batch_cost_2"]) > 0.0
+    assert math.isfinite(speed["growth"]["exponent_friction"])  # of two lengths, timed once: of any sign
     assert main(["bench", "--turns", "1"]) == 0
     text = capsys.readouterr().out
     assert ROBOT in text

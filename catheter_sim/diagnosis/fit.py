@@ -23,11 +23,13 @@ from catheter_sim.robots.posture import Array
 _STEP = 0.05  # of the derivative, in units of a parameter's scale
 _MAX_STEPS = 12
 _CONVERGED = 2e-4  # relative decrease of the sum of squares that is not worth another step
+_FOLD_CONVERGED = 1e-3  # the same without a fold: its rows are predicted, no numbers reported
 # Root mean square change of the residuals per scale, below which a number is left alone.
 _NO_INFLUENCE = 1e-2
 _NEAR_BOUND = 1e-3  # in units of a parameter's scale: as good as at the bound
 _MOST_TRIALS = 100  # of the thorough search
 _STEP_PARTS = (1.0, 0.3, 0.1)  # of the step to a fit without some rows, until it lowers their error
+_GRID = (12, 6)  # values per number of the scan of one number, and of two
 _LONGEST_STEP = 20.0  # of one iteration, in units of a parameter's scale
 
 
@@ -80,6 +82,7 @@ def fit(
     known: dict[tuple[str, str], float] | None = None,
     cross_validate: bool = True,
     thorough: bool = False,
+    scan: bool = False,
 ) -> Fit:
     """Return the least-squares fit of a hypothesis.
 
@@ -89,6 +92,8 @@ def fit(
         known: values to start from, by effect and parameter.
         cross_validate: whether to work out `left_out`; otherwise it is the residual.
         thorough: search for the bottom of a valley in which numbers trade against one another.
+        scan: start from the best point of a grid over the effects' numbers, if that is better and they are
+            no more than two: there may be a lesser minimum nearer to the known values.
     """
     frees = frees_of(problem, terms)
     block = blocks_of(problem)
@@ -101,6 +106,8 @@ def fit(
         empty = np.zeros((len(error), 0))
         return Fit(tuple(terms), frees, x, error, empty, np.zeros(0, bool), block, error)
     prior = prior_of(frees)
+    if scan:
+        x = _scanned(problem, frees, x, (low, high), prior)
     search = _bottom if thorough else _descended
     x = search(problem, frees, x, (low, high), prior)
     error, jacobian = linearised(problem, frees, x, high)
@@ -121,6 +128,22 @@ def _cost(problem: Problem, frees: Sequence[Free], x: Array, prior: Prior) -> fl
     return float(error @ error) + prior.cost(x)
 
 
+def _scanned(
+    problem: Problem, frees: Sequence[Free], x: Array, box: tuple[Array, Array], prior: Prior
+) -> Array:
+    """Return the best of `x` and of a grid over the effects' numbers, between the bounds."""
+    mine = [index for index, free in enumerate(frees) if free.effect]
+    if not 0 < len(mine) <= len(_GRID):
+        return x
+    count = _GRID[len(mine) - 1]
+    places = np.stack(np.meshgrid(*[(np.arange(count) + 0.5) / count] * len(mine)), axis=-1)
+    points = np.repeat(x[None], count ** len(mine) + 1, axis=0)
+    low, high = (bound[mine] for bound in box)
+    points[1:, mine] = low + places.reshape(-1, len(mine)) * (high - low)
+    costs = (residuals(problem, frees, points) ** 2).sum(axis=1)
+    return points[int(np.argmin(costs + np.array([prior.cost(point) for point in points])))]
+
+
 def _descended(
     problem: Problem,
     frees: Sequence[Free],
@@ -128,15 +151,18 @@ def _descended(
     box: tuple[Array, Array],
     prior: Prior,
     keep: np.ndarray | slice = slice(None),
+    known: tuple[Array, Array] | None = None,
     damping: float = 1e-3,
+    converged: float = _CONVERGED,
 ) -> Array:
     """Return a smaller sum of squares than at `x` by Levenberg-Marquardt, five dampings at a time.
 
     Numbers at a bound that the gradient pushes outward are held. Of the residuals, only `keep` count.
-    `damping` is what the first step is tried with.
+    `known` is the residual at `x` with its derivative, where these were worked out already; `damping` is
+    what the first step is tried with.
     """
     low, high = box
-    error, jacobian = (item[keep] for item in linearised(problem, frees, x, high))
+    error, jacobian = (item[keep] for item in known or linearised(problem, frees, x, high))
     cost = float(error @ error) + prior.cost(x)
     for _ in range(_MAX_STEPS):
         candidates = np.array(
@@ -153,7 +179,7 @@ def _descended(
         gained = cost - float(costs[best])
         x, cost = candidates[best], float(costs[best])
         damping = float(np.clip(damping * 10.0 ** (best - 1), 1e-6, 1e6))
-        if gained < _CONVERGED * cost:
+        if gained < converged * cost:
             break
         error, jacobian = (item[keep] for item in linearised(problem, frees, x, high))
     return x
@@ -333,7 +359,8 @@ def _left_out(
         if not len(waiting):
             break
     for i in waiting:
-        without = _descended(problem, frees, x, box, prior, keeps[i], damping=1.0)
+        known = error, jacobian
+        without = _descended(problem, frees, x, box, prior, keeps[i], known, 1.0, _FOLD_CONVERGED)
         errors[i] = residuals(problem, frees, without[None])[0]
     left_out = error.copy()
     for position, index in enumerate(chosen):

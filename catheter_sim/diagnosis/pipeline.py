@@ -56,12 +56,11 @@ from catheter_sim.diagnosis.told_apart import as_good_elsewhere, told_apart, tol
 from catheter_sim.diagnosis.trials import Dataset, Trial, split, unit_of
 from catheter_sim.diagnosis.twin import twin_for
 from catheter_sim.diagnosis.verdict import (
-    LEAST_GAIN_PERCENT,
-    NO_GAIN_PERCENT,
     could_be_nothing,
     least_of,
     left_over,
     left_over_note,
+    needed,
     unsupported,
     verdict_of,
 )
@@ -152,17 +151,26 @@ def diagnose_dataset(
         causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
         weak: tuple[str, ...] = ()
         unsure: tuple[str, ...] = ()
-        while after.terms:
-            more = unsupported(causes, NO_GAIN_PERCENT if weak else LEAST_GAIN_PERCENT)
-            if not more:  # the least of those that could each be nothing goes: then the others may be sure
-                least = least_of(causes, could_be_nothing(after))
-                if not least:
-                    break
+        sure: set[str] = set()
+        suspects: tuple[str, ...] | None = None
+        while after.terms:  # one at a time: without it, another may be needed, or be surely something
+            spared = unsupported(causes, suspects)
+            doubted = () if spared else [name for name in could_be_nothing(after) if name not in sure]
+            least = least_of(causes, spared or doubted)
+            if not least:
+                break
+            terms = tuple(term for term in after.terms if term.effect not in least)
+            without = fit(problem, terms, after.values, cross_validate=False, thorough=wanted)
+            by_unit_without = held_out(problem, test, before, without, noise)
+            if spared:
+                suspects = suspects or spared
+                weak += least
+            elif needed(by_unit, by_unit_without):
+                sure.update(least)
+                continue
+            else:
                 unsure += least
-            weak += more
-            terms = tuple(term for term in after.terms if term.effect not in (*weak, *unsure))
-            after = fit(problem, terms, after.values, cross_validate=False, thorough=wanted)
-            by_unit = held_out(problem, test, before, after, noise)
+            after, by_unit = without, by_unit_without
             causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
         if weak or unsure:  # what stands in a cause's place was fitted beside others that are gone
             equals = equals_of(problem, after, candidates, pool)

@@ -3,12 +3,14 @@
 Forward, one cause more at a time, beside each of the few best sets so far (`BEAM`): every remaining effect
 is probed, the most promising are fitted well, and the best of these is taken if the errors on the stretches
 left out fall by more than chance allows (`PAYS_CHANCE`; stretches count, not rows) and by more than
-`PAYS_SHARE`. Two causes may pay where neither does alone, since each raises some errors that the other
-takes away, so that where structure is left (`SETTLED`) the search ends only when two steps have not paid
-(`PATIENCE`). Values per channel or segment fit what they see better than what they do not see. So a set of
-fewer numbers is taken before a better one that it equals to within chance and `EQUAL`, and what acts on the
-whole robot comes first: only when no more of that pays are such values tried; where that ends with
-structure left, both are tried together from the start, and taken if that leaves none.
+`PAYS_SHARE`. The best set of two need not hold a cause that does much alone: where the promising ones leave
+structure (`SETTLED`), all sets of two are probed, and the best (`PAIRS`) fitted. Two causes may pay where
+neither does alone, since each raises some errors that the other takes away, so that where structure is left
+the search ends only when two steps have not paid (`PATIENCE`). Values per channel or segment fit what they
+see better than what they do not see. So a set of fewer numbers is taken before a better one that it equals
+to within chance and `EQUAL`, and what acts on the whole robot comes first: only when no more of that pays
+are such values tried; where that ends with structure left, both are tried together from the start, and
+taken if that leaves none.
 Last, backward: a cause whose loss costs nothing is dropped, and the set gives way to any of fewer numbers
 that was tried and explains as much, unless causes tried beside it pay there. Nothing of the held-out data is
 seen.
@@ -34,10 +36,11 @@ PAYS_SHARE = 0.03  # share of the root mean square by which it must lower it
 FINALISTS = 3  # fitted of the hypotheses of one step; as many of few numbers; as many beside the best set
 BEAM = 3  # sets of causes to which another one is added
 EQUAL = 1.1  # times the error of the best, of a set that may be taken in its place for its fewer numbers
+PAIRS = 24  # sets of two causes fitted, where those beside the best single causes leave structure
 PATIENCE = 1  # steps that need not pay, if the next one does
 RIVALS = 2  # fitted in the place of each chosen cause
 SETTLED = 1.1  # times its white part, of an error in which nothing more is looked for than one step finds
-MOST_CAUSES = 8
+MOST_CAUSES = 6
 _MOST_FORMS = 8  # of the causes of a set, fitted where the search would end
 _ROUNDS = 3  # of choosing, if something better stands in a cause's place in the end
 
@@ -194,7 +197,10 @@ class _Search:
 
     def fitted(self, hypotheses: Sequence[tuple[Sequence[Term], Known]]) -> list[Fit]:
         """Return the fits of several hypotheses, each from its known values, in order."""
-        new = {frozenset(terms): (self.problem, tuple(terms), dict(known)) for terms, known in hypotheses}
+        new = {
+            frozenset(terms): (self.problem, tuple(terms), dict(known), True, False, True)
+            for terms, known in hypotheses
+        }
         missing = [key for key in new if key not in self.fits]
         found = each(self.pool, fit, [new[key] for key in missing])
         self.fits |= dict(zip(missing, found, strict=True))
@@ -228,6 +234,10 @@ def _forward(
         best = path[-1]
         if beam[0].terms:
             level = _grown(search, beam, variants)
+            if len(beam[0].terms) == 1 and level and not _settled(search.problem, level[0]):
+                level = _in_order(
+                    {id(item): item for item in (*level, *_pairs(search, singles, variants[0]))}.values()
+                )
         else:
             level = _in_order([item for item in singles if item.terms[0] in (*variants[0], *variants[1])])
         if not level:
@@ -355,6 +365,34 @@ def _grown(
     first = [index for index in order if hypotheses[index][0] is beam[0]]
     picked = dict.fromkeys(index for ranked in (order, few, first) for index in ranked[:FINALISTS])
     return _in_order(search.fitted([(hypotheses[i][1], probes[i][1]) for i in picked]))
+
+
+def _pairs(search: _Search, singles: Sequence[Fit], variants: Sequence[Term]) -> list[Fit]:
+    """Return the best fits of two causes each, of all sets of two `variants` that were fitted alone.
+
+    One step from a single cause tells little of a set in which both numbers are far from it; so `PAIRS` sets
+    are fitted before the `FINALISTS` are chosen.
+    """
+    starts = [item for item in singles if item.terms[0] in variants]
+    hypotheses = [
+        (start, (*start.terms, *other.terms))
+        for start in starts
+        for other in starts
+        if start.causes != other.causes
+    ]
+    probes = search.probed(hypotheses)
+    known: dict[frozenset[Term], tuple[tuple[Term, ...], Known]] = {}
+    for index in sorted(range(len(probes)), key=lambda index: probes[index][0]):
+        terms = hypotheses[index][1]
+        known.setdefault(frozenset(terms), (terms, probes[index][1]))
+    sets = list(known.values())[:PAIRS]
+    fits = each(
+        search.pool,
+        fit,
+        [(search.problem, terms, dict(values), False, False, True) for terms, values in sets],
+    )
+    best = sorted(fits, key=lambda item: float(item.residual @ item.residual))[:FINALISTS]
+    return search.fitted([(item.terms, item.values) for item in best])
 
 
 def _beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -65,8 +66,10 @@ def could_be_nothing(result: Fit) -> tuple[str, ...]:
     """Return the causes of which no number differs surely from the one that does nothing.
 
     Surely: that one lies outside the number's 95 % interval (`intervals.intervals`), what an unknown error of
-    the model could do included.
+    the model could do included. A number that stands at a bound, where nothing is known of what lies beyond,
+    counts with the interval that it would have without the bound: so far it is sure.
     """
+    result = replace(result, held=np.zeros_like(result.held))
     ends = intervals(result, model_margin(result, np.zeros(len(result.frees))))
     sure = {
         free.effect
@@ -74,6 +77,17 @@ def could_be_nothing(result: Fit) -> tuple[str, ...]:
         if not ends[free.key][0] <= free.parameter.null <= ends[free.key][1]
     }
     return tuple(name for name in result.causes if name not in sure)
+
+
+def needed(by_unit: Mapping[str, UnitResult], without: Mapping[str, UnitResult]) -> bool:
+    """Return whether leaving a cause out costs, in some unit, as much as no accident does.
+
+    Such a cause is not nothing, whatever its interval: where numbers trade against one another as far as
+    their bounds, the curvature says too little.
+    """
+    return any(
+        by_unit[unit].gain_percent - item.gain_percent >= LARGE_GAIN_PERCENT for unit, item in without.items()
+    )
 
 
 def least_of(causes: Sequence[Cause], names: Sequence[str]) -> tuple[str, ...]:
@@ -108,7 +122,20 @@ def left_over_note(after: Fit, result: UnitResult, left: StructureTest) -> str:
     )
 
 
-def unsupported(causes: Sequence[Cause], least_percent: float = LEAST_GAIN_PERCENT) -> tuple[str, ...]:
-    """Return the causes, beside others, without which the held-out error would be as small."""
-    weak = tuple(cause.name for cause in causes if cause.gain_percent < least_percent)
+def unsupported(causes: Sequence[Cause], suspects: Sequence[str] | None = None) -> tuple[str, ...]:
+    """Return the causes, beside others, without which the held-out error would be as small.
+
+    Not all at a time may be spared: two that do the same each have no share while the other is there.
+
+    Args:
+        causes: with their shares.
+        suspects: those that had none before others were left out, None where none was: then the shares of
+            the rest move about, and of them only what has none at all goes too.
+    """
+    weak = tuple(
+        cause.name
+        for cause in causes
+        if cause.gain_percent
+        < (LEAST_GAIN_PERCENT if suspects is None or cause.name in suspects else NO_GAIN_PERCENT)
+    )
     return weak if len(weak) < len(causes) else ()

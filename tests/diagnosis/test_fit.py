@@ -143,6 +143,28 @@ def test_stretch_that_alone_holds_a_fit_is_predicted_by_a_fit_without_it():
     assert found.left_out[alone] == pytest.approx(-980.0, rel=0.02)
 
 
+def test_scan_finds_the_least_of_several_minima():
+    """A pulse that comes late: near the start no shift of the model's pulse meets it."""
+    robot, term = small_robot(), Term("twist", ("rate_deg_per_m",))
+    (parameter,) = EFFECTS["twist"].parameters(robot)
+    inputs = displacement_history(1, cycles=8)
+    place = np.linspace(-1.0, 1.0, len(inputs))
+
+    def pulse(robots, inputs, every):
+        late = np.array([item.effects["twist"]["rate_deg_per_m"] for item in robots]) / parameter.upper
+        return np.exp(-(((place - late[:, np.newaxis]) / 0.08) ** 2))[:, ::every, np.newaxis]
+
+    late = replace(robot, effects={"twist": {"rate_deg_per_m": 0.7 * parameter.upper}})
+    seen = {"tip_x_mm": pulse([late], inputs, 1)[0, :, 0]}
+    trial = Trial("made.csv", "train", inputs, Table(inputs.time_s, seen, "made"))
+    problem = Problem(robot, (), (trial,), tuple(seen), np.array([0.01]), pulse)
+    near = fit(problem, (term,))
+    assert near.cross_validated_rms > 10.0
+    found = fit(problem, (term,), scan=True)
+    assert found.cross_validated_rms < 1e-3
+    assert found.values["twist", "rate_deg_per_m"] == pytest.approx(0.7 * parameter.upper, rel=1e-4)
+
+
 def test_intervals_cover_where_rows_of_a_block_hang_together():
     """With errors common to whole cycles the 95 % interval covers the truth in at least 85 of 100 draws.
 

@@ -107,3 +107,43 @@ def test_two_causes_are_found_that_do_not_pay_alone(monkeypatch):
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
     monkeypatch.setattr(select_module, "PATIENCE", 0)
     assert select(problem, candidates).chosen.causes == ()
+
+
+def multiplied(seed: int) -> Problem:
+    """Return data that are the product of two causes, each alone nothing, and nearly what a third does."""
+    robot = small_robot()
+    most = {
+        name: next(item.upper for item in EFFECTS[name].parameters(robot) if item.name == number)
+        for name, number in UNITS.items()
+    }
+    pull = np.tile(np.sin(np.pi * np.arange(ROWS) / ROWS), STRETCHES)
+
+    def outputs(product: float, third: float) -> np.ndarray:
+        return 30.0 * product * pull**2 + third * pull
+
+    def twin(robots, inputs, every):
+        rows = []
+        for item in robots:
+            sizes = [
+                item.effects.get(name, {}).get(number, 0.0) / most[name] for name, number in UNITS.items()
+            ]
+            rows.append(
+                outputs(sizes[0] * sizes[1], item.effects.get("stiffness", {}).get("scale", 1.0) - 1.0)
+            )
+        return np.array(rows)[:, ::every, None]
+
+    inputs = as_inputs(np.stack([pull, 0 * pull, 0 * pull], axis=1), "displacement")
+    noise = 0.1 * np.random.default_rng(seed).normal(size=len(pull))
+    table = Table(inputs.time_s, {"tip_x_mm": outputs(0.25, 0.0) + noise}, "made")
+    trial = Trial("a.csv", "train", inputs, table)
+    return Problem(robot, (), (trial,), ("tip_x_mm",), np.full(1, 0.1), twin)
+
+
+def test_two_causes_are_found_beside_one_that_imitates_them(monkeypatch):
+    """The third cause takes most of the error alone, so that no step from it leads to the other two."""
+    monkeypatch.setattr(select_module, "BEAM", 1)
+    problem = multiplied(1)
+    candidates = ("stiffness", *UNITS)
+    assert set(select(problem, candidates).chosen.causes) == set(UNITS)
+    monkeypatch.setattr(select_module, "PAIRS", 0)
+    assert set(select(problem, candidates).chosen.causes) == {"stiffness"}

@@ -11,11 +11,11 @@ from catheter_sim.diagnosis.fit import Fit
 from catheter_sim.diagnosis.hypothesis import Free, Term
 from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
 from catheter_sim.diagnosis.verdict import (
-    NO_GAIN_PERCENT,
     could_be_nothing,
     gains_surely,
     least_of,
     left_over,
+    needed,
     unsupported,
 )
 from catheter_sim.effects.face import Parameter
@@ -62,7 +62,9 @@ def test_cause_without_which_the_error_is_as_small_is_not_named():
     """Beside others; a cause that stands alone is judged by the gain's interval."""
     strong, weak = Cause("backlash", {}, 60.0), Cause("actuation_gain", {}, 0.1)
     assert unsupported([strong, weak]) == ("actuation_gain",)
-    assert unsupported([strong, weak], NO_GAIN_PERCENT) == ()
+    assert unsupported([strong, replace(weak, gain_percent=0.3)], ["backlash"]) == ()
+    assert unsupported([strong, replace(weak, gain_percent=0.3)], ["actuation_gain"]) == ("actuation_gain",)
+    assert unsupported([strong, replace(weak, gain_percent=0.0)], ["backlash"]) == ("actuation_gain",)
     assert unsupported([weak]) == ()
     assert unsupported([strong]) == ()
 
@@ -121,6 +123,19 @@ def fitted(backlash: float, gain: float) -> Fit:
 def test_cause_that_could_be_nothing_is_known(backlash, gain, unsure):
     """Half of the interval is the noise, half what the model may err."""
     assert could_be_nothing(fitted(backlash, gain)) == unsure
+
+
+def test_number_at_a_bound_is_as_sure_as_the_data_before_it():
+    """Far from the value that does nothing, or near to it: the bound itself makes no cause unsure."""
+    stuck = np.array([True, False])
+    assert could_be_nothing(replace(fitted(2.0, 2.0), held=stuck)) == ()
+    assert could_be_nothing(replace(fitted(0.1, 2.0), held=stuck)) == ("backlash",)
+
+
+def test_cause_without_which_much_is_lost_is_needed():
+    """88 % of the error are gone with it, and 60 or 80 % without."""
+    assert needed({"mm": RESULT}, {"mm": replace(RESULT, gain_percent=60.0)})
+    assert not needed({"mm": RESULT}, {"mm": replace(RESULT, gain_percent=80.0)})
 
 
 def test_of_causes_that_could_be_nothing_the_least_goes_first():
