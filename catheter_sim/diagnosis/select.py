@@ -18,34 +18,28 @@ seen.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from catheter_sim.diagnosis.evidence import chance_of_gain, residual_series
-from catheter_sim.diagnosis.fit import Fit, fit, probe
+from catheter_sim.diagnosis.fit import Fit
 from catheter_sim.diagnosis.hypothesis import Problem, Term, terms_for, thinned
 from catheter_sim.diagnosis.noise import white_noise
+from catheter_sim.diagnosis.search import Search, in_order
 from catheter_sim.diagnosis.trials import unit_of
-from catheter_sim.diagnosis.workers import HERE, Workers, each
+from catheter_sim.diagnosis.workers import HERE, Workers
 from catheter_sim.effects.registry import EFFECTS
 
 PAYS_CHANCE = 0.023  # probability of a gain by chance, at most: two standard errors of a normal distribution
 PAYS_SHARE = 0.03  # share of the root mean square by which it must lower it
-FINALISTS = 3  # fitted of the hypotheses of one step; as many of few numbers; as many beside the best set
 BEAM = 3  # sets of causes to which another one is added
 EQUAL = 1.1  # times the error of the best, of a set that may be taken in its place for its fewer numbers
-PAIRS = 24  # sets of two causes fitted, where those beside the best single causes leave structure
 PATIENCE = 1  # steps that need not pay, if the next one does
-RIVALS = 2  # fitted in the place of each chosen cause
 SETTLED = 1.1  # times its white part, of an error in which nothing more is looked for than one step finds
 MOST_CAUSES = 6
-_MOST_FORMS = 8  # of the causes of a set, fitted where the search would end
 _ROUNDS = 3  # of choosing, if something better stands in a cause's place in the end
-
-Known = Mapping[tuple[str, str], float]
-Probe = tuple[float, dict[tuple[str, str], float]]  # as `fit.probe` returns it
 
 
 @dataclass(frozen=True)
@@ -122,11 +116,11 @@ def select(
         on_fit: called with a line when a step is done.
     """
     problem = thinned(problem)
-    search = _Search(pool, problem, on_fit or (lambda line: None))
+    search = Search(pool, problem, on_fit or (lambda line: None))
     (null,) = search.fitted([((), {})])
     tiers = [terms_for(problem.robot, name) for name in candidates]
     simple, detailed = _by_size(tiers)
-    alone = [term for terms in tiers for term in _promising(search, null, terms)]
+    alone = [term for terms in tiers for term in search.promising(null, terms)]
     singles = search.fitted([((term,), {}) for term in alone])
     path = [null]
     for left in reversed(range(_ROUNDS)):
@@ -143,9 +137,9 @@ def select(
         if current is not path[-1]:
             path.append(current)
         if len(current.terms) > 1:
-            _fit_in_each_place(search, current, (*simple, *detailed))
+            search.fit_in_each_place(current, (*simple, *detailed))
         rivals = [item for _, _, item in rivals_of(current, search.tried)]
-        better = _in_order(rivals)[:1]
+        better = in_order(rivals)[:1]
         if not left or not better or not pays(current, better[0]):
             break
         path.append(better[0])
@@ -165,54 +159,11 @@ def equals_of(
         pool: where to fit.
     """
     problem = thinned(problem)
-    search = _Search(pool, problem, lambda line: None)
+    search = Search(pool, problem, lambda line: None)
     (current,) = search.fitted([(chosen.terms, chosen.values)])
     simple, detailed = _by_size([terms_for(problem.robot, name) for name in candidates])
-    _fit_in_each_place(search, current, (*simple, *detailed))
+    search.fit_in_each_place(current, (*simple, *detailed))
     return tuple(item for _, _, item in rivals_of(current, search.tried) if as_good(current, item))
-
-
-@dataclass
-class _Search:
-    """What a selection has fitted and probed so far; nothing is worked out twice.
-
-    Attributes:
-        pool: where to fit.
-        problem: the training trials.
-        say: called with a line when a step is done.
-        fits: by hypothesis.
-        probes: by the hypotheses from which and to which.
-    """
-
-    pool: Workers
-    problem: Problem
-    say: Callable[[str], None]
-    fits: dict[frozenset[Term], Fit] = field(default_factory=dict)
-    probes: dict[tuple[frozenset[Term], frozenset[Term]], Probe] = field(default_factory=dict)
-
-    @property
-    def tried(self) -> list[Fit]:
-        """Every fit that has a cause."""
-        return [item for item in self.fits.values() if item.terms]
-
-    def fitted(self, hypotheses: Sequence[tuple[Sequence[Term], Known]]) -> list[Fit]:
-        """Return the fits of several hypotheses, each from its known values, in order."""
-        new = {
-            frozenset(terms): (self.problem, tuple(terms), dict(known), True, False, True)
-            for terms, known in hypotheses
-        }
-        missing = [key for key in new if key not in self.fits]
-        found = each(self.pool, fit, [new[key] for key in missing])
-        self.fits |= dict(zip(missing, found, strict=True))
-        return [self.fits[frozenset(terms)] for terms, _ in hypotheses]
-
-    def probed(self, hypotheses: Sequence[tuple[Fit, tuple[Term, ...]]]) -> list[Probe]:
-        """Return what one step from a fit to a hypothesis reaches, of several, in order."""
-        keys = [(frozenset(start.terms), frozenset(terms)) for start, terms in hypotheses]
-        missing = [index for index, key in enumerate(keys) if key not in self.probes]
-        found = each(self.pool, probe, [(self.problem, *hypotheses[index]) for index in missing])
-        self.probes |= {keys[index]: item for index, item in zip(missing, found, strict=True)}
-        return [self.probes[key] for key in keys]
 
 
 def _by_size(tiers: Sequence[tuple[Term, ...]]) -> tuple[list[Term], list[Term]]:
@@ -222,7 +173,7 @@ def _by_size(tiers: Sequence[tuple[Term, ...]]) -> tuple[list[Term], list[Term]]
 
 
 def _forward(
-    search: _Search,
+    search: Search,
     singles: Sequence[Fit],
     variants: tuple[Sequence[Term], Sequence[Term]],
     path: list[Fit],
@@ -233,13 +184,11 @@ def _forward(
     while len(beam[0].terms) < MOST_CAUSES:
         best = path[-1]
         if beam[0].terms:
-            level = _grown(search, beam, variants)
+            level = search.grown(beam, variants)
             if len(beam[0].terms) == 1 and level and not _settled(search.problem, level[0]):
-                level = _in_order(
-                    {id(item): item for item in (*level, *_pairs(search, singles, variants[0]))}.values()
-                )
+                level = in_order(_once([*level, *search.pairs(singles, variants[0])]))
         else:
-            level = _in_order([item for item in singles if item.terms[0] in (*variants[0], *variants[1])])
+            level = in_order([item for item in singles if item.terms[0] in (*variants[0], *variants[1])])
         if not level:
             return
         front = _simplest(level[0], level)
@@ -257,22 +206,11 @@ def _forward(
         elif waited < PATIENCE:
             waited += 1
         else:
-            forms = _other_forms(search, best, variants)
+            forms = search.other_forms(best, variants)
             if not forms or not pays(best, forms[0]):
                 return
             path.append(forms[0])
             beam, waited = forms[:1], 0
-
-
-def _other_forms(search: _Search, best: Fit, variants: tuple[Sequence[Term], Sequence[Term]]) -> list[Fit]:
-    """Return the fits in which one of the causes has another of its variants, best first."""
-    hypotheses = [
-        tuple(other if term is mine else term for term in best.terms)
-        for mine in best.terms
-        for other in (*variants[0], *variants[1])
-        if other.effect == mine.effect and other != mine
-    ]
-    return _in_order(search.fitted([(terms, best.values) for terms in hypotheses[:_MOST_FORMS]]))
 
 
 def _simplest(best: Fit, others: Sequence[Fit]) -> Fit:
@@ -292,42 +230,17 @@ def _settled(problem: Problem, best: Fit) -> bool:
     return True
 
 
+def _once(fits: Sequence[Fit]) -> list[Fit]:
+    """Return fits without repeats of a hypothesis."""
+    return list({frozenset(item.terms): item for item in fits}.values())
+
+
 def _distinct(fits: Sequence[Fit]) -> list[Fit]:
     """Return the first fit of each set of causes."""
     first: dict[frozenset[str], Fit] = {}
     for item in fits:
         first.setdefault(frozenset(item.causes), item)
     return list(first.values())
-
-
-def _promising(search: _Search, null: Fit, terms: Sequence[Term]) -> Sequence[Term]:
-    """Return the variants of one effect to fit alone: of many, the `FINALISTS` that a probe puts first."""
-    if len(terms) <= FINALISTS:
-        return terms
-    probes = search.probed([(null, (term,)) for term in terms])
-    order = sorted(range(len(terms)), key=lambda index: probes[index][0])
-    return [terms[index] for index in sorted(order[:FINALISTS])]
-
-
-def _fit_in_each_place(search: _Search, chosen: Fit, variants: Sequence[Term]) -> None:
-    """Fit hypotheses in which another effect stands in the place of a chosen one.
-
-    Every effect not chosen is probed in the place of each chosen one; the best `RIVALS` per place are
-    fitted.
-    """
-    named = set(chosen.causes)
-    hypotheses = [
-        (term.effect, (*(item for item in chosen.terms if item is not term), rival))
-        for term in chosen.terms
-        for rival in variants
-        if rival.effect not in named
-    ]
-    probes = search.probed([(chosen, terms) for _, terms in hypotheses])
-    picked: list[int] = []
-    for name in chosen.causes:
-        mine = [index for index, (cause, _) in enumerate(hypotheses) if cause == name]
-        picked += sorted(mine, key=lambda index: probes[index][0])[:RIVALS]
-    search.fitted([(hypotheses[index][1], probes[index][1]) for index in picked])
 
 
 def rivals_of(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:
@@ -341,68 +254,7 @@ def rivals_of(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:
     return found
 
 
-def _grown(
-    search: _Search, beam: Sequence[Fit], variants: tuple[Sequence[Term], Sequence[Term]]
-) -> list[Fit]:
-    """Return the fits of the most promising hypotheses one step beyond any of `beam`, best first.
-
-    Args:
-        search: what was fitted already.
-        beam: where from.
-        variants: of all effects, those with few numbers and the others.
-    """
-    simple, detailed = variants
-    new: dict[frozenset[Term], tuple[Fit, tuple[Term, ...], bool]] = {}
-    for start in beam:
-        for term in (*simple, *detailed):
-            terms = _beside(start.terms, term)
-            if terms:
-                new.setdefault(frozenset(terms), (start, terms, term in simple))
-    hypotheses = list(new.values())
-    probes = search.probed([(start, terms) for start, terms, _ in hypotheses])
-    order = sorted(range(len(probes)), key=lambda index: probes[index][0])
-    few = [index for index in order if hypotheses[index][2]]
-    first = [index for index in order if hypotheses[index][0] is beam[0]]
-    picked = dict.fromkeys(index for ranked in (order, few, first) for index in ranked[:FINALISTS])
-    return _in_order(search.fitted([(hypotheses[i][1], probes[i][1]) for i in picked]))
-
-
-def _pairs(search: _Search, singles: Sequence[Fit], variants: Sequence[Term]) -> list[Fit]:
-    """Return the best fits of two causes each, of all sets of two `variants` that were fitted alone.
-
-    One step from a single cause tells little of a set in which both numbers are far from it; so `PAIRS` sets
-    are fitted before the `FINALISTS` are chosen.
-    """
-    starts = [item for item in singles if item.terms[0] in variants]
-    hypotheses = [
-        (start, (*start.terms, *other.terms))
-        for start in starts
-        for other in starts
-        if start.causes != other.causes
-    ]
-    probes = search.probed(hypotheses)
-    known: dict[frozenset[Term], tuple[tuple[Term, ...], Known]] = {}
-    for index in sorted(range(len(probes)), key=lambda index: probes[index][0]):
-        terms = hypotheses[index][1]
-        known.setdefault(frozenset(terms), (terms, probes[index][1]))
-    sets = list(known.values())[:PAIRS]
-    fits = each(
-        search.pool,
-        fit,
-        [(search.problem, terms, dict(values), False, False, True) for terms, values in sets],
-    )
-    best = sorted(fits, key=lambda item: float(item.residual @ item.residual))[:FINALISTS]
-    return search.fitted([(item.terms, item.values) for item in best])
-
-
-def _beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:
-    """Return `terms` with `extra`, in the place of another variant of its effect; () if not new."""
-    if extra in terms:
-        return ()
-    return (*(term for term in terms if term.effect != extra.effect), extra)
-
-
-def _backward(search: _Search, current: Fit) -> Fit:
+def _backward(search: Search, current: Fit) -> Fit:
     """Return `current` without the causes that do not pay."""
     while len(current.terms) > 1:
         known = current.values
@@ -423,7 +275,3 @@ def may_end_at(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
     """
     beyond = (item for item in tried if set(item.causes) > set(reduced.causes))
     return not any(pays(reduced, item) and not pays(current, item) for item in beyond)
-
-
-def _in_order(fits: Sequence[Fit]) -> list[Fit]:
-    return sorted(fits, key=lambda item: item.cross_validated_rms)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from planted import as_inputs, small_robot
 
+from catheter_sim.diagnosis import search as search_module
 from catheter_sim.diagnosis import select as select_module
 from catheter_sim.diagnosis.evidence import chance_of_gain
 from catheter_sim.diagnosis.fit import Fit
@@ -145,5 +146,5 @@ def test_two_causes_are_found_beside_one_that_imitates_them(monkeypatch):
     problem = multiplied(1)
     candidates = ("stiffness", *UNITS)
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
-    monkeypatch.setattr(select_module, "PAIRS", 0)
+    monkeypatch.setattr(search_module, "PAIRS", 0)
     assert set(select(problem, candidates).chosen.causes) == {"stiffness"}
