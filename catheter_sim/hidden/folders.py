@@ -15,6 +15,7 @@ import tomli_w
 from catheter_sim.diagnosis.trials import Trial, unit_of
 from catheter_sim.hidden.draw import truth
 from catheter_sim.hidden.make import Made
+from catheter_sim.hidden.robots import BenchRobot
 from catheter_sim.robots.catalogue import read_toml, robot_toml
 from catheter_sim.robots.channels import Inputs, channel_of, input_channels, read_inputs
 from catheter_sim.robots.kinds import Robot, complete_document, robot_from_document
@@ -87,36 +88,60 @@ def read_json(path: Path) -> Any:
 def write_draw(made: Made, folders: Folders) -> None:
     """Write the data set and the answer; the answer's own file last."""
     setting = made.setting
-    robot = setting.bench.robot
-    folders.data.mkdir(parents=True, exist_ok=True)
     folders.answer.mkdir(parents=True, exist_ok=True)
+    write_dataset(
+        folders.data,
+        folders.name,
+        setting.bench,
+        setting.columns,
+        setting.gravity_mps2,
+        list(zip(setting.trials, made.outputs, setting.roles, strict=True)),
+    )
+    (folders.answer / TRUTH).write_text(robot_toml(truth(setting, made.hidden.effects)), encoding="utf-8")
+    for number, (inputs, outputs) in enumerate(zip(setting.aside, made.aside, strict=True), start=1):
+        table = _table(setting.bench.robot, inputs, setting.columns, outputs)
+        write_table(table, folders.answer / f"aside_{number:02d}.csv")
+    write_json(_answer(made), folders.answer / ANSWER)
+
+
+def write_dataset(
+    folder: Path,
+    name: str,
+    bench: BenchRobot,
+    columns: Sequence[str],
+    gravity_mps2: Array,
+    trials: Sequence[tuple[Inputs, Array, str]],
+) -> None:
+    """Write a data set of made trials.
+
+    Args:
+        folder: to write.
+        name: of the data set.
+        bench: the robot as specified.
+        columns: of the outputs.
+        gravity_mps2: shape (3,).
+        trials: inputs, outputs of shape (r, o) in file units, and role, "" for none.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
     entries = []
-    for number, (inputs, outputs, role) in enumerate(
-        zip(setting.trials, made.outputs, setting.roles, strict=True), start=1
-    ):
+    for number, (inputs, outputs, role) in enumerate(trials, start=1):
         file = f"trial_{number:02d}.csv"
-        write_table(_table(robot, inputs, setting.columns, outputs), folders.data / file)
+        write_table(_table(bench.robot, inputs, columns, outputs), folder / file)
         entries.append({"file": file, "role": role} if role else {"file": file})
     document = {
         "dataset": {
-            "name": folders.name,
-            "robot": setting.bench.reference,
+            "name": name,
+            "robot": bench.reference,
             "source": "made for the hidden-effect bench",
             "licence": "CC0-1.0",
         },
-        "conditions": {"gravity_mps2": setting.gravity_mps2.tolist()},
-        "channels": {"inputs": input_channels(robot), "outputs": list(setting.columns)},
+        "conditions": {"gravity_mps2": gravity_mps2.tolist()},
+        "channels": {"inputs": input_channels(bench.robot), "outputs": list(columns)},
         "trials": entries,
     }
-    (folders.data / "dataset.toml").write_text(tomli_w.dumps(document), encoding="utf-8")
-    if setting.bench.reference.endswith(".toml"):
-        (folders.data / setting.bench.reference).write_text(robot_toml(robot), encoding="utf-8")
-    (folders.answer / TRUTH).write_text(robot_toml(truth(setting, made.hidden.effects)), encoding="utf-8")
-    for number, (inputs, outputs) in enumerate(zip(setting.aside, made.aside, strict=True), start=1):
-        write_table(
-            _table(robot, inputs, setting.columns, outputs), folders.answer / f"aside_{number:02d}.csv"
-        )
-    write_json(_answer(made), folders.answer / ANSWER)
+    (folder / "dataset.toml").write_text(tomli_w.dumps(document), encoding="utf-8")
+    if bench.reference.endswith(".toml"):
+        (folder / bench.reference).write_text(robot_toml(bench.robot), encoding="utf-8")
 
 
 def robot_as_written(path: Path) -> Robot:
