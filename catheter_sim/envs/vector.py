@@ -14,6 +14,9 @@ from typing import Any
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.wrappers import TimeLimit
 
+from catheter_sim.envs.clinical.deliver import DeliverEnv
+from catheter_sim.envs.clinical.insert import InsertEnv
+from catheter_sim.envs.clinical.tumour import TumourEnv
 from catheter_sim.envs.reach import ReachEnv
 from catheter_sim.envs.robots import together
 from catheter_sim.envs.tip import TipEnv
@@ -31,6 +34,21 @@ def reach(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
 def track(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
     """Return many `TrackEnv`; see `vector_env`."""
     return vector_env(TrackEnv, TrackTogether, num_envs, **arguments)
+
+
+def tumour(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
+    """Return many `TumourEnv`; see `vector_env`."""
+    return vector_env(TumourEnv, None, num_envs, **arguments)
+
+
+def insert(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
+    """Return many `InsertEnv`; see `vector_env`."""
+    return vector_env(InsertEnv, None, num_envs, **arguments)
+
+
+def deliver(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
+    """Return many `DeliverEnv`; see `vector_env`."""
+    return vector_env(DeliverEnv, None, num_envs, **arguments)
 
 
 def vector_env(
