@@ -138,7 +138,8 @@ def walk(env: gymnasium.Env[Any, Any], steps: int, seed: int) -> Walk:
         while done < steps:
             with warnings.catch_warnings(record=True) as warned:
                 warnings.simplefilter("always")
-                if ended:
+                begins = ended
+                if begins:
                     observation, info = env.reset(seed=seed if episodes == 0 else None)
                     reward, ended, episodes = 0.0, False, episodes + 1
                 else:
@@ -153,7 +154,7 @@ def walk(env: gymnasium.Env[Any, Any], steps: int, seed: int) -> Walk:
             ]
             found += wrong(env, observation, reward, info)
             faults += [where + text for text in found]
-            ended = ended or bool(found)
+            ended = ended or (bool(found) and not begins)
             said.clear()
     except InputError as error:
         faults.append(f"episode {episodes + 1}, seed {seed}, after step {done}: {error}")

@@ -16,9 +16,8 @@ EPISODE_STEPS = 100  # control steps, 10 simulated seconds: five times the way t
 
 # At 50.2 N the rod would bend the frictionless section so far; the prototype was measured up to 47.9 N.
 CHEST_TUBE_SECTION_BEND_RAD = 3.0
-# Assumed: the tip of a single section moves on a curve, where chance comes to rest at targets more easily.
+# Assumed: the tip of a single section moves on a curve, where it comes near a target more easily.
 SECTION_TOLERANCE_M = 2e-3
-SECTION_HOLD_STEPS = 5  # assumed: half a second
 # Assumed: what a valve's leaflets ask for is finer than a tumour; chance reaches none of 100 targets anyway.
 MITRAL_TOLERANCE_M = 2e-3
 
@@ -27,13 +26,6 @@ MITRAL_TOLERANCE_M = 2e-3
 _TASKS = {
     "Reach": ("catheter_sim.envs.reach:ReachEnv", "catheter_sim.envs.vector:reach"),
     "Track": ("catheter_sim.envs.track:TrackEnv", "catheter_sim.envs.vector:track"),
-}
-# task -> name of the robot -> further arguments
-_TASK_ARGUMENTS: dict[str, dict[str, dict[str, Any]]] = {
-    "Reach": {
-        "NeuroendoscopeSection": {"hold_steps": SECTION_HOLD_STEPS},
-        "ChestTubeSection": {"hold_steps": SECTION_HOLD_STEPS},
-    },
 }
 _DELIVER = "catheter_sim.envs.clinical.deliver:DeliverEnv", "catheter_sim.envs.vector:deliver"
 # name of the robot in ids -> arguments of its tasks
@@ -75,8 +67,7 @@ def register_environments() -> None:
     """Register the environments with Gymnasium; those that are registered already stay as they are."""
     for robot, arguments in _ROBOTS.items():
         for task, entry_points in _TASKS.items():
-            further = _TASK_ARGUMENTS.get(task, {}).get(robot, {})
-            _register(robot + task, entry_points, EPISODE_STEPS, {**arguments, **further})
+            _register(robot + task, entry_points, EPISODE_STEPS, arguments)
     for name, (entry_points, arguments) in _CLINICAL.items():
         _register(name, entry_points, CLINICAL_STEPS, arguments)
 

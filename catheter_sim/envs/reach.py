@@ -16,6 +16,7 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.render.images import Picture
 from catheter_sim.robots.posture import Array
 
+HOLD_STEPS = 5  # assumed: half a second
 REST_S = 1.0  # assumed: at rest is a tip that would take longer than this for one tolerance
 
 
@@ -77,7 +78,7 @@ class ReachEnv(TipEnv):
     | `tension` | t | tensions at the actuators | ranges of the tension drives |
     | `bend` | b | bend of each segment toward +x and +y, its joints' sums | half turns |
     | | | of a catheter: torsion, bend and advance of its joints, base to tip | half turns; strokes |
-    | `held` | 1 | share of `hold_steps` for which the tip has been at rest at the target; if above 1 | 1 |
+    | `held` | 1 | share of `hold_steps` for which the tip has been at rest at the target | 1 |
 
     The tension of a catheter's pair is the tauter tendon's, in shares of what holds its bending joint
     at the limit (torsion joints and tube: of the largest of these; a tube has none).
@@ -101,11 +102,10 @@ class ReachEnv(TipEnv):
 
     The default tolerance is the target value of Kato 2016 (doi 10.1007/s11548-015-1310-2): a mean
     error of 5 mm leaves good margins in aiming at a tumour of 2 cm. `ChestTubeReach-v0` keeps it (1.3 %
-    of the robot's length). The mitral catheters ask for 2 mm (assumed). By default one step is enough.
+    of the robot's length). The single sections and the mitral catheters ask for 2 mm (assumed).
 
-    `NeuroendoscopeSectionReach-v0` and `ChestTubeSectionReach-v0` ask for 2 mm during 5 steps (0.5 s): the
-    tip of a single section moves on a curve, so that what misses a target passes through it soon, and
-    friction holds it still where random actions turn about. MEASURED
+    The tip has to stay, for half a second (5 steps, assumed), because chance passes through targets: the tip
+    of a section moves on a curve, and friction holds it still where random actions turn about. MEASURED
 
     ## Reset
 
@@ -145,7 +145,7 @@ class ReachEnv(TipEnv):
         settings: Sequence[str] = (),
         action_type: str | None = None,
         *,
-        hold_steps: int = 1,
+        hold_steps: int = HOLD_STEPS,
         **arguments: Any,
     ) -> None:
         """Build the robot; see the class's text.
@@ -227,22 +227,12 @@ class ReachEnv(TipEnv):
         return {**self._common_info(), "is_success": self._held >= self.hold_steps}
 
     def _more_bounds(self) -> Bounds:
-        return held_bounds(self.hold_steps)
+        return {"held": (np.zeros(1), 1.0)}
 
     def _more_parts(self) -> Mapping[str, Array]:
-        return held_parts(np.array(self._held), self.hold_steps)
+        return {"held": np.array([self._held / self.hold_steps])}
 
 
 def arrived(distance_m: Any, speed_m_per_s: Any, tolerance_m: float) -> Any:
     """Return whether a tip is at rest at its target, or many tips, shapes (...)."""
     return (distance_m <= tolerance_m) & (speed_m_per_s < tolerance_m / REST_S)
-
-
-def held_bounds(hold_steps: int) -> Bounds:
-    """Return the part of the observation that tells for how long the tip has been there, if one is needed."""
-    return {"held": (np.zeros(1), 1.0)} if hold_steps > 1 else {}
-
-
-def held_parts(held: np.ndarray, hold_steps: int) -> Mapping[str, Array]:
-    """Return its value after `held` steps at the target, shape (...)."""
-    return {"held": held[..., np.newaxis] / hold_steps} if hold_steps > 1 else {}

@@ -16,7 +16,7 @@ from catheter_sim.envs import EPISODE_STEPS
 from catheter_sim.envs.draws import Path, random_paths, random_targets, require_standing
 from catheter_sim.envs.fleet import Fleet, Supply
 from catheter_sim.envs.observation import Seen, observe
-from catheter_sim.envs.reach import ReachEnv, arrived, held_parts
+from catheter_sim.envs.reach import ReachEnv, arrived
 from catheter_sim.envs.robots import Robots
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, TARGET_CLEARANCE, TipEnv, level_after
 from catheter_sim.envs.track import TrackEnv, angle_between, cost_of, followed
@@ -343,7 +343,7 @@ class ReachTogether(TogetherEnv):
         return {"target": self._target / self.one.length_m}
 
     def _more_parts(self) -> Mapping[str, Array]:
-        return held_parts(self._held, self._reach.hold_steps)
+        return {"held": self._held[:, np.newaxis] / self._reach.hold_steps}
 
     def _success(self) -> np.ndarray:
         return self._held >= self._reach.hold_steps
