@@ -105,7 +105,9 @@ class ReachEnv(TipEnv):
     of the robot's length). The single sections and the mitral catheters ask for 2 mm (assumed).
 
     The tip has to stay, for half a second (5 steps, assumed), because chance passes through targets: the tip
-    of a section moves on a curve, and friction holds it still where random actions turn about. MEASURED
+    of a section moves on a curve, and friction holds it still where random actions turn about. After random
+    actions it is at rest at the target in some step of 11 of 100 episodes of `NeuroendoscopeReach-v0`, and of
+    12 and 2 of `NeuroendoscopeSectionReach-v0` and `ChestTubeSectionReach-v0`; for 5 steps in 1, 0 and 0.
 
     ## Reset
 
