@@ -73,11 +73,12 @@ def vector_env(
     robots that are `randomised`) whole environments are stepped one by one on the threads, where Python's
     lock leaves little to gain.
 
-    So are the clinical tasks, all of whose numbers are then those of single environments to the bit. A batch
-    has one model, but each of their copies has its own anatomy, another one after each reset; and the springs
-    of tissue are written into the rows of a step's contacts (`simulation.tissue`), after MuJoCo has made them
-    and before it solves them, where a batch lets nobody in. Contacts and their solution run without Python's
-    lock, so that threads gain more the more of them there are.
+    So are the clinical tasks, whose numbers are then those of single environments to the bit. A batch could
+    hold a model for each copy's anatomy, but the springs of tissue are written into the rows of a step's
+    contacts (`simulation.tissue`) after MuJoCo has made them and before it solves them, where a batch lets
+    nobody in; as applied forces they would not be stable. Contacts and their solution run without Python's
+    lock, so that threads gain more the more contacts there are. Each reset builds a new anatomy under the
+    lock.
 
     Targets and ways are simulated too. They are drawn for all environments that have none in stock as soon
     as one needs one, on other copies of the robots, so that an episode that ends alone leaves no thread idle.
