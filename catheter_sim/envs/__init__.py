@@ -16,8 +16,7 @@ EPISODE_STEPS = 100  # control steps, 10 simulated seconds: five times the way t
 
 # At 50.2 N the rod would bend the frictionless section so far; the prototype was measured up to 47.9 N.
 CHEST_TUBE_SECTION_BEND_RAD = 3.0
-# Assumed. The tip of a single section moves on a curve, where chance alone comes to rest at targets: of 100
-# episodes in 23 of the neuroendoscope's and 16 of the chest tube's within 5 mm, in 12 and 3 within 2 mm.
+# Assumed: the tip of a single section moves on a curve, where it comes near a target more easily.
 SECTION_TOLERANCE_M = 2e-3
 # Assumed: what a valve's leaflets ask for is finer than a tumour; chance reaches none of 100 targets anyway.
 MITRAL_TOLERANCE_M = 2e-3
@@ -28,7 +27,7 @@ _TASKS = {
     "Reach": ("catheter_sim.envs.reach:ReachEnv", "catheter_sim.envs.vector:reach"),
     "Track": ("catheter_sim.envs.track:TrackEnv", "catheter_sim.envs.vector:track"),
 }
-_DELIVER = "catheter_sim.envs.clinical.deliver:DeliverEnv"
+_DELIVER = "catheter_sim.envs.clinical.deliver:DeliverEnv", "catheter_sim.envs.vector:deliver"
 # name of the robot in ids -> arguments of its tasks
 _ROBOTS: dict[str, dict[str, Any]] = {
     "Neuroendoscope": {"robot": "neuroendoscope"},
@@ -49,14 +48,14 @@ INSERT_BEND_RAD = (
     3.0  # assumed: so that few joints can make the turn; 100 N at most (chest_tube_2025, Table I)
 )
 INSERT_TOLERANCE_M = 10e-3  # assumed: about the tube's outer diameter
-# name -> entry point, arguments
-_CLINICAL: dict[str, tuple[str, dict[str, Any]]] = {
+# name -> entry point, entry point for many; arguments
+_CLINICAL: dict[str, tuple[tuple[str, str], dict[str, Any]]] = {
     "NeuroendoscopeTumour": (
-        "catheter_sim.envs.clinical.tumour:TumourEnv",
+        ("catheter_sim.envs.clinical.tumour:TumourEnv", "catheter_sim.envs.vector:tumour"),
         {"robot": "neuroendoscope", "largest_bend_rad": TUMOUR_BEND_RAD},
     ),
     "ChestTubeInsert": (
-        "catheter_sim.envs.clinical.insert:InsertEnv",
+        ("catheter_sim.envs.clinical.insert:InsertEnv", "catheter_sim.envs.vector:insert"),
         {"robot": "chest_tube", "largest_bend_rad": INSERT_BEND_RAD, "tolerance_m": INSERT_TOLERANCE_M},
     ),
     "MitralTransseptalDeliver": (_DELIVER, {"robot": "mitral_transseptal"}),
@@ -69,11 +68,11 @@ def register_environments() -> None:
     for robot, arguments in _ROBOTS.items():
         for task, entry_points in _TASKS.items():
             _register(robot + task, entry_points, EPISODE_STEPS, arguments)
-    for name, (entry_point, arguments) in _CLINICAL.items():
-        _register(name, (entry_point, None), CLINICAL_STEPS, arguments)
+    for name, (entry_points, arguments) in _CLINICAL.items():
+        _register(name, entry_points, CLINICAL_STEPS, arguments)
 
 
-def _register(name: str, entry_points: tuple[str, str | None], steps: int, arguments: dict[str, Any]) -> None:
+def _register(name: str, entry_points: tuple[str, str], steps: int, arguments: dict[str, Any]) -> None:
     full = f"catheter_sim/{name}-v0"
     if full not in gymnasium.registry:
         single, many = entry_points

@@ -37,9 +37,11 @@ _written: list[tuple[Robot, str, str]] = []  # the model written last: writing t
 
 def robot_tree(robot: Robot, actuation: str) -> ElementTree.Element:
     """Return the robot's own model (`build_mjcf`), to be put into surroundings."""
-    if not _written or _written[0][:2] != (robot, actuation):
-        _written[:] = [(robot, actuation, build_mjcf(robot, actuation))]
-    return ElementTree.fromstring(_written[0][2])
+    last = _written[0] if _written else None  # read once: another thread may replace it
+    if last is None or last[:2] != (robot, actuation):
+        last = robot, actuation, build_mjcf(robot, actuation)
+        _written[:] = [last]
+    return ElementTree.fromstring(last[2])
 
 
 # From the robot, effects built in, and its actuation to its model in surroundings.

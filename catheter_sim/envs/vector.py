@@ -14,6 +14,9 @@ from typing import Any
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.wrappers import TimeLimit
 
+from catheter_sim.envs.clinical.deliver import DeliverEnv
+from catheter_sim.envs.clinical.insert import InsertEnv
+from catheter_sim.envs.clinical.tumour import TumourEnv
 from catheter_sim.envs.reach import ReachEnv
 from catheter_sim.envs.robots import together
 from catheter_sim.envs.tip import TipEnv
@@ -31,6 +34,21 @@ def reach(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
 def track(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
     """Return many `TrackEnv`; see `vector_env`."""
     return vector_env(TrackEnv, TrackTogether, num_envs, **arguments)
+
+
+def tumour(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
+    """Return many `TumourEnv`; see `vector_env`."""
+    return vector_env(TumourEnv, None, num_envs, **arguments)
+
+
+def insert(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
+    """Return many `InsertEnv`; see `vector_env`."""
+    return vector_env(InsertEnv, None, num_envs, **arguments)
+
+
+def deliver(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
+    """Return many `DeliverEnv`; see `vector_env`."""
+    return vector_env(DeliverEnv, None, num_envs, **arguments)
 
 
 def vector_env(
@@ -54,6 +72,13 @@ def vector_env(
     that bend, stretch and resistance of Nayar 2023, friction of a catheter's pairs, effects on the inputs,
     robots that are `randomised`) whole environments are stepped one by one on the threads, where Python's
     lock leaves little to gain.
+
+    So are the clinical tasks, whose numbers are then those of single environments to the bit. A batch could
+    hold a model for each copy's anatomy, but the springs of tissue are written into the rows of a step's
+    contacts (`simulation.tissue`) after MuJoCo has made them and before it solves them, where a batch lets
+    nobody in; as applied forces they would not be stable. Contacts and their solution run without Python's
+    lock, so that threads gain more the more contacts there are. Each reset builds a new anatomy under the
+    lock.
 
     Targets and ways are simulated too. They are drawn for all environments that have none in stock as soon
     as one needs one, on other copies of the robots, so that an episode that ends alone leaves no thread idle.

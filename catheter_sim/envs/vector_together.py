@@ -259,7 +259,11 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
     def _observations(self) -> np.ndarray:
         if self.one.pixels:
             return np.stack([self._picture(one) for one in range(self.num_envs)])
-        return observe(self.plant, self._now, self._goal(), self.one.state_space)
+        return observe(self.plant, self._now, self._goal(), self.one.state_space, self._more_parts())
+
+    def _more_parts(self) -> Mapping[str, Array]:
+        """Return the values of the task's own further parts of all observations, each of shape (n, ...)."""
+        return {}
 
     def _values(self) -> dict[str, np.ndarray]:
         """Return `info` of all copies."""
@@ -308,6 +312,7 @@ class ReachTogether(TogetherEnv):
             return [item.tip_m for item in found]
 
         self._reach = one
+        self._held = np.zeros(num_envs, dtype=int)
         self._supply: Supply[Array] = Supply(self.plant, num_envs, rest[1], draw)
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -324,18 +329,24 @@ class ReachTogether(TogetherEnv):
         return self._supply.take(chosen, self._rngs)
 
     def _set(self, chosen: Index, goals: list[Array]) -> None:
-        self._target[chosen] = goals
+        self._target[chosen], self._held[chosen] = goals, 0
 
     def _judge(self, stepped: Index) -> tuple[Array, np.ndarray]:
-        rewards = np.where(self._diverged, DIVERGED_REWARD, -self._distance_m / self.one.length_m)
-        return rewards[stepped], (self._success() | self._diverged)[stepped]
+        distance, lost = self._distance_m[stepped], self._diverged[stepped]
+        speed = np.linalg.norm(self._now.velocity[stepped], axis=1)
+        there = arrived(distance, speed, self.one.tolerance_m) & ~lost
+        self._held[stepped] = np.where(there, self._held[stepped] + 1, 0)
+        rewards = np.where(lost, DIVERGED_REWARD, -distance / self.one.length_m)
+        return rewards, self._success()[stepped] | lost
 
     def _goal(self) -> Mapping[str, Array]:
         return {"target": self._target / self.one.length_m}
 
+    def _more_parts(self) -> Mapping[str, Array]:
+        return {"held": self._held[:, np.newaxis] / self._reach.hold_steps}
+
     def _success(self) -> np.ndarray:
-        speed = np.linalg.norm(self._now.velocity, axis=1)
-        return arrived(self._distance_m, speed, self.one.tolerance_m) & ~self._diverged
+        return self._held >= self._reach.hold_steps
 
     def _told(self) -> Mapping[str, np.ndarray]:
         return {"is_success": self._success()}

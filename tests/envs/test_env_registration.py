@@ -39,7 +39,7 @@ def test_fresh_interpreter_makes_the_environment_by_an_id_that_names_the_package
     code = (
         f"import gymnasium; env = gymnasium.make('catheter_sim:{IDS[0]}'); print(env.reset(seed=0)[0].shape)"
     )
-    assert fresh(code) == "(26,)"
+    assert fresh(code) == "(27,)"
 
 
 def test_fresh_interpreter_makes_the_environment_by_its_plain_id() -> None:
@@ -47,7 +47,7 @@ def test_fresh_interpreter_makes_the_environment_by_its_plain_id() -> None:
     if importlib.util.find_spec("_catheter_sim_startup") is None:
         pytest.skip("the package runs from a folder, not from an installation with its start-up file")
     code = f"import gymnasium; env = gymnasium.make('{IDS[0]}'); print(env.reset(seed=0)[0].shape)"
-    assert fresh(code) == "(26,)"
+    assert fresh(code) == "(27,)"
 
 
 def test_import_registers_and_loads_no_engine() -> None:

@@ -182,7 +182,7 @@ def test_the_baseline_finds_the_way_to_a_target_behind_the_base() -> None:
     env = reach(FOUR_DOF)
     observation, info = env.reset(seed=8)
     assert info["target_m"][2] < 0.0
-    for _ in range(50):
+    for _ in range(55):
         observation, _, terminated, _, info = env.step(resolved_rate(env, observation))
         if terminated:
             break

@@ -163,19 +163,51 @@ def test_pulling_toward_the_target_shortens_the_way_and_pulling_away_lengthens_i
         assert (change < 0.0).all() if nearer else (change > 0.0).all()
 
 
-def test_success_needs_nearness_and_rest(section: ReachEnv) -> None:
+def test_success_needs_nearness_and_rest() -> None:
     """Passing the target at speed is no success; standing at it is, and so is nothing else."""
-    section.reset(options={"target": (0.025, 0.0, 0.0525)})
+    env = reach(hold_steps=1)
+    env.reset(options={"target": (0.025, 0.0, 0.0525)})
     passed = 0
     for _ in range(20):
-        _, _, terminated, truncated, info = section.step(action(1.0, 0.0))
+        _, _, terminated, truncated, info = env.step(action(1.0, 0.0))
         near, slow = info["distance_m"] <= 2e-3, info["speed_m_per_s"] < 2e-3
         assert terminated == info["is_success"] == (near and slow)
         assert not truncated
         passed += near and not slow
     assert passed >= 1
-    section.reset(options={"target": STRAIGHT})
-    assert section.step(action(0.0, 0.0))[2]
+    env.reset(options={"target": STRAIGHT})
+    assert env.step(action(0.0, 0.0))[2]
+
+
+def test_success_is_held_for_half_a_second(section: ReachEnv) -> None:
+    """Five steps in a row at rest at the target; a motion begins the count anew; the observation tells it."""
+    _, info = section.reset(options={"target": STRAIGHT})
+    assert not info["is_success"]
+    held = []
+    for pull in (0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0):
+        before = len(held) and held[-1]
+        observation, _, terminated, _, info = section.step(action(pull, 0.0))
+        there = info["distance_m"] <= 2e-3 and info["speed_m_per_s"] < 2e-3
+        held.append(before + 1 if there else 0)
+        assert observation[section.layout["held"]] == pytest.approx(held[-1] / 5)
+        assert terminated == info["is_success"] == (held[-1] == 5)
+        if terminated:
+            break
+    assert held[2] == 0  # it moved
+    assert held[-5:] == [1, 2, 3, 4, 5]
+
+
+@pytest.mark.slow
+def test_chance_reaches_next_to_no_target_of_a_section() -> None:
+    """Random actions: of 20 targets one at most (of 100: none)."""
+    env = reach()
+    reached = 0
+    for seed in range(20):
+        env.reset(seed=seed)
+        rng = np.random.default_rng(seed)
+        ends = (env.step(rng.uniform(-1.0, 1.0, 2).astype(np.float32)) for _ in range(100))
+        reached += any(terminated for _, _, terminated, _, _ in ends)
+    assert reached <= 1
 
 
 def test_friction_makes_the_way_matter() -> None:
@@ -264,6 +296,8 @@ def test_bad_reset_options_are_refused(section: ReachEnv, options: dict[str, Any
         ({"largest_bend_rad": math.inf}, "largest_bend_rad = inf: must be above zero and finite"),
         ({"gravity_mps2": (0.0, 9.81)}, "three finite numbers are needed"),
         ({"settings": ["friction.nu=0"]}, "nu"),
+        ({"hold_steps": 0}, "hold_steps = 0: must be a whole number, 1 or more"),
+        ({"hold_steps": 2.0}, r"hold_steps = 2\.0: must be"),
     ],
 )
 def test_bad_arguments_are_refused(arguments: dict[str, Any], message: str) -> None:
@@ -299,7 +333,7 @@ def test_a_robot_that_bends_in_space_is_driven_too() -> None:
     env = ReachEnv("spacer_disk", action_type="displacement", largest_bend_rad=0.6)
     assert env.drives.names == ("bend_first_y", "bend_second_y")
     observation, info = env.reset(seed=1)
-    for _ in range(30):
+    for _ in range(35):
         observation, _, terminated, _, info = env.step(resolved_rate(env, observation))
         if terminated:
             break
@@ -310,7 +344,7 @@ def test_vector_environments_hold_it() -> None:
     """Gymnasium's vector environment steps several at once, each with its own target."""
     many = gymnasium.make_vec(SECTION, num_envs=2)
     observation, info = many.reset(seed=1)
-    assert observation.shape == (2, 18)
+    assert observation.shape == (2, 19)
     assert not np.array_equal(info["target_m"][0], info["target_m"][1])
     many.step(np.zeros((2, 2), dtype=np.float32))
     many.close()

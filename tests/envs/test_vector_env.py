@@ -94,6 +94,9 @@ IDS = [
     for task in ("Reach", "Track")
 ]
 
+TUMOUR = "catheter_sim/NeuroendoscopeTumour-v0"
+CLINICAL = ("NeuroendoscopeTumour", "ChestTubeInsert", "MitralTransseptalDeliver", "Mitral4dofDeliver")
+
 
 def test_numbers_are_those_of_single_environments(three: Any, alone: Any) -> None:
     """Observations, rewards, ends and infos, over truncations and the starts after them."""
@@ -110,6 +113,30 @@ def test_numbers_of_every_id_are_those_of_single_environments(name: str, count: 
     assert difference(many, loop, 5) < 1e-9
     many.close()
     loop.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CLINICAL)
+def test_numbers_of_the_clinical_tasks_are_those_of_single_environments(name: str) -> None:
+    """Whole environments on threads: anatomies, contacts, forces; with a truncation and a second start."""
+    many, loop = (make(f"catheter_sim/{name}-v0", 2, max_episode_steps=2) for make in (vector, singles))
+    assert isinstance(many, OneByOneEnv)
+    assert difference(many, loop, 4) == 0.0
+    for env in (many, loop):
+        assert not np.array_equal(*env.reset(seed=[1, 2])[0])
+        env.close()
+
+
+@pytest.mark.slow
+def test_robots_that_differ_are_built_on_threads_at_once() -> None:
+    """Each copy has its own robot in its own anatomy, as its seed says."""
+    drawn = {"randomised": {"friction.mu": (0.1, 0.5), "effects.stiffness.scale": (0.8, 1.25)}}
+    many, loop = (make(TUMOUR, 3, max_episode_steps=2, **drawn) for make in (vector, singles))
+    assert difference(many, loop, 3) == 0.0
+    frictions = {env.unwrapped.plant.specified.friction.mu for env in many.envs}
+    assert len(frictions) == 3
+    for env in (many, loop):
+        env.close()
 
 
 @pytest.mark.parametrize("mode", ["SameStep", "Disabled"])
@@ -203,6 +230,21 @@ def test_one_target_for_all_can_be_set(three: Any) -> None:
     assert np.array_equal(info["target_m"], [STRAIGHT] * 3)
     with pytest.raises(InputError, match="unknown option of reset 'goal'; choices: target"):
         three.reset(options={"goal": STRAIGHT})
+
+
+def test_a_copy_succeeds_when_it_has_been_held_long_enough() -> None:
+    """At the target from the start, one copy is moved away: only the others' fifth step is their last."""
+    many, loop = vector(), singles()
+    starts = [env.reset(seed=0, options={"target": STRAIGHT}) for env in (many, loop)]
+    assert worst(*starts) < 1e-9
+    action = np.zeros(many.action_space.shape, np.float32)
+    action[1, 0] = 1.0
+    for step in range(1, 8):
+        one, other = many.step(action), loop.step(action)
+        assert worst(one, other) < 1e-9
+        assert one[2].tolist() == one[4]["is_success"].tolist() == [step == 5, False, step == 5]
+    many.close()
+    loop.close()
 
 
 def test_a_copy_that_diverges_leaves_the_others_alone(three: Any) -> None:

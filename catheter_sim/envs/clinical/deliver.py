@@ -92,7 +92,8 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     A flat `Box` of float32; `layout` maps names to slices. Places are in the sheath's frame: origin in the
     puncture, +z along the sheath into the atrium, +x where the robot bends first. L is the length of the
-    straight robot with its tube all out. First `target` and the parts of `reach.ReachEnv`, then
+    straight robot with its tube all out. First `target` and the parts of `reach.ReachEnv` (`tip` to `bend`),
+    then
 
     | part | size | what | unit |
     |---|---|---|---|
