@@ -79,9 +79,10 @@ class WarpBatch:
         if self._laws:
             self._warp_model.callback.control = self._between
         self._catheter = simulator.parts().catheter
-        self._pulls = simulator.parts().pulls
-        self._arrived = np.zeros((copies, len(robot.tendons)))
         self._start = {name: getattr(self._data, name).numpy().copy() for name in _STATE}
+        self._ctrl = self._start["ctrl"].copy()
+        self._driven = simulator.driven
+        self._arrived = np.zeros((copies, len(robot.tendons)))
 
     def reset(self) -> None:
         """Return all copies to rest, without inputs and history."""
@@ -99,10 +100,12 @@ class WarpBatch:
         wanted = (self.copies, len(self.robot.tendons))
         if np.shape(tendon) != wanted:
             raise InputError(f"inputs of shape {np.shape(tendon)}: {wanted} is needed (copies, tendons)")
+        controls = np.asarray(tendon, dtype=float)
         if self._catheter is not None:
-            self._arrived = self._catheter.through_play(self._arrived, np.asarray(tendon, dtype=float))
-            tendon = self._catheter.driven(self._arrived)
-        self._data.ctrl.assign(np.asarray(tendon, dtype=np.float32))
+            self._arrived = self._catheter.through_play(self._arrived, controls)
+            controls = self._catheter.driven(self._arrived)
+        self._ctrl[:, self._driven] = controls
+        self._data.ctrl.assign(self._ctrl)
 
     def step(self, count: int = 1) -> None:
         """Take `count` steps."""

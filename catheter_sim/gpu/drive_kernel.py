@@ -55,7 +55,7 @@ def slacken(
     affine = biasprm[world % biasprm.shape[0], actuator]
     length_gain = wp.float64(affine[1])
     passive = wp.float64(affine[0]) + length_gain * wp.float64(ten_length[world, tendons[place]])
-    largest = float(0.0)
+    largest = float(0.0)  # noqa: UP018 - a literal would be a constant to Warp
     if gain * wp.float64(ctrl_before[world, place]) + passive < _ZERO:
         largest = unlimited
     clamp = forcerange[world, actuator]
@@ -81,17 +81,15 @@ def turn_pairs(
     ctrl: wp.array2d(dtype=float),
     biasprm: wp.array2d(dtype=vec10),
 ):
-    """Let the torsion joints' actuators be the tangents of their pairs, as `CatheterDrive.tangent` has them."""
+    """Let the torsion joints' actuators be the tangents that `CatheterDrive.tangent` finds."""
     world, k = wp.tid()
     angle = wp.float64(qpos[world, qpos_index[k]])
     control = wp.float64(ctrl[world, actuators[k]])
     around = radius[k] * wp.max(wrap[k] - wp.abs(angle), _ZERO)
     wrapped = wp.sqrt(around * around + height[k] * height[k])
-    drawn = home[k] - wrapped
+    drawn = wp.abs(home[k] - wrapped)
     if angle < _ZERO:
-        drawn = wp.abs(drawn) * wp.float64(-1.0)
-    else:
-        drawn = wp.abs(drawn)
+        drawn = -drawn
     arm = radius[k]
     if height[k] > _ZERO:
         arm = radius[k] * around / wrapped

@@ -97,7 +97,9 @@ def _span_tensions(
 
 
 @wp.kernel(enable_backward=False)
-def planar_turns(qpos: wp.array2d(dtype=float), joints: wp.array(dtype=int), turn: wp.array3d(dtype=wp.float64)):
+def planar_turns(
+    qpos: wp.array2d(dtype=float), joints: wp.array(dtype=int), turn: wp.array3d(dtype=wp.float64)
+):
     """As `capstan.planar_turns`, one thread for each copy."""
     world = wp.tid()
     before = wp.float64(0.0)
@@ -119,7 +121,9 @@ def spatial_turns(
     world, tendon = wp.tid()
     before = wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
     for k in range(ends[tendon]):
-        after = wp.vec3d(site_xpos[world, sites[tendon, k + 1]]) - wp.vec3d(site_xpos[world, sites[tendon, k]])
+        after = wp.vec3d(site_xpos[world, sites[tendon, k + 1]]) - wp.vec3d(
+            site_xpos[world, sites[tendon, k]]
+        )
         turn[world, tendon, k] = wp.atan2(wp.length(wp.cross(before, after)), wp.dot(before, after))
         before = after
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from catheter_sim.errors import InputError
 from catheter_sim.gpu.device import Copies, Law
 from catheter_sim.simulation.elastic_law import ElasticRemainder
 from catheter_sim.simulation.friction import CapstanFriction
@@ -19,7 +18,9 @@ def laws_of(simulator: Simulator, driven: bool, copies: Copies) -> list[Law]:
         copies: where they run.
     """
     # Their kernels need Warp, which is an extra.
+    from catheter_sim.gpu.catheter import Resistance, Stretching, Tubes
     from catheter_sim.gpu.drive import Drive, Torsion
+    from catheter_sim.gpu.elastic import Elastic
     from catheter_sim.gpu.friction import Friction
     from catheter_sim.gpu.rolling import Rolling
 
@@ -34,14 +35,18 @@ def laws_of(simulator: Simulator, driven: bool, copies: Copies) -> list[Law]:
         tension = None if friction is None else friction.tension
         laws.append(Rolling(copies, parts.rolling, parts.elastic, drive, tension))
     if catheter is not None:
+        if catheter.tubes:
+            laws.append(Tubes(copies, catheter.tubes))
+        if catheter.resistances:
+            laws.append(Resistance(copies, catheter.resistances))
         if len(catheter.torsion):
             laws.append(Torsion(copies, catheter))
-        if catheter.stretching or catheter.resistances or catheter.tubes:
-            raise InputError("TODO")
+        if catheter.stretching:
+            laws.append(Stretching(copies, catheter.stretching))
     if driven or friction is not None:
         laws.append(drive)
     if isinstance(parts.elastic, ElasticRemainder):
-        raise InputError("TODO")
+        laws.append(Elastic(copies, parts.elastic))
     if friction is not None:
         laws.append(friction)
     return laws

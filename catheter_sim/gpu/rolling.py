@@ -33,7 +33,10 @@ class Rolling(Idle):
         self._joint, self._rod = copies.real(joint), copies.real(rod)
         self._axis = copies.whole(layout.axis)
         self._length, self._free = copies.each(layout.length), copies.each(layout.length)
-        self._joint_index, self._body_index = copies.whole(layout.joint_index), copies.whole(layout.body_index)
+        self._joint_index, self._body_index = (
+            copies.whole(layout.joint_index),
+            copies.whole(layout.body_index),
+        )
         self._hinges, self._links = copies.own("jnt_pos"), copies.own("body_pos")
         self._even = tension is None
         self._pulled = (len(layout.ends), len(joint))

@@ -104,6 +104,11 @@ class CatheterDrive:
         """Whether tendons and joints follow no measured law and no tube bends."""
         return not (self.stretching or self.resistances or self.tubes)
 
+    @property
+    def control_count(self) -> int:
+        """How many controls there are, the model's first ones."""
+        return len(self._pair)
+
     def reset(self) -> None:
         """Forget what happened: plays centred, tendons new, joints unbent."""
         self._arrived[:] = 0.0
