@@ -3,8 +3,9 @@
     python scripts/benchmark_gpu.py
     python scripts/benchmark_gpu.py --robot chest_tube --sizes 256,4096 --device cuda:0
 
-Friction is on, with the specified coefficient or 0.3. Each copy has inputs of its own, all different. The first steps compile and are not counted; on a GPU the steps are captured in a graph
-once and replayed. A ratio against one copy of the simulator on this machine's processor stands beside.
+Friction is on, with the specified coefficient or 0.3. Each copy has inputs of its own, all different. The
+first steps compile and are not counted; on a GPU the steps are captured in a graph once and replayed. A
+ratio against one copy of the simulator on this machine's processor stands beside.
 """
 
 from __future__ import annotations

@@ -96,12 +96,16 @@ class WarpBatch:
         """Set the tensions [N] or displacements [m] of the following steps, shape (copies, t).
 
         A catheter's displacements pass through their pairs' plays.
+
+        Raises:
+            InputError: another shape, or a catheter's displacement beyond its joint's range.
         """
         wanted = (self.copies, len(self.robot.tendons))
         if np.shape(tendon) != wanted:
             raise InputError(f"inputs of shape {np.shape(tendon)}: {wanted} is needed (copies, tendons)")
         controls = np.asarray(tendon, dtype=float)
         if self._catheter is not None:
+            self._catheter.require_range(controls)
             self._arrived = self._catheter.through_play(self._arrived, controls)
             controls = self._catheter.driven(self._arrived)
         self._ctrl[:, self._driven] = controls

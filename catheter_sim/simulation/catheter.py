@@ -124,8 +124,18 @@ class CatheterDrive:
         Raises:
             InputError: a displacement to which no angle belongs.
         """
+        self.require_range(displacement)
+        self._arrived = self.through_play(self._arrived, displacement)
+        return self.driven(self._arrived)
+
+    def require_range(self, displacement: Array) -> None:
+        """Require that an angle belongs to every displacement, shape (..., p) [m].
+
+        Raises:
+            InputError: none does to one.
+        """
         least, most = self._range.T * (1.0 + _ROUNDING)
-        beyond = (displacement < least) | (displacement > most)
+        beyond = ((displacement < least) | (displacement > most)).reshape(-1, len(least)).any(axis=0)
         if beyond.any():
             index = int(np.argmax(beyond))
             name = input_channels(self._robot)[index]
@@ -133,8 +143,6 @@ class CatheterDrive:
             raise InputError(
                 f"{self._robot.name}: {name}: beyond its joint's range, {low:.4g} to {high:.4g} mm"
             )
-        self._arrived = self.through_play(self._arrived, displacement)
-        return self.driven(self._arrived)
 
     def through_play(self, arrived: Array, displacement: Array) -> Array:
         """Return what arrives at the pairs, shape (..., p) [m], where `arrived` did before."""

@@ -115,9 +115,11 @@ def test_a_loading_and_unloading_loop_agrees_with_the_c_engine(loop: Loop) -> No
     assert batch.tips() == pytest.approx(np.array([rest] * 2), abs=1e-7)
 
 
-def test_inputs_of_another_shape_are_refused() -> None:
-    """The message names both shapes."""
+def test_bad_inputs_are_refused() -> None:
+    """The message names both shapes, or the channel and its range."""
     pytest.importorskip("mujoco_warp", reason="needs the extra gpu")
-    batch = WarpBatch(load_robot("neuroendoscope_section"), 2, "cpu")
-    with pytest.raises(InputError, match=r"shape \(2,\): \(2, 2\) is needed"):
-        batch.set_inputs(np.zeros(2))
+    batch = WarpBatch(load_robot("mitral_4dof"), 2, "cpu")
+    with pytest.raises(InputError, match=r"shape \(4,\): \(2, 4\) is needed"):
+        batch.set_inputs(np.zeros(4))
+    with pytest.raises(InputError, match=r"displacement_bending_distal_mm: beyond its joint's range"):
+        batch.set_inputs(np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]))
