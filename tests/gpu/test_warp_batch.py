@@ -20,7 +20,7 @@ GRAVITY_MPS2 = (5.0, 0.0, -9.81)
 
 @dataclass(frozen=True)
 class Loop:
-    """A robot's loading and unloading: inputs at the peak [N, m], and for how many steps each level is held."""
+    """A robot's loading and unloading: inputs at the peak [N, m], and steps for which each level is held."""
 
     reference: str
     peak: tuple[float, ...]
