@@ -1,11 +1,11 @@
-"""Print env-steps per second of a continuum robot on MuJoCo Warp, by batch size.
+"""Print env-steps per second of a robot on MuJoCo Warp, by batch size.
 
     python scripts/benchmark_gpu.py
-    python scripts/benchmark_gpu.py --robot neuroendoscope --sizes 256,4096 --device cuda:0
+    python scripts/benchmark_gpu.py --robot chest_tube --sizes 256,4096 --device cuda:0
 
-Friction is on, with the specified coefficient or 0.3. Each copy is pulled by tensions of its own, all
-tensions different. The first steps compile and are not counted; on a GPU the steps are captured in a graph
-once and replayed. A ratio against one copy of the simulator on this machine's processor stands beside.
+Friction is on, with the specified coefficient or 0.3. Each copy has inputs of its own, all different. The
+first steps compile and are not counted; on a GPU the steps are captured in a graph once and replayed. A
+ratio against one copy of the simulator on this machine's processor stands beside.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ def main() -> int:
 def _run(options: argparse.Namespace) -> int:
     robot = load_robot(options.robot)
     robot = dataclasses.replace(robot, friction=Friction(robot.friction.mu or FRICTION_MU))
-    full = quick_model(robot, "tension").drives.tension
+    full = quick_model(robot, robot.actuation).drives.tendon.T
     rng = np.random.default_rng(0)
     simulator = Simulator(robot)
-    simulator.set_inputs(full * rng.uniform(0.0, 0.5, len(full)))
+    simulator.set_inputs(rng.uniform(0.0, 0.5, len(full)) @ full)
     simulator.step(STEPS)
     start = time.perf_counter()
     simulator.step(10 * STEPS)
@@ -60,7 +60,7 @@ def _run(options: argparse.Namespace) -> int:
     print(f"{'device':<10} {'copies':>7} {'env-steps/s':>12} {'of simulator':>13}")
     for size in (int(text) for text in options.sizes.split(",")):
         batch = WarpBatch(robot, size, options.device)
-        batch.set_inputs(full * rng.uniform(0.0, 0.5, (size, len(full))))
+        batch.set_inputs(rng.uniform(0.0, 0.5, (size, len(full))) @ full)
         replay = batch.repeated(STEPS)
         seconds = []
         for _ in range(options.repeats):

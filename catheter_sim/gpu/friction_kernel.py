@@ -8,32 +8,10 @@ The numbers are those of `capstan.confine` in double precision; what MuJoCo Warp
 
 import warp as wp
 
-_LEAST_RESPONSE = wp.constant(wp.float64(1e-12))  # as `capstan.LEAST_RESPONSE`
+from catheter_sim.simulation import capstan
 
-
-@wp.func
-def _turn(
-    world: int,
-    tendon: int,
-    k: int,
-    planar: bool,
-    joints: wp.array(dtype=int),
-    sites: wp.array2d(dtype=int),
-    qpos: wp.array2d(dtype=float),
-    site_xpos: wp.array2d(dtype=wp.vec3),
-) -> wp.float64:
-    """Return the turn of a tendon at hole k [rad], as `capstan.planar_turns` and `spatial_turns` do."""
-    if planar:
-        angle = wp.float64(qpos[world, joints[k]])
-        if k > 0:
-            angle += wp.float64(qpos[world, joints[k - 1]])
-        return wp.abs(wp.float64(0.5) * angle)
-    before = wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
-    here = wp.vec3d(site_xpos[world, sites[tendon, k]])
-    if k > 0:
-        before = here - wp.vec3d(site_xpos[world, sites[tendon, k - 1]])
-    after = wp.vec3d(site_xpos[world, sites[tendon, k + 1]]) - here
-    return wp.atan2(wp.length(wp.cross(before, after)), wp.dot(before, after))
+_LEAST_RESPONSE = wp.constant(wp.float64(capstan.LEAST_RESPONSE))
+_ZERO = wp.constant(wp.float64(0.0))
 
 
 @wp.func
@@ -42,6 +20,7 @@ def _span_tensions(
     tendon: int,
     count: int,
     entering: wp.float64,
+    drive: wp.float64,
     factor: wp.array3d(dtype=wp.float64),
     response: wp.array3d(dtype=wp.float64),
     rate: wp.array2d(dtype=wp.float64),
@@ -50,19 +29,29 @@ def _span_tensions(
     goal: wp.array2d(dtype=wp.float64),
     tension: wp.array3d(dtype=wp.float64),
 ):
-    """As `capstan.span_tensions` where the tension is given."""
+    """Update one tendon's tensions and return the actuator's, as `capstan.span_tensions` does."""
     width = knots.shape[1]
     left = int(0)  # noqa: UP018, RUF046 - a literal would be a constant to Warp
     right = int(width)
     left_shift = wp.float64(0.0)
     right_shift = wp.float64(0.0)
-    for k in range(count):
+    reached = wp.float64(entering)
+    rounds = count
+    if drive > _ZERO:
+        rounds = count + 1
+    for k in range(rounds):
         span = count - 1 - k
-        slope = response[world, tendon, span]
-        offset = -(slope * tension[world, tendon, span] + rate[world, span])
+        slope = wp.float64(0.0)
+        offset = wp.float64(0.0)
+        if span >= 0:
+            slope = response[world, tendon, span]
+            offset = -(slope * tension[world, tendon, span] + rate[world, span])
+        else:
+            slope = wp.float64(1.0) / drive
+            offset = -entering / drive
         while left > 0:
             knot = knots[world, left - 1] + left_shift
-            if slope * knot + offset <= wp.float64(0.0):
+            if slope * knot + offset <= _ZERO:
                 break
             left -= 1
             right -= 1
@@ -73,7 +62,7 @@ def _span_tensions(
             steps[world, right] = -step
         while right < width:
             knot = knots[world, right] + right_shift
-            if slope * knot + offset >= wp.float64(0.0):
+            if slope * knot + offset >= _ZERO:
                 break
             step = steps[world, right]
             slope += step
@@ -83,42 +72,131 @@ def _span_tensions(
             left += 1
             right += 1
         wish = -offset / slope
-        goal[world, span] = wish
-        right -= 1
-        knots[world, left] = wish - left_shift
-        steps[world, left] = slope
-        knots[world, right] = wish - right_shift
-        steps[world, right] = slope
-        left += 1
-        before = entering
-        if span > 0:
-            before = tension[world, tendon, span - 1]
-        left_shift -= before * factor[world, tendon, span] - before
-        right_shift -= before / factor[world, tendon, span] - before
-    below = entering
+        if span < 0:
+            reached = wish
+        else:
+            goal[world, span] = wish
+            right -= 1
+            knots[world, left] = wish - left_shift
+            steps[world, left] = slope
+            knots[world, right] = wish - right_shift
+            steps[world, right] = slope
+            left += 1
+            before = wp.max(entering, _ZERO)
+            if span > 0:
+                before = tension[world, tendon, span - 1]
+            left_shift -= before * factor[world, tendon, span] - before
+            right_shift -= before / factor[world, tendon, span] - before
+    reached = wp.max(reached, _ZERO)
+    below = wp.float64(reached)
     for k in range(count):
         held = factor[world, tendon, k]
         below = wp.min(wp.max(goal[world, k], below / held), below * held)
         tension[world, tendon, k] = below
+    return reached
+
+
+@wp.kernel(enable_backward=False)
+def planar_turns(
+    qpos: wp.array2d(dtype=float), joints: wp.array(dtype=int), turn: wp.array3d(dtype=wp.float64)
+):
+    """As `capstan.planar_turns`, one thread for each copy."""
+    world = wp.tid()
+    before = wp.float64(0.0)
+    for k in range(joints.shape[0]):
+        angle = wp.float64(qpos[world, joints[k]])
+        for j in range(turn.shape[1]):
+            turn[world, j, k] = wp.abs(wp.float64(0.5) * (before + angle))
+        before = angle
+
+
+@wp.kernel(enable_backward=False)
+def spatial_turns(
+    site_xpos: wp.array2d(dtype=wp.vec3),
+    sites: wp.array2d(dtype=int),
+    ends: wp.array(dtype=int),
+    turn: wp.array3d(dtype=wp.float64),
+):
+    """As `capstan.spatial_turns`, one thread for each copy and tendon."""
+    world, tendon = wp.tid()
+    before = wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
+    for k in range(ends[tendon]):
+        after = wp.vec3d(site_xpos[world, sites[tendon, k + 1]]) - wp.vec3d(
+            site_xpos[world, sites[tendon, k]]
+        )
+        turn[world, tendon, k] = wp.atan2(wp.length(wp.cross(before, after)), wp.dot(before, after))
+        before = after
+
+
+@wp.kernel(enable_backward=False)
+def pair_turns(
+    path: wp.float64,
+    qpos: wp.array2d(dtype=float),
+    gaps: wp.array2d(dtype=int),
+    ends: wp.array(dtype=int),
+    passes: wp.array2d(dtype=int),
+    turn: wp.array3d(dtype=wp.float64),
+):
+    """As `friction.PairTurns`, one thread for each copy and pair.
+
+    Args:
+        path: by which all turn before the base [rad].
+        qpos: MuJoCo's positions.
+        gaps: where in them the pairs' gaps are, shape (p, n).
+        ends: number of gaps of each, shape (p,) or more.
+        passes: 1 where a pair passes the joint of another one, shape (p, p).
+        turn: out, the pairs' tendons and then their antagonists', shape (m, 2 p, n) [rad].
+    """
+    world, pair = wp.tid()
+    pairs = gaps.shape[0]
+    first = wp.float64(path)
+    for other in range(pairs):
+        if passes[pair, other] > 0:
+            bend = wp.float64(0.0)
+            for k in range(ends[other]):
+                bend += wp.float64(qpos[world, gaps[other, k]])
+            first += wp.abs(bend)
+    before = wp.float64(0.0)
+    for k in range(ends[pair]):
+        angle = wp.float64(qpos[world, gaps[pair, k]])
+        value = wp.float64(0.5) * wp.abs(before + angle)
+        if k == 0:
+            value += first
+        turn[world, pair, k] = value
+        turn[world, pairs + pair, k] = value
+        before = angle
+
+
+@wp.kernel(enable_backward=False)
+def know_joints(
+    timestep: wp.float64,
+    jnt_dofadr: wp.array(dtype=int),
+    armature: wp.array(dtype=wp.float64),
+    damping: wp.array(dtype=wp.float64),
+    jnt_stiffness: wp.array2d(dtype=float),
+    yielding: wp.array2d(dtype=wp.float64),
+):
+    """As `friction.CapstanFriction.know_joints`, one thread for each copy and joint."""
+    world, joint = wp.tid()
+    i = jnt_dofadr[joint]
+    stiffness = wp.float64(jnt_stiffness[world % jnt_stiffness.shape[0], joint])
+    yielding[world, i] = timestep / (armature[i] + timestep * (damping[i] + timestep * stiffness))
 
 
 @wp.kernel(enable_backward=False)
 def confine(
     mu: wp.float64,
-    planar: bool,
-    joints: wp.array(dtype=int),
-    sites: wp.array2d(dtype=int),
     ends: wp.array(dtype=int),
     row_start: wp.array(dtype=int),
     entry: wp.array(dtype=int),
     dof: wp.array(dtype=int),
     span: wp.array(dtype=int),
-    yielding: wp.array(dtype=wp.float64),
     sweeps: int,
     tolerance: wp.float64,
-    ctrl: wp.array2d(dtype=float),
-    qpos: wp.array2d(dtype=float),
-    site_xpos: wp.array2d(dtype=wp.vec3),
+    entering: wp.array2d(dtype=wp.float64),
+    drive: wp.array2d(dtype=wp.float64),
+    turn: wp.array3d(dtype=wp.float64),
+    yielding: wp.array2d(dtype=wp.float64),
     ten_J: wp.array2d(dtype=float),
     qvel: wp.array2d(dtype=float),
     passive: wp.array2d(dtype=float),
@@ -133,31 +211,31 @@ def confine(
     knots: wp.array2d(dtype=wp.float64),
     steps: wp.array2d(dtype=wp.float64),
     goal: wp.array2d(dtype=wp.float64),
+    reached: wp.array2d(dtype=wp.float64),
     applied: wp.array2d(dtype=float),
 ):
     """Update all copies' tensions, and apply what they pull beyond the actuators'; see `capstan.confine`.
 
-    `applied` is overwritten: nothing else may apply generalised forces.
+    An axis of m before those of `entering`, `drive`, `turn` and `yielding` there.
     """
     world = wp.tid()
     tendons = ends.shape[0]
     for i in range(qvel.shape[1]):
         force = wp.float64(passive[world, i]) - wp.float64(bias[world, i]) + wp.float64(constraint[world, i])
-        ahead[world, i] = wp.float64(qvel[world, i]) + yielding[i] * force
-        applied[world, i] = 0.0
+        force += wp.float64(applied[world, i])
+        ahead[world, i] = wp.float64(qvel[world, i]) + yielding[world, i] * force
     largest = wp.float64(0.0)
     for j in range(tendons):
-        largest = wp.max(largest, wp.float64(ctrl[world, j]))
+        largest = wp.max(largest, entering[world, j])
         for k in range(ends[j]):
-            turn = _turn(world, j, k, planar, joints, sites, qpos, site_xpos)
-            factor[world, j, k] = wp.exp(mu * turn)
+            factor[world, j, k] = wp.exp(mu * turn[world, j, k])
             response[world, j, k] = _LEAST_RESPONSE
         for place in range(row_start[j], row_start[j + 1]):
             i = dof[place]
             k = span[place]
             arm = wp.float64(ten_J[world, entry[place]])
-            response[world, j, k] = response[world, j, k] + yielding[i] * arm * arm
-            ahead[world, i] = ahead[world, i] - yielding[i] * arm * tension[world, j, k]
+            response[world, j, k] = response[world, j, k] + yielding[world, i] * arm * arm
+            ahead[world, i] = ahead[world, i] - yielding[world, i] * arm * tension[world, j, k]
     sweep = int(0)  # noqa: UP018, RUF046
     while sweep < sweeps:
         change = wp.float64(0.0)
@@ -172,23 +250,32 @@ def confine(
                 k = span[place]
                 arm = wp.float64(ten_J[world, entry[place]])
                 rate[world, k] = rate[world, k] + arm * ahead[world, dof[place]]
-            entering = wp.max(wp.float64(ctrl[world, j]), wp.float64(0.0))
-            _span_tensions(
-                world, j, ends[j], entering, factor, response, rate, knots, steps, goal, tension
-            )  # fmt: skip
+            reached[world, j] = _span_tensions(
+                world,
+                j,
+                ends[j],
+                entering[world, j],
+                drive[world, j],
+                factor,
+                response,
+                rate,
+                knots,
+                steps,
+                goal,
+                tension,
+            )
             for k in range(ends[j]):
                 old[world, k] = tension[world, j, k] - old[world, k]
                 change = wp.max(change, wp.abs(old[world, k]))
             for place in range(row_start[j], row_start[j + 1]):
                 i = dof[place]
                 arm = wp.float64(ten_J[world, entry[place]])
-                ahead[world, i] = ahead[world, i] - yielding[i] * arm * old[world, span[place]]
+                ahead[world, i] = ahead[world, i] - yielding[world, i] * arm * old[world, span[place]]
         sweep += 1
         if change <= tolerance * largest:
             sweep = sweeps
     for j in range(tendons):
-        entering = wp.max(wp.float64(ctrl[world, j]), wp.float64(0.0))
         for place in range(row_start[j], row_start[j + 1]):
             i = dof[place]
-            beyond = tension[world, j, span[place]] - entering
+            beyond = tension[world, j, span[place]] - reached[world, j]
             applied[world, i] = applied[world, i] - float(wp.float64(ten_J[world, entry[place]]) * beyond)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 
@@ -17,6 +19,28 @@ from catheter_sim.simulation.catheter_tube import tubes_of
 from catheter_sim.statics.catheter.drive import input_range_m
 
 _ROUNDING = 1e-9  # share of a range by which an input may lie beyond it
+
+
+@dataclass(frozen=True)
+class TorsionArrays:
+    """The torsion joints' pairs as plain arrays, each of shape (k,), for where they are found elsewhere.
+
+    Attributes:
+        actuators, qpos: their actuators, and where their angles are in the positions.
+        radius, height, wrap: of the wrapped tendons [m, m, rad].
+        home: wrapped length at rest [m].
+        stiffness: of each pair [N/m].
+        gain: of the actuators [N m/m].
+    """
+
+    actuators: np.ndarray
+    qpos: np.ndarray
+    radius: Array
+    height: Array
+    wrap: Array
+    home: Array
+    stiffness: Array
+    gain: Array
 
 
 class CatheterDrive:
@@ -36,6 +60,9 @@ class CatheterDrive:
     Attributes:
         pulls: actuators of the bending joints' tendons, shape (k,).
         torsion: actuators of the torsion joints' pairs.
+        stretching: the laws of tendons that stretch.
+        resistances: the bending joints whose resistance was measured.
+        tubes: the exposed tubes that bend.
     """
 
     def __init__(self, robot: CatheterRobot, model: mujoco.MjModel) -> None:
@@ -56,8 +83,8 @@ class CatheterDrive:
         slack = np.array([robot.tendons[pair].slack_m for pair in self._pulling_pair])
         rest = model.tendon_lengthspring[model.actuator_trnid[tendons, 0], 0] + slack
         bias[tendons, 0] = -bias[tendons, 1] * rest
-        self._laws = StretchLaws(robot, model, tendons, self._pulling_pair)
-        self._resistances = joint_resistances(robot, model)
+        self.stretching = StretchLaws(robot, model, tendons, self._pulling_pair)
+        self.resistances = joint_resistances(robot, model)
         names = [f"tendon_{robot.tendons[index].name}" for index in turns]
         modules = [moved[index] for index in turns]
         self._turns = np.array(turns, dtype=int)
@@ -70,20 +97,25 @@ class CatheterDrive:
         self._stiffness = np.array([tendon_stiffness(robot, robot.tendons[index]) for index in turns])
         self._gain = model.actuator_gainprm[self.torsion, 0].copy()
         self._arrived = np.zeros(len(robot.tendons))
-        self._tubes = tubes_of(robot, model)
+        self.tubes = tubes_of(robot, model)
 
     @property
     def plain(self) -> bool:
         """Whether tendons and joints follow no measured law and no tube bends."""
-        return not (self._laws or self._resistances or self._tubes)
+        return not (self.stretching or self.resistances or self.tubes)
+
+    @property
+    def control_count(self) -> int:
+        """How many controls there are, the model's first ones."""
+        return len(self._pair)
 
     def reset(self) -> None:
         """Forget what happened: plays centred, tendons new, joints unbent."""
         self._arrived[:] = 0.0
-        self._laws.reset()
-        for joint in self._resistances:
+        self.stretching.reset()
+        for joint in self.resistances:
             joint.reset()
-        for tube in self._tubes:
+        for tube in self.tubes:
             tube.reset()
 
     def controls(self, displacement: Array) -> Array:
@@ -92,8 +124,18 @@ class CatheterDrive:
         Raises:
             InputError: a displacement to which no angle belongs.
         """
+        self.require_range(displacement)
+        self._arrived = self.through_play(self._arrived, displacement)
+        return self.driven(self._arrived)
+
+    def require_range(self, displacement: Array) -> None:
+        """Require that an angle belongs to every displacement, shape (..., p) [m].
+
+        Raises:
+            InputError: none does to one.
+        """
         least, most = self._range.T * (1.0 + _ROUNDING)
-        beyond = (displacement < least) | (displacement > most)
+        beyond = ((displacement < least) | (displacement > most)).reshape(-1, len(least)).any(axis=0)
         if beyond.any():
             index = int(np.argmax(beyond))
             name = input_channels(self._robot)[index]
@@ -101,8 +143,6 @@ class CatheterDrive:
             raise InputError(
                 f"{self._robot.name}: {name}: beyond its joint's range, {low:.4g} to {high:.4g} mm"
             )
-        self._arrived = self.through_play(self._arrived, displacement)
-        return self.driven(self._arrived)
 
     def through_play(self, arrived: Array, displacement: Array) -> Array:
         """Return what arrives at the pairs, shape (..., p) [m], where `arrived` did before."""
@@ -118,20 +158,20 @@ class CatheterDrive:
 
         Returns whether the joints' stiffness in the model may have changed.
         """
-        for joint in self._resistances:
+        for joint in self.resistances:
             joint.update(data)
-        return bool(self._resistances)
+        return bool(self.resistances)
 
     def bend_tubes(self, data: mujoco.MjData) -> None:
         """Let the exposed tubes bend as beams of their present length; to be called before a step."""
-        for tube in self._tubes:
+        for tube in self.tubes:
             tube.bend(data)
 
     def stretch(self, data: mujoco.MjData, gain: Array, bias: Array, length_gain: Array) -> bool:
         """Let the tendons stretch by their law; see `StretchLaws.update`. Return whether any has one."""
-        if not self._laws:
+        if not self.stretching:
             return False
-        self._laws.update(data, gain, bias, length_gain)
+        self.stretching.update(data, gain, bias, length_gain)
         return True
 
     def turn(self, data: mujoco.MjData) -> None:
@@ -139,6 +179,19 @@ class CatheterDrive:
         if not len(self._turns):
             return
         self._model.actuator_biasprm[self.torsion, :2] = self.tangent(data.qpos, data.ctrl)
+
+    def torsion_arrays(self) -> TorsionArrays:
+        """Return what `tangent` needs to know of the pairs."""
+        return TorsionArrays(
+            actuators=self.torsion,
+            qpos=self._qpos,
+            radius=self._radius,
+            height=self._height,
+            wrap=self._wrap,
+            home=self._home,
+            stiffness=self._stiffness,
+            gain=self._gain,
+        )
 
     def tangent(self, qpos: Array, ctrl: Array) -> Array:
         """Return bias and length gain of the actuators `torsion`, shape (..., k, 2).

@@ -25,8 +25,8 @@ STICK_RATIO = 1e3  # stiffness of a gap that sticks over its law's
 # Of the same, where the law asks for no moment: wires bring the joint back. At the 3.4 deg below which the
 # proximal joint's law asks for none, it is 0.01 N at the tendon.
 LEAST_RATIO = 0.02
-_DIFFERENCE_DEG = 1e-4
-_APART = 0.95  # of the outward moment the inward one is less where the two curves count as two
+DIFFERENCE_DEG = 1e-4
+APART = 0.95  # of the outward moment the inward one is less where the two curves count as two
 
 
 class JointResistance:
@@ -56,13 +56,26 @@ class JointResistance:
         self._moment = np.zeros(self._gaps)
         self._turn = np.zeros((2, self._gaps))  # toward + and toward - [deg]
 
+    def arrays(self) -> tuple[list[np.ndarray], list[Array]]:
+        """Return the law as plain arrays with a row for each gap, for where it runs elsewhere.
+
+        Returns:
+            Places in MuJoCo: joints, positions, degrees of freedom. Numbers: gaps of the joint, moment
+            per radian [N m/rad], arm and half gap, (n, 2) [m], and of Algorithm 2 `loading`, (n, 4),
+            `bounds_deg`, (n, 2), `c_1` and `c_2`, (n, 3).
+        """
+        arms = np.array([self._segment.arm_m, self._segment.half_gap_m])
+        numbers = np.array(float(self._gaps)), np.array(self._scale), arms, *self._numbers
+        rows = [np.repeat(item[np.newaxis], self._gaps, axis=0) for item in numbers]
+        return [self._ids, self._qpos, self._dofs], rows
+
     def update(self, data: mujoco.MjData) -> None:
         """Let the gaps' springs have the moments of the law at the present angles, before a step."""
         angle = data.qpos[self._qpos]
         stuck = self._moment + STICK_RATIO * self._scale * (angle - self._angle)
         low, high = self._bounds(angle)
         moment = np.clip(stuck, low, high)
-        nudge = np.radians(_DIFFERENCE_DEG) / self._gaps
+        nudge = np.radians(DIFFERENCE_DEG) / self._gaps
         low_on, high_on = self._bounds(angle + nudge)
         # The forces of the step before say where the coming one goes.
         pulled = data.qfrc_actuator[self._dofs] + data.qfrc_applied[self._dofs]
@@ -75,7 +88,7 @@ class JointResistance:
         side = np.where(angle >= 0.0, 0, 1)
         outward = np.where(angle >= 0.0, stuck >= high, stuck <= low)
         # Just below a turn both curves are one: a gap that trembles there has not turned again.
-        apart = np.abs(np.where(angle >= 0.0, low, high)) < _APART * np.abs(np.where(angle >= 0.0, high, low))
+        apart = np.abs(np.where(angle >= 0.0, low, high)) < APART * np.abs(np.where(angle >= 0.0, high, low))
         own = np.arange(self._gaps)
         before = self._turn[side, own]
         self._turn[side, own] = np.where((outward & apart) | (bend > before), bend, before)

@@ -29,8 +29,8 @@ from catheter_sim.statics.catheter.elongation import (
 )
 
 SHAKE = 1e-4  # strain: 0.035 mm of 350 mm
-_DIFFERENCE = 1e-7  # strain, for a slope
-_LARGEST_STRAIN = 0.5  # no tendon comes near
+DIFFERENCE = 1e-7  # strain, for a slope
+LARGEST_STRAIN = 0.5  # no tendon comes near
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,13 @@ class Stretched:
 
 
 class StretchingTendon:
-    """One tendon and its history."""
+    """One tendon and its history.
+
+    Attributes:
+        length: over which it stretches by the law [m].
+        compliance: of what is in series with it [m/N].
+        state: its history.
+    """
 
     def __init__(self, length_m: float, stiffness_N_per_m: float, law: TendonLaw = PRINTED) -> None:
         """Start with a new tendon.
@@ -57,7 +63,7 @@ class StretchingTendon:
             stiffness_N_per_m: of what is in series with it; inf: nothing.
             law: parameters of Algorithm 1.
         """
-        self._length, self._compliance, self._law = length_m, 1.0 / stiffness_N_per_m, law
+        self.length, self.compliance, self._law = length_m, 1.0 / stiffness_N_per_m, law
         self.state = TendonState()
 
     def reset(self) -> None:
@@ -72,30 +78,49 @@ class StretchingTendon:
         slack = 0.0 if new else permanent_set(law, before)
         state = stretched(law, before, strain)
         forward = strain >= before.strain
-        first_slope = law.envelope_N[2] / self._length
-        soft = 1.0 / (1.0 / first_slope + self._compliance)
+        first_slope = law.envelope_N[2] / self.length
+        soft = 1.0 / (1.0 / first_slope + self.compliance)
         if state.tension_N <= 0.0:
             # Below zero it says how far it is from being taut, as a slack spring does.
-            result = Stretched(soft * min(stretch_m - slack * self._length, 0.0), soft)
+            result = Stretched(soft * min(stretch_m - slack * self.length, 0.0), soft)
         else:
-            step = _DIFFERENCE if forward else -_DIFFERENCE
+            step = DIFFERENCE if forward else -DIFFERENCE
             slope = (stretched(law, before, strain + step).tension_N - state.tension_N) / step
-            slope = max(slope, law.envelope_N[2]) / self._length
-            result = Stretched(state.tension_N, 1.0 / (1.0 / slope + self._compliance))
+            slope = max(slope, law.envelope_N[2]) / self.length
+            result = Stretched(state.tension_N, 1.0 / (1.0 / slope + self.compliance))
         if _goes_on(before, strain) or abs(strain - before.strain) > SHAKE:
             self.state = state
         return result
 
     def _strain(self, stretch_m: float) -> float:
         """Return the strain of the law's part of a stretch in series with the spring."""
-        if self._compliance == 0.0 or stretch_m <= 0.0:
-            return stretch_m / self._length
+        if self.compliance == 0.0 or stretch_m <= 0.0:
+            return stretch_m / self.length
 
         def excess(strain: float) -> float:
             tension = stretched(self._law, self.state, strain).tension_N
-            return strain * self._length + tension * self._compliance - stretch_m
+            return strain * self.length + tension * self.compliance - stretch_m
 
-        return float(brentq(excess, 0.0, min(stretch_m / self._length, _LARGEST_STRAIN), xtol=1e-14))
+        return float(brentq(excess, 0.0, min(stretch_m / self.length, LARGEST_STRAIN), xtol=1e-14))
+
+
+@dataclass(frozen=True)
+class StretchArrays:
+    """The stretching tendons of a model as plain arrays, each of shape (k,), for where they run elsewhere.
+
+    Attributes:
+        actuators, tendons: in MuJoCo.
+        rest: unstretched lengths [m].
+        length, compliance: as of `StretchingTendon` [m, m/N].
+        law: of all.
+    """
+
+    actuators: np.ndarray
+    tendons: np.ndarray
+    rest: Array
+    length: Array
+    compliance: Array
+    law: TendonLaw
 
 
 class StretchLaws:
@@ -114,7 +139,7 @@ class StretchLaws:
         self._places = np.array(chosen, dtype=int)
         self._actuators = actuators[self._places]
         items = [robot.tendons[int(pairs[place])] for place in chosen]
-        self._tendons = [StretchingTendon(item.length_m, item.stiffness_N_per_m) for item in items]
+        self._tendons = [StretchingTendon(item.length_m, item.stiffness_N_per_m, PRINTED) for item in items]
         self._ids = model.actuator_trnid[self._actuators, 0]
         self._rest = model.tendon_lengthspring[self._ids, 0] + np.array([item.slack_m for item in items])
         self._model = model
@@ -126,6 +151,17 @@ class StretchLaws:
     def __bool__(self) -> bool:
         """Whether any tendon follows the law."""
         return bool(self._tendons)
+
+    def layout(self) -> StretchArrays:
+        """Return the tendons as plain arrays."""
+        return StretchArrays(
+            actuators=self._actuators,
+            tendons=self._ids,
+            rest=self._rest,
+            length=np.array([tendon.length for tendon in self._tendons]),
+            compliance=np.array([tendon.compliance for tendon in self._tendons]),
+            law=PRINTED,
+        )
 
     def reset(self) -> None:
         """Return to new tendons."""

@@ -3,17 +3,41 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from catheter_sim.mjcf.catheter_tube import tube_joint_names, tube_spring
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
-from catheter_sim.robots.catheter_layout import bending_tubes
+from catheter_sim.robots.catheter_layout import bending_tubes, tube_stiffness_N_m2
 from catheter_sim.statics.catheter.tube import SKEW_STIFFNESS, chord_share, end_turn, end_twist_rad
 
 # A shorter tube bends like one of this length. At no advance the module then yields by M / EI times it,
 # where it should not: 0.006 deg under 1 N mm at an EI of 100 N mm^2.
 SHORTEST_M = 1e-5
+
+
+@dataclass(frozen=True)
+class TubeArrays:
+    """A tube as plain arrays, for where it runs elsewhere.
+
+    Attributes:
+        places: in MuJoCo: the hinges' positions toward x and y, at the exit and at the inlet, the slide's,
+            the twist's; the slide's degree of freedom, its actuator, the springs against the whole bend
+            and against skew, two each, shape (12,).
+        curvature: at rest, toward x and y, shape (2,) [1/m].
+        beyond_m: length of what the tube carries.
+        springs: stiffness against the whole bend times length, and its part that no length changes,
+            shape (2,) [N m^2, N m].
+        drive_stiffness: of the drive [N/m].
+    """
+
+    places: np.ndarray
+    curvature: np.ndarray
+    beyond_m: float
+    springs: np.ndarray
+    drive_stiffness: float
 
 
 class Tube:
@@ -39,6 +63,21 @@ class Tube:
         pair = next(item for item in robot.tendons if item.moves == segment.name)
         self._drive = int(model.actuator(f"tendon_{pair.name}").id)
         self._drive_stiffness = float(model.actuator_gainprm[self._drive, 0])
+
+    def layout(self) -> TubeArrays:
+        """Return what `bend` needs to know of the tube."""
+        hinges = [self._exit_x, self._exit_y, self._inlet_x, self._inlet_y, self._slide, self._twist]
+        places = [*hinges, self._slide_dof, self._drive, *self._bend, *self._skew]
+        # EI over the length, or a stiffness that is the same at every length
+        elastic = math.isfinite(tube_stiffness_N_m2(self._robot, self._segment))
+        spring = tube_spring(self._robot, self._segment, 1.0)
+        return TubeArrays(
+            places=np.array(places),
+            curvature=np.array(self._curvature),
+            beyond_m=self._beyond_m,
+            springs=np.array([spring, 0.0] if elastic else [0.0, spring]),
+            drive_stiffness=self._drive_stiffness,
+        )
 
     def reset(self) -> None:
         """Make the unloaded tube of no length straight."""

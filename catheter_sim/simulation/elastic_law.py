@@ -45,6 +45,17 @@ class ElasticRemainder:
         self._spatial = self._qy >= 0
         self._rest = model.qpos_spring.copy()
 
+    def arrays(self) -> tuple[list[np.ndarray], list[Array]]:
+        """Return the law as plain arrays, for where it runs elsewhere.
+
+        Returns:
+            Places of the links' hinges in MuJoCo, positions and degrees of freedom about x, then about y
+            (below zero: none), each of shape (k,). Stiffness [N m/rad], `cubic` and `quintic` of each, and
+            all rest positions, shape (nq,).
+        """
+        places = [self._qx, self._dx, self._qy, self._dy]
+        return places, [self._stiffness, self._cubic, self._quintic, self._rest]
+
     def apply(self, data: mujoco.MjData) -> None:
         """Add the torques to `data.qfrc_applied`."""
         on_x, on_y = self._torques(data.qpos)

@@ -163,25 +163,30 @@ class PairTurns:
 
     Halfway through a ring a tendon has turned by half of each gap beside it. Before the first gap it has
     turned by the robot's `path_rad` and by the bends of the joints that it passes.
+
+    Attributes:
+        path_rad: the robot's.
+        gaps: of each pair, where its joint's gaps are in the positions.
+        before: of each pair, the pairs whose joints it passes.
     """
 
     def __init__(self, robot: CatheterRobot, model: mujoco.MjModel, spans: int) -> None:
-        self._path = robot.path_rad
-        self._gaps = []
+        self.path_rad = robot.path_rad
+        self.gaps = []
         for segment in bent_by(robot).values():
             names = [f"{segment.name}_{gap}" for gap in range(1, segment.rings + 2)]
-            self._gaps.append(np.array([model.joint(name).qposadr[0] for name in names]))
+            self.gaps.append(np.array([model.joint(name).qposadr[0] for name in names]))
         order = [robot.segments.index(segment) for segment in bent_by(robot).values()]
-        self._before = [[other for other, k in enumerate(order) if k < own] for own in order]
+        self.before = [[other for other, k in enumerate(order) if k < own] for own in order]
         self._turn = np.zeros((2 * len(order), spans))
 
     def __call__(self, data: mujoco.MjData, ends: capstan.Index | None = None) -> Array:
         """Return the turn before each span, shape (2 pairs, n) [rad], in a reused array."""
-        bends = [data.qpos[gaps] for gaps in self._gaps]
+        bends = [data.qpos[gaps] for gaps in self.gaps]
         for row, own in enumerate(bends):
-            passed = sum(abs(float(bends[other].sum())) for other in self._before[row])
+            passed = sum(abs(float(bends[other].sum())) for other in self.before[row])
             turn = 0.5 * np.abs(own + np.concatenate([[0.0], own[:-1]]))
-            turn[0] += self._path + passed
+            turn[0] += self.path_rad + passed
             self._turn[row, : len(own)] = self._turn[row + len(bends), : len(own)] = turn
         return self._turn
 
@@ -227,21 +232,17 @@ def layout_of(robot: Robot, model: mujoco.MjModel) -> Layout:
 
 @dataclass(frozen=True)
 class LawArrays:
-    """The law of a continuum robot as plain arrays, for where it runs elsewhere.
+    """The law as plain arrays, for where it runs elsewhere.
 
     Attributes:
         mu: friction coefficient.
-        planar: whether turns follow from the hinges' angles at `joints`, else from the holes at `sites`.
-        joints: places of the hinges' angles in `qpos`, shape (n,); of a robot in space (0,).
-        sites: holes of each tendon, shape (t, n + 1); of a planar robot (t, 0).
+        turns: whence the turns follow.
         spans: n.
         ends, starts, entries, dofs, span, yielding: as in `capstan.confine`.
     """
 
     mu: float
-    planar: bool
-    joints: np.ndarray
-    sites: np.ndarray
+    turns: Turns | RodTurns | PairTurns
     spans: int
     ends: np.ndarray
     starts: np.ndarray
@@ -284,15 +285,11 @@ class CapstanFriction:
         self._tension[:] = 0.0
 
     def layout(self) -> LawArrays:
-        """Return the law as plain arrays; of a continuum robot only."""
-        if not isinstance(self._turns, Turns):
-            raise TypeError("only a continuum robot's turns follow from angles or holes alone")
-        rows, turns = self._rows, self._turns
+        """Return the law as plain arrays."""
+        rows = self._rows
         return LawArrays(
             mu=self._mu,
-            planar=turns.planar,
-            joints=turns.joints,
-            sites=turns.sites,
+            turns=self._turns,
             spans=self._tension.shape[1],
             ends=self._ends,
             starts=rows.starts,

@@ -10,6 +10,8 @@ What runs at every step is compiled, in `rolling_kernel`.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 
@@ -23,6 +25,30 @@ from catheter_sim.statics.rolling.chain import rolling_chain
 def _joint_ids(robot: RollingRobot, model: mujoco.MjModel) -> rolling_kernel.Index:
     """Return MuJoCo's numbers of the hinges, base to tip, shape (n,)."""
     return np.array([model.joint(joint.name).id for joint in rolling_joints(robot)], dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class RollingArrays:
+    """What rolling needs to know of a robot as plain arrays, for where it runs elsewhere.
+
+    Attributes:
+        axis, joint_index, body_index, qpos_index: as in `rolling_kernel.place`, shape (n,).
+        ends: number of joints that each pulled rod passes, shape (t,).
+        length: of the links without load, shape (n,) [m].
+        compliance: of the links along their axes, shape (n,) [m/N].
+        top_link, top_site, top_depth: as in `rolling_kernel.place_tops`, shape (s,).
+    """
+
+    axis: rolling_kernel.Index
+    joint_index: rolling_kernel.Index
+    body_index: rolling_kernel.Index
+    qpos_index: rolling_kernel.Index
+    ends: rolling_kernel.Index
+    length: Array
+    compliance: Array
+    top_link: rolling_kernel.Index
+    top_site: rolling_kernel.Index
+    top_depth: Array
 
 
 class Rolling:
@@ -53,6 +79,21 @@ class Rolling:
         self._top_link = np.array([k - 1 for k, _ in tops], dtype=np.int64)
         self._top_site = np.array([model.site(name).id for _, name in tops], dtype=np.int64)
         self._top_depth = self._length[self._top_link] - model.site_pos[self._top_site, 2]
+
+    def layout(self) -> RollingArrays:
+        """Return what it works on as plain arrays."""
+        return RollingArrays(
+            axis=self._axis,
+            joint_index=self._joint,
+            body_index=self._body,
+            qpos_index=self._qpos,
+            ends=self._ends,
+            length=self._free_length,
+            compliance=self._compliance,
+            top_link=self._top_link,
+            top_site=self._top_site,
+            top_depth=self._top_depth,
+        )
 
     def reset(self) -> None:
         """Give the links their own lengths back."""
@@ -143,6 +184,10 @@ class RodElasticity:
         self._qpos = model.jnt_qposadr[ids].astype(np.int64)
         self._dofs = model.jnt_dofadr[ids].astype(np.int64)
 
+    def arrays(self) -> tuple[Array, Array, rolling_kernel.Index]:
+        """Return `joint` and `rod` of `rolling_kernel.pack`, and the hinges' degrees of freedom."""
+        return self._joint, self._rod, self._dofs
+
     def apply(self, data: mujoco.MjData) -> None:
         """Add the moments to `data.qfrc_applied`."""
         rolling_kernel.resist(data.qpos, self._qpos, self._joint, self._rod, self._dofs, data.qfrc_applied)
@@ -161,6 +206,10 @@ class RodTurns:
         self._ends = chain.last.astype(np.int64)
         self._qpos = model.jnt_qposadr[_joint_ids(robot, model)].astype(np.int64)
         self._turn = np.zeros((chain.pulled, chain.joints))
+
+    def arrays(self) -> tuple[Array, Array, rolling_kernel.Index]:
+        """Return `joint` and `rod` of `rolling_kernel.pack`, and where the hinges' angles are."""
+        return self._joint, self._rod, self._qpos
 
     def __call__(self, data: mujoco.MjData, ends: rolling_kernel.Index | None = None) -> Array:
         """Return the turn before each gap, shape (t, n) [rad], in a reused array.

@@ -244,6 +244,13 @@ class Simulator:
             return tension
         return self._catheter.pair_tension(self.data.qpos, self.data.ctrl, tension)
 
+    @property
+    def driven(self) -> np.ndarray:
+        """The controls that the inputs set, in their order, shape (k,)."""
+        if self._catheter is None:
+            return self._pulls
+        return np.arange(self._catheter.control_count)
+
     def parts(self) -> Parts:
         """Return what is done beside MuJoCo's own step."""
         return Parts(

@@ -1,8 +1,9 @@
-"""On MuJoCo Warp's CPU backend a robot moves as it does on the C engine, friction included."""
+"""On MuJoCo Warp's CPU backend every robot moves as it does on the C engine, friction included."""
 
 from __future__ import annotations
 
 import builtins
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,39 @@ from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.simulation.simulator import Simulator
 
 LEVELS = (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0)  # of the peak: loading and unloading
-# One robot in the plane, its two sections, and one that bends in space (with friction added); the tensions
-# that are raised, and their peak [N].
+GRAVITY_MPS2 = (5.0, 0.0, -9.81)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A robot's loading and unloading: inputs at the peak [N, m], and steps for which each level is held."""
+
+    reference: str
+    peak: tuple[float, ...]
+    actuation: str = "tension"
+    settings: tuple[str, ...] = ()
+    gravity_mps2: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    steps: int = 30
+    opens: bool = True  # whether it comes back on another way
+    within: float = 1e-4  # of the length
+
+
 LOOPS = (
-    ("neuroendoscope_section", ["friction.mu=0.3"], (0,), 0.4),
-    ("neuroendoscope", ["friction.mu=0.3"], (0, 4), 0.2),
-    ("spacer_disk", ["friction.mu=0.2", "disks_per_segment=4", "links_per_subsegment=1"], (0, 2), 3.0),
+    Loop("neuroendoscope_section", (0.4, 0.0), settings=("friction.mu=0.3",)),
+    Loop("neuroendoscope", (0.2, 0.0, 0.0, 0.0, 0.2, 0.0), settings=("friction.mu=0.3",)),
+    Loop(
+        "spacer_disk",
+        (3.0, 0.0, 3.0, 0.0),
+        settings=("friction.mu=0.2", "disks_per_segment=4", "links_per_subsegment=1"),
+    ),
+    Loop("chest_tube_section", (8.0,)),
+    Loop("chest_tube_section@prototype", (15.0,), gravity_mps2=GRAVITY_MPS2),
+    Loop("chest_tube", (8.0, 0.0, 0.0, 6.0, 4.0, 0.0, 2.0, 0.0), gravity_mps2=GRAVITY_MPS2),
+    Loop("mitral_transseptal", (5e-3, 2e-3, 2e-3, 20e-3), "displacement", opens=False),
+    Loop("mitral_transseptal@tube", (5e-3, 2e-3, 2e-3, 20e-3), "displacement"),
+    Loop("mitral_4dof", (2e-3, 2e-3, 2e-3, 20e-3), "displacement", opens=False),
+    Loop("mitral_4dof@elongation", (3e-3, 4e-3, 2e-3, 20e-3), "displacement", within=1e-3),
+    Loop("neuroendoscope_section", (2e-3, -2e-3), "displacement", ("friction.mu=0.3",), opens=False),
 )
 
 
@@ -37,70 +65,62 @@ def test_without_the_extra_it_says_what_to_install(monkeypatch: pytest.MonkeyPat
         WarpBatch(load_robot("neuroendoscope_section"), 1)
 
 
-@pytest.mark.parametrize(
-    ("reference", "settings", "copies", "message"),
-    [
-        ("chest_tube", [], 1, "simulation on MuJoCo Warp does not know robots of kind 'rolling'"),
-        ("mitral_4dof", [], 1, "simulation on MuJoCo Warp does not know robots of kind 'catheter'"),
-        ("neuroendoscope", ["actuation=displacement"], 1, "choices: tension"),
-        ("neuroendoscope", [], 0, "copies = 0: at least 1 is needed"),
-    ],
-)
-def test_what_it_does_not_know_is_one_line(
-    reference: str, settings: list[str], copies: int, message: str
-) -> None:
+def test_bad_arguments_are_one_line() -> None:
     """Said before Warp is asked for, so that it needs none."""
-    with pytest.raises(InputError, match=message):
-        WarpBatch(load_robot(reference, settings), copies)
+    robot = load_robot("chest_tube_section")
+    with pytest.raises(InputError, match="copies = 0: at least 1 is needed"):
+        WarpBatch(robot, 0)
+    with pytest.raises(InputError, match=r"actuation.*displacement.*choices: tension"):
+        WarpBatch(robot, 1, actuation="displacement")
 
 
-def test_a_law_that_warp_does_not_know_is_refused() -> None:
-    """A fifth power of the curvature is applied as a force by the simulator alone."""
+def test_a_device_that_does_not_exist_is_refused() -> None:
+    """The message names it and those that do."""
     pytest.importorskip("mujoco_warp", reason="needs the extra gpu")
-    robot = load_robot("neuroendoscope_section", ["segments.section.stiffness_quintic_mm4=1e6"])
-    with pytest.raises(InputError, match="stiffness_quintic_mm4"):
-        WarpBatch(robot, 1)
-    with pytest.raises(InputError, match="device 'no_such_device'"):
+    with pytest.raises(InputError, match=r"device 'no_such_device'.*choices: .*cpu"):
         WarpBatch(load_robot("neuroendoscope_section"), 1, "no_such_device")
 
 
+def name_of(loop: Loop) -> str:
+    return f"{loop.reference} by {loop.actuation}"
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("reference", "settings", "pulled", "peak_N"), LOOPS)
-def test_a_loading_and_unloading_loop_agrees_with_the_c_engine(
-    reference: str, settings: list[str], pulled: tuple[int, ...], peak_N: float
-) -> None:
-    """Tips within 1e-4 of the length; the second copy, pulled half as far, has a loop of its own."""
+@pytest.mark.parametrize("loop", LOOPS, ids=name_of)
+def test_a_loading_and_unloading_loop_agrees_with_the_c_engine(loop: Loop) -> None:
+    """Tips are one; the second copy, pulled half as far, has a loop of its own."""
     pytest.importorskip("mujoco_warp", reason="needs the extra gpu")
-    robot = load_robot(reference, settings)
-    batch = WarpBatch(robot, 2, "cpu")
-    alone = [Simulator(robot), Simulator(robot)]
+    robot = load_robot(loop.reference, loop.settings)
+    batch = WarpBatch(robot, 2, "cpu", loop.gravity_mps2, loop.actuation)
+    alone = [Simulator(robot, loop.actuation, loop.gravity_mps2) for _ in range(2)]
     site = int(alone[0].model.site("tip").id)
-    length = float(alone[0].data.site_xpos[site, 2])
-    tension = np.zeros((2, len(robot.tendons)))
+    rest = alone[0].data.site_xpos[site].copy()
+    length = float(np.linalg.norm(rest))
     tips: list[np.ndarray] = []
     for level in LEVELS:
-        tension[:, pulled] = level * peak_N * np.array([[1.0], [0.5]])
-        batch.set_inputs(tension)
-        batch.step(40)
-        for simulator, row in zip(alone, tension, strict=True):
+        inputs = level * np.array(loop.peak) * np.array([[1.0], [0.5]])
+        batch.set_inputs(inputs)
+        batch.step(loop.steps)
+        for simulator, row in zip(alone, inputs, strict=True):
             simulator.set_inputs(row)
-            simulator.step(40)
+            simulator.step(loop.steps)
         there = np.array([simulator.data.site_xpos[site] for simulator in alone])
         tips.append(batch.tips())
-        assert np.linalg.norm(tips[-1] - there, axis=1).max() < 1e-4 * length
-        assert batch.qpos() == pytest.approx(np.array([simulator.data.qpos for simulator in alone]), abs=1e-5)
-    apart = np.linalg.norm(tips[0] - tips[6], axis=1)  # at a quarter of the peak, on the way out and back
-    assert apart[0] > 5e-3 * length  # friction's loop is open
-    assert apart[1] > 1e-3 * length
+        assert np.linalg.norm(tips[-1] - there, axis=1).max() < loop.within * length
     assert np.linalg.norm(tips[3][0] - tips[3][1]) > 0.05 * length
+    if loop.opens:  # at a quarter of the peak, on the way out and back
+        apart = np.linalg.norm(tips[0] - tips[6], axis=1)
+        assert (apart > 1e-3 * length).all()
     batch.reset()
     batch.step(1)
-    assert batch.tips() == pytest.approx(np.array([[0.0, 0.0, length]] * 2), abs=1e-7)
+    assert batch.tips() == pytest.approx(np.array([rest] * 2), abs=1e-7)
 
 
-def test_inputs_of_another_shape_are_refused() -> None:
-    """The message names both shapes."""
+def test_bad_inputs_are_refused() -> None:
+    """The message names both shapes, or the channel and its range."""
     pytest.importorskip("mujoco_warp", reason="needs the extra gpu")
-    batch = WarpBatch(load_robot("neuroendoscope_section"), 2, "cpu")
-    with pytest.raises(InputError, match=r"shape \(2,\): \(2, 2\) is needed"):
-        batch.set_inputs(np.zeros(2))
+    batch = WarpBatch(load_robot("mitral_4dof"), 2, "cpu")
+    with pytest.raises(InputError, match=r"shape \(4,\): \(2, 4\) is needed"):
+        batch.set_inputs(np.zeros(4))
+    with pytest.raises(InputError, match=r"displacement_bending_distal_mm: beyond its joint's range"):
+        batch.set_inputs(np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]))

@@ -30,8 +30,8 @@ from scipy.optimize import brentq
 from catheter_sim.robots.posture import Array
 
 LARGEST_STRAIN = 6.0 / 65.0  # of the paper's Fig. 3
-_UNTOUCHED = 1e-6  # strain: a tendon that never had more is as new
-_TOUCH = 1e-9  # strain: a line that ends on the envelope has not crossed it
+UNTOUCHED = 1e-6  # strain: a tendon that never had more is as new
+TOUCH = 1e-9  # strain: a line that ends on the envelope has not crossed it
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def permanent_set(law: TendonLaw, state: TendonState) -> float:
 def stretched(law: TendonLaw, state: TendonState, strain: float) -> TendonState:
     """Return the tendon after its strain has moved straight to `strain`."""
     if state.phase == "loading":
-        if strain >= state.strain or state.strain <= _UNTOUCHED:
+        if strain >= state.strain or state.strain <= UNTOUCHED:
             return replace(state, strain=strain, tension_N=envelope_N(law, strain))
         now = (state.strain, state.tension_N)
         return _let_go(law, replace(state, phase="unloading", cycle=1, most=now, anchor=now), strain)
@@ -107,7 +107,7 @@ def stretched(law: TendonLaw, state: TendonState, strain: float) -> TendonState:
         return _pulled_again(law, state, strain)
     now = (state.strain, state.tension_N)
     turned = replace(state, phase="unloading", anchor=now)
-    if state.strain > state.most[0] + _TOUCH:
+    if state.strain > state.most[0] + TOUCH:
         turned = replace(turned, most=now, cycle=1)
     elif state.tension_N > 0.0:
         turned = replace(turned, cycle=state.cycle + 1)
@@ -177,9 +177,9 @@ def _pulled_again(law: TendonLaw, state: TendonState, strain: float) -> TendonSt
     foot, (start, start_N) = _foot(law, state), state.anchor
     turn, top_N = state.most[0], law.phi ** (state.cycle - 1) * state.most[1]
     slope = top_N / (turn - foot)
-    if start < turn - _TOUCH:
+    if start < turn - TOUCH:
         slope = max(slope, (top_N - start_N) / (turn - start))
-    if strain > _meeting(law, start, start_N, slope) + _TOUCH:
+    if strain > _meeting(law, start, start_N, slope) + TOUCH:
         return TendonState(strain, envelope_N(law, strain))
     tension = max(start_N + slope * (strain - start), 0.0)
     return replace(state, strain=strain, tension_N=tension)

@@ -28,7 +28,7 @@ from catheter_sim.statics.arcs import arc_end, arc_functions
 
 SKEW_STIFFNESS = 3.0  # against skew, over that against the whole bend
 SKEW_SHORTENING = 1.0 / 40.0  # of the length, per squared skew
-_SMALL = 1e-3  # [rad] below it a series is exact to the last bit but one
+SMALL_RAD = 1e-3  # [rad] below it a series is exact to the last bit but one
 
 
 def tube_bend(segment: CatheterSegment) -> tuple[Array, float]:
@@ -75,7 +75,7 @@ def end_turn(x_rad: float, y_rad: float) -> tuple[tuple[float, float], tuple[flo
     across_x, across_y = sx * cy, sy
     sine = math.hypot(across_x, across_y)
     angle = math.atan2(sine, cx * cy)
-    if angle < _SMALL:
+    if angle < SMALL_RAD:
         ratio, slope = 1.0 + angle * angle / 6.0, 1.0 / 3.0
     else:
         ratio, slope = angle / sine, (sine - angle * cx * cy) / sine**3
@@ -96,7 +96,7 @@ def end_twist_rad(x_rad: float, y_rad: float) -> float:
 def chord_share(bend_rad: float, skew_rad: float) -> tuple[float, float, float]:
     """Return chord over length at sizes of bend and skew, and its slopes in each, over bend and over skew."""
     half = 0.5 * bend_rad
-    if half < _SMALL:
+    if half < SMALL_RAD:
         share, slope = 1.0 - half * half / 6.0, -1.0 / 12.0
     else:
         share, slope = math.sin(half) / half, (half * math.cos(half) - math.sin(half)) / (4.0 * half**3)
