@@ -273,7 +273,8 @@ class CapstanFriction:
         self._drive = drive_stiffness * self._timestep
         self._model = model
         self.know_joints()
-        self._tension = np.zeros((tendons, spans))
+        self._tension, self._earlier = np.zeros((2, tendons, spans))
+        self._entered = np.zeros((2, tendons))
         self._busy = np.zeros(tendons, dtype=np.int64)
         self._holes = np.zeros((2, tendons, spans))
         self._pulls = np.zeros((2, len(self._span)))
@@ -281,7 +282,7 @@ class CapstanFriction:
 
     def reset(self) -> None:
         """Forget the history."""
-        self._tension[:] = 0.0
+        self._tension[:] = self._earlier[:] = self._entered[:] = 0.0
 
     def layout(self) -> LawArrays:
         """Return the law as plain arrays; of a continuum robot only."""
@@ -317,6 +318,9 @@ class CapstanFriction:
     def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
         """Find the tensions of the coming step and apply what they pull beyond the actuators."""
         rows, busy = self._rows, self._busy
+        steady = not self._drive.any() and capstan.foresee(
+            actuator_tension, self._ends, self._entered, self._tension, self._earlier
+        )
         capstan.busy_spans(actuator_tension, self._drive, self._ends, self._tension, busy)
         capstan.confine(
             self._mu,
@@ -335,7 +339,7 @@ class CapstanFriction:
             data.qfrc_constraint,
             data.qfrc_applied,
             self._yielding,
-            SWEEPS,
+            capstan.STEADY_SWEEPS if steady else SWEEPS,
             SWEEP_TOLERANCE,
             self._tension,
             self._holes,
