@@ -20,7 +20,6 @@ Index = NDArray[np.int64]
 LEAST_RESPONSE = 1e-12  # m/s/N
 # Inputs go on as before where no change differs by more than this share of the largest.
 STEADY = 1e-3
-STEADY_SWEEPS = 3  # most passes over tendons where they do
 
 
 @njit(cache=True)
@@ -345,6 +344,7 @@ def confine_copies(
     applied: Array,
     yielding: Array,
     sweeps: int,
+    steady_sweeps: int,
     tolerance: float,
     tension: Array,
     earlier: Array,
@@ -359,6 +359,7 @@ def confine_copies(
         copies: which of the m robots.
         entering, turn, ten_J, velocity, passive, bias, constraint, applied, tension, earlier, entered: as
             there, of each: one axis of m more before theirs.
+        steady_sweeps: most passes where inputs go on as before.
         mu, drive, row_start, entry, dof, span, yielding, sweeps, tolerance: as there, of all.
         ends: number of spans of each tendon, shape (t,).
         holes, pulls, scratch: as there.
@@ -385,7 +386,7 @@ def confine_copies(
             constraint[i],
             applied[i],
             yielding,
-            min(sweeps, STEADY_SWEEPS) if steady else sweeps,
+            steady_sweeps if steady else sweeps,
             tolerance,
             tension[i],
             holes,

@@ -89,7 +89,8 @@ class Copies:
         self._driven = simulator.actuation != "tension"
         self._timestep = float(self._model.opt.timestep)
         self._slowest = SETTLED_ANGLE_RAD / simulator.robot.dynamics.relaxation_time_s
-        own_paths = not self._driven and self._parts.splits and applies(self._model)
+        own_paths = not self._driven and applies(self._model)
+        self._splits = own_paths or self._parts.splits
         without = pathless(self._model) if own_paths else self._model
         self._batch = batch = Batch(without, count, 1, persistent=True)
         self._paths = PathCopies(self._model, batch) if own_paths else None
@@ -162,7 +163,7 @@ class Copies:
         The tensions are those at the actuators, as of `Simulator.actuator_tension`.
         """
         self._roll(copies)
-        if self._parts.rolling is not None or not self._parts.splits:
+        if self._parts.rolling is not None or not self._splits:
             self._run(self._batch.forward, copies, stage=_POSITIONS)
         tip = self._parts.faces[-1]
         tension = np.maximum(self._tension_now(copies), 0.0)
@@ -188,7 +189,7 @@ class Copies:
     def _step(self, copies: Index) -> None:
         """Take a step, as `Simulator.step` does."""
         parts = self._parts
-        if not parts.splits:
+        if not self._splits:
             self._run(self._batch.step, copies)
             return
         if parts.rolling is not None:

@@ -44,6 +44,7 @@ from catheter_sim.simulation import capstan
 from catheter_sim.simulation.rolling import RodTurns
 
 SWEEPS = 20  # most passes over tendons that share joints, in one step
+STEADY_SWEEPS = 2  # and where the inputs go on at their rate, so that the step before foretells much
 SWEEP_TOLERANCE = 1e-4  # they end when no tension changed by more than this share of the largest
 
 
@@ -339,7 +340,7 @@ class CapstanFriction:
             data.qfrc_constraint,
             data.qfrc_applied,
             self._yielding,
-            capstan.STEADY_SWEEPS if steady else SWEEPS,
+            STEADY_SWEEPS if steady else SWEEPS,
             SWEEP_TOLERANCE,
             self._tension,
             self._holes,

@@ -10,7 +10,13 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation import capstan
-from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction, PairTurns
+from catheter_sim.simulation.friction import (
+    STEADY_SWEEPS,
+    SWEEP_TOLERANCE,
+    SWEEPS,
+    CapstanFriction,
+    PairTurns,
+)
 
 
 class CapstanCopies(CapstanFriction):
@@ -81,6 +87,7 @@ class CapstanCopies(CapstanFriction):
             applied,
             self._yielding,
             SWEEPS,
+            STEADY_SWEEPS,
             SWEEP_TOLERANCE,
             tension,
             earlier,
