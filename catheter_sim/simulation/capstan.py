@@ -189,7 +189,7 @@ def foresee(entering: Array, ends: Index, entered: Array, tension: Array, earlie
         largest = max(largest, abs(change))
         difference = max(difference, abs(change - entered[1, j]))
         entered[0, j], entered[1, j] = entering[j], change
-    steady = 0.0 < largest and difference <= STEADY * largest
+    steady = largest > 0.0 and difference <= STEADY * largest
     for j in range(ends.shape[0]):
         for k in range(ends[j]):
             now = tension[j, k]
@@ -274,10 +274,9 @@ def confine(
             gain[place] = yielding[i] * arm[place]
             response[j, k] += arm[place] * gain[place]
             ahead[i] -= gain[place] * tension[j, k]
-    for sweep in range(sweeps):
+    for _ in range(sweeps):
         change = 0.0
-        for index in range(tendons):
-            j = index
+        for j in range(tendons):
             count = ends[j]
             if count == 0:
                 continue

@@ -11,9 +11,10 @@ MuJoCo has friction loss (a force up to a limit against a velocity), but no caps
 and hands MuJoCo the difference to the actuators' tension as an applied force. With the velocities
 that the coming step would give, it asks for the tensions that stop every span that friction can
 stop. Per tendon that is a convex problem on a chain, which `capstan.span_tensions` solves exactly
-in a few microseconds; tendons that share joints are passed over in turn. At rest the law leaves all
-tensions as they are, so a held posture does not creep. Inertia enters through each degree of
-freedom's own implicit inertia (armature, damping, stiffness) alone: a lower bound of what the
+in a few microseconds; tendons that share joints are passed over in turn, from tensions that go on as in
+the step before where given inputs go on at their rate (`capstan.foresee`), so that two passes do. At rest
+the law leaves all tensions as they are, so a held posture does not creep. Inertia enters through each
+degree of freedom's own implicit inertia (armature, damping, stiffness) alone: a lower bound of what the
 integrator uses, so that the law never overcorrects.
 
 `NestedFriction` (reference, "nested") leaves the decision to MuJoCo's solver: one tendon per hole,
