@@ -27,17 +27,43 @@ STATICS = {
     "chest_tube_section": ("complete",),
     "mitral_transseptal": ("pk", "balance"),
 }
+DISPLACED = ("spacer_disk",)  # whose static models take displacements too
+TWINS = ("neuroendoscope",)  # two sections: friction by another kernel than a single one's
+SIMULATED = (
+    ("chest_tube_section@prototype", ()),  # links that are compressed
+    ("mitral_4dof@elongation", ()),  # the printed laws of joints
+    ("spacer_disk", ("friction.mu=0.1",)),  # friction in space
+)
+NESTED = "neuroendoscope_section"  # by the reference of friction
 COPIES = ("NeuroendoscopeSectionReach", "ChestTubeSectionReach", "Mitral4dofReach")
 IN_TISSUE = "NeuroendoscopeTumour"
-TISSUE_STEPS = 5  # until the robot touches
+STRAIGHT_ON = (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)  # slack tendons, the base pushed on
+TISSUE_STEPS = 40  # at most; before these the robot touches
 GRAVITY = np.zeros(3)
 
 
-def short(robot: Robot) -> Inputs:
+def short(robot: Robot, actuation: str | None = None) -> Inputs:
     """Return two rows: rest, and a small pull of the first channel."""
+    actuation = actuation or robot.actuation
     tendon = np.zeros((2, len(robot.tendons)))
-    tendon[1, 0] = 0.05 if robot.actuation == "tension" else 1e-4
-    return Inputs(np.array([0.0, 1.0]), robot.actuation, tendon, np.zeros((2, 3)), np.zeros((2, 3)))
+    tendon[1, 0] = 0.05 if actuation == "tension" else 1e-4
+    return Inputs(np.array([0.0, 1.0]), actuation, tendon, np.zeros((2, 3)), np.zeros((2, 3)))
+
+
+def follow(robot: Robot) -> None:
+    """Run the robot's twin over two rows."""
+    twin_for(robot, robot.actuation, ["tip_x_mm", "tip_z_mm"], GRAVITY)([robot], short(robot), 1)
+
+
+def touch() -> None:
+    """Push a robot on until it touches tissue."""
+    env = gymnasium.make(f"catheter_sim/{IN_TISSUE}-v0")
+    env.reset(seed=0)
+    for _ in range(TISSUE_STEPS):
+        _, _, _, _, info = env.step(np.array(STRAIGHT_ON, np.float32))
+        if any(info["peak_force_N"].values()):
+            break
+    env.close()
 
 
 def main() -> int:
@@ -46,18 +72,23 @@ def main() -> int:
         robot = load_robot(name)
         for model in models:
             STATIC_MODELS[model].solve(robot, short(robot), GRAVITY)
-        twin_for(robot, robot.actuation, ["tip_x_mm", "tip_z_mm"], GRAVITY)([robot], short(robot), 1)
+            if name in DISPLACED:
+                STATIC_MODELS[model].solve(robot, short(robot, "displacement"), GRAVITY)
+        follow(robot)
         simulate(robot, short(robot), GRAVITY)
+    for name in TWINS:
+        follow(load_robot(name))
+    for name, settings in SIMULATED:
+        robot = load_robot(name, settings)
+        simulate(robot, short(robot), GRAVITY)
+    robot = load_robot(NESTED)
+    simulate(robot, short(robot), GRAVITY, friction="nested")
     for name in COPIES:
         envs = gymnasium.make_vec(f"catheter_sim/{name}-v0", 2, vectorization_mode="vector_entry_point")
         envs.reset(seed=0)
         envs.step(np.zeros(envs.action_space.shape, np.float32))
         envs.close()
-    env = gymnasium.make(f"catheter_sim/{IN_TISSUE}-v0")
-    env.reset(seed=0)
-    for _ in range(TISSUE_STEPS):
-        env.step(np.ones(env.action_space.shape, np.float32))
-    env.close()
+    touch()
     return 0
 
 

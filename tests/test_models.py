@@ -36,6 +36,7 @@ def test_models_are_up_to_date(script: ModuleType, texts: dict[str, str]) -> Non
     assert script.outdated(texts, script.MODELS) == []
 
 
+@pytest.mark.slow
 def test_building_twice_gives_the_same_text(script: ModuleType, texts: dict[str, str]) -> None:
     """A model's text depends on its robot alone."""
     assert script.built() == texts

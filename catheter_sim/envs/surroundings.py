@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from catheter_sim.mjcf.build import build_mjcf
+from catheter_sim.mjcf.remembered import remembered_mjcf
 from catheter_sim.mjcf.surroundings import text, touching
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
@@ -32,16 +32,9 @@ class Surroundings:
     stream_N: Callable[[float, Array], Array] | None = None
 
 
-_written: list[tuple[Robot, str, str]] = []  # the model written last: writing takes longer than reading
-
-
 def robot_tree(robot: Robot, actuation: str) -> ElementTree.Element:
     """Return the robot's own model (`build_mjcf`), to be put into surroundings."""
-    last = _written[0] if _written else None  # read once: another thread may replace it
-    if last is None or last[:2] != (robot, actuation):
-        last = robot, actuation, build_mjcf(robot, actuation)
-        _written[:] = [last]
-    return ElementTree.fromstring(last[2])
+    return ElementTree.fromstring(remembered_mjcf(robot, actuation))
 
 
 # From the robot, effects built in, and its actuation to its model in surroundings.

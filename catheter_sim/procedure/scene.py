@@ -24,9 +24,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.anatomy.wall import blocks, facings, shell
-from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.mjcf.catheter_implant import ARMS, IMPLANT_M, arm_width_m, holder_length_m
 from catheter_sim.mjcf.catheter_pieces import pieces
+from catheter_sim.mjcf.remembered import remembered_mjcf
 from catheter_sim.mjcf.surroundings import (
     NO_MASS,
     SEEN_GROUP,
@@ -85,7 +85,7 @@ def build_scene(robot: CatheterRobot, plan: Plan, tissue: bool = False) -> Scene
     """
     length = sum(segment.length_m for segment in robot.segments) + tip_to_end_m(robot)
     waiting = -length - WAITING_M
-    root = ElementTree.fromstring(build_mjcf(robot))
+    root = ElementTree.fromstring(remembered_mjcf(robot))
     part(root, "statistic").set("center", "0 0 0.02")
     world = part(root, "worldbody")
     carry(root, robot.dynamics, plan.base(waiting))

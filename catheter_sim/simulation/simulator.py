@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from catheter_sim.errors import SimulationDiverged, unknown
-from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.mjcf.catheter_tube import tube_joint_names
+from catheter_sim.mjcf.remembered import remembered_mjcf
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
 from catheter_sim.robots.catheter_layout import bending_tubes, moving
 from catheter_sim.robots.channels import body_count, joint_names
@@ -134,7 +134,7 @@ class Simulator:
             require_continuum(robot, "the nested reference of friction")
         self.robot = robot
         self.actuation = actuation or robot.actuation
-        text = build_mjcf(robot, self.actuation, nested) if model_text is None else model_text
+        text = remembered_mjcf(robot, self.actuation, nested) if model_text is None else model_text
         self.model = mujoco.MjModel.from_xml_string(text)
         self.model.opt.gravity[:] = gravity_mps2
         if not inertia:

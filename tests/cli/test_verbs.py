@@ -49,12 +49,15 @@ def test_listed_effect_parameters_can_be_set(run: Run, folder: Path) -> None:
     content = json.loads(run("list", "--json").out)
     for effect in content["effects"]:
         for robot, parameters in effect["parameters"].items():
+            given = {item["name"]: item["no_effect"] for item in parameters}
             for item in parameters:
                 bounds = [float(item[key]) for key in ("lower", "no_effect", "upper")]
                 assert bounds == sorted(bounds), (effect["name"], item)
-                key = f"effects.{effect['name']}.{item['name']}"
-                specified, _ = load(robot, [f"{key}={item['no_effect']}"])
-                assert specified.effects[effect["name"]][item["name"]] == bounds[1]
+            settings = [f"effects.{effect['name']}.{name}={value}" for name, value in given.items()]
+            specified, _ = load(robot, settings)
+            assert specified.effects.get(effect["name"], {}) == {
+                name: float(value) for name, value in given.items()
+            }, (effect["name"], robot)
 
 
 @pytest.mark.parametrize("reference", ROBOTS)
@@ -115,12 +118,13 @@ def test_columns_choose_and_order(run: Run, folder: Path, inputs: str) -> None:
 @pytest.mark.parametrize("verb", [["simulate"], ["statics", "--model", "fkm_exact_arm"]], ids=lambda v: v[0])
 def test_friction_and_gravity_are_the_users_to_choose(verb: list[str], run: Run, folder: Path) -> None:
     """A loop opens with friction and closes without; weight along +x moves the straight robot there."""
-    (folder / "in.csv").write_text(LOOP)
-    words = [*verb, ROBOT, "--inputs", "in.csv", "--columns", "tip_x_mm", "-o"]
-    run(*words, "rubbing.csv")
-    run(*words, "smooth.csv", "--set", "friction.mu=0")
-    run(*words, "heavy.csv", "--gravity", "9.81,0,0")
-    run(*words, "mirrored.csv", "--gravity", "-9.81,0,0")
+    (folder / "loop.csv").write_text(LOOP)
+    (folder / "rest.csv").write_text("\n".join(LOOP.splitlines()[:2]))
+    words = [*verb, ROBOT, "--columns", "tip_x_mm", "--inputs"]
+    run(*words, "loop.csv", "-o", "rubbing.csv")
+    run(*words, "loop.csv", "-o", "smooth.csv", "--set", "friction.mu=0")
+    run(*words, "rest.csv", "-o", "heavy.csv", "--gravity", "9.81,0,0")
+    run(*words, "rest.csv", "-o", "mirrored.csv", "--gravity", "-9.81,0,0")
     rubbing, smooth, heavy, mirrored = (
         read_table(f"{name}.csv").columns["tip_x_mm"] for name in ("rubbing", "smooth", "heavy", "mirrored")
     )

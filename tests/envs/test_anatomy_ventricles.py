@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
-from catheter_sim.anatomy import ventricles
 from catheter_sim.anatomy.ventricles import (
     RANGES,
     TUMOUR_RADIUS_M,
@@ -49,7 +49,7 @@ def test_wall_is_closed_and_made_of_blocks(anatomy: Ventricles) -> None:
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
     assert mesh.volume > 0.0
-    hulls = [ventricles.trimesh.convex.convex_hull(corners).volume for corners in blocks(wall)]
+    hulls = [ConvexHull(corners).volume for corners in blocks(wall)]
     assert sum(hulls) == pytest.approx(mesh.volume, rel=0.01)
     middles = way(anatomy, 0.5 * (ring_places(anatomy)[1:] + ring_places(anatomy)[:-1])).p_w
     inner = np.array([corners[:4].mean(axis=0) for corners in blocks(wall)])

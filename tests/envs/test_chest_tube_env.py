@@ -143,18 +143,6 @@ def test_the_baseline_reaches_targets_and_chance_does_not(name: str) -> None:
     assert reached["random"] <= 1, reached
 
 
-def test_the_baseline_reaches_a_target_of_each_robot() -> None:
-    """One seeded target each; the slow test counts over ten."""
-    for name in (SECTION, FULL):
-        env = reach(name)
-        observation, info = env.reset(seed=1)
-        for _ in range(60):
-            observation, _, terminated, _, info = env.step(resolved_rate(env, observation))
-            if terminated:
-                break
-        assert info["is_success"], name
-
-
 def test_a_simulation_that_diverges_ends_the_episode_and_a_reset_heals_it(section: ReachEnv) -> None:
     """With a state that is not finite, hinges and links are placed nowhere; after a reset as before."""
     first = episode(section, 3)
@@ -192,10 +180,10 @@ def test_random_targets_of_the_section_are_where_theory_puts_them(section: Reach
 
 
 def test_every_reachable_point_of_the_full_robot_is_found_again() -> None:
-    """The search refuses none of 15 points that the robot has been to, to 5 mm."""
+    """The search refuses none of 8 points that the robot has been to, to 5 mm."""
     plant = reach(FULL).plant
     rng = np.random.default_rng(5)
-    for _ in range(15):
+    for _ in range(8):
         target = random_target(plant, rng, 0.0375).tip_m
         found = nearest(plant, target, 5e-3)
         assert np.linalg.norm(found.tip_m - target) <= 5e-3, (target, found)

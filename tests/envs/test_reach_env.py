@@ -105,14 +105,14 @@ def run_at_random(env: ReachEnv, steps: int, seed: int) -> None:
 
 @pytest.mark.parametrize("action_type", ["tension", "displacement"])
 def test_random_steps_stay_finite(action_type: str) -> None:
-    """100 random steps of the section; the slow test takes 10,000 of the whole robot."""
+    """100 random steps of the section; the slow test takes 1500 of the whole robot."""
     run_at_random(reach(action_type=action_type), 100, seed=0)
 
 
 @pytest.mark.slow
-def test_thousands_of_random_steps_stay_finite() -> None:
-    """3000 random steps of the whole robot give no NaN."""
-    run_at_random(reach(FULL), 3_000, seed=0)
+def test_random_steps_of_the_whole_robot_stay_finite() -> None:
+    """1500 random steps, in 15 episodes, give no NaN."""
+    run_at_random(reach(FULL), 1_500, seed=0)
 
 
 def test_observation_holds_what_its_layout_says(section: ReachEnv) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.envs.surroundings import let_touch
-from catheter_sim.mjcf.build import build_mjcf
+from catheter_sim.mjcf.remembered import remembered_mjcf
 from catheter_sim.mjcf.surroundings import INSERTION, ROLL, carry, part, touched
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.simulation.simulator import Simulator
@@ -20,7 +20,7 @@ TOWARD_M = 2e-3  # of the wall's surface from the straight robot's
 def before_a_wall(name: str, stiffness: float, ahead: bool = False) -> Simulator:
     """Return a robot without friction beside a wall, at +x, or before one at its tip."""
     robot = load_robot(name, ["friction.mu=0"])
-    root = ElementTree.fromstring(build_mjcf(robot))
+    root = ElementTree.fromstring(remembered_mjcf(robot))
     carry(root, robot.dynamics, np.eye(4), roll=True)
     let_touch(robot, part(root, "worldbody"))
     length = sum(segment.length_m for segment in robot.segments)
@@ -44,7 +44,11 @@ def pressed(simulator: Simulator, force: tuple[float, float, float]) -> Simulato
 
 @pytest.mark.parametrize(
     ("name", "stiffness", "force_N"),
-    [("neuroendoscope", 25.0, 0.01), ("neuroendoscope", 1e4, 0.01), ("chest_tube", 500.0, 0.5)],
+    [
+        ("neuroendoscope", 25.0, 0.01),
+        pytest.param("neuroendoscope", 1e4, 0.01, marks=pytest.mark.slow),
+        ("chest_tube", 500.0, 0.5),
+    ],
 )
 def test_wall_bears_what_the_tip_is_pushed_with(name: str, stiffness: float, force_N: float) -> None:
     """A soft robot's tip, pushed against a wall beside it: the wall's force is the tip's, less what bends the
@@ -99,6 +103,7 @@ def test_without_contact_surroundings_change_nothing() -> None:
     assert ours.data.site("tip").xpos == pytest.approx(wanted, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_step_with_tissue_is_mujocos_own_where_nothing_presses() -> None:
     """A contact that is known but does not press yet leaves the step as MuJoCo makes it, to rounding."""
     ours, theirs = before_a_wall("neuroendoscope", 25.0), before_a_wall("neuroendoscope", 25.0)

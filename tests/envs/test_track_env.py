@@ -51,7 +51,8 @@ def still(env: TrackEnv) -> Callable[[np.ndarray], np.ndarray]:
     return lambda _: np.zeros(env.action_space.shape, np.float32)
 
 
-@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [SECTION, *OTHERS])
 def test_gymnasium_finds_nothing_to_complain_about(name):
     """`check_env` passes, warnings taken as errors."""
     with warnings.catch_warnings():

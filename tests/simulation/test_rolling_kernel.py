@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import mujoco
 import numpy as np
 import pytest
@@ -41,14 +43,20 @@ ROBOTS = {
 }
 
 
+@cache
+def written(reference, settings):
+    """Return a robot, its arrays, and its model as text."""
+    robot = load_robot(reference, settings)
+    return robot, rolling_chain(robot), build_mjcf(robot, "tension", False)
+
+
 @pytest.fixture(params=ROBOTS.values(), ids=ROBOTS.keys())
 def parts(request):
     """Return a robot, its arrays, and its model with fresh data."""
-    reference, settings = request.param
-    robot = load_robot(reference, settings)
-    model = mujoco.MjModel.from_xml_string(build_mjcf(robot, "tension", False))
+    robot, chain, text = written(*request.param)
+    model = mujoco.MjModel.from_xml_string(text)
     model.opt.gravity[:] = GRAVITY
-    return robot, rolling_chain(robot), model, mujoco.MjData(model)
+    return robot, chain, model, mujoco.MjData(model)
 
 
 def postures(chain, share=0.9, count=10):

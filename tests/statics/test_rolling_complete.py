@@ -82,8 +82,7 @@ def test_table_of_the_section(model: str, weight: bool) -> None:
     [
         *(("chest_tube_section", gravity) for gravity in GRAVITIES),
         ("chest_tube_section@prototype", "down"),
-        ("chest_tube", "across"),
-        pytest.param("chest_tube", "down", marks=pytest.mark.slow),
+        *(pytest.param("chest_tube", name, marks=pytest.mark.slow) for name in ("across", "down")),
     ],
 )
 def test_newton_euler_and_virtual_work_agree(reference: str, gravity: str) -> None:

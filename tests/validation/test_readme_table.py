@@ -1,0 +1,66 @@
+"""The README's table of the validation is what `validate` prints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from catheter_sim.validation.lines import Line
+from catheter_sim.validation.run import CHECKS, validate
+
+README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
+
+
+def rows() -> list[list[str]]:
+    """Return the cells of the README's table, line by line."""
+    text = README.split("<!-- validation:")[1].split("-->", 1)[1].split("<!-- validation ends")[0]
+    lines = [line for line in text.strip().splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+
+
+def shown(line: Line) -> list[str]:
+    """Return the cells that the README shows of a line; errors far below a tolerance only in order."""
+    compared = line.published if line.published is not None else line.analytic
+    return [
+        f"{line.robot}: {line.quantity}",
+        "-" if line.ours is None else f"{line.ours:.3g}",
+        "-" if compared is None else f"{compared:.3g}",
+        f"{line.error:.1g} {line.unit}",
+        f"{line.tolerance:.3g} {line.unit}",
+        line.source,
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "robot",
+    [
+        # With the tests of the catheters' control, whose runs are the same.
+        pytest.param(name, marks=pytest.mark.xdist_group("control" if name.startswith("mitral") else name))
+        for name in CHECKS
+    ],
+)
+def test_validation_table_is_what_validate_prints(robot, tmp_path):
+    """Every row of the README's table is a line of a fresh validation, to the digits shown; all pass."""
+    validation = validate([robot], tmp_path)
+    assert validation.passed, validation.table_text()
+    lines = {f"{line.robot}: {line.quantity}": line for line in validation.lines}
+    table = [row for row in rows() if row[0].startswith(f"{robot}:")]
+    assert table
+    for row in table:
+        assert row[0] in lines, f"no such check: {row[0]}"
+        line = lines[row[0]]
+        assert row[1:3] == shown(line)[1:3]
+        assert row[4:] == shown(line)[4:]
+        # An error that is mostly numerical noise is shown by its order and may move inside it.
+        assert float(row[3].split()[0]) == pytest.approx(
+            line.error, rel=0.5, abs=0.05 * (line.tolerance or 0)
+        )
+
+
+def test_every_row_of_the_table_is_of_a_checked_robot():
+    """No row names a robot that `validate` does not check, and there are rows enough to judge by."""
+    table = rows()
+    assert len(table) >= 10
+    assert {row[0].split(":")[0] for row in table} <= set(CHECKS)
