@@ -14,7 +14,6 @@ from catheter_sim.mjcf.friction_tails import add_friction_tails
 from catheter_sim.mjcf.rolling import add_rods, add_rolling_chain
 from catheter_sim.mjcf.scene import add_scene
 from catheter_sim.mjcf.visuals import add_visuals
-from catheter_sim.mjcf.writing import mjcf_text
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.rolling import RollingRobot
@@ -73,7 +72,7 @@ def build_mjcf(robot: Robot, actuation: str | None = None, friction_tails: bool 
             root.actuator.add("motor", name=name, tendon=name, gear=(-1,), ctrlrange=(0, MAX_TENSION_N))
     elif isinstance(robot, ContinuumRobot):
         add_displacement_actuators(root, robot)
-    text = mjcf_text(root)
+    text = root.to_xml_string(precision=9)
     try:
         mujoco.MjModel.from_xml_string(text)
     except ValueError as error:

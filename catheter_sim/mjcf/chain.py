@@ -19,7 +19,6 @@ from catheter_sim.mjcf._backend import mjcf
 from catheter_sim.mjcf.meshes import tendon_width
 from catheter_sim.mjcf.mount import add_feed, add_mount, pass_feed
 from catheter_sim.mjcf.scene import tendon_colour
-from catheter_sim.mjcf.writing import mjcf_text
 from catheter_sim.robots.channels import joint_names
 from catheter_sim.robots.layout import (
     Link,
@@ -177,7 +176,7 @@ def add_displacement_actuators(root: mjcf.RootElement, robot: ContinuumRobot) ->
 
 def _rest_lengths(root: mjcf.RootElement, robot: ContinuumRobot) -> np.ndarray:
     """Return the tendons' lengths in the unloaded robot, in the robot's order [m]."""
-    model = mujoco.MjModel.from_xml_string(mjcf_text(root, precision=17))
+    model = mujoco.MjModel.from_xml_string(root.to_xml_string())
     data = mujoco.MjData(model)
     for name, angle in zip(joint_names(robot), rest_angles(robot), strict=True):
         data.qpos[model.joint(name).qposadr[0]] = angle
