@@ -20,7 +20,7 @@ from catheter_sim.simulation.simulator import Simulator
 
 _ROWS = 64  # of constraints at least; the same for all robots, so that the same kernels serve them
 # What a step reads of the one before, besides the laws' own histories.
-_STATE = ("qpos", "qvel", "time", "ctrl", "xmat", "qacc_warmstart")
+_STATE: tuple[str, ...] = ("qpos", "qvel", "time", "ctrl", "xmat", "qacc_warmstart")
 _STATE += tuple(f"qfrc_{kind}" for kind in ("applied", "constraint", "smooth", "passive", "actuator"))
 
 

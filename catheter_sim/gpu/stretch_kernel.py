@@ -4,8 +4,8 @@ The same as `catheter_sim.statics.catheter.elongation` and `catheter_sim.simulat
 double precision; what MuJoCo Warp hands over and takes is single.
 """
 
-# mypy: disable-error-code="valid-type"
-# Warp states the type of an array by a call.
+# mypy: disable-error-code="valid-type, index"
+# Warp states the type of an array, or of a vector of so many numbers, by a call.
 
 import math
 
