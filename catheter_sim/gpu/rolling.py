@@ -39,7 +39,7 @@ class Rolling(Idle):
         )
         self._hinges, self._links = copies.own("jnt_pos"), copies.own("body_pos")
         self._even = tension is None
-        self._pulled = (len(layout.ends), len(joint))
+        self._pulled = (drive.entering.shape[1], len(joint))
         self._compressible = rolling.compressible
         if self._compressible:
             self._tension = copies.room(*self._pulled) if tension is None else tension

@@ -163,7 +163,7 @@ def compress(
         turned = xmat[world, body]
         along = wp.vec3d(wp.float64(turned[0, 2]), wp.float64(turned[1, 2]), wp.float64(turned[2, 2]))
         inside = -beyond * wp.dot(pull, along)
-        for j in range(ends.shape[0]):
+        for j in range(tension.shape[1]):
             if k < ends[j]:
                 above = tension[world, j, k]
                 if k + 1 < ends[j]:
