@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -74,76 +75,63 @@ STRETCHES, ROWS = 16, 12
 UNITS = {"nonlinear_stiffness": "cubic_mm2", "twist": "rate_deg_per_m"}
 
 
-def opposed(seed: int) -> Problem:
-    """Return data of two causes that add in every second cycle and cancel in the others."""
+PULL = np.tile(np.sin(np.pi * np.arange(ROWS) / ROWS), STRETCHES)
+Outputs = Callable[[float, float, float], np.ndarray]
+
+
+def made(outputs: Outputs, size: str, true: tuple[float, float, float], seed: int) -> Problem:
+    """Return data of a model of two causes, of sizes over what they are `size` of, and the stiffness.
+
+    Args:
+        outputs: of the two sizes and how far the stiffness is from 1.
+        size: field of a parameter that counts as one, "scale" or "upper".
+        true: what the data have.
+        seed: of their noise.
+    """
     robot = small_robot()
-    scale = {
-        name: next(item.scale for item in EFFECTS[name].parameters(robot) if item.name == number)
+    one = {
+        name: next(getattr(item, size) for item in EFFECTS[name].parameters(robot) if item.name == number)
         for name, number in UNITS.items()
     }
-    pull = np.tile(np.sin(np.pi * np.arange(ROWS) / ROWS), STRETCHES)
-    side = np.repeat(np.where(np.arange(STRETCHES) % 2, 1.0, -1.0), ROWS)
-
-    def outputs(a: float, b: float) -> np.ndarray:
-        return pull * (a + side * b)
 
     def twin(robots, inputs, every):
-        sizes = [
-            [item.effects.get(name, {}).get(number, 0.0) / scale[name] for name, number in UNITS.items()]
-            for item in robots
-        ]
-        return np.array([outputs(*size) for size in sizes])[:, ::every, None]
+        rows = []
+        for item in robots:
+            sizes = [item.effects.get(name, {}).get(UNITS[name], 0.0) / one[name] for name in UNITS]
+            rows.append(outputs(*sizes, item.effects.get("stiffness", {}).get("scale", 1.0) - 1.0))
+        return np.array(rows)[:, ::every, None]
 
-    inputs = as_inputs(np.stack([pull, 0 * pull, 0 * pull], axis=1), "displacement")
-    noise = 0.1 * np.random.default_rng(seed).normal(size=len(pull))
-    table = Table(inputs.time_s, {"tip_x_mm": outputs(3.0, 3.0) + noise}, "made")
+    inputs = as_inputs(np.stack([PULL, 0 * PULL, 0 * PULL], axis=1), "displacement")
+    noise = 0.1 * np.random.default_rng(seed).normal(size=len(PULL))
+    table = Table(inputs.time_s, {"tip_x_mm": outputs(*true) + noise}, "made")
     trial = Trial("a.csv", "train", inputs, table)
     return Problem(robot, (), (trial,), ("tip_x_mm",), np.full(1, 0.1), twin)
 
 
+def opposed(a: float, b: float, stiffer: float) -> np.ndarray:
+    """Two causes that add in every second cycle and cancel in the others."""
+    side = np.repeat(np.where(np.arange(STRETCHES) % 2, 1.0, -1.0), ROWS)
+    return PULL * (a + side * b)
+
+
+def multiplied(a: float, b: float, stiffer: float) -> np.ndarray:
+    """The product of two causes, each alone nothing, and nearly what a third does."""
+    return 30.0 * a * b * PULL**2 + stiffer * PULL
+
+
 def test_two_causes_are_found_that_do_not_pay_alone(monkeypatch):
     """Each alone makes half of the cycles worse: a search of one step ends with none, of two with both."""
-    problem = opposed(1)
+    problem = made(opposed, "scale", (3.0, 3.0, 0.0), seed=1)
     candidates = ("stiffness", *UNITS)
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
     monkeypatch.setattr(select_module, "PATIENCE", 0)
     assert select(problem, candidates).chosen.causes == ()
 
 
-def multiplied(seed: int) -> Problem:
-    """Return data that are the product of two causes, each alone nothing, and nearly what a third does."""
-    robot = small_robot()
-    most = {
-        name: next(item.upper for item in EFFECTS[name].parameters(robot) if item.name == number)
-        for name, number in UNITS.items()
-    }
-    pull = np.tile(np.sin(np.pi * np.arange(ROWS) / ROWS), STRETCHES)
-
-    def outputs(product: float, third: float) -> np.ndarray:
-        return 30.0 * product * pull**2 + third * pull
-
-    def twin(robots, inputs, every):
-        rows = []
-        for item in robots:
-            sizes = [
-                item.effects.get(name, {}).get(number, 0.0) / most[name] for name, number in UNITS.items()
-            ]
-            rows.append(
-                outputs(sizes[0] * sizes[1], item.effects.get("stiffness", {}).get("scale", 1.0) - 1.0)
-            )
-        return np.array(rows)[:, ::every, None]
-
-    inputs = as_inputs(np.stack([pull, 0 * pull, 0 * pull], axis=1), "displacement")
-    noise = 0.1 * np.random.default_rng(seed).normal(size=len(pull))
-    table = Table(inputs.time_s, {"tip_x_mm": outputs(0.25, 0.0) + noise}, "made")
-    trial = Trial("a.csv", "train", inputs, table)
-    return Problem(robot, (), (trial,), ("tip_x_mm",), np.full(1, 0.1), twin)
-
-
 def test_two_causes_are_found_beside_one_that_imitates_them(monkeypatch):
     """The third cause takes most of the error alone, so that no step from it leads to the other two."""
     monkeypatch.setattr(select_module, "BEAM", 1)
-    problem = multiplied(1)
+    problem = made(multiplied, "upper", (0.5, 0.5, 0.0), seed=1)
     candidates = ("stiffness", *UNITS)
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
     monkeypatch.setattr(search_module, "PAIRS", 0)
