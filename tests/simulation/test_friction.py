@@ -168,10 +168,10 @@ def test_tensions_go_on_only_where_the_inputs_do():
 
 
 def test_two_passes_are_enough_where_the_inputs_go_on(monkeypatch):
-    """Two sections under fast ramps: within 0.1 mm (in fact 0.056) of where many passes leave the tip."""
+    """Two sections under ramps: the tip is within 0.05 mm of where passes to the end leave it."""
     ramps = [(0.3, 0.0, 0.4, 0.0), (0.1, 0.2, 0.1, 0.0), (0.1, 0.2, 0.0, 0.5), (0.35, 0.0, 0.1, 0.1)]
     tips = []
-    for passes in (friction.STEADY_SWEEPS, 200):
+    for passes in (friction.STEADY_SWEEPS, 2000):
         monkeypatch.setattr(friction, "STEADY_SWEEPS", passes)
         simulator = Simulator(load_robot("neuroendoscope"))
         count = len(simulator.robot.tendons)
@@ -185,7 +185,7 @@ def test_two_passes_are_enough_where_the_inputs_go_on(monkeypatch):
             before = after
         tips.append(np.array(way))
     assert np.ptp(tips[1], axis=0).max() > 0.02  # far from at rest
-    assert np.linalg.norm(tips[0] - tips[1], axis=1).max() < 1e-4
+    assert np.linalg.norm(tips[0] - tips[1], axis=1).max() < 5e-5
 
 
 def test_mirrored_tensions_give_the_mirrored_robot():
