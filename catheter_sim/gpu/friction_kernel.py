@@ -1,7 +1,6 @@
 """The capstan law of `catheter_sim.simulation.capstan` as a Warp kernel, one thread for each copy.
 
-The numbers are those of `capstan.confine` in double precision; what MuJoCo Warp hands over is single. It
-starts from the last step's tensions always, not from `capstan.foresee`'s.
+The numbers are those of `capstan.confine` in double precision; what MuJoCo Warp hands over is single.
 """
 
 # mypy: disable-error-code="valid-type"
@@ -240,7 +239,10 @@ def confine(
     sweep = int(0)  # noqa: UP018, RUF046
     while sweep < sweeps:
         change = wp.float64(0.0)
-        for j in range(tendons):
+        for index in range(tendons):
+            j = index
+            if sweep % 2 == 1:
+                j = tendons - 1 - index
             for k in range(ends[j]):
                 rate[world, k] = wp.float64(0.0)
                 old[world, k] = tension[world, j, k]

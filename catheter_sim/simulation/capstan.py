@@ -18,8 +18,6 @@ Index = NDArray[np.int64]
 # Of a span whose length no joint changes, as of a rod that crosses a joint on the joint's own line: its
 # tension does nothing and keeps its value. Small against that of any span with an arm (1e-6 to 1e-3).
 LEAST_RESPONSE = 1e-12  # m/s/N
-# Inputs go on as before where no change differs by more than this share of the largest.
-STEADY = 1e-3
 
 
 @njit(cache=True)
@@ -166,39 +164,6 @@ def busy_spans(entering: Array, drive: Array, ends: Index, tension: Array, busy:
                 break
 
 
-@njit(cache=True)
-def foresee(entering: Array, ends: Index, entered: Array, tension: Array, earlier: Array) -> bool:
-    """Let tensions go on as in the step before, where the inputs do: from there `confine` has less to find.
-
-    Slip spreads at the inputs' rate, so that a step's change is the next one's first guess. Where inputs
-    rest, turn round or change their rate, tensions are left as they are.
-
-    Args:
-        entering: tensions at the actuators now, given ones, shape (t,) [N].
-        ends: number of spans of each tendon, shape (t,).
-        entered: in and out: those of the last step, and what they had changed by then, shape (2, t) [N].
-        tension: in: last step's; out: the guess, shape (t, n) [N].
-        earlier: in: those of the step before; out: last step's, shape (t, n) [N].
-
-    Returns:
-        Whether the inputs go on.
-    """
-    largest, difference = 0.0, 0.0
-    for j in range(entering.shape[0]):
-        change = entering[j] - entered[0, j]
-        largest = max(largest, abs(change))
-        difference = max(difference, abs(change - entered[1, j]))
-        entered[0, j], entered[1, j] = entering[j], change
-    steady = largest > 0.0 and difference <= STEADY * largest
-    for j in range(ends.shape[0]):
-        for k in range(ends[j]):
-            now = tension[j, k]
-            if steady:
-                tension[j, k] = max(2.0 * now - earlier[j, k], 0.0)
-            earlier[j, k] = now
-    return steady
-
-
 @njit(cache=True, error_model="numpy")
 def confine(
     mu: float,
@@ -274,9 +239,10 @@ def confine(
             gain[place] = yielding[i] * arm[place]
             response[j, k] += arm[place] * gain[place]
             ahead[i] -= gain[place] * tension[j, k]
-    for _ in range(sweeps):
+    for sweep in range(sweeps):
         change = 0.0
-        for j in range(tendons):
+        for index in range(tendons):
+            j = index if sweep % 2 == 0 else tendons - 1 - index
             count = ends[j]
             if count == 0:
                 continue
@@ -343,30 +309,24 @@ def confine_copies(
     applied: Array,
     yielding: Array,
     sweeps: int,
-    steady_sweeps: int,
     tolerance: float,
     tension: Array,
-    earlier: Array,
-    entered: Array,
     holes: Array,
     pulls: Array,
     scratch: Array,
 ) -> None:
-    """`foresee` and `confine` many robots.
+    """`confine` many robots.
 
     Args:
         copies: which of the m robots.
-        entering, turn, ten_J, velocity, passive, bias, constraint, applied, tension, earlier, entered: as
-            there, of each: one axis of m more before theirs.
-        steady_sweeps: most passes where inputs go on as before.
+        entering, turn, ten_J, velocity, passive, bias, constraint, applied, tension: as there, of each: one
+            axis of m more before theirs.
         mu, drive, row_start, entry, dof, span, yielding, sweeps, tolerance: as there, of all.
         ends: number of spans of each tendon, shape (t,).
         holes, pulls, scratch: as there.
     """
     busy = np.empty_like(ends)
-    given = not drive.any()
     for i in copies:
-        steady = given and foresee(entering[i], ends, entered[i], tension[i], earlier[i])
         busy_spans(entering[i], drive, ends, tension[i], busy)
         confine(
             mu,
@@ -385,7 +345,7 @@ def confine_copies(
             constraint[i],
             applied[i],
             yielding,
-            steady_sweeps if steady else sweeps,
+            sweeps,
             tolerance,
             tension[i],
             holes,

@@ -7,12 +7,14 @@ there with what was written between. Only for rolling joints, whose hinges are m
 step, the halves take two calls. What differs between the copies in the model is expanded
 (`Batch.expand`): those hinges, a torsion pair's tangent, the clamp of slack tendons. Every copy then gets
 bit for bit what a simulator alone would; to rounding (1e-15) where the tendons' paths are found here and
-not by MuJoCo, which is more than half of its step (`path_copies`): for robots whose tensions are given.
+not by MuJoCo, which is more than half of its step (`path_copies`): for robots whose tensions are given and
+whose steps have a middle. A robot without one, such as a continuum robot without friction, is stepped by
+MuJoCo alone.
 
-Between the halves all is compiled loops over the copies (`capstan`, `path_copies`, `rolling_kernel`,
-`catheter_kernel`) or array arithmetic. `Batch` would have threads of its own, but then all would wait for
-each other twice in every step. One object of this class in each thread, a part of the copies in each, waits
-once for many steps; nearly all that takes time here runs without Python's lock.
+Between the halves all is compiled loops over the copies (`capstan`, `path_copies`, `rolling_kernel`) or
+array arithmetic. `Batch` would have threads of its own, but then all would wait for each other twice in
+every step. One object of this class in each thread, a part of the copies in each, waits once for many steps;
+nearly all that takes time here runs without Python's lock.
 """
 
 from __future__ import annotations
@@ -27,7 +29,6 @@ from mujoco.batch import Batch, SimulationError
 
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.capstan import Index
-from catheter_sim.simulation.catheter_kernel import clamp_slack_of
 from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.friction_copies import CapstanCopies
 from catheter_sim.simulation.path_copies import PathCopies, pathless
@@ -37,6 +38,7 @@ from catheter_sim.simulation.simulator import (
     SETTLE_BLOCK_S,
     SETTLED_ANGLE_RAD,
     Simulator,
+    clamp_of_slack,
 )
 from catheter_sim.simulation.site_tendons import applies
 
@@ -87,8 +89,7 @@ class Copies:
         self._driven = simulator.actuation != "tension"
         self._timestep = float(self._model.opt.timestep)
         self._slowest = SETTLED_ANGLE_RAD / simulator.robot.dynamics.relaxation_time_s
-        own_paths = not self._driven and applies(self._model)
-        self._splits = own_paths or self._parts.splits
+        own_paths = not self._driven and self._parts.splits and applies(self._model)
         without = pathless(self._model) if own_paths else self._model
         self._batch = batch = Batch(without, count, 1, persistent=True)
         self._paths = PathCopies(self._model, batch) if own_paths else None
@@ -136,7 +137,7 @@ class Copies:
             part = slice(first, first + size)
             start, change = before[part], after[part] - before[part]
             for step in range(1, steps + 1):
-                self._set_inputs(copies[part], start, change, step / steps)
+                self._set_inputs(copies[part], start + change * (step / steps))
                 self._step(copies[part])
 
     def settle(self, copies: Index, longest_s: float = 5.0) -> None:
@@ -161,7 +162,7 @@ class Copies:
         The tensions are those at the actuators, as of `Simulator.actuator_tension`.
         """
         self._roll(copies)
-        if self._parts.rolling is not None or not self._splits:
+        if self._parts.rolling is not None or not self._parts.splits:
             self._run(self._batch.forward, copies, stage=_POSITIONS)
         tip = self._parts.faces[-1]
         tension = np.maximum(self._tension_now(copies), 0.0)
@@ -175,39 +176,32 @@ class Copies:
             return {}
         return {"jnt_pos": self._hinges[copy].copy(), "body_pos": self._links[copy].copy()}
 
-    def _set_inputs(self, copies: Index, start: Array, change: Array, share: float) -> None:
-        """Set inputs that have moved from `start` by a share of `change`, shapes (k, t)."""
+    def _set_inputs(self, copies: Index, tendon: Array) -> None:
         catheter = self._parts.catheter
         if catheter is None:
-            self._ctrl[copies] = start + change * share
+            self._ctrl[copies] = tendon
             return
-        self._native(catheter.advance_copies, copies, start, change, share, self._arrived, self._ctrl)
+        self._arrived[copies] = catheter.through_play(self._arrived[copies], tendon)
+        controls = catheter.driven(self._arrived[copies])
+        self._ctrl[copies, : controls.shape[1]] = controls
 
     def _step(self, copies: Index) -> None:
         """Take a step, as `Simulator.step` does."""
         parts = self._parts
-        if not self._splits:
+        if not parts.splits:
             self._run(self._batch.step, copies)
             return
         if parts.rolling is not None:
             self._roll(copies)
             self._run(self._batch.forward, copies, stage=_VELOCITIES)
         if parts.catheter is not None and len(parts.catheter.torsion):
-            self._native(parts.catheter.turn_copies, copies, self.qpos, self._ctrl, self._bias)
+            tangent = parts.catheter.tangent(self.qpos[copies], self._ctrl[copies])
+            self._bias[copies[:, np.newaxis], parts.catheter.torsion, :2] = tangent
         if self._driven:
-            self._native(
-                clamp_slack_of,
-                copies,
-                parts.pulls,
-                parts.tendons,
-                parts.gain,
-                parts.bias,
-                parts.length_gain,
-                self._length,
-                self._ctrl,
-                self._ctrl_before,
-                self._clamp,
-            )
+            before = parts.gain * self._ctrl_before[copies] + parts.bias
+            before += parts.length_gain * self._length[np.ix_(copies, parts.tendons)]
+            self._clamp[copies[:, np.newaxis], parts.pulls, 1] = clamp_of_slack(before)
+            self._ctrl_before[copies] = self._ctrl[np.ix_(copies, parts.pulls)]
         self._applied[copies] = 0.0
         if isinstance(parts.elastic, RodElasticity):
             self._native(parts.elastic.apply_copies, copies, self.qpos, self._applied)

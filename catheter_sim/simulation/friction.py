@@ -11,10 +11,9 @@ MuJoCo has friction loss (a force up to a limit against a velocity), but no caps
 and hands MuJoCo the difference to the actuators' tension as an applied force. With the velocities
 that the coming step would give, it asks for the tensions that stop every span that friction can
 stop. Per tendon that is a convex problem on a chain, which `capstan.span_tensions` solves exactly
-in a few microseconds; tendons that share joints are passed over in turn, from tensions that go on as in
-the step before where given inputs go on at their rate (`capstan.foresee`), so that two passes do. At rest
-the law leaves all tensions as they are, so a held posture does not creep. Inertia enters through each
-degree of freedom's own implicit inertia (armature, damping, stiffness) alone: a lower bound of what the
+in a few microseconds; tendons that share joints are passed over in turn. At rest the law leaves all
+tensions as they are, so a held posture does not creep. Inertia enters through each degree of
+freedom's own implicit inertia (armature, damping, stiffness) alone: a lower bound of what the
 integrator uses, so that the law never overcorrects.
 
 `NestedFriction` (reference, "nested") leaves the decision to MuJoCo's solver: one tendon per hole,
@@ -45,7 +44,6 @@ from catheter_sim.simulation import capstan
 from catheter_sim.simulation.rolling import RodTurns
 
 SWEEPS = 20  # most passes over tendons that share joints, in one step
-STEADY_SWEEPS = 2  # and where the inputs go on at their rate, so that the step before foretells much
 SWEEP_TOLERANCE = 1e-4  # they end when no tension changed by more than this share of the largest
 
 
@@ -276,8 +274,7 @@ class CapstanFriction:
         self._drive = drive_stiffness * self._timestep
         self._model = model
         self.know_joints()
-        self._tension, self._earlier = np.zeros((2, tendons, spans))
-        self._entered = np.zeros((2, tendons))
+        self._tension = np.zeros((tendons, spans))
         self._busy = np.zeros(tendons, dtype=np.int64)
         self._holes = np.zeros((2, tendons, spans))
         self._pulls = np.zeros((2, len(self._span)))
@@ -285,7 +282,7 @@ class CapstanFriction:
 
     def reset(self) -> None:
         """Forget the history."""
-        self._tension[:] = self._earlier[:] = self._entered[:] = 0.0
+        self._tension[:] = 0.0
 
     def layout(self) -> LawArrays:
         """Return the law as plain arrays."""
@@ -317,9 +314,6 @@ class CapstanFriction:
     def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
         """Find the tensions of the coming step and apply what they pull beyond the actuators."""
         rows, busy = self._rows, self._busy
-        steady = not self._drive.any() and capstan.foresee(
-            actuator_tension, self._ends, self._entered, self._tension, self._earlier
-        )
         capstan.busy_spans(actuator_tension, self._drive, self._ends, self._tension, busy)
         capstan.confine(
             self._mu,
@@ -338,7 +332,7 @@ class CapstanFriction:
             data.qfrc_constraint,
             data.qfrc_applied,
             self._yielding,
-            STEADY_SWEEPS if steady else SWEEPS,
+            SWEEPS,
             SWEEP_TOLERANCE,
             self._tension,
             self._holes,

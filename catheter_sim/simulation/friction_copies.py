@@ -10,13 +10,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation import capstan
-from catheter_sim.simulation.friction import (
-    STEADY_SWEEPS,
-    SWEEP_TOLERANCE,
-    SWEEPS,
-    CapstanFriction,
-    PairTurns,
-)
+from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction, PairTurns
 
 
 class CapstanCopies(CapstanFriction):
@@ -47,15 +41,14 @@ class CapstanCopies(CapstanFriction):
             raise InputError(f"{robot.name}: friction of a catheter's pairs: not for many copies at once")
         self._turns_of = self._turns.of_copies
         tendons, spans = self._tension.shape
-        self._of = np.zeros((3, batch.nsim, tendons, spans))  # tensions, turns, tensions of the step before
-        self._entered_in = np.zeros((batch.nsim, 2, tendons))
+        self._of = np.zeros((2, batch.nsim, tendons, spans))  # tensions and turns
         names = "qpos", "qvel", "site_xpos", "qfrc_passive", "qfrc_bias", "qfrc_constraint"
         self._bound = {name: batch.bind(name) for name in names}
         self._bound["ten_J"] = batch.bind("ten_J") if ten_J is None else ten_J
 
     def forget(self, copies: capstan.Index) -> None:
         """Forget the history of some copies."""
-        self._of[:, copies] = self._entered_in[copies] = 0.0
+        self._of[0, copies] = 0.0
 
     def apply_copies(self, copies: capstan.Index, entering: Array, applied: Array) -> None:
         """`apply` in some of the m copies.
@@ -66,7 +59,7 @@ class CapstanCopies(CapstanFriction):
             applied: in and out: applied forces, shape (m, nv).
         """
         rows, bound = self._rows, self._bound
-        tension, turn, earlier = self._of
+        tension, turn = self._of
         self._turns_of(copies, bound["qpos"], bound["site_xpos"], turn)
         capstan.confine_copies(
             copies,
@@ -87,11 +80,8 @@ class CapstanCopies(CapstanFriction):
             applied,
             self._yielding,
             SWEEPS,
-            STEADY_SWEEPS,
             SWEEP_TOLERANCE,
             tension,
-            earlier,
-            self._entered_in,
             self._holes,
             self._pulls,
             self._scratch,

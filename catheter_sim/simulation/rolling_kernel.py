@@ -121,19 +121,6 @@ def resist(qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: 
         torque[dof_index[k]] -= moment + joint[k, SLEEVE] * (theta - joint[k, REST])
 
 
-@njit(cache=True, error_model="numpy")
-def small_angle(y: float, x: float) -> float:
-    """Return `atan2(y, x)`, to rounding; for the small angles of holes faster than that."""
-    if not 4.0 * abs(y) < x:
-        return math.atan2(y, x)
-    ratio = y / x
-    square = ratio * ratio  # below 1/16: twelve terms of the series leave 1e-16
-    total = 0.0
-    for k in range(11, -1, -1):
-        total = 1.0 / (2 * k + 1) - square * total
-    return ratio * total
-
-
 @njit(cache=True)
 def turns(qpos: Array, qpos_index: Index, joint: Array, rod: Array, ends: Index, turn: Array) -> None:
     """Write the turn of each pulled rod before each gap into `turn`, shape (t, n) [rad].
@@ -156,7 +143,7 @@ def turns(qpos: Array, qpos_index: Index, joint: Array, rod: Array, ends: Index,
             z3 = rise + reach * sine - below * cosine
             x1, z1 = offset + clearance - x3, joint[k, LENGTH] - rod[k, j, SINK] - z3
             x2, z2 = offset - clearance - x3, rod[k, j, MOUTH] - z3
-            turn[j, k + 1] = 2.0 * abs(small_angle(x1 * z2 - z1 * x2, x1 * x2 + z1 * z2))
+            turn[j, k + 1] = 2.0 * abs(math.atan2(x1 * z2 - z1 * x2, x1 * x2 + z1 * z2))
 
 
 @njit(cache=True)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.simulation import capstan, friction
+from catheter_sim.simulation import capstan
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 
@@ -150,42 +150,6 @@ def test_held_posture_does_not_creep():
     before = simulator.posture().p_w[-1]
     simulator.step(round(60.0 / simulator.model.opt.timestep))
     assert np.linalg.norm(simulator.posture().p_w[-1] - before) < 1e-6
-
-
-def test_tensions_go_on_only_where_the_inputs_do():
-    """The guess goes on under a ramp, and is the last tension at its start, at its end, and at rest."""
-    ends, entered = np.array([2, 1]), np.zeros((2, 2))
-    earlier, tension = np.array([[0.1, 0.3], [0.0, 0.0]]), np.array([[0.2, 0.1], [0.0, 0.0]])
-    guesses = []
-    for entering in (0.2, 0.4, 0.4, 0.4, 0.3):
-        there, before = tension.copy(), earlier.copy()
-        steady = capstan.foresee(np.array([entering, 0.0]), ends, entered, there, before)
-        assert np.array_equal(before, tension)
-        guesses.append((steady, there[0].tolist()))
-    assert guesses[1] == (True, pytest.approx([0.3, 0.0]))  # no tension below zero
-    assert [steady for steady, _ in guesses] == [False, True, False, False, False]
-    assert all(guess == [0.2, 0.1] for steady, guess in guesses if not steady)
-
-
-def test_two_passes_are_enough_where_the_inputs_go_on(monkeypatch):
-    """Two sections under ramps: the tip is within 0.05 mm of where passes to the end leave it."""
-    ramps = [(0.3, 0.0, 0.4, 0.0), (0.1, 0.2, 0.1, 0.0), (0.1, 0.2, 0.0, 0.5), (0.35, 0.0, 0.1, 0.1)]
-    tips = []
-    for passes in (friction.STEADY_SWEEPS, 2000):
-        monkeypatch.setattr(friction, "STEADY_SWEEPS", passes)
-        simulator = Simulator(load_robot("neuroendoscope"))
-        count = len(simulator.robot.tendons)
-        before, way = np.zeros(count), []
-        for ramp in ramps:
-            after = np.resize(ramp, count)
-            for step in range(1, 41):
-                simulator.set_inputs(before + (after - before) * step / 40)
-                simulator.step()
-                way.append(simulator.data.site("tip").xpos.copy())
-            before = after
-        tips.append(np.array(way))
-    assert np.ptp(tips[1], axis=0).max() > 0.02  # far from at rest
-    assert np.linalg.norm(tips[0] - tips[1], axis=1).max() < 5e-5
 
 
 def test_mirrored_tensions_give_the_mirrored_robot():

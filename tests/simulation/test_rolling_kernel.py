@@ -10,7 +10,6 @@ import pytest
 
 from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.simulation import rolling_kernel
 from catheter_sim.simulation.rolling import RodElasticity, RodTurns, Rolling
 from catheter_sim.statics.rolling import rods
 from catheter_sim.statics.rolling.chain import rolling_chain
@@ -171,10 +170,3 @@ def test_reset_gives_the_links_their_lengths_back(parts):
     mujoco.mj_kinematics(model, data)
     faces = [model.site(f"face_{k}").id for k in range(1, chain.joints + 1)]
     assert data.site_xpos[faces][:, 2] == pytest.approx(np.cumsum(chain.link_length), rel=0.0, abs=1e-13)
-
-
-def test_small_angles_are_those_of_the_library() -> None:
-    """Within rounding, on either side of where the series gives way, and in all quadrants."""
-    for angle in (*np.linspace(-0.3, 0.3, 121), 1.5, 2.5, -3.0):
-        y, x = 0.7 * np.sin(angle), 0.7 * np.cos(angle)
-        assert rolling_kernel.small_angle(y, x) == pytest.approx(np.arctan2(y, x), rel=1e-15, abs=0)
