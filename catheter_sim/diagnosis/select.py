@@ -38,7 +38,7 @@ BEAM = 3  # sets of causes to which another one is added
 EQUAL = 1.1  # times the error of the best, of a set that may be taken in its place for its fewer numbers
 PATIENCE = 1  # steps that need not pay, if the next one does
 SETTLED = 1.1  # times its white part, of an error in which nothing more is looked for than one step finds
-MOST_CAUSES = 6
+MOST_CAUSES = 8
 _ROUNDS = 3  # of choosing, if something better stands in a cause's place in the end
 
 
