@@ -13,6 +13,7 @@ from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.catheter_layout import bent_by, moved_segment
 from catheter_sim.robots.channels import input_channels
 from catheter_sim.robots.posture import Array
+from catheter_sim.simulation import catheter_kernel
 from catheter_sim.simulation.catheter_resistance import joint_resistances
 from catheter_sim.simulation.catheter_stretch import StretchLaws
 from catheter_sim.simulation.catheter_tube import tubes_of
@@ -96,6 +97,9 @@ class CatheterDrive:
         self._home = np.hypot(self._radius * self._wrap, self._height)
         self._stiffness = np.array([tendon_stiffness(robot, robot.tendons[index]) for index in turns])
         self._gain = model.actuator_gainprm[self.torsion, 0].copy()
+        self._law = np.stack(
+            [self._radius, self._height, self._wrap, self._home, self._stiffness, self._gain], axis=1
+        )
         self._arrived = np.zeros(len(robot.tendons))
         self.tubes = tubes_of(robot, model)
 
@@ -204,6 +208,37 @@ class CatheterDrive:
         short, arm = self._unwound(angle, control)
         moment, slope = self._stiffness * short * arm, self._stiffness * arm**2
         return np.stack([moment + slope * angle - self._gain * control, -slope], axis=-1)
+
+    def turn_copies(self, copies: catheter_kernel.Index, qpos: Array, ctrl: Array, bias: Array) -> None:
+        """`turn` in some of m copies.
+
+        Args:
+            copies: which.
+            qpos, ctrl: positions and controls, shapes (m, nq) and (m, nu).
+            bias: out: the actuators' parameters of bias, shape (m, nu, ...).
+        """
+        catheter_kernel.tangents_of(copies, self.torsion, self._qpos, self._law, qpos, ctrl, bias)
+
+    def advance_copies(
+        self,
+        copies: catheter_kernel.Index,
+        start: Array,
+        change: Array,
+        share: float,
+        arrived: Array,
+        ctrl: Array,
+    ) -> None:
+        """Set the controls of some of m copies, whose displacements move from `start` by a share of `change`.
+
+        Args:
+            copies: which, shape (k,).
+            start, change: shape (k, p) [m].
+            share: 0 to 1.
+            arrived: in and out, of all: as in `through_play`, shape (m, p) [m].
+            ctrl: out: shape (m, nu).
+        """
+        half = 0.5 * self._play
+        catheter_kernel.advance_of(copies, start, change, share, half, self._pair, self._sign, arrived, ctrl)
 
     def pair_tension(self, qpos: Array, ctrl: Array, tendon_tension: Array) -> Array:
         """Return the tension of each pair's tauter tendon, shape (..., p) [N]; 0 of what is advanced.

@@ -11,10 +11,10 @@ not by MuJoCo, which is more than half of its step (`path_copies`): for robots w
 whose steps have a middle. A robot without one, such as a continuum robot without friction, is stepped by
 MuJoCo alone.
 
-Between the halves all is compiled loops over the copies (`capstan`, `path_copies`, `rolling_kernel`) or
-array arithmetic. `Batch` would have threads of its own, but then all would wait for each other twice in
-every step. One object of this class in each thread, a part of the copies in each, waits once for many steps;
-nearly all that takes time here runs without Python's lock.
+Between the halves all is compiled loops over the copies (`capstan`, `path_copies`, `rolling_kernel`,
+`catheter_kernel`) or array arithmetic. `Batch` would have threads of its own, but then all would wait for
+each other twice in every step. One object of this class in each thread, a part of the copies in each, waits
+once for many steps; nearly all that takes time here runs without Python's lock.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from mujoco.batch import Batch, SimulationError
 
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.capstan import Index
+from catheter_sim.simulation.catheter_kernel import clamp_slack_of
 from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.friction_copies import CapstanCopies
 from catheter_sim.simulation.path_copies import PathCopies, pathless
@@ -38,7 +39,6 @@ from catheter_sim.simulation.simulator import (
     SETTLE_BLOCK_S,
     SETTLED_ANGLE_RAD,
     Simulator,
-    clamp_of_slack,
 )
 from catheter_sim.simulation.site_tendons import applies
 
@@ -137,7 +137,7 @@ class Copies:
             part = slice(first, first + size)
             start, change = before[part], after[part] - before[part]
             for step in range(1, steps + 1):
-                self._set_inputs(copies[part], start + change * (step / steps))
+                self._set_inputs(copies[part], start, change, step / steps)
                 self._step(copies[part])
 
     def settle(self, copies: Index, longest_s: float = 5.0) -> None:
@@ -176,14 +176,13 @@ class Copies:
             return {}
         return {"jnt_pos": self._hinges[copy].copy(), "body_pos": self._links[copy].copy()}
 
-    def _set_inputs(self, copies: Index, tendon: Array) -> None:
+    def _set_inputs(self, copies: Index, start: Array, change: Array, share: float) -> None:
+        """Set inputs that have moved from `start` by a share of `change`, shapes (k, t)."""
         catheter = self._parts.catheter
         if catheter is None:
-            self._ctrl[copies] = tendon
+            self._ctrl[copies] = start + change * share
             return
-        self._arrived[copies] = catheter.through_play(self._arrived[copies], tendon)
-        controls = catheter.driven(self._arrived[copies])
-        self._ctrl[copies, : controls.shape[1]] = controls
+        self._native(catheter.advance_copies, copies, start, change, share, self._arrived, self._ctrl)
 
     def _step(self, copies: Index) -> None:
         """Take a step, as `Simulator.step` does."""
@@ -195,13 +194,21 @@ class Copies:
             self._roll(copies)
             self._run(self._batch.forward, copies, stage=_VELOCITIES)
         if parts.catheter is not None and len(parts.catheter.torsion):
-            tangent = parts.catheter.tangent(self.qpos[copies], self._ctrl[copies])
-            self._bias[copies[:, np.newaxis], parts.catheter.torsion, :2] = tangent
+            self._native(parts.catheter.turn_copies, copies, self.qpos, self._ctrl, self._bias)
         if self._driven:
-            before = parts.gain * self._ctrl_before[copies] + parts.bias
-            before += parts.length_gain * self._length[np.ix_(copies, parts.tendons)]
-            self._clamp[copies[:, np.newaxis], parts.pulls, 1] = clamp_of_slack(before)
-            self._ctrl_before[copies] = self._ctrl[np.ix_(copies, parts.pulls)]
+            self._native(
+                clamp_slack_of,
+                copies,
+                parts.pulls,
+                parts.tendons,
+                parts.gain,
+                parts.bias,
+                parts.length_gain,
+                self._length,
+                self._ctrl,
+                self._ctrl_before,
+                self._clamp,
+            )
         self._applied[copies] = 0.0
         if isinstance(parts.elastic, RodElasticity):
             self._native(parts.elastic.apply_copies, copies, self.qpos, self._applied)

@@ -1,0 +1,116 @@
+"""What drives many copies of one catheter, compiled: slack's clamps and the torsion pairs' tangents.
+
+The same as `simulator.clamp_of_slack` and `catheter.CatheterDrive.tangent`, which the tests hold it to.
+Index i picks among the m copies.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@njit(cache=True, nogil=True)
+def clamp_slack_of(
+    copies: Index,
+    pulls: Index,
+    tendons: Index,
+    gain: Array,
+    bias: Array,
+    length_gain: Array,
+    length: Array,
+    ctrl: Array,
+    before: Array,
+    force_range: Array,
+) -> None:
+    """Set the largest forces of the actuators that pull tendons, and keep their controls.
+
+    Args:
+        copies: which of the m.
+        pulls, tendons: actuators and what they pull, shape (k,).
+        gain, bias, length_gain: of these: force = gain control + bias + length_gain length, shape (k,).
+        length: of the tendons, shape (m, nt) [m].
+        ctrl: controls, shape (m, nu).
+        before: in: controls of the last step; out: of this one, shape (m, k).
+        force_range: out: at [..., 1]: none of a tendon that was slack before, shape (m, nu, 2) [N].
+    """
+    for i in copies:
+        for k in range(pulls.shape[0]):
+            force = gain[k] * before[i, k] + bias[k] + length_gain[k] * length[i, tendons[k]]
+            force_range[i, pulls[k], 1] = 1e9 if force < 0.0 else 0.0
+            before[i, k] = ctrl[i, pulls[k]]
+
+
+@njit(cache=True, nogil=True)
+def tangents_of(
+    copies: Index,
+    actuators: Index,
+    places: Index,
+    law: Array,
+    qpos: Array,
+    ctrl: Array,
+    bias: Array,
+) -> None:
+    """Make the torsion joints' actuators the tangents of their pairs' law.
+
+    Args:
+        copies: which of the m.
+        actuators, places: of the joints, and of their angles in `qpos`, shape (k,).
+        law: of each: radius, wrap's height [m], wrap [rad], home length [m], stiffness, actuator's gain
+            [N/m], shape (k, 6).
+        qpos: positions, shape (m, nq).
+        ctrl: controls, shape (m, nu) [m].
+        bias: out: at [..., :2]: bias and length gain, shape (m, nu, 3 or more).
+    """
+    for i in copies:
+        for k in range(actuators.shape[0]):
+            radius, height, wrap, home = law[k, 0], law[k, 1], law[k, 2], law[k, 3]
+            stiffness, gain = law[k, 4], law[k, 5]
+            angle, control = qpos[i, places[k]], ctrl[i, actuators[k]]
+            around = radius * max(wrap - abs(angle), 0.0)
+            wrapped = math.hypot(around, height)
+            arm = radius
+            if height > 0.0:
+                arm *= around / (wrapped if wrapped > 0.0 else 1.0)
+            short = control - math.copysign(home - wrapped, angle)
+            slope = stiffness * arm**2
+            bias[i, actuators[k], 0] = stiffness * short * arm + slope * angle - gain * control
+            bias[i, actuators[k], 1] = -slope
+
+
+@njit(cache=True, nogil=True)
+def advance_of(
+    copies: Index,
+    start: Array,
+    change: Array,
+    share: float,
+    half_play: Array,
+    pair: Index,
+    sign: Array,
+    arrived: Array,
+    ctrl: Array,
+) -> None:
+    """Set the controls for displacements that have moved by a share of their change.
+
+    Args:
+        copies: which of the m, shape (k,).
+        start, change: of the chosen ones' displacements, shape (k, p) [m].
+        share: of the change.
+        half_play: half of each pair's dead-band, shape (p,) [m].
+        pair, sign: of each driven actuator, the first ones in `ctrl`, shape (a,).
+        arrived: in and out: what arrives at the pairs, shape (m, p) [m].
+        ctrl: out: controls, shape (m, nu).
+    """
+    for row in range(copies.shape[0]):
+        i = copies[row]
+        for p in range(start.shape[1]):
+            wanted = start[row, p] + change[row, p] * share
+            arrived[i, p] = min(max(arrived[i, p], wanted - half_play[p]), wanted + half_play[p])
+        for a in range(pair.shape[0]):
+            ctrl[i, a] = sign[a] * arrived[i, pair[a]]
