@@ -22,9 +22,8 @@ from catheter_sim.statics.result import StaticRun
 from catheter_sim.statics.rolling import kernel
 from catheter_sim.statics.rolling import virtual_work as by_virtual_work
 from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
-from catheter_sim.statics.rolling.history import Stretch, postures, require_tensions, stretches
+from catheter_sim.statics.rolling.history import Stretch, postures, require_tensions, stretches, ways
 from catheter_sim.statics.rolling.loads import LinkForce, loads
-from catheter_sim.statics.rolling.march import March
 
 _SHORTEST_STEP = 1e-4  # share of the way between two rows
 
@@ -82,18 +81,23 @@ def solve_history(
 ) -> Solved:
     """Return the equilibria of every row, one after another, by the complete balance.
 
-    Arguments are those of `history.stretches`.
+    Arguments are those of `history.ways`.
 
     Raises:
         InputError: no posture balances a row.
     """
-    march = March(chain)
-    rows = []
-    for row, way in enumerate(stretches(chain, inputs, gravity_mps2, others, step_bend_rad)):
-        if not march.advance(way):
-            raise _no_equilibrium("complete", inputs, row)
-        rows.append(march.now())
-    return _solved(rows)
+    robot, way = kernel.pack(chain), ways(chain, inputs, gravity_mps2, others, step_bend_rad)
+    r, n, t = len(way.steps), chain.joints, chain.pulled
+    theta, length, value = np.empty((r, n)), np.empty((r, n)), np.empty((r, n))
+    at_joint = np.empty((r, t, n))
+    reached = kernel.follow(
+        *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
+        *(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment, way.steps),
+        *(theta, length, at_joint, value),
+    )
+    if reached < r:
+        raise _no_equilibrium("complete", inputs, reached)
+    return Solved(theta[1:], at_joint[1:], length[1:], value[1:])
 
 
 def solve_loaded(
@@ -146,7 +150,8 @@ def solve_history_by_virtual_work(
             raise _no_equilibrium("virtual_work", inputs, row) from None
         theta, kept = found.theta, found.tension.above
         rows.append((theta, found.tension.at_joint, found.link_length, found.unbalanced))
-    return _solved(rows)
+    thetas, at_joint, length, value = (np.array(column[1:]) for column in zip(*rows, strict=True))
+    return Solved(thetas, at_joint, length, value)
 
 
 def _follow(chain: RollingChain, way: Stretch, theta: Array, kept: Array) -> by_virtual_work.Balance:
@@ -183,12 +188,6 @@ def _run(
     found = postures(chain, inputs, gravity, solved.theta, solved.at_joint, solved.link_length)
     residual = np.abs(solved.unbalanced).max(axis=1)
     return StaticRun(model, inputs, gravity, tuple(found), residual)
-
-
-def _solved(rows: list[tuple[Array, Array, Array, Array]]) -> Solved:
-    """Return the rows after the one at rest."""
-    theta, at_joint, length, value = (np.array(column) for column in zip(*rows, strict=True))
-    return Solved(theta[1:], at_joint[1:], length[1:], value[1:])
 
 
 def _no_equilibrium(model: str, inputs: Inputs, row: int) -> InputError:

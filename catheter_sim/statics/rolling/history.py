@@ -65,14 +65,33 @@ def require_tensions(inputs: Inputs, model: str) -> None:
         raise InputError(f"static model {model!r}: takes tension inputs only")
 
 
-def stretches(
+@dataclass(frozen=True)
+class Ways:
+    """The ways to rest under the weight alone, then to each of r rows of inputs.
+
+    Attributes:
+        drive: tension at the actuator at their ends, shape (r + 1, t) [N].
+        force: in the base frame, of the points in `at_rest`, shape (r + 1, p, 3) [N].
+        tip_moment: in the base frame, shape (r + 1, 3) [N m].
+        steps: how many, shape (r + 1,).
+        at_rest: the loads of the first way.
+    """
+
+    drive: Array
+    force: Array
+    tip_moment: Array
+    steps: np.ndarray
+    at_rest: Loads
+
+
+def ways(
     chain: RollingChain,
     inputs: Inputs,
     gravity_mps2: Array,
     others: Sequence[LinkForce] = (),
     step_bend_rad: float | None = None,
-) -> Iterator[Stretch]:
-    """Yield the way to rest under the weight and `others` alone, then the way to each row of inputs.
+) -> Ways:
+    """Return the way to rest under the weight and `others` alone, and the way to each row of inputs.
 
     Args:
         chain: the robot.
@@ -93,12 +112,19 @@ def stretches(
         + np.linalg.norm(np.diff(moment, axis=0), axis=1)
     )
     largest = float(stiffness.min()) * (step_bend_rad or STEP_BEND_RAD)
-    steps = np.clip(np.ceil(change / largest), 1, _MAX_STEPS).astype(int)
-    yield Stretch(drive[0], drive[0], at_rest, at_rest, 1)
-    before = at_rest
-    for row in range(1, len(drive)):
-        acting = replace(at_rest, force=force[row], tip_moment=moment[row])
-        yield Stretch(drive[row - 1], drive[row], before, acting, int(steps[row - 1]))
+    steps = np.clip(np.ceil(change / largest), 1, _MAX_STEPS).astype(np.int64)
+    return Ways(drive, force, moment, np.concatenate([[1], steps]), at_rest)
+
+
+def stretches(
+    chain: RollingChain, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+) -> Iterator[Stretch]:
+    """Yield `ways`, of the same arguments, one by one."""
+    all_ways = ways(chain, inputs, gravity_mps2, others)
+    drive, before = all_ways.drive, all_ways.at_rest
+    for row, steps in enumerate(all_ways.steps):
+        acting = replace(before, force=all_ways.force[row], tip_moment=all_ways.tip_moment[row])
+        yield Stretch(drive[max(row - 1, 0)], drive[row], before, acting, int(steps))
         before = acting
 
 

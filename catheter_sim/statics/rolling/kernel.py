@@ -511,6 +511,46 @@ def advance(
 
 
 @compiled
+def follow(
+    joint: Array,
+    rod: Array,
+    stiffness: Array,
+    pulled: int,
+    mu: float,
+    drive: Array,
+    load_link: np.ndarray,
+    load_point: Array,
+    load_force: Array,
+    tip_moment: Array,
+    steps: np.ndarray,
+    theta: Array,
+    length: Array,
+    at_joint: Array,
+    value: Array,
+) -> int:
+    """Go from rest without load through rows of inputs; return how many were reached.
+
+    `drive`, shape (r, t), `load_force`, (r, p, 3), `tip_moment`, (r, 3), and `steps`, (r,), are those of the
+    rows; `theta`, `length`, `value`, shape (r, n), and `at_joint`, (r, t, n), are filled.
+    """
+    rows, n = theta.shape
+    angle, lengths = joint[:, REST].copy(), joint[:, LENGTH].copy()
+    kept, before = np.zeros((pulled, n)), 0
+    for row in range(rows):
+        reached = advance(
+            joint, rod, stiffness, pulled, mu, drive[before], drive[row], angle, kept, lengths,
+            load_link, load_point, load_force[before], load_force[row], tip_moment[before], tip_moment[row],
+            steps[row], at_joint[row], value[row],
+        )  # fmt: skip
+        if reached < 1.0:
+            return row
+        _copy(angle, theta[row])
+        _copy(lengths, length[row])
+        before = row
+    return rows
+
+
+@compiled
 def load_batch(
     joint: Array,
     rod: Array,
