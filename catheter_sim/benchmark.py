@@ -40,7 +40,7 @@ from catheter_sim.robots.specification import ContinuumRobot, Friction
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.statics.catheter.tendons import pulled_m
 from catheter_sim.statics.rolling.chain import rolling_chain
-from catheter_sim.statics.rolling.rods import elastic_moments, spans
+from catheter_sim.statics.rolling.rods import spans
 
 ROBOTS = (
     "neuroendoscope_section",
@@ -204,7 +204,7 @@ def _(robot: RollingRobot) -> list[tuple[float, float]]:
     """T sum(-dl/dtheta / K) = 1 rad over the segment's joints in the rod's plane, K at rest."""
     chain = rolling_chain(robot)
     span = spans(chain, chain.rest_angle)
-    per_newton = -span.slope[: chain.pulled] / elastic_moments(chain, chain.rest_angle, span)[1]
+    per_newton = -span.slope[: chain.pulled] / chain.rest_stiffness
     segment = np.repeat([item.name for item in robot.segments], [item.joints for item in robot.segments])
     peaks = []
     for index, rod in enumerate(robot.tendons):

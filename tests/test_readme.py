@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -16,6 +18,7 @@ def between(start: str, end: str) -> str:
     return README.split(f"<!-- {start}")[1].split("-->", 1)[1].split(f"<!-- {end}")[0]
 
 
+@pytest.mark.slow
 def test_example_prints_what_the_readme_shows():
     """The Python example's output is the block below it."""
     blocks = re.findall(r"```(?:python)?\n(.*?)```", between("example: python", "example ends"), re.DOTALL)

@@ -31,6 +31,7 @@ def tables(draw: st.DrawFn) -> Table:
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(table=tables())
 def test_written_table_reads_back(table: Table, tmp_path_factory: pytest.TempPathFactory) -> None:

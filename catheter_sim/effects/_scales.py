@@ -8,7 +8,6 @@ from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
 from catheter_sim.statics.rolling.chain import rolling_chain
-from catheter_sim.statics.rolling.rods import elastic_moments, spans
 
 
 def length_m(robot: Robot) -> float:
@@ -35,8 +34,7 @@ def _(robot: ContinuumRobot) -> float:
 @softest_bending_N_m2.register
 def _(robot: RollingRobot) -> float:
     chain = rolling_chain(robot)
-    _, stiffness = elastic_moments(chain, chain.rest_angle, spans(chain, chain.rest_angle))
-    return float((stiffness * chain.link_length).min())
+    return float((chain.rest_stiffness * chain.link_length).min())
 
 
 def tension_N(robot: Robot) -> float:

@@ -7,8 +7,10 @@ of the registry, whatever the order in which they were written.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
+from types import MappingProxyType
 from typing import cast
 
 from catheter_sim.effects.face import Effect, Parameter
@@ -43,11 +45,32 @@ def check_effects(robot: Robot) -> None:
                 raise InputError(f"{where}.{key} = {value:g}: must lie in {item.lower:g} to {item.upper:g}")
 
 
-def active(robot: Robot) -> Iterator[tuple[Effect, dict[str, float]]]:
-    """Yield the effects of `robot` with every parameter's value, in the order in which they act."""
+class _Itself:
+    """A robot as a key of what is remembered: it equals nothing but itself."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+
+    def __hash__(self) -> int:
+        return id(self.robot)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Itself) and other.robot is self.robot
+
+
+def active(robot: Robot) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
+    """Return the effects of `robot` with every parameter's value, in the order in which they act."""
+    return _active(_Itself(robot)) if robot.effects else ()
+
+
+@lru_cache(maxsize=256)  # a diagnosis asks for a few dozen robots again and again, trial by trial
+def _active(key: _Itself) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
+    robot = key.robot
+    found = []
     for name, effect in EFFECTS.items():
         if name in robot.effects:
-            yield effect, effect.complete(robot, robot.effects[name])
+            found.append((effect, MappingProxyType(effect.complete(robot, robot.effects[name]))))
+    return tuple(found)
 
 
 def embodied(robot: R) -> R:

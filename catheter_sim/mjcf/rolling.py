@@ -27,7 +27,6 @@ from catheter_sim.robots.rolling_layout import (
     rolling_joints,
 )
 from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
-from catheter_sim.statics.rolling.rods import elastic_moments, spans
 
 _PASSIVE = (0.10, 0.11, 0.13, 1.0)  # colour of a rod that nobody pulls
 _HINGE_AXIS = ((0, 1, 0), (-1, 0, 0))  # bends toward +x, toward +y
@@ -36,7 +35,7 @@ _HINGE_AXIS = ((0, 1, 0), (-1, 0, 0))  # bends toward +x, toward +y
 def add_rolling_chain(root: mjcf.RootElement, robot: RollingRobot) -> list[mjcf.Element]:
     """Add the links, joints and holes of `robot`; return the base and the links' bodies."""
     chain = rolling_chain(robot)
-    stiffness = rest_stiffness(chain)
+    stiffness = chain.rest_stiffness  # the scale of damping and armature
     bodies = [add_mount(root, robot)]
     height = 0.0
     for joint in rolling_joints(robot):
@@ -74,12 +73,6 @@ def add_rods(root: mjcf.RootElement, robot: RollingRobot) -> None:
         for k in range(1, last_joint(robot, rod) + 1):
             element.add("site", site=f"mouth_{rod.name}_{k}")
             element.add("site", site=f"hole_{rod.name}_{k}")
-
-
-def rest_stiffness(chain: RollingChain) -> np.ndarray:
-    """Return each joint's stiffness at rest, shape (n,) [N m/rad]: the scale of damping and armature."""
-    _, slope = elastic_moments(chain, chain.rest_angle, spans(chain, chain.rest_angle))
-    return slope
 
 
 def _add_joint(

@@ -68,6 +68,7 @@ def test_top_help_and_version(run: Run) -> None:
     assert run("--version").out == f"catheter-sim {catheter_sim.__version__}\n"
 
 
+@pytest.mark.slow
 def test_help_imports_nothing_heavy() -> None:
     """Help answers at once: neither MuJoCo nor SciPy nor a plotting library is imported for it."""
     program = (
@@ -191,6 +192,7 @@ def test_interruption_is_one_line(
     assert capsys.readouterr().err == "catheter-sim: error: interrupted\n"
 
 
+@pytest.mark.slow
 def test_broken_pipe_is_silent() -> None:
     """A reader that leaves early is no error to write about."""
     program = (
@@ -210,6 +212,7 @@ def test_broken_pipe_is_silent() -> None:
     assert ended.returncode == 128 + signal.SIGPIPE
 
 
+@pytest.mark.slow
 def test_an_unknown_graphics_backend_is_one_line() -> None:
     """MuJoCo refuses to be imported with a MUJOCO_GL that it does not know: that is the user's to mend."""
     ended = subprocess.run(

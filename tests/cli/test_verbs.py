@@ -42,6 +42,7 @@ def test_list_shows_every_registry(run: Run) -> None:
     assert all(name in text for name in environments)
 
 
+@pytest.mark.slow
 def test_listed_effect_parameters_can_be_set(run: Run, folder: Path) -> None:
     """Every listed parameter of every effect is taken by --set within its listed bounds, for every robot."""
     from catheter_sim.cli.driven import load
@@ -60,6 +61,7 @@ def test_listed_effect_parameters_can_be_set(run: Run, folder: Path) -> None:
             }, (effect["name"], robot)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", ROBOTS)
 def test_built_file_loads_in_plain_mujoco(reference: str, run: Run, folder: Path) -> None:
     """The file stands alone: MuJoCo loads it by its path, with the robot's tendons and straight length."""
@@ -76,6 +78,7 @@ def test_built_file_loads_in_plain_mujoco(reference: str, run: Run, folder: Path
     np.testing.assert_allclose(data.site("tip").xpos, [0, 0, length_m], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_settings_reach_the_built_file(run: Run, folder: Path) -> None:
     """A changed length and a doubled stiffness are in the file; several settings may follow one --set."""
     run("build", ROBOT, "-o", "plain.xml")
@@ -105,6 +108,7 @@ def test_simulate_writes_what_the_library_gives(run: Run, folder: Path, inputs: 
     np.testing.assert_array_equal(table.columns["tension_right_N"], [0, 0.1, 0.2, 0.1])
 
 
+@pytest.mark.slow
 def test_columns_choose_and_order(run: Run, folder: Path, inputs: str) -> None:
     """--columns writes time_s and the named columns, in that order, with unchanged values."""
     run("simulate", ROBOT, "--inputs", inputs, "-o", "all.csv")
@@ -115,6 +119,7 @@ def test_columns_choose_and_order(run: Run, folder: Path, inputs: str) -> None:
         np.testing.assert_array_equal(values, everything.columns[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", [["simulate"], ["statics", "--model", "fkm_exact_arm"]], ids=lambda v: v[0])
 def test_friction_and_gravity_are_the_users_to_choose(verb: list[str], run: Run, folder: Path) -> None:
     """A loop opens with friction and closes without; weight along +x moves the straight robot there."""
@@ -156,6 +161,7 @@ def test_statics_writes_what_the_model_gives(run: Run, folder: Path, inputs: str
         np.testing.assert_allclose(read_table("out.csv").columns["tip_z_mm"], tips, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_dynamic_follows_the_clock(run: Run, folder: Path) -> None:
     """Held rows do not care how fast they follow one another; with --dynamic a fast pull lags behind."""
     for name, last in (("slow", 8.0), ("fast", 0.02)):
@@ -171,6 +177,7 @@ def test_dynamic_follows_the_clock(run: Run, folder: Path) -> None:
     assert tips["fast", True] < 0.5 * tips["fast", False]
 
 
+@pytest.mark.slow
 def test_an_effect_changes_simulation_and_statics_alike(run: Run, folder: Path) -> None:
     """A gain of 1.2 on a channel is the same as 1.2 times the input, in the simulation and in the theory."""
     (folder / "once.csv").write_text(LOOP)
@@ -285,6 +292,7 @@ def test_render_leaves_a_picture_of_its_size(name: str, run: Run, folder: Path, 
     assert frame.std() > 1.0
 
 
+@pytest.mark.slow
 def test_output_may_go_to_a_device(run: Run, folder: Path, inputs: str) -> None:
     """Output to /dev/null is written there; the device stays a device."""
     assert run("simulate", ROBOT, "--inputs", inputs, "-o", "/dev/null").status == 0

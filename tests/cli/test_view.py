@@ -117,6 +117,7 @@ def test_every_slider_moves_the_robot_and_stays_where_it_was_left(reference: str
         assert np.linalg.norm(simulator.posture().p_w[-1] - tip) > 1e-4
 
 
+@pytest.mark.slow
 def test_steps_and_inputs_are_the_simulators() -> None:
     """What a window shows is what the simulator alone would do under the sliders' inputs, to the last bit."""
 

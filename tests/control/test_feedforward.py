@@ -62,6 +62,7 @@ def test_pk_brings_pk_to_the_desired_angles(robot: CatheterRobot) -> None:
     np.testing.assert_array_equal(way[:, -1], wave * 1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bending_proximal", "bending_distal"])
 def test_te_brings_te_to_the_desired_angles(name: str) -> None:
     """Through two cycles of growing size and a partial return the static model TE ends where it was sent."""

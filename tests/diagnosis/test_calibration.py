@@ -57,6 +57,7 @@ def test_numbers_start_at_what_is_specified():
     assert changed.friction.mu == 0.1
 
 
+@pytest.mark.slow
 def test_what_is_calibrated_is_not_named_a_cause(tmp_path):
     """With friction and stiffness calibrated, neither is tried as a cause; the others are."""
     shapes = np.ones((len(TENSIONS_N), 15, 3)) * np.arange(1.0, 16.0)[:, None] * 15.0

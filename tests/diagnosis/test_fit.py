@@ -165,6 +165,7 @@ def test_scan_finds_the_least_of_several_minima():
     assert found.values["twist", "rate_deg_per_m"] == pytest.approx(0.7 * parameter.upper, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_intervals_cover_where_rows_of_a_block_hang_together():
     """With errors common to whole cycles the 95 % interval covers the truth in at least 85 of 100 draws.
 

@@ -25,6 +25,7 @@ def inputs_of(robot):
     return as_inputs(np.column_stack([0.6 * pair, other[:, [0, 0, 1, 1]]]), "tension")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["neuroendoscope_section", "neuroendoscope"])
 def test_outputs_are_the_static_model_s(name):
     """Robots of other lengths, mounts and frames in one batch, every third row: the model's to 0.05."""

@@ -57,6 +57,7 @@ def test_half_a_file_is_no_result(tmp_path):
     assert each(place, square, [(2.0,)]) == [4.0]
 
 
+@pytest.mark.slow
 def test_killed_process_is_replaced(tmp_path):
     """One process dies in the middle of a call: the results are as if nothing had happened."""
     with workers(Workers(2)) as pool:

@@ -73,6 +73,7 @@ def test_bent_joint_adds_its_bend_at_every_input() -> None:
     assert tips_mm(robot)[0, :2] == pytest.approx([0.0, across], abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "values", [{"curvature_x_per_m": 6.0, "curvature_y_per_m": 9.0}, {"bending_deg": -8.0}]
 )

@@ -42,6 +42,7 @@ def test_draws_lie_in_their_ranges_and_differ(anatomy: Ventricles) -> None:
     assert anatomy != random_ventricles(np.random.default_rng(1000))
 
 
+@pytest.mark.slow
 def test_wall_is_closed_and_made_of_blocks(anatomy: Ventricles) -> None:
     """The shell is watertight and its volume positive; the convex blocks fill it, to 1 %, and face inward."""
     wall = ventricle_wall(anatomy)

@@ -16,6 +16,7 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_unknown_environment_is_refused(tmp_path):
     """One line with the choices, exit status 2, nothing written."""
     ran = run("--environments", "NeuroendoscopeFly", "-o", str(tmp_path / "out.csv"))

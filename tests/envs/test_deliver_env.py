@@ -55,6 +55,7 @@ def env() -> Iterator[DeliverEnv]:
     one.close()
 
 
+@pytest.mark.slow
 def test_start_is_before_the_septum_and_the_observation_says_where_things_are(env: DeliverEnv) -> None:
     """Implant 3 mm before the puncture, straight; places in robot lengths, unit vectors, no force."""
     observation, info = env.reset(seed=2)
@@ -79,6 +80,7 @@ def test_start_is_before_the_septum_and_the_observation_says_where_things_are(en
     assert math.atan2(part["beat"][1], part["beat"][0]) % math.tau == pytest.approx(info["beat_rad"])
 
 
+@pytest.mark.slow
 def test_ramming_the_wall_ends_the_episode_without_success(env: DeliverEnv) -> None:
     """Straight on at full speed: the force rises past its limit on the wall opposite, which costs 200."""
     env.reset(seed=0, options={"anatomy": env.anatomy})
@@ -99,6 +101,7 @@ def test_ramming_the_wall_ends_the_episode_without_success(env: DeliverEnv) -> N
     assert info["tip_m"][2] > anatomy.atrium_x_m  # beyond the middle of the atrium
 
 
+@pytest.mark.slow
 def test_a_simulation_that_diverges_ends_the_episode(
     env: DeliverEnv, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -78,6 +78,7 @@ def test_full_tension_bends_a_frictionless_section_by_a_quarter_turn_and_a_littl
     assert 1.01 < bend / 90.0 < 1.03
 
 
+@pytest.mark.slow
 def test_full_pull_bends_a_frictionless_section_by_a_quarter_turn() -> None:
     """Level 1 of a bend is a quarter turn, but for the slack of tendons straight between eyelets."""
     plant = Plant(load_robot("neuroendoscope_section", ["friction.mu=0"]), "displacement", STILL, QUARTER)
@@ -85,6 +86,7 @@ def test_full_pull_bends_a_frictionless_section_by_a_quarter_turn() -> None:
     assert missing == pytest.approx(shortfall_deg(2e-3, 30, 90.0, 1.4e-3), abs=0.1)
 
 
+@pytest.mark.slow
 def test_displacement_drives_bend_each_segment_by_itself() -> None:
     """Asked for +45 and -30 deg, the two frictionless sections bend so; no tendon is torn at."""
     plant = Plant(load_robot("neuroendoscope", ["friction.mu=0"]), "displacement", STILL, QUARTER)

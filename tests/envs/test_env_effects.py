@@ -26,6 +26,7 @@ def tips(settings: Sequence[str], moves: Sequence[float], start: tuple[float, ..
     return np.array(rows)
 
 
+@pytest.mark.slow
 def test_an_effect_on_the_robot_is_the_changed_robot() -> None:
     """Friction taken away as an effect is friction taken out of the specification."""
     moves = [1.0] * 8 + [-1.0] * 4
@@ -43,6 +44,7 @@ def test_backlash_loses_the_first_motion() -> None:
     assert (moved[3:] > 1e-3).all()
 
 
+@pytest.mark.slow
 def test_backlash_in_an_environment_is_the_effect_on_the_whole_history() -> None:
     """What arrives at the robot, step by step, is what the effect makes of all commands at once."""
     env = ReachEnv("neuroendoscope_section", ["effects.backlash.width_N=0.05"])
@@ -60,6 +62,7 @@ def test_backlash_in_an_environment_is_the_effect_on_the_whole_history() -> None
     assert np.array(arrived) == pytest.approx(np.array(expected), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_load_that_the_model_does_not_know_acts_before_the_first_step() -> None:
     """Under a payload the episode starts where the robot hangs, and stays there."""
     start = tips(["effects.payload.force_x_N=0.01"], [0.0] * 3, (0.0, 0.0, 0.0595))
@@ -76,6 +79,7 @@ def test_weight_acts_before_the_first_step() -> None:
     assert env.step(np.zeros(2, dtype=np.float32))[4]["speed_m_per_s"] < 1e-4
 
 
+@pytest.mark.slow
 def test_a_measurement_frame_moves_what_is_seen_and_not_what_is_true() -> None:
     """The observed tip is shifted; distance, reward and the true tip are not."""
     shifted = ReachEnv("neuroendoscope_section", ["effects.measurement_frame.translation_x_mm=6"])
@@ -93,6 +97,7 @@ def test_unknown_effects_are_refused() -> None:
         ReachEnv("neuroendoscope_section", ["effects.slack.width_N=0.1"])
 
 
+@pytest.mark.slow
 def test_effects_on_inputs_take_the_unit_of_the_actions() -> None:
     """Under displacement a backlash is a length, and one given as a force is refused."""
     ReachEnv("neuroendoscope_section", ["effects.backlash.width_mm=0.1"], "displacement")

@@ -33,6 +33,7 @@ def green(image: np.ndarray) -> np.ndarray:
     return (strong > red + 40) & (strong > blue + 40)
 
 
+@pytest.mark.slow
 def test_picture_has_its_shape_and_holds_robot_and_target(env: ReachEnv) -> None:
     """(height, width, 3) bytes, some of them the green target's, some the robot's."""
     env.reset(seed=0)
@@ -76,6 +77,7 @@ def test_drawing_leaves_the_simulation_alone(env: ReachEnv) -> None:
     assert env.plant.simulator.model.ngeom == geoms
 
 
+@pytest.mark.slow
 def test_close_frees_the_renderer_and_may_be_repeated(env: ReachEnv) -> None:
     """After `close` there is no renderer; the next picture opens another one."""
     env.reset(seed=0)

@@ -42,6 +42,7 @@ def test_fresh_interpreter_makes_the_environment_by_an_id_that_names_the_package
     assert fresh(code) == "(27,)"
 
 
+@pytest.mark.slow
 def test_fresh_interpreter_makes_the_environment_by_its_plain_id() -> None:
     """Installed, `gymnasium.make` knows the id without any import before it, and warns of nothing."""
     if importlib.util.find_spec("_catheter_sim_startup") is None:

@@ -39,6 +39,7 @@ def bends_by_virtual_work(robot: Robot, tension: np.ndarray) -> np.ndarray:
     return bends
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "largest_rad"), [(SECTION, 3.0), pytest.param(FULL, QUARTER, marks=pytest.mark.slow)]
 )
@@ -84,6 +85,7 @@ def settle_at(plant: Plant, level: np.ndarray) -> np.ndarray:
     return plant.posture().p_w[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [SECTION, PROTOTYPE, FULL])
 def test_quick_model_is_the_simulated_robot_without_friction(name: str) -> None:
     """Tips within 0.25 mm and bends within 0.2 deg of the simulation, soft links included."""

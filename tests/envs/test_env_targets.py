@@ -28,6 +28,7 @@ def section() -> Plant:
     return plant("neuroendoscope_section")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("actuation", ["tension", "displacement"])
 def test_generating_inputs_bring_the_robot_back_to_the_target(actuation: str) -> None:
     """Another simulator under the inputs of ten random targets ends at the same points."""
@@ -65,6 +66,7 @@ def test_every_reachable_point_is_found_again(actuation: str) -> None:
         assert np.array_equal(tip_at(robot, found.level), found.tip_m)
 
 
+@pytest.mark.slow
 def test_a_single_section_reaches_its_curve_and_nothing_beside_it(section: Plant) -> None:
     """A single section's tip moves on a curve: points on it are in reach, points off it are not."""
     angle = math.radians(40.0)  # of an arc of 60 mm
@@ -96,6 +98,7 @@ def test_points_out_of_reach_are_refused_in_one_line(section: Plant, target: obj
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_robot_that_hardly_moves_has_no_targets_far_away() -> None:
     """Where no draw ends far enough from rest, that is said, not searched for without end."""
     robot = Plant(load_robot("neuroendoscope_section"), "tension", tuple(STILL), 1e-3)

@@ -25,6 +25,7 @@ def env() -> InsertEnv:
     return made
 
 
+@pytest.mark.slow
 def test_starts_at_the_skin_untouched(env: InsertEnv) -> None:
     """The tip stands a wall's thickness before the pleura; nothing is felt; the target is the point."""
     observation, info = env.reset(seed=0)
@@ -34,6 +35,7 @@ def test_starts_at_the_skin_untouched(env: InsertEnv) -> None:
     assert info["distance_m"] == pytest.approx(np.linalg.norm(env.target_m - info["tip_m"]))
 
 
+@pytest.mark.slow
 def test_straight_robot_goes_through_the_wall_and_touches_nothing(env: InsertEnv) -> None:
     """The channel is wide enough: pushed straight through the whole wall, no region feels anything."""
     env.reset(seed=1)

@@ -59,6 +59,7 @@ def test_gymnasium_finds_nothing_to_complain_about(name: str, action_type: str) 
         check_env(reach(name, action_type=action_type))
 
 
+@pytest.mark.slow
 def test_same_seed_gives_the_same_episode_bit_for_bit(section: ReachEnv) -> None:
     """In the same object, in another one, and while pictures are drawn; another seed gives another."""
     first = episode(section, 3)
@@ -69,6 +70,7 @@ def test_same_seed_gives_the_same_episode_bit_for_bit(section: ReachEnv) -> None
     assert not same(first, episode(section, 4))
 
 
+@pytest.mark.slow
 def test_targets_of_the_section_count_within_2_mm_and_of_the_whole_robot_within_5_mm(
     section: ReachEnv,
 ) -> None:
@@ -76,6 +78,7 @@ def test_targets_of_the_section_count_within_2_mm_and_of_the_whole_robot_within_
     assert (section.tolerance_m, reach(FULL).tolerance_m) == (2e-3, 5e-3)
 
 
+@pytest.mark.slow
 def test_reset_without_seed_goes_on_with_the_generator(section: ReachEnv) -> None:
     """After one seed, the sequence of targets is fixed, and no two are alike."""
     other = reach()
@@ -103,6 +106,7 @@ def run_at_random(env: ReachEnv, steps: int, seed: int) -> None:
             env.reset()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action_type", ["tension", "displacement"])
 def test_random_steps_stay_finite(action_type: str) -> None:
     """100 random steps of the section; the slow test takes 1500 of the whole robot."""
@@ -210,6 +214,7 @@ def test_chance_reaches_next_to_no_target_of_a_section() -> None:
     assert reached <= 1
 
 
+@pytest.mark.slow
 def test_friction_makes_the_way_matter() -> None:
     """Out to full tension and halfway back: with friction the tip stays behind, without it does not."""
     gaps = []
@@ -224,6 +229,7 @@ def test_friction_makes_the_way_matter() -> None:
     assert gaps[1] < 0.05e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "action_type"),
     [
@@ -261,6 +267,7 @@ def test_a_simulation_that_diverges_ends_the_episode(section: ReachEnv) -> None:
     assert same(episode(section, 3), episode(reach(), 3))
 
 
+@pytest.mark.slow
 def test_a_robot_pulled_beyond_reason_diverges_and_says_so() -> None:
     """Pulls of half a metre wind the robot up: the episode ends as diverged, not as an exception."""
     env = reach(action_type="displacement", largest_bend_rad=400.0)

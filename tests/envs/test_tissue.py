@@ -42,6 +42,7 @@ def pressed(simulator: Simulator, force: tuple[float, float, float]) -> Simulato
     return simulator
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "stiffness", "force_N"),
     [
@@ -74,6 +75,7 @@ def test_wall_bears_what_the_tip_is_pushed_with(name: str, stiffness: float, for
     assert felt == pytest.approx(force_N - small * moved / deflection, rel=0.02)
 
 
+@pytest.mark.slow
 def test_wall_ahead_bears_what_the_insertion_pushes_with() -> None:
     """Pushed straight on: the force on the wall is the force of the insertion's drive, to 0.1 %."""
     simulator = before_a_wall("neuroendoscope", 25.0, ahead=True)
@@ -86,6 +88,7 @@ def test_wall_ahead_bears_what_the_insertion_pushes_with() -> None:
     assert float(simulator.tissue.peak_N[0]) >= felt
 
 
+@pytest.mark.slow
 def test_without_contact_surroundings_change_nothing() -> None:
     """Far from the wall, rolled and pushed on, the robot stands in its base's frame as it does alone."""
     ours = before_a_wall("neuroendoscope", 25.0)

@@ -60,6 +60,7 @@ def test_gymnasium_finds_nothing_to_complain_about(name):
         check_env(track(name))
 
 
+@pytest.mark.slow
 def test_same_seed_gives_the_same_episode_bit_for_bit():
     """In the same object and in another one; another seed gives another."""
     env = track()
@@ -69,6 +70,7 @@ def test_same_seed_gives_the_same_episode_bit_for_bit():
     assert not same(first, episode(env, 4))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EVERY)
 def test_drives_that_made_the_way_follow_it(name):
     """From rest, through friction and all, to the rounding of actions: the way can be followed."""
@@ -83,6 +85,7 @@ def test_drives_that_made_the_way_follow_it(name):
     assert info["is_success"]
 
 
+@pytest.mark.slow
 def test_target_starts_at_rest_and_goes_far_enough():
     """It starts where the tip stands, straight up, and comes a tenth of the length away."""
     env = track()
@@ -94,6 +97,7 @@ def test_target_starts_at_rest_and_goes_far_enough():
         assert away.max() >= TARGET_CLEARANCE * env.length_m
 
 
+@pytest.mark.slow
 def test_observation_shows_the_target_and_where_it_goes():
     """Place and direction are of now, the velocity leads to the next place; at the end it is zero."""
     env = track()
@@ -108,6 +112,7 @@ def test_observation_shows_the_target_and_where_it_goes():
     assert not observation[env.layout["target_velocity"]].any()
 
 
+@pytest.mark.slow
 def test_reward_and_success_are_those_of_the_text():
     """Distance and angle of every step, and their root mean squares at the end."""
     env = track()
@@ -124,6 +129,7 @@ def test_reward_and_success_are_those_of_the_text():
     assert not any(info["is_success"] for _, info in seen)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("away_m", "angle_rad", "success"),
     [(0.0, 0.0, True), (2.1e-3, 0.0, False), (0.0, 1.01 * DIRECTION_TOLERANCE_RAD, False)],
@@ -149,6 +155,7 @@ def test_option_of_reset_is_refused():
         track().reset(options={"target": (0.0, 0.0, 0.05)})
 
 
+@pytest.mark.slow
 def test_diverging_simulation_ends_the_episode_without_success(monkeypatch):
     """With the last finite observation and the reward that the text says."""
     env = track()

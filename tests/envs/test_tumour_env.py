@@ -27,6 +27,7 @@ def env() -> TumourEnv:
     return made
 
 
+@pytest.mark.slow
 def test_starts_in_the_sheath_untouched(env: TumourEnv) -> None:
     """The tip stands at the sheath's end, no tissue feels anything, all points are left, none is reached."""
     observation, info = env.reset(seed=0)
@@ -48,6 +49,7 @@ def test_limit_is_the_pressure_under_a_retractor_on_the_tips_face() -> None:
     assert pytest.approx(24.2e-3, rel=2e-3) == LIMIT_N
 
 
+@pytest.mark.slow
 def test_pushing_straight_on_presses_too_hard(env: TumourEnv) -> None:
     """Without steering the robot ends at the third ventricle's wall: the limit is passed, the episode ends
     without success and costs more than it could have saved; the observation shows the force.
@@ -151,6 +153,7 @@ def test_settings_are_drawn_within_their_bounds() -> None:
         TumourEnv("neuroendoscope", randomised={"friction.mu": (-0.1, 0.1)})
 
 
+@pytest.mark.slow
 def test_displacement_drives_bend_and_base_in_the_same_order() -> None:
     """Two bends, then insertion and roll."""
     made = TumourEnv("neuroendoscope", action_type="displacement")

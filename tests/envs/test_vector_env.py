@@ -139,6 +139,7 @@ def test_robots_that_differ_are_built_on_threads_at_once() -> None:
         env.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["SameStep", "Disabled"])
 def test_other_ways_to_start_anew_are_gymnasiums(alone: Any, mode: str) -> None:
     """The last observation and info of an episode come with the first of the next; or nothing starts."""
@@ -157,6 +158,7 @@ def test_other_ways_to_start_anew_are_gymnasiums(alone: Any, mode: str) -> None:
     many.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -178,6 +180,7 @@ def test_other_robots_have_the_numbers_of_single_ones(arguments: dict[str, Any])
     loop.close()
 
 
+@pytest.mark.slow
 def test_threads_do_not_matter(three: Any) -> None:
     """Two threads, or more than environments: the same to the bit."""
     many = vector(threads=5, max_episode_steps=4)
@@ -198,6 +201,7 @@ def test_seeds_are_gymnasiums(three: Any, alone: Any) -> None:
     assert not np.array_equal(onward, first)
 
 
+@pytest.mark.slow
 def test_targets_drawn_ahead_are_forgotten_where_a_generator_was_used(three: Any, alone: Any) -> None:
     """A copy's generator is its user's: what was drawn ahead does not outlive other draws from it."""
     for many in (three, alone):
@@ -247,6 +251,7 @@ def test_a_copy_succeeds_when_it_has_been_held_long_enough() -> None:
     loop.close()
 
 
+@pytest.mark.slow
 def test_a_copy_that_diverges_leaves_the_others_alone(three: Any) -> None:
     """It terminates with the price of that and its last finite observation, and starts anew."""
     many, calm = vector(threads=1, max_episode_steps=4), three
@@ -318,6 +323,7 @@ def test_observations_lie_in_their_space(three: Any) -> None:
     assert three.step(three.action_space.sample())[0] in three.observation_space
 
 
+@pytest.mark.slow
 def test_pixels_are_those_of_single_environments() -> None:
     """64x64 pictures of every copy by one renderer, byte by byte; `render` gives the same."""
     arguments = {"observation": "pixels", "render_mode": "rgb_array"}

@@ -59,6 +59,7 @@ def test_widened_bore_is_free_as_told_and_solid_beside() -> None:
         assert winding_number(solid, ring(1.1 * radius, z)) == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.slow
 @example(places=[(0.0, 0.0)], cuts=[0.0, 1e-05, 3.951921410378907e-07], widened=False, axis=0)
 @given(
     places=st.lists(st.tuples(st.floats(-1.8, 1.8), st.floats(-1.8, 1.8)), max_size=5),

@@ -63,6 +63,7 @@ def test_arms_open_away_from_the_post_and_backward(name: str) -> None:
     assert pos[2] < 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_opening_moves_nothing_else(name: str) -> None:
     """Step by step the same tip to 0.1 nm, and tensions to 0.01 mN, whether it opens or not."""

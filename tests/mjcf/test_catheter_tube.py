@@ -32,6 +32,7 @@ def springs_of(model: mujoco.MjModel) -> list[str]:
     return [name for name in names if name.startswith(("bend_", "skew_"))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_only_a_tube_that_bends_has_hinges(name: str) -> None:
     """Rigid and straight: no springs, no hinges. Elastic or curved: five hinges and four springs more."""

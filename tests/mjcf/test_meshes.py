@@ -235,6 +235,7 @@ def test_mujoco_takes_the_meshes_and_keeps_them_in_place(name: str) -> None:
         assert np.abs(vertices - mesh.vertices).max() < 1e-8, key  # mesh_vert has single precision
 
 
+@pytest.mark.slow
 @given(
     radius_mm=st.floats(0.5, 20.0),
     channel=st.one_of(st.just(0.0), st.floats(0.0, 0.999)),

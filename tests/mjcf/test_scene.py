@@ -59,6 +59,7 @@ def test_side_camera_looks_along_y_with_z_up() -> None:
     assert far == pytest.approx(centre)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("setting", [None, "egl"])
 def test_writing_a_model_leaves_the_backend_alone(setting: str | None) -> None:
     """The model writer is imported without a warning, and `MUJOCO_GL` is afterwards what it was."""

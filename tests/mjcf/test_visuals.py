@@ -10,6 +10,7 @@ from catheter_sim.mjcf import build
 from catheter_sim.robots.catalogue import load_robot
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["neuroendoscope_section", "spacer_disk", "chest_tube", "chest_tube_section@prototype"]
 )

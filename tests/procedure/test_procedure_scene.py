@@ -27,6 +27,7 @@ def simulated(scene: Scene) -> Simulator:
     return Simulator(ROBOT, inertia=False, model_text=scene.text)
 
 
+@pytest.mark.slow
 def test_robots_actuators_come_first_and_insertion_last(scene: Scene) -> None:
     """The order that the simulator relies on; one slide in front of the robot; robot's own joints kept."""
     model = mujoco.MjModel.from_xml_string(scene.text)
@@ -56,6 +57,7 @@ def test_robot_waits_outside_and_goes_in_where_it_is_planned(scene: Scene) -> No
     assert simulation.data.ncon == 0  # the hole is wide enough
 
 
+@pytest.mark.slow
 def test_robot_moves_in_the_scene_as_alone(scene: Scene) -> None:
     """In the base's frame the tip lies where the robot by itself has it, to a nanometre."""
     ours, alone = simulated(scene), Simulator(ROBOT, inertia=False)

@@ -46,11 +46,13 @@ def run(program: str, **changes: str | None) -> list[str]:
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow
 def test_unset_backend_means_egl_even_after_mujoco_was_imported() -> None:
     """A program that imported `mujoco` without a setting draws, and its environment is left as it was."""
     assert run(PROGRAM) == ["drawn (48, 64, 3) None"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -67,6 +69,7 @@ def test_without_egl_one_line_names_the_packages(changes: dict[str, str]) -> Non
     assert "apt install libegl1 libgl1-mesa-dri" in line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("setting", ["egl", "nonsense"])
 def test_setting_that_breaks_the_import_of_mujoco_is_one_line(
     setting: str, tmp_path_factory: pytest.TempPathFactory

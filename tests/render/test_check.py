@@ -35,6 +35,7 @@ def stretched(posture: Posture, factor: float) -> Posture:
     return replace(posture, p_w=posture.p_w * factor)
 
 
+@pytest.mark.slow
 def test_right_model_is_drawn_within_a_pixel(posed_chain: Pose) -> None:
     """Ten analytic postures of the measured section, drawn with their own hinge angles."""
     robot = load_robot("neuroendoscope_section")
@@ -58,6 +59,7 @@ def test_stiffness_wrong_by_two_percent_fails(posed_chain: Pose) -> None:
     assert checks[-1].largest_px > 3.0 * TOLERANCE_PX
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.98, 1.02])
 def test_length_wrong_by_two_percent_fails(posed_chain: Pose, factor: float) -> None:
     """A robot drawn 2 % too long or too short fails, though its backbone covers the expected line."""

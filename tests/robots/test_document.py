@@ -103,6 +103,7 @@ def assert_same(one: Any, other: Any) -> None:
         assert one == other
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(robot=robots())
 def test_robot_survives_its_toml(robot: ContinuumRobot, tmp_path_factory: pytest.TempPathFactory) -> None:
@@ -123,6 +124,7 @@ def test_built_in_robot_survives_its_toml(reference: str, tmp_path: Path) -> Non
     assert_same(robot, load_robot(reference))
 
 
+@pytest.mark.slow
 def test_every_number_can_be_set() -> None:
     """--set reaches each leaf of each robot's document, and changes that one leaf alone."""
     for reference in ROBOTS:
@@ -165,6 +167,7 @@ _HEADS = ("name", "friction", "segments", "tendons", "1", "0", "mu", "mount", "e
 _TAILS = ("", ".mu", ".0", ".1", ".1.radius_mm", ".x.y", ".x.y.z", ".")
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(
     head=st.sampled_from(_HEADS),

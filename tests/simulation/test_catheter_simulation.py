@@ -63,6 +63,7 @@ def at_rest(robot: CatheterRobot, displacement_mm: tuple[float, ...], **loads: o
     return simulator.posture()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_displacement_turns_every_joint_as_the_papers_say(name: str) -> None:
     """Over the whole range, both signs, loading and back: within 0.05 deg of Eqs 3, 6, 12, 13 (0.5 asked)."""
@@ -83,6 +84,7 @@ def test_displacement_turns_every_joint_as_the_papers_say(name: str) -> None:
                 ), (row, segment.name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_tip_is_where_the_closed_form_has_it(name: str) -> None:
     """Twelve random postures within the limits (seed 7): within 0.05 mm and 0.05 deg of 2022 Eqs 14-15 and
@@ -108,6 +110,7 @@ def test_tip_is_where_the_closed_form_has_it(name: str) -> None:
     assert np.degrees(np.arccos(np.clip((np.trace(turned, axis1=1, axis2=2) - 1) / 2, -1, 1))).max() < 0.05
 
 
+@pytest.mark.slow
 def test_transseptal_robot_meets_the_reference_table() -> None:
     """Displacements [mm] to angles [deg] and tip [mm], computed independently: 0.3 mm and 0.5 deg asked."""
     rows = np.array([(0, 0, 0, 0), (1, 1, -1, 20), (3, 0, 2, 0), (-2, 1.5, 0, 50)])
@@ -126,6 +129,7 @@ def test_transseptal_robot_meets_the_reference_table() -> None:
         assert posture.p_w[-1] * 1e3 == pytest.approx(row[3:], abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_pulled_tendon_balances_the_joint_and_the_released_one_is_slack(name: str) -> None:
     """Tension = joint stiffness * bend / (dl / dbend), to 0.1 %; nothing else carries any."""
@@ -177,6 +181,7 @@ def test_moment_against_the_pull_tightens_the_tendon_and_moves_nothing(name: str
     assert more == pytest.approx(4e-3 / arm, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_moment_with_the_pull_bends_on_until_the_antagonist_is_taut() -> None:
     """The pulley has let go of more than the joint took up (Eq. 4): it gives way by just that play."""
     robot = catheter("mitral_transseptal")
@@ -232,6 +237,7 @@ def test_mount_gives_way_under_the_pulled_tendon() -> None:
     assert float(drawn(robot.segments[1], np.array(bend))) == pytest.approx(3e-3 - sunk, abs=2e-6)
 
 
+@pytest.mark.slow
 def test_robot_has_no_weight_until_it_has_a_mass() -> None:
     """Gravity moves the nominal robot by less than a nanometre; 5 g in the holder act like their force."""
     robot = catheter("mitral_transseptal")
@@ -270,6 +276,7 @@ def test_posture_holds_and_does_not_depend_on_the_step_or_the_way(name: str) -> 
     assert np.abs(simulator.posture().p_w - before).max() < 1e-8
 
 
+@pytest.mark.slow
 def test_dynamic_run_ends_in_the_same_posture() -> None:
     """Followed in time and then held for a second, the robot is where the quasi-static run has it."""
     robot = catheter("mitral_4dof")

@@ -96,6 +96,7 @@ def test_rods_know_no_displacement_and_no_nested_reference():
         Simulator(robot, friction="nested")
 
 
+@pytest.mark.slow
 def test_compressed_links_follow_the_complete_statics():
     """With the prototype's soft links, at the published tensions: within 0.25 mm of the statics."""
     robot = load_robot("chest_tube_section@prototype")

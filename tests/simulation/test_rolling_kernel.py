@@ -104,6 +104,7 @@ def test_elastic_moments_stay_finite_beyond_a_closed_gap(parts, side):
     assert (torques[0] * limit < 0.0).all()
 
 
+@pytest.mark.slow
 def test_turns_are_the_statics(parts):
     """The turn before a gap is that in the link below, in size: to 1e-13 rad; 0 in the base's hole."""
     robot, chain, model, data = parts
@@ -116,6 +117,7 @@ def test_turns_are_the_statics(parts):
         assert turns(data) == pytest.approx(expected, rel=0.0, abs=1e-13)
 
 
+@pytest.mark.slow
 def test_links_stand_where_the_statics_puts_them(parts):
     """Links pressed by drawn tensions and loads, rolled to drawn angles: faces and holes to 1e-13 m.
 

@@ -23,6 +23,7 @@ def section(*changes):
     return load_robot("neuroendoscope_section", ("friction.mu=0", *changes))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["neuroendoscope", "neuroendoscope_section", "spacer_disk"])
 def test_compiled_model_holds_the_declared_numbers(name):
     """Hinges, lengths, masses and stiffness of the compiled model are those of the specification."""
@@ -70,6 +71,7 @@ def test_weight_bends_like_a_chain_of_hinges():
     assert run.postures[0].p_w[-1][0] == pytest.approx(np.sum(moments * (0.06 - hinges)) / 8.6e-3, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_weight_is_the_same_with_and_without_inertia():
     """Taking the inertia away keeps every weight: the same sag."""
     tips = []
@@ -80,6 +82,7 @@ def test_weight_is_the_same_with_and_without_inertia():
     assert tips[0] == pytest.approx(tips[1], abs=2e-6)
 
 
+@pytest.mark.slow
 def test_displacement_reproduces_the_tension_that_it_takes():
     """Pulled by displacement, then by the tension found: the same posture."""
     pulled = simulate(section(), rows_to_inputs([(1.5e-3, -1.5e-3)], "displacement"), NO_GRAVITY)
@@ -121,6 +124,7 @@ def test_mount_gives_way_under_the_summed_tension():
     assert run.postures[0].p_w[-1][2] == pytest.approx(0.06 - 0.6 / 2000.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_unloaded_precurved_robot_rests_in_its_curve():
     """A rest curvature of 10 / m is the unloaded shape, whichever way the tendons are driven."""
     robot = section("segments.section.rest_curvature_x_per_m=10")
@@ -129,6 +133,7 @@ def test_unloaded_precurved_robot_rests_in_its_curve():
         assert run.postures[0].joint_angles == pytest.approx(0.02, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_stiffening_law_in_space_does_not_depend_on_direction():
     """With a cubic law the bend under a tendon is the same in every bending direction."""
     bends = []
@@ -148,6 +153,7 @@ def test_stiffening_law_in_space_does_not_depend_on_direction():
     assert bends[0] < 0.95 * np.arccos(linear.postures[0].R_w[-1][2, 2])
 
 
+@pytest.mark.slow
 def test_bending_toward_plus_x_and_plus_y():
     """The right tendon moves the tip toward +x; a tendon at +y moves it toward +y."""
     assert tips_mm(simulate(section(), rows_to_inputs([(0.2, 0)]), NO_GRAVITY))[0, 0] > 5.0
@@ -205,6 +211,7 @@ def test_reset_forgets_everything(name, tension):
     assert (results[0] == results[1]).all()
 
 
+@pytest.mark.slow
 def test_dynamic_run_follows_the_clock():
     """In a dynamic run the simulated time is the table's, and fast inputs lag behind."""
     inputs = dataclasses.replace(rows_to_inputs([(0, 0), (0.3, 0)]), time_s=np.array([0.0, 0.05]))

@@ -54,6 +54,7 @@ def moved(model: mujoco.MjModel, seed: int) -> mujoco.MjData:
     return data
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("reference", "settings", "actuation"), ROBOTS)
 def test_the_state_after_the_first_half_of_a_step_is_the_engines(
     reference: str, settings: Sequence[str], actuation: str

@@ -111,6 +111,7 @@ def test_play_is_a_loop_of_its_width() -> None:
     assert turn[-1] == pytest.approx(math.degrees(float(angle_rad(segment, 1.5e-3))), abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pair", "name"), [(0, "bending_proximal"), (1, "bending_distal")])
 def test_first_cycle_is_the_te_model(pair: int, name: str) -> None:
     """Without slack, play and friction the first loading and unloading are those of `te`.
@@ -125,6 +126,7 @@ def test_first_cycle_is_the_te_model(pair: int, name: str) -> None:
     assert bends_deg(robot, inputs, name) == pytest.approx(theirs, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_bent_joint_in_front_adds_to_the_distal_friction() -> None:
     """The distal joint's tendons turn with the proximal joint: bent, it leaves the distal one less."""
     robot = catheter("mitral_4dof@elongation", "friction.mu=0.2")

@@ -40,6 +40,7 @@ def comes_back(robot: CatheterRobot, count: int, seed: int) -> None:
         assert found.distance_m[0] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_inverse_of_forward_is_the_pose(name: str) -> None:
     """500 random poses come back to 1e-9 (rad, m), one solution each."""
@@ -157,6 +158,7 @@ def test_inverse_refuses_what_it_cannot_take() -> None:
         inverse(replace(robot, segments=robot.segments[1:]), np.eye(4))
 
 
+@pytest.mark.slow
 def test_any_orientation_within_the_limits_is_reached() -> None:
     """Each random orientation that a branch has within the angles' limits is reached exactly."""
     robot = ROBOTS["mitral_transseptal"]

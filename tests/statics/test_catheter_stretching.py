@@ -42,6 +42,7 @@ def there_and_back(*turns: float, steps: int = 15) -> np.ndarray:
     return np.concatenate([[turns[0]], *parts])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", JOINTS)
 def test_feedforward_reaches_the_angles(name: str) -> None:
     """Displacements by Eq. 12 plus elongation bend the model's joint along the wanted angles.
@@ -65,6 +66,7 @@ def test_pure_kinematics_falls_far_short(name: str) -> None:
     assert 0.0 < reached.max() < 0.25 * 45.0
 
 
+@pytest.mark.slow
 def test_short_tendons_do_not_stretch() -> None:
     """As the tendons' length goes to zero, the TE model becomes pure kinematics."""
     way = there_and_back(0.0, 2.0e-3, -1.5e-3)
@@ -82,6 +84,7 @@ def test_short_tendons_do_not_stretch() -> None:
         np.testing.assert_allclose(columns[0][column], columns[1][column], atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "law"), [(JOINTS[0], PROXIMAL), (JOINTS[1], DISTAL)])
 def test_tension_is_the_joints_and_loops(name: str, law: JointForce) -> None:
     """On the way out the tension is the joint's own loading cubic, on the way back it is less."""
@@ -92,6 +95,7 @@ def test_tension_is_the_joints_and_loops(name: str, law: JointForce) -> None:
     assert back < 0.75 * np.interp(30.0, angle[:41], tension[:41])
 
 
+@pytest.mark.slow
 def test_a_joint_holds_between_the_curves() -> None:
     """Pulled again after a partial return, the tension rises first, the angle stands still."""
     columns = solve(ROBOT, bending_distal=there_and_back(0.0, 10e-3, 8e-3, 9.9e-3, steps=40))
@@ -102,6 +106,7 @@ def test_a_joint_holds_between_the_curves() -> None:
     assert (np.diff(tension[80:86]) > 0.0).all()
 
 
+@pytest.mark.slow
 def test_a_set_is_a_dead_band() -> None:
     """After a cycle the joint is straight before the displacement is back at zero, on both sides."""
     columns = solve(ROBOT, bending_distal=there_and_back(0.0, 10e-3, 0.0, steps=50))
@@ -110,6 +115,7 @@ def test_a_set_is_a_dead_band() -> None:
     assert np.isclose(angle[51:], 0.0, atol=1e-9).sum() > 10
 
 
+@pytest.mark.slow
 def test_rows_spacing_does_not_matter() -> None:
     """Through the turning points alone the angles are those of small steps."""
     turns = (0.0, 9e-3, 4e-3, 8e-3, -6e-3, 3e-3)
@@ -118,6 +124,7 @@ def test_rows_spacing_does_not_matter() -> None:
     np.testing.assert_allclose(fine[::12], coarse, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_sides_are_alike() -> None:
     """The reversed displacement bends the other way by as much."""
     way = there_and_back(0.0, 8e-3, 1e-3)

@@ -255,6 +255,7 @@ def test_a_batch_is_its_robots_one_by_one():
             np.testing.assert_allclose(together.bend[index], alone.bend[0], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_twin_is_the_simulated_chain():
     """With tendons straight between disks the arcs meet the simulated chain, bent out of one plane.
 

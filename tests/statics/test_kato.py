@@ -84,6 +84,7 @@ def test_printed_arching_does_not_depend_on_the_rows():
     np.testing.assert_allclose(tips_mm(coarse)[:5], tips_mm(fine)[49:250:50], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_printed_extending_depends_on_the_rows():
     """Coming back to 0.4 N, 50 rows open the printed loop to 2.5 times that of one row.
 
@@ -97,6 +98,7 @@ def test_printed_extending_depends_on_the_rows():
     assert profile(fine, 299)[-1] > 1.2 * profile(fine, 249)[-1] > 1.2 * 0.25
 
 
+@pytest.mark.slow
 def test_sticking_extending_does_not_depend_on_the_rows():
     """With stick the loop is the same in 1, 10 and 50 rows a leg."""
     coarse = tips_mm(fkm_stick(section(), path(5, 1), NO_GRAVITY))

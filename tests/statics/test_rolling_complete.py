@@ -77,6 +77,7 @@ def test_table_of_the_section(model: str, weight: bool) -> None:
     assert run.residual.max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("reference", "gravity"),
     [
@@ -221,6 +222,7 @@ def energy_mm(angle: Array, force: float, weight: Array) -> float:
     return total
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("force", "gravity"),
     [(8.0, HANGING), pytest.param(30.0, np.array([9.81, 0.0, 0.0]), marks=pytest.mark.slow)],
@@ -357,6 +359,7 @@ def test_compressed_links_are_shorter_by_what_they_carry() -> None:
     assert shift[0] == pytest.approx([0.0, 0.0, -2.0])
 
 
+@pytest.mark.slow
 def test_postures_are_complete() -> None:
     """One joint angle a joint, one tension a gap up to the rod's end and none beyond, proper rotations."""
     robot = load_robot("chest_tube")

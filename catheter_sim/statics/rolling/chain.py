@@ -54,6 +54,7 @@ class RollingChain:
         countersink: of its holes, shape (m, n) [m].
         stiffness: EI, `stiffness_scale` included, shape (m,) [N m^2].
         rest_curvature: of a rod in the gap at the rest angle, shape (m, n) [1/m].
+        rest_stiffness: of each joint about its rest angle, rods and sleeve, shape (n,) [N m/rad].
         clearance: between rod and hole [m].
         mu: friction coefficient.
     """
@@ -83,6 +84,7 @@ class RollingChain:
     countersink: Array
     stiffness: Array
     rest_curvature: Array
+    rest_stiffness: Array
     clearance: float
     mu: float
 
@@ -131,9 +133,11 @@ def _chain_of(*values: Any) -> RollingChain:
     )
     radius = geometry.active_radius(rest, positive, negative)
     at_rest = geometry.span(rest, radius, offset, mouth, countersink)
-    rest_curvature, _ = geometry.rod_curvature(rest, at_rest.along, at_rest.along_slope)
+    rest_curvature, curving = geometry.rod_curvature(rest, at_rest.along, at_rest.along_slope)
     outer = np.array([segment.outer_radius_m for segment in segments])
     scale = robot.stiffness_scale
+    stiffness = scale * np.array([rod.bending_stiffness_N_m2 for rod in every])
+    sleeve_stiffness = scale * robot.sleeve.bending_stiffness_N_m2 / length
     modulus = np.array([segment.link_modulus_Pa for segment in segments])
     section = np.array([link_section_m2(robot, segment) for segment in segments])
     depth = np.array([segment.centre_of_mass_depth_m for segment in segments])
@@ -155,7 +159,7 @@ def _chain_of(*values: Any) -> RollingChain:
         mass=np.array([segment.mass_kg / segment.joints for segment in segments]),
         mass_height=length - depth,
         rest_angle=rest,
-        sleeve_stiffness=scale * robot.sleeve.bending_stiffness_N_m2 / length,
+        sleeve_stiffness=sleeve_stiffness,
         cubic=np.array([segment.stiffness_cubic_m2 for segment in segments]),
         quintic=np.array([segment.stiffness_quintic_m4 for segment in segments]),
         low=-limit(negative, -1.0),
@@ -168,8 +172,9 @@ def _chain_of(*values: Any) -> RollingChain:
         mouth=mouth,
         side=side,
         countersink=countersink,
-        stiffness=scale * np.array([rod.bending_stiffness_N_m2 for rod in every]),
+        stiffness=stiffness,
         rest_curvature=np.where(passes, rest_curvature, 0.0),
+        rest_stiffness=(np.where(passes, stiffness[:, None], 0.0) * curving).sum(axis=0) + sleeve_stiffness,
         clearance=robot.clearance_m,
         mu=robot.friction.mu,
     )

@@ -15,9 +15,8 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.rolling import RollingRobot
-from catheter_sim.statics.rolling import rods
+from catheter_sim.statics.rolling import kernel
 from catheter_sim.statics.rolling.chain import RollingChain
-from catheter_sim.statics.rolling.kinematics import frames
 from catheter_sim.statics.rolling.loads import LinkForce, Loads, loads
 
 # A step's change of inputs would bend the softest joint by at most this much, were it alone.
@@ -105,13 +104,12 @@ def ways(
     force[1:, at_rest.tip] = inputs.force_tip
     drive = np.concatenate([np.zeros((1, chain.pulled)), inputs.tendon])
     moment = np.concatenate([np.zeros((1, 3)), inputs.moment_tip])
-    _, stiffness = rods.elastic_moments(chain, chain.rest_angle, rods.spans(chain, chain.rest_angle))
     change = (
         float(np.abs(chain.offset).max()) * np.abs(np.diff(drive, axis=0)).sum(axis=1)
         + float(chain.link_length.sum()) * np.linalg.norm(np.diff(force, axis=0), axis=(1, 2))
         + np.linalg.norm(np.diff(moment, axis=0), axis=1)
     )
-    largest = float(stiffness.min()) * (step_bend_rad or STEP_BEND_RAD)
+    largest = float(chain.rest_stiffness.min()) * (step_bend_rad or STEP_BEND_RAD)
     steps = np.clip(np.ceil(change / largest), 1, _MAX_STEPS).astype(np.int64)
     return Ways(drive, force, moment, np.concatenate([[1], steps]), at_rest)
 
@@ -142,12 +140,16 @@ def faces(
     Returns:
         Positions, shape (r, n, 3) [m], and orientations, shape (r, n, 3, 3), in the base frame.
     """
-    links = frames(chain, theta, link_length)
+    if link_length is None:
+        link_length = np.tile(chain.link_length, (len(theta), 1))
+    face, R_w = np.empty((*theta.shape, 3)), np.empty((*theta.shape, 3, 3))
+    angles, lengths = np.ascontiguousarray(theta), np.ascontiguousarray(link_length)
+    kernel.tops(kernel.pack(chain).joint, angles, lengths, face, R_w)
     weight = float(chain.mass.sum() * gravity_mps2[2])
     pressed = weight + inputs.force_tip[:, 2] - inputs.tendon.sum(axis=1)
     shift = np.zeros((len(inputs), 1, 3))
     shift[:, 0, 2] = pressed / chain.robot.mount.axial_stiffness_N_per_m
-    return links.face + shift, links.R_w
+    return face + shift, R_w
 
 
 def postures(

@@ -213,6 +213,34 @@ def _rods(
 
 
 @compiled
+def _roll_on(joint: Array, k: int, theta: float, length: float, face: Array, R: Array, origin: Array) -> None:
+    """Go from the flat below joint k to its link's: move `face` and `R`, fill its frame's `origin`."""
+    a, line = int(joint[k, AXIS]), joint[k, LINE]
+    radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
+    sine, cosine = math.sin(theta), math.cos(theta)
+    for i in range(3):
+        e, z = R[i, a], R[i, 2]
+        face[i] += (line + radius * (theta - sine)) * e + radius * (1.0 - cosine) * z
+        R[i, a] = cosine * e - sine * z
+        R[i, 2] = sine * e + cosine * z
+        origin[i] = face[i] - line * R[i, a]
+        face[i] = origin[i] + length * R[i, 2]
+
+
+@compiled
+def tops(joint: Array, theta: Array, length: Array, face: Array, R_w: Array) -> None:
+    """Fill the links' flat tops and orientations, shapes (r, n, 3) and (r, n, 3, 3), of r rows of angles."""
+    rows, n = theta.shape
+    here, R, origin = np.empty(3), np.empty((3, 3)), np.empty(3)
+    for row in range(rows):
+        here[:] = 0.0
+        R[:, :] = np.eye(3)
+        for k in range(n):
+            _roll_on(joint, k, theta[row, k], length[row, k], here, R, origin)
+            face[row, k], R_w[row, k] = here, R
+
+
+@compiled
 def _evaluate(
     joint: Array,
     rod: Array,
@@ -249,7 +277,6 @@ def _evaluate(
     for k in range(n):
         t, a, line = theta[k], int(joint[k, AXIS]), joint[k, LINE]
         radius = joint[k, RADIUS_POSITIVE] if t >= 0.0 else joint[k, RADIUS_NEGATIVE]
-        sine, cosine = math.sin(t), math.cos(t)
         for r in range(pulled):
             if math.isnan(rod[r, k, OFFSET]):
                 continue
@@ -263,15 +290,12 @@ def _evaluate(
                 pull[k, i] += chord[i]
                 pull_moment[k, i] += product[i]
         for i in range(3):
-            e, z = R[i, a], R[i, 2]
+            e = R[i, a]
             along[k, i] = e
             axis[k, i] = R[i, 1] if a == 0 else -R[i, 0]
             contact[k, i] = face[i] + (line + radius * t) * e
-            face[i] += (line + radius * (t - sine)) * e + radius * (1.0 - cosine) * z
-            R[i, a] = cosine * e - sine * z
-            R[i, 2] = sine * e + cosine * z
-            origin[k, i] = face[i] - line * R[i, a]
-            face[i] = origin[k, i] + length[k] * R[i, 2]
+        _roll_on(joint, k, t, length[k], face, R, origin[k])
+        for i in range(3):
             up[k, i] = R[i, 2]
             for j in range(3):
                 turned[k, i, j] = R[i, j]
