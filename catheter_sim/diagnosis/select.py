@@ -244,11 +244,16 @@ def _distinct(fits: Sequence[Fit]) -> list[Fit]:
 
 
 def rivals_of(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:
-    """Return those of `fits` with another effect in a chosen one's place: its name, the other's, the fit."""
+    """Return those of `fits` with another effect in a chosen one's place: its name, the other's, the fit.
+
+    The other may be one that is chosen too, with other numbers: offsets of all channels, say, for a bent
+    joint and a common offset.
+    """
     named = set(chosen.causes)
     found = []
     for item in fits:
-        gone, come = named - set(item.causes), set(item.causes) - named
+        gone = named - set(item.causes)
+        come = set(item.causes) - named or {term.effect for term in item.terms if term not in chosen.terms}
         if len(gone) == len(come) == 1:
             found.append((gone.pop(), come.pop(), item))
     return found

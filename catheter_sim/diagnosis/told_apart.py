@@ -71,7 +71,7 @@ def as_good_elsewhere(
 def told_apart_note(chosen: Fit, taken: Fit) -> str:
     """Return what to say where the held-out trials took another hypothesis than the training trials."""
     gone, come = (
-        ", ".join(name.replace("_", " ") for name in first.causes if name not in second.causes)
+        ", ".join(term.effect.replace("_", " ") for term in first.terms if term not in second.terms)
         for first, second in ((chosen, taken), (taken, chosen))
     )
     return (

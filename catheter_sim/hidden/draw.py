@@ -228,9 +228,10 @@ def _sized(
 
 
 def _shown(setting: Setting, direction: Direction) -> Direction:
-    """Return a direction without the parameters that change next to nothing in the outputs.
+    """Return a direction without the parameters that change next to nothing in the training trials.
 
-    A plane's frame is not turned out of it: that shows in the second order only, and could not be found.
+    A plane's frame is not turned out of it: that shows in the second order only, and could not be found; nor
+    could the scale of a channel that only held-out trials pull.
     """
     values = direction.values(1.0)
     if values is None:
@@ -238,7 +239,7 @@ def _shown(setting: Setting, direction: Direction) -> Direction:
     name = direction.effect
 
     def outputs(some: Mapping[str, float]) -> list[Array]:
-        return twin_of(setting, truth(setting, {name: some}), setting.trials)
+        return twin_of(setting, truth(setting, {name: some}), setting.trials[: TRAINING + 1])
 
     full = outputs(values)
     apart = [

@@ -2,9 +2,9 @@
 
 The twin that will diagnose and the simulation that makes the data differ a little with every effect off,
 and a little with the hidden effects on. Neither may reach more than `GAP_SHARE` of the noise: a draw in
-which it does gets more noise, up to `MOST_NOISE`, or is drawn again. A pair is drawn again, too, if one of
-the two, fitted alone, does what both do to within that share: no data would show the other. What was
-refused is kept.
+which it does gets more noise, up to `MOST_NOISE`, or is drawn again. So is an effect that the calibrated
+numbers, within their ranges, do as well to within that share, and a pair of which one, fitted alone, does
+what both do: no data would show the other. What was refused is kept.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def _made(key: tuple[int, int, int], story: str, robot: str, refused: tuple[str,
         setting = _with_noise_above(setting, gap_with, ", ".join(hidden.effects))
     else:
         raise CannotMake(f"{', '.join(hidden.effects)}: the twin differs by {gap_with} with it")
-    if len(hidden.effects) > 1:
+    if hidden.effects:
         _require_all_shown(setting, hidden.effects)
     size = over_noise(clean, _without(setting, hidden, nothing), setting.noise)
     if hidden.sizes and not SMALLEST <= size <= LARGEST * len(hidden.sizes):
@@ -140,7 +140,7 @@ def _made(key: tuple[int, int, int], story: str, robot: str, refused: tuple[str,
 
 
 def _require_all_shown(setting: Setting, effects: Effects) -> None:
-    """Raise where one of several effects, fitted alone, does what all of them do."""
+    """Raise where the calibrated numbers do what a single effect does, or one of several what all do."""
     tables = [
         Table(inputs.time_s, {name: np.zeros(len(inputs)) for name in setting.columns})
         for inputs in setting.trials
@@ -157,13 +157,13 @@ def _require_all_shown(setting: Setting, effects: Effects) -> None:
         twin=twin_for(robot, setting.trials[0].actuation, setting.columns, setting.gravity_mps2),
     )
     true = truth(setting, effects)
-    for name, values in effects.items():
-        known = {(name, key): value for key, value in values.items()}
-        apart, per_value = distance(problem, problem.trials, true, _noise(setting), (name,), known)
+    for name in effects if len(effects) > 1 else ("",):
+        known = {(name, key): value for key, value in effects.get(name, {}).items()}
+        alone = (name,) if name else ()
+        apart, per_value = distance(problem, problem.trials, true, _noise(setting), alone, known)
         if apart < TOLD_APART or per_value < GAP_SHARE:
-            raise CannotMake(
-                f"{', '.join(effects)}: {name} alone does the same to {per_value:.2f} of the noise"
-            )
+            what = f"{name} alone does" if name else "calibrated numbers do"
+            raise CannotMake(f"{', '.join(effects)}: {what} the same to {per_value:.2f} of the noise")
 
 
 def _simulations(setting: Setting, hidden: Hidden, trials: Sequence[Inputs]) -> list[Array]:

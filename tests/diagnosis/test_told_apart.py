@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from planted import as_inputs, small_robot
 
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.hypothesis import Problem, Term
-from catheter_sim.diagnosis.select import alike, equals_of
+from catheter_sim.diagnosis.select import alike, equals_of, rivals_of
 from catheter_sim.diagnosis.told_apart import as_good_elsewhere, told_apart, told_apart_note
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.registry import EFFECTS
@@ -92,3 +93,22 @@ def test_what_stands_in_the_place_of_a_set_that_was_reduced_is_looked_for(turned
     assert alike(chosen, found) == ((EVERYWHERE.effect, FORWARD.effect),)
     kept = as_good_elsewhere(train, problem_with(turned, 2), chosen, found)
     assert len(kept) == (0 if turned else 1)
+
+
+def test_a_chosen_cause_with_other_numbers_may_do_another_ones_work_too():
+    """Offsets of all channels for a bent joint and a common offset: both names are given."""
+    bent, common = Term("precurvature", ("bending_deg",)), Term("actuation_offset", ("offset_mm",))
+    each_own = Term("actuation_offset", ("offset_bending_mm", "offset_advance_mm"))
+    frame = Term("measurement_frame", ("translation_x_mm",))
+
+    def of(*terms):
+        return SimpleNamespace(terms=terms, causes=tuple(term.effect for term in terms))
+
+    chosen, rival = of(bent, common), of(each_own)
+    assert rivals_of(chosen, [rival, of(common), of(bent, common, frame), chosen]) == [
+        ("precurvature", "actuation_offset", rival)
+    ]
+    assert alike(chosen, [rival, of(frame, common)]) == (
+        ("precurvature", "actuation_offset", "measurement_frame"),
+    )
+    assert "precurvature, actuation offset does as well as actuation offset" in told_apart_note(chosen, rival)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import pytest
 from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.hidden.draw import _shown, robot_of, setting_of, story_of
 from catheter_sim.hidden.robots import BENCH_ROBOTS, bench_robot
-from catheter_sim.hidden.sizes import SMALLEST, amplitude_for, drawn_direction, over_noise
+from catheter_sim.hidden.sizes import SMALLEST, Direction, amplitude_for, drawn_direction, over_noise
 
 QUICK = [name for name in BENCH_ROBOTS if name != "neuroendoscope"]
 
@@ -115,3 +116,17 @@ def test_frame_of_a_plane_is_not_turned_out_of_it():
     shown = _shown(setting, drawn)
     moved = {item.name for item, share in zip(shown.parameters, shown.share, strict=True) if share}
     assert moved == {"translation_x_mm", "translation_z_mm", "rotation_y_deg"}
+
+
+def test_scale_of_a_channel_that_no_training_trial_pulls_stays_as_it_is():
+    """What held-out trials alone show could not be fitted."""
+    setting = setting_of((1, 0, 0), "spacer_disk", False)
+    first = np.arange(setting.trials[0].tendon.shape[1]) == 0
+    training = [replace(item, tendon=np.where(first, 0.0, item.tendon)) for item in setting.trials[:5]]
+    assert any(item.tendon[:, 0].any() for item in setting.trials[5:])
+    parameters = EFFECTS["actuation_gain"].parameters(setting.bench.robot)[1:]
+    every = Direction("actuation_gain", parameters, np.ones(len(parameters)))
+    shown = _shown(replace(setting, trials=(*training, *setting.trials[5:])), every)
+    assert [item.name for item, share in zip(parameters, shown.share, strict=True) if not share] == [
+        parameters[0].name
+    ]

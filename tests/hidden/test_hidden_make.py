@@ -131,6 +131,18 @@ def test_pair_that_one_alone_explains_is_refused(effects, shown):
             make_module._require_all_shown(setting, effects)
 
 
+@pytest.mark.parametrize(("scale", "shown"), [(0.99, False), (0.85, True)])
+def test_effect_that_a_calibration_does_as_well_is_refused(scale, shown):
+    """A scale of the inputs within the range of the rods' stiffness is no discrepancy; one beyond it is."""
+    setting = setting_of((1, 0, 0), "chest_tube_section", False)
+    effects = {"actuation_gain": {"scale": scale}}
+    if shown:
+        make_module._require_all_shown(setting, effects)
+    else:
+        with pytest.raises(CannotMake, match="calibrated numbers do the same"):
+            make_module._require_all_shown(setting, effects)
+
+
 @pytest.mark.parametrize("name", [name for name in BENCH_ROBOTS if name != "neuroendoscope"])
 def test_other_solver_agrees_with_the_twin(name):
     """With every effect off, the simulation that makes the data and the twin that fits them differ by less
