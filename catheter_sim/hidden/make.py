@@ -2,9 +2,9 @@
 
 The twin that will diagnose and the simulation that makes the data differ a little with every effect off,
 and a little with the hidden effects on. Neither may reach more than `GAP_SHARE` of the noise: a draw in
-which it does gets more noise, up to `MOST_NOISE`, or is drawn again. So is an effect that the calibrated
-numbers, within their ranges, do as well to within that share, and a pair of which one, fitted alone, does
-what both do: no data would show the other. What was refused is kept.
+which it does gets more noise, up to `MOST_NOISE`, or is drawn again. So is an effect of which calibrated
+numbers, within their ranges, leave less than `SMALLEST` times the noise, and a pair of which one, fitted
+alone, does what both do to within that share: no data would show the other. What was refused is kept.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def _made(key: tuple[int, int, int], story: str, robot: str, refused: tuple[str,
 
 
 def _require_all_shown(setting: Setting, effects: Effects) -> None:
-    """Raise where the calibrated numbers do what a single effect does, or one of several what all do."""
+    """Raise where calibrated numbers leave little of a single effect, or one of several does what all do."""
     tables = [
         Table(inputs.time_s, {name: np.zeros(len(inputs)) for name in setting.columns})
         for inputs in setting.trials
@@ -161,7 +161,7 @@ def _require_all_shown(setting: Setting, effects: Effects) -> None:
         known = {(name, key): value for key, value in effects.get(name, {}).items()}
         alone = (name,) if name else ()
         apart, per_value = distance(problem, problem.trials, true, _noise(setting), alone, known)
-        if apart < TOLD_APART or per_value < GAP_SHARE:
+        if apart < TOLD_APART or per_value < (GAP_SHARE if name else SMALLEST):
             what = f"{name} alone does" if name else "calibrated numbers do"
             raise CannotMake(f"{', '.join(effects)}: {what} the same to {per_value:.2f} of the noise")
 
