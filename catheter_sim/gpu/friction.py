@@ -10,8 +10,9 @@ import numpy as np
 from catheter_sim.gpu import friction_kernel, rolling_kernel
 from catheter_sim.gpu.device import Copies, Idle
 from catheter_sim.gpu.drive import Drive
-from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction, PairTurns
+from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction
 from catheter_sim.simulation.rolling import RodTurns
+from catheter_sim.simulation.tendon_spans import PairTurns
 
 
 class Friction(Idle):

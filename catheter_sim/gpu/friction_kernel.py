@@ -137,7 +137,7 @@ def pair_turns(
     passes: wp.array2d(dtype=int),
     turn: wp.array3d(dtype=wp.float64),
 ):
-    """As `friction.PairTurns`, one thread for each copy and pair.
+    """As `tendon_spans.PairTurns`, one thread for each copy and pair.
 
     Args:
         path: by which all turn before the base [rad].

@@ -1,6 +1,6 @@
 """The tendons that carry friction in the reference friction law: one per hole, to the tendon's end.
 
-Their limits are set at run time by `catheter_sim.simulation.friction.NestedFriction`.
+Their limits are set at run time by `catheter_sim.simulation.nested_friction.NestedFriction`.
 """
 
 from __future__ import annotations

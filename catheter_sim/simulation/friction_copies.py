@@ -10,7 +10,8 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation import capstan
-from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction, PairTurns
+from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction
+from catheter_sim.simulation.tendon_spans import PairTurns
 
 
 class CapstanCopies(CapstanFriction):

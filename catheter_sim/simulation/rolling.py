@@ -225,5 +225,5 @@ class RodTurns:
         return self._turn
 
     def of_copies(self, copies: rolling_kernel.Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
-        """Write the turns of some of m copies into `turn`, (m, t, n); see `friction.Turns.of_copies`."""
+        """Write the turns of some of m copies into `turn`, (m, t, n); see `tendon_spans.Turns.of_copies`."""
         rolling_kernel.turns_of(copies, qpos, self._qpos, self._joint, self._rod, self._ends, turn)

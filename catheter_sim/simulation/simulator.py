@@ -20,10 +20,12 @@ from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.simulation.catheter import CatheterDrive
 from catheter_sim.simulation.elastic_law import ElasticRemainder
-from catheter_sim.simulation.friction import CapstanFriction, Friction, NestedFriction, span_counts
+from catheter_sim.simulation.friction import CapstanFriction, Friction
 from catheter_sim.simulation.link_forces import LinkForces
+from catheter_sim.simulation.nested_friction import NestedFriction
 from catheter_sim.simulation.rolling import RodElasticity, Rolling
 from catheter_sim.simulation.site_tendons import SiteTendons, applies
+from catheter_sim.simulation.tendon_spans import span_counts
 from catheter_sim.simulation.tissue import Tissue
 from catheter_sim.statics.rolling.loads import LinkForce
 
