@@ -118,10 +118,9 @@ def setting_of(key: Sequence[int], robot: str, many_bodies: bool) -> Setting:
     for nuisance in nuisances_of(bench.reference):
         factors[nuisance.name] = generator.uniform(nuisance.parameter.lower, nuisance.parameter.upper)
         built = nuisance.change_robot(built, factors[nuisance.name])
-    training, heldout, aside = (
-        tuple(history(bench, generator, first == 0 or generator.random() < _RICH) for first in range(count))
-        for count in (TRAINING, HELDOUT, ASIDE)
-    )
+    training = _histories(bench, generator, TRAINING)
+    pulled = np.asarray(np.concatenate([inputs.tendon for inputs in training]).any(axis=0))
+    heldout, aside = (_histories(bench, generator, count, pulled) for count in (HELDOUT, ASIDE))
     training = (*training, training[0])
     roles = ("train",) * len(training) + ("heldout",) * HELDOUT
     if generator.random() < 0.25:
@@ -137,6 +136,18 @@ def setting_of(key: Sequence[int], robot: str, many_bodies: bool) -> Setting:
         roles=roles,
         gravity_mps2=np.zeros(3),
     )
+
+
+def _histories(
+    bench: BenchRobot, generator: np.random.Generator, count: int, channels: np.ndarray | None = None
+) -> tuple[Inputs, ...]:
+    """Return inputs of so many trials, the first one rich, that move no other than these channels, (t,)."""
+    found: list[Inputs] = []
+    while len(found) < count:
+        drawn = history(bench, generator, not found or generator.random() < _RICH)
+        if channels is None or not drawn.tendon[:, ~channels].any():
+            found.append(drawn)
+    return tuple(found)
 
 
 def hidden_of(key: Sequence[int], story: str, setting: Setting, nothing: Sequence[Simulated]) -> Hidden:

@@ -57,6 +57,18 @@ def test_inputs_start_at_rest_and_one_trial_is_repeated(name):
     assert 100 <= rows <= 900
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_training_trials_pull_every_rod_that_others_do(seed):
+    """Nobody could know the scale, say, of a rod that is pulled for the first time on held-out data."""
+    setting = setting_of((seed, 2, 0), "chest_tube", False)
+    pulled = [
+        np.concatenate([item.tendon for item in trials]).any(axis=0)
+        for trials in (setting.trials[:5], (*setting.trials[5:], *setting.aside))
+    ]
+    assert pulled[1].any()
+    assert not (pulled[1] & ~pulled[0]).any()
+
+
 def test_third_set_has_its_own_inputs():
     """No trial of the third set repeats one of the data set."""
     setting = setting_of((1, 2, 0), "chest_tube_section", False)
