@@ -66,11 +66,11 @@ def active(robot: Robot) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
 @lru_cache(maxsize=256)  # a diagnosis asks for a few dozen robots again and again, trial by trial
 def _active(key: _Itself) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
     robot = key.robot
-    found = []
-    for name, effect in EFFECTS.items():
-        if name in robot.effects:
-            found.append((effect, MappingProxyType(effect.complete(robot, robot.effects[name]))))
-    return tuple(found)
+    return tuple(
+        (effect, MappingProxyType(effect.complete(robot, robot.effects[name])))
+        for name, effect in EFFECTS.items()
+        if name in robot.effects
+    )
 
 
 def embodied(robot: R) -> R:

@@ -157,12 +157,14 @@ def _require_all_shown(setting: Setting, effects: Effects) -> None:
         twin=twin_for(robot, setting.trials[0].actuation, setting.columns, setting.gravity_mps2),
     )
     true = truth(setting, effects)
-    for name in effects if len(effects) > 1 else ("",):
-        known = {(name, key): value for key, value in effects.get(name, {}).items()}
-        alone = (name,) if name else ()
+    rivals: list[tuple[tuple[str, ...], float]] = [((), SMALLEST)]
+    if len(effects) > 1:
+        rivals = [((name,), GAP_SHARE) for name in effects]
+    for alone, least in rivals:
+        known = {(name, key): value for name in alone for key, value in effects[name].items()}
         apart, per_value = distance(problem, problem.trials, true, _noise(setting), alone, known)
-        if apart < TOLD_APART or per_value < (GAP_SHARE if name else SMALLEST):
-            what = f"{name} alone does" if name else "calibrated numbers do"
+        if apart < TOLD_APART or per_value < least:
+            what = f"{alone[0]} alone does" if alone else "calibrated numbers do"
             raise CannotMake(f"{', '.join(effects)}: {what} the same to {per_value:.2f} of the noise")
 
 

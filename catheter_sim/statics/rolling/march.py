@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.robots.posture import Array
 from catheter_sim.statics.rolling import kernel
 from catheter_sim.statics.rolling.chain import RollingChain
 from catheter_sim.statics.rolling.history import Stretch
@@ -50,7 +49,3 @@ class March:
         )
         self.drive = way.drive_to
         return bool(reached == 1.0)
-
-    def now(self) -> tuple[Array, Array, Array, Array]:
-        """Return copies of `theta`, `at_joint`, `link_length` and `unbalanced`."""
-        return self.theta.copy(), self.at_joint.copy(), self.link_length.copy(), self.unbalanced.copy()
