@@ -22,6 +22,7 @@ from catheter_sim.diagnosis.trials import Trial, unit_of
 from catheter_sim.robots.posture import Array
 
 SIGNS = 4096  # draws
+_NOTHING = 1e-12  # of the largest sum of squared errors
 TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 
 
@@ -87,12 +88,11 @@ def stretch_squares(problem: Problem, before: Array, after: Array, unit: str) ->
 def gain_interval(held: Sequence[Array], others: Sequence[Array] = ()) -> tuple[float, float]:
     """Return the interval in which the gain on as many other trials would lie, 95 % [%].
 
-    Trials differ by more than their cycles do, and few are held out, so that their spread is taken from all
-    trials: that of a ratio of sums, squared errors after over before (`after - ratio * before`, trial by
-    trial), times sqrt(2) since the held-out gain is itself of such a draw. How sure that spread is depends on
-    how many trials make it up: those with small errors before count for little, so that Student's t has
-    (sum e)^2 / sum e^2 - 1 degrees of freedom, of the squared errors before, e. With fewer than three trials
-    the held-out stretches stand in; of a single one nothing is known.
+    Squared errors of trials differ by factors, so that it is worked out on the logarithm of after over
+    before: its spread from trial to trial over the root of how many are held out, times sqrt(2) since the
+    held-out gain is itself of such a draw, and Student's t. Trials differ by more than their cycles do, and
+    few are held out, so that the spread is taken from all. With fewer than three trials the held-out
+    stretches stand in; of a single one nothing is known.
 
     Args:
         held: of the held-out trials, as from `stretch_squares`.
@@ -103,16 +103,14 @@ def gain_interval(held: Sequence[Array], others: Sequence[Array] = ()) -> tuple[
         pool = np.concatenate(held)
         count = len(pool)
     number = len(pool)
-    before, after = pool.sum(axis=0)
-    if number < 2 or before <= 0.0:
-        return float("nan"), float("nan")
-    apart = pool[:, 1] - after / before * pool[:, 0]
-    error = float(np.sqrt(number / (number - 1) * (apart**2).sum()) / before) * np.sqrt(2.0 * number / count)
-    freedom = max(float(before**2 / (pool[:, 0] ** 2).sum()) - 1.0, 1.0)
-    reach = float(student_t.ppf(0.975, freedom)) * error
     own = np.concatenate(held).sum(axis=0)
+    if number < 2 or own[0] <= 0.0:
+        return float("nan"), float("nan")
+    pool = np.maximum(pool, _NOTHING * pool.max())  # a model without any error has a gain too
+    spread = float(np.log(pool[:, 1] / pool[:, 0]).std(ddof=1)) * np.sqrt(2.0 / count)
+    reach = float(np.exp(student_t.ppf(0.975, number - 1) * spread))
     ratio = float(own[1] / own[0])
-    low, high = (100.0 * (1.0 - np.sqrt(max(ratio + side * reach, 0.0))) for side in (1.0, -1.0))
+    low, high = (100.0 * (1.0 - np.sqrt(end)) for end in (ratio * reach, ratio / reach))
     return float(low), float(high)
 
 

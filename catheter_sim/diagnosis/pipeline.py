@@ -60,6 +60,7 @@ from catheter_sim.diagnosis.verdict import (
     least_of,
     left_over,
     left_over_note,
+    mostly_left,
     needed,
     unsupported,
     verdict_of,
@@ -182,11 +183,11 @@ def diagnose_dataset(
         fits = trial_fits(problem, (*train, *heldout), before, after)
         structure = {stage: structure_tests(dataset, fits, unit, stage) for stage in STAGES}
         left = left_over(by_unit[unit], structure["after"], len(after.terms))
-        verdict = "unexplained" if suspected else verdict_of(problem, before, after, by_unit, left)
+        verdict = "unexplained" if suspected else verdict_of(problem, before, after, by_unit, unit, left)
         notes = [*(f"{SUSPECTED}: {line}" for line in suspected), *frozen]
         if set(after.causes) - set(trained.causes) and verdict == "cause_found":
             notes.append(told_apart_note(trained, after))
-        if after.terms and left is not None:
+        if after.terms and (left is not None or mostly_left(by_unit[unit])):
             notes.append(left_over_note(after, by_unit[unit], left))
         if verdict != "cause_found":
             after, causes, weak, unsure, as_chosen = before, (), (), (), {}

@@ -22,6 +22,8 @@ LEFT_SHARE = (
     0.07  # of the error before: less than that left over, and the causes are right but for their form
 )
 HANGS_PERCENT = 25.0  # of what is left over, hanging on one thing: the causes are not what they seem
+MUCH_LEFT = 5.0  # times the noise floor: so much of an error left says that something else is wrong besides
+LEAST_SHARE = 0.5  # of the error before, that causes which leave so much must take
 SURE = 0.05  # probability of the held-out gain by chance, at most
 LARGE_GAIN_PERCENT = 15.0  # of the error before: so much is no accident of a few trials
 LEAST_GAIN_PERCENT = 0.5  # of the error before, on held-out data, below which a cause is not named
@@ -34,17 +36,18 @@ def verdict_of(
     before: Fit,
     after: Fit,
     by_unit: Mapping[str, UnitResult],
+    unit: str,
     left: StructureTest | None,
 ) -> str:
     """Return the verdict.
 
     A cause is found where causes were chosen on the training trials, the error on the held-out ones falls,
-    in at least one unit, by more than chance and on other trials too (`gains_surely`), and nothing well above
-    the noise is left that hangs on something (`left_over`). Otherwise there is no discrepancy if the
-    calibrated model's residuals are near the noise.
+    in at least one unit, by more than chance and on other trials too (`gains_surely`), and what is left of it
+    in `unit` is not well above the noise where it hangs on something (`left_over`) or is most of the error
+    (`mostly_left`). Otherwise there is no discrepancy if the calibrated model's residuals are near the noise.
     """
     gains = any(gains_surely(item) for item in by_unit.values())
-    if after.terms and left is None and gains:
+    if after.terms and left is None and not mostly_left(by_unit[unit]) and gains:
         return "cause_found"
     times = max(result.rmse_before / max(result.noise_floor, 1e-12) for result in by_unit.values())
     white = all(is_white(series) for series in residual_series(problem, before).values())
@@ -110,15 +113,35 @@ def left_over(result: UnitResult, tests: Sequence[StructureTest], causes: int) -
     return max(hanging, key=lambda test: test.share_percent, default=None)
 
 
-def left_over_note(after: Fit, result: UnitResult, left: StructureTest) -> str:
-    """Return what to say of causes that are not named because of what they leave."""
+def mostly_left(result: UnitResult) -> bool:
+    """Return whether most of an error far above the noise is still there after correction.
+
+    Then the simulation is wrong by something else in the first place, and what imitates a part of that would
+    be named for it.
+    """
+    near = result.rmse_after <= MUCH_LEFT * result.noise_floor
+    return not near and result.rmse_after > (1.0 - LEAST_SHARE) * result.rmse_before
+
+
+def left_over_note(after: Fit, result: UnitResult, left: StructureTest | None) -> str:
+    """Return what to say of causes that are not named because of what they leave.
+
+    Args:
+        after: the corrected model.
+        result: its errors in the unit that is told.
+        left: what the rest hangs on, None where on nothing but there is too much of it.
+    """
     names = ", ".join(name.replace("_", " ") for name in after.causes)
     times = result.rmse_after / result.noise_floor
+    hanging = (
+        f" and {left.share_percent:.0f} % of it hangs on {TESTS[left.name]} ({left.coordinate})"
+        if left is not None
+        else f" and {100.0 * result.rmse_after / result.rmse_before:.0f} % of the error"
+    )
     return (
         f"The best that was found, {names}, lowers the held-out error from {result.rmse_before:.3g} to "
-        f"{result.rmse_after:.3g}, but what is left is {times:.1f} times the noise, and "
-        f"{left.share_percent:.0f} % of it hangs on {TESTS[left.name]} ({left.coordinate}): that is not the "
-        "whole cause, or not the cause, so that none is named."
+        f"{result.rmse_after:.3g}, but what is left is {times:.1f} times the noise,{hanging}: that is not "
+        "the whole cause, or not the cause, so that none is named."
     )
 
 

@@ -15,6 +15,8 @@ from catheter_sim.diagnosis.verdict import (
     gains_surely,
     least_of,
     left_over,
+    left_over_note,
+    mostly_left,
     needed,
     unsupported,
 )
@@ -56,6 +58,26 @@ def test_several_causes_must_come_nearer_to_the_noise_than_one():
     assert left_over(result, [HANGING], 1) is None
     assert left_over(result, [HANGING], 2) is HANGING
     assert left_over(replace(result, rmse_after=0.14), [HANGING], 2) is None
+
+
+@pytest.mark.parametrize(
+    ("rmse_after", "most"),
+    [(2.6, True), (2.4, False), (0.45, False)],
+    ids=["less than half taken", "more than half taken", "near the noise"],
+)
+def test_most_of_a_large_error_left_speaks_against_the_causes(rmse_after, most):
+    """Causes that take the smaller part of an error and leave five times the noise are not what is wrong."""
+    result = replace(RESULT, rmse_before=5.0 if rmse_after > 1.0 else 0.5, rmse_after=rmse_after)
+    assert mostly_left(result) is most
+
+
+def test_what_is_left_is_told():
+    """How much, how far above the noise, and what it hangs on where it hangs on something."""
+    after, result = fitted(2.0, 2.0), replace(RESULT, rmse_after=3.0)
+    assert "from 5 to 3, but what is left is 30.0 times the noise, and 60 % of the error:" in left_over_note(
+        after, result, None
+    )
+    assert "and 45 % of it hangs on" in left_over_note(after, result, HANGING)
 
 
 def test_cause_without_which_the_error_is_as_small_is_not_named():

@@ -111,10 +111,16 @@ def test_moments_left_are_the_same_in_three_ways(reference: str) -> None:
         worked = balance(chain, theta, drive, kept, acting, length)
         by_link = reactions(chain, theta, worked.tension, acting, length)
         at_joint, above, value = np.empty((t, n)), np.empty((t, n)), np.empty(n)
-        jacobian, lengths = np.empty((n, n)), length.copy()
-        kernel._evaluate(
-            *(packed.joint, packed.rod, packed.stiffness, t, packed.mu, drive, kept, theta, lengths),
-            *(acting.link, acting.point, acting.force, acting.tip_moment, at_joint, above, value, jacobian),
+        jacobian, lengths, work = np.empty((n, n)), length.copy(), kernel.workspace(n, t)
+        robot = packed.joint, packed.rod, packed.stiffness, t, packed.mu, drive, kept, theta
+        out = at_joint, above, value, jacobian, work
+        free = kernel._evaluate(
+            *robot, lengths.copy(), acting.link, acting.point, 0.0 * acting.force, acting.tip_moment, *out
+        )
+        assert not free
+        assert not np.triu(jacobian, 1).any(), "without loads a joint feels nothing above it"
+        assert kernel._evaluate(
+            *robot, lengths, acting.link, acting.point, acting.force, acting.tip_moment, *out
         )
         size = np.abs(worked.unbalanced).max()
         np.testing.assert_allclose(by_link.unbalanced, worked.unbalanced, atol=1e-13 * size + 1e-14)

@@ -115,6 +115,17 @@ def _turn(
 
 
 @compiled
+def workspace(n: int, pulled: int) -> tuple[Array, ...]:
+    """Return the arrays that `_evaluate` works in, of n joints: made once for a whole history."""
+    return (
+        np.empty((pulled, n, 3)), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+        np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)),
+        np.empty((n, 3, 3)), np.empty((n + 1, 3)), np.empty((n + 1, 3)), np.empty((n, 3)), np.empty((n, 3)),
+        np.empty((n, 3)), np.empty((n, 3)), np.empty((n + 1, 3, 3)), np.empty((3, 3)), np.empty((8, 3)),
+    )  # fmt: skip
+
+
+@compiled
 def _rods(
     joint: Array,
     rod: Array,
@@ -128,6 +139,9 @@ def _rods(
     above: Array,
     wrench: Array,
     elastic: Array,
+    sines: Array,
+    cosines: Array,
+    grows: Array,
     jacobian: Array,
 ) -> None:
     """Fill tensions, the pull of all rods along their spans, elastic moments and their part of the Jacobian.
@@ -136,12 +150,11 @@ def _rods(
     """
     n, m = joint.shape[0], rod.shape[0]
     jacobian[:, :] = 0.0
-    sines, cosines = np.sin(theta), np.cos(theta)
     for k in range(n):
         t = theta[k]
+        sines[k], cosines[k] = math.sin(t), math.cos(t)
         elastic[k] = joint[k, SLEEVE] * (t - joint[k, REST])
         jacobian[k, k] = -joint[k, SLEEVE]
-    grows = np.zeros(n)
     for r in range(m):
         tension = drive[r] if r < pulled else 0.0
         grows[:] = 0.0  # derivative of the tension by the angles from `first` to the joint below
@@ -259,21 +272,29 @@ def _evaluate(
     above: Array,
     value: Array,
     jacobian: Array,
-) -> None:
+    work: tuple[Array, ...],
+) -> bool:
     """Fill tensions, the moment left at every joint and its derivative; renew the links' lengths.
 
     Link by link from the tip: all wrenches on a link, about the base's origin, give the reaction of its
-    joint; what that would have to carry about the joint's own axis is left over.
+    joint; what that would have to carry about the joint's own axis is left over. Returned is whether joints
+    feel those above them, so that the derivative has entries above its diagonal: where a load acts.
     """
     n, loads = joint.shape[0], load_link.shape[0]
-    wrench, elastic = np.empty((pulled, n, 3)), np.empty(n)
-    _rods(joint, rod, stiffness, pulled, mu, drive, kept, theta, at_joint, above, wrench, elastic, jacobian)
-    along, axis, contact = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
-    up, origin = np.empty((n, 3)), np.empty((n, 3))
-    turned = np.empty((n, 3, 3))  # columns: the link's axes
-    pull, pull_moment = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
-    R, face = np.eye(3), np.zeros(3)
-    chord, lower, product = np.empty(3), np.empty(3), np.empty(3)
+    wrench, elastic, sines, cosines, grows, along, axis, contact, up, origin, turned = work[:11]
+    pull, pull_moment, push, push_moment, moved, beyond, outer, R, small = work[11:]
+    face, chord, lower, product = small[0], small[1], small[2], small[3]
+    point, react, react_moment = small[4], small[5], small[6]
+    _rods(
+        joint, rod, stiffness, pulled, mu, drive, kept, theta, at_joint, above,
+        wrench, elastic, sines, cosines, grows, jacobian,
+    )  # fmt: skip
+    pull[:] = 0.0
+    pull_moment[:] = 0.0
+    face[:] = 0.0
+    for i in range(3):
+        for j in range(3):
+            R[i, j] = 1.0 if i == j else 0.0
     for k in range(n):
         t, a, line = theta[k], int(joint[k, AXIS]), joint[k, LINE]
         radius = joint[k, RADIUS_POSITIVE] if t >= 0.0 else joint[k, RADIUS_NEGATIVE]
@@ -300,10 +321,10 @@ def _evaluate(
             for j in range(3):
                 turned[k, i, j] = R[i, j]
     # Loads: where they act, what they do about the base's origin, link by link.
-    push, push_moment = np.zeros((n, 3)), np.zeros((n, 3))
-    moved, beyond = np.zeros((n, 3)), np.zeros((n, 3))
-    outer = np.zeros((n + 1, 3, 3))  # of points and forces, summed over each link and those beyond it
-    point = np.empty(3)
+    push[:] = 0.0
+    push_moment[:] = 0.0
+    beyond[:] = 0.0
+    outer[:] = 0.0  # of points and forces, summed over each link and those beyond it
     loaded = False
     for p in range(loads):
         force = load_force[p]
@@ -332,9 +353,8 @@ def _evaluate(
             p_f = outer[k, 0, 0] + outer[k, 1, 1] + outer[k, 2, 2] - _dot(contact[k], beyond[k])
             for i in range(3):
                 moved[k, i] = _dot(outer[k, i], axis[k]) - contact[k, i] * a_f - axis[k, i] * p_f
-    react, react_moment = np.zeros(3), np.zeros(3)
     for i in range(3):
-        react_moment[i] = -tip_moment[i]
+        react[i], react_moment[i] = 0.0, -tip_moment[i]
     for k in range(n - 1, -1, -1):
         above_elastic = elastic[k + 1] if k + 1 < n else 0.0
         for i in range(3):
@@ -369,6 +389,7 @@ def _evaluate(
             if not math.isnan(rod[r, k, OFFSET]):
                 inside += 0.5 * (at_joint[r, k] + above[r, k])
         length[k] = joint[k, LENGTH] - inside * joint[k, COMPLIANCE]
+    return loaded
 
 
 @compiled
@@ -383,21 +404,29 @@ def _largest(values: Array) -> float:
 
 @compiled
 def _blend(start: Array, end: Array, part: float, out: Array) -> None:
-    """Fill the vector or matrix between `start` and `end`."""
-    for i in range(start.size):
-        out.flat[i] = start.flat[i] + part * (end.flat[i] - start.flat[i])
+    """Fill the vector between `start` and `end`."""
+    for i in range(start.shape[0]):
+        out[i] = start[i] + part * (end[i] - start[i])
 
 
 @compiled
 def _copy(source: Array, out: Array) -> None:
-    for i in range(source.size):
-        out.flat[i] = source.flat[i]
+    for i in range(source.shape[0]):
+        out[i] = source[i]
 
 
 @compiled
-def _solve_linear(matrix: Array, right: Array) -> bool:
-    """Solve in place by elimination with row exchange; return whether the matrix is regular."""
+def _solve_linear(matrix: Array, right: Array, triangular: bool) -> bool:
+    """Solve in place, forward or by elimination with row exchange; return whether the matrix is regular."""
     n = right.shape[0]
+    if triangular:
+        for k in range(n):
+            if not abs(matrix[k, k]) > 0.0:
+                return False
+            for j in range(k):
+                right[k] -= matrix[k, j] * right[j]
+            right[k] /= matrix[k, k]
+        return True
     for k in range(n):
         best = k
         for i in range(k + 1, n):
@@ -440,19 +469,20 @@ def _equilibrium(
     at_joint: Array,
     above: Array,
     value: Array,
+    work: tuple[Array, ...],
 ) -> bool:
     """Move `theta` to the equilibrium nearest to it; return whether one was found."""
     n = joint.shape[0]
     jacobian, step, trial = np.empty((n, n)), np.empty(n), np.empty(n)
-    _evaluate(
+    loaded = _evaluate(
         joint, rod, stiffness, pulled, mu, drive, kept, theta, length,
-        load_link, load_point, load_force, tip_moment, at_joint, above, value, jacobian,
+        load_link, load_point, load_force, tip_moment, at_joint, above, value, jacobian, work,
     )  # fmt: skip
     for _ in range(_MOST_ROUNDS):
         worst = _largest(value)
         for k in range(n):
             step[k] = -value[k]
-        if not _solve_linear(jacobian, step):
+        if not _solve_linear(jacobian, step, not loaded):
             return False
         share = 1.0
         for k in range(n):
@@ -465,9 +495,9 @@ def _equilibrium(
         for _ in range(_MOST_HALVINGS):
             for k in range(n):
                 trial[k] = theta[k] + share * step[k]
-            _evaluate(
+            loaded = _evaluate(
                 joint, rod, stiffness, pulled, mu, drive, kept, trial, length,
-                load_link, load_point, load_force, tip_moment, at_joint, above, value, jacobian,
+                load_link, load_point, load_force, tip_moment, at_joint, above, value, jacobian, work,
             )  # fmt: skip
             if _largest(value) <= worst or largest < ANGLE_TOLERANCE_RAD:
                 break
@@ -500,6 +530,7 @@ def advance(
     steps: int,
     at_joint: Array,
     value: Array,
+    work: tuple[Array, ...],
 ) -> float:
     """Go from one row of inputs to the next in `steps` or more equal steps; return the share reached.
 
@@ -516,11 +547,12 @@ def advance(
         _copy(theta, guess)
         _copy(length, lengths)
         _blend(drive_from, drive_to, part, drive)
-        _blend(force_from, force_to, part, force)
+        for p in range(force.shape[0]):
+            _blend(force_from[p], force_to[p], part, force[p])
         _blend(moment_from, moment_to, part, moment)
         found = _equilibrium(
             joint, rod, stiffness, pulled, mu, drive, kept, guess, lengths,
-            load_link, load_point, force, moment, at_joint, above, value,
+            load_link, load_point, force, moment, at_joint, above, value, work,
         )  # fmt: skip
         if not found:
             stride *= 0.5
@@ -529,7 +561,7 @@ def advance(
             continue
         _copy(guess, theta)
         _copy(lengths, length)
-        _copy(above, kept)
+        kept[:] = above
         done = part
     return 1.0
 
@@ -559,12 +591,12 @@ def follow(
     """
     rows, n = theta.shape
     angle, lengths = joint[:, REST].copy(), joint[:, LENGTH].copy()
-    kept, before = np.zeros((pulled, n)), 0
+    kept, before, work = np.zeros((pulled, n)), 0, workspace(n, pulled)
     for row in range(rows):
         reached = advance(
             joint, rod, stiffness, pulled, mu, drive[before], drive[row], angle, kept, lengths,
             load_link, load_point, load_force[before], load_force[row], tip_moment[before], tip_moment[row],
-            steps[row], at_joint[row], value[row],
+            steps[row], at_joint[row], value[row], work,
         )  # fmt: skip
         if reached < 1.0:
             return row
@@ -598,24 +630,24 @@ def load_batch(
     """
     batch, n = theta.shape
     nothing, kept, above = np.zeros((pulled, n)), np.zeros((pulled, n)), np.empty((pulled, n))
-    slack = np.zeros(pulled)
+    slack, work = np.zeros(pulled), workspace(n, pulled)
     for b in range(batch):
         for k in range(n):
             theta[b, k] = theta[b - 1, k] if b > 0 else joint[k, REST]
             length[b, k] = length[b - 1, k] if b > 0 else joint[k, LENGTH]
         found = _equilibrium(
             joint, rod, stiffness, pulled, mu, drive[b], nothing, theta[b], length[b],
-            load_link, load_point, load_force, tip_moment, at_joint[b], above, value[b],
+            load_link, load_point, load_force, tip_moment, at_joint[b], above, value[b], work,
         )  # fmt: skip
         if not found:
             for k in range(n):
                 theta[b, k] = joint[k, REST]
                 length[b, k] = joint[k, LENGTH]
-            _copy(nothing, kept)
+            kept[:] = 0.0
             reached = advance(
                 joint, rod, stiffness, pulled, mu, slack, drive[b], theta[b], kept, length[b],
                 load_link, load_point, load_force, load_force, tip_moment, tip_moment, 8,
-                at_joint[b], value[b],
+                at_joint[b], value[b], work,
             )  # fmt: skip
             if reached < 1.0:
                 return b

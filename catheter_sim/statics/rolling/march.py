@@ -30,6 +30,7 @@ class March:
         self.theta, self.link_length = chain.rest_angle.copy(), chain.link_length.copy()
         self.drive = np.zeros(t)
         self.kept, self.at_joint, self.unbalanced = np.zeros((t, n)), np.zeros((t, n)), np.zeros(n)
+        self._work = kernel.workspace(n, t)
 
     def copy(self) -> March:
         """Return another one in the same state."""
@@ -45,7 +46,7 @@ class March:
             *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
             *(self.drive, way.drive_to, self.theta, self.kept, self.link_length),
             *(end.link, end.point, start.force, end.force, start.tip_moment, end.tip_moment),
-            *(way.steps, self.at_joint, self.unbalanced),
+            *(way.steps, self.at_joint, self.unbalanced, self._work),
         )
         self.drive = way.drive_to
         return bool(reached == 1.0)
