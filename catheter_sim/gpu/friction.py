@@ -50,7 +50,7 @@ class Friction(Idle):
         self._fixed = [wp.float64(layout.mu), self._ends, *(copies.whole(item) for item in rows)]
         self._fixed += [SWEEPS, wp.float64(SWEEP_TOLERANCE)]
         sizes = [(tendons, spans), (tendons, spans), (spans,), (nv,), (spans,)]
-        sizes += [(2 * spans,), (2 * spans,), (spans,), (tendons,)]
+        sizes += [(2 * spans,), (2 * spans,), (spans,), (tendons,), (2 * tendons + 4 + nv, tendons)]
         self._room = [copies.room(*size) for size in sizes]
         timestep = wp.float64(model.opt.timestep)
         self._joints = [timestep, copies.whole(model.jnt_dofadr)]

@@ -96,11 +96,160 @@ def _span_tensions(
     return reached
 
 
+@wp.func
+def _couple(
+    world: int,
+    drive: wp.array2d(dtype=wp.float64),
+    row_start: wp.array(dtype=int),
+    entry: wp.array(dtype=int),
+    dof: wp.array(dtype=int),
+    yielding: wp.array2d(dtype=wp.float64),
+    ten_J: wp.array2d(dtype=float),
+    shared: wp.array3d(dtype=wp.float64),
+):
+    """As `capstan.couple`."""
+    tendons = drive.shape[1]
+    first = 2 * tendons + 4
+    driven = int(0)  # noqa: UP018, RUF046 - a literal would be a constant to Warp
+    for j in range(tendons):
+        if drive[world, j] > _ZERO:
+            driven += 1
+    if driven > 1:
+        for i in range(yielding.shape[1]):
+            for j in range(tendons):
+                shared[world, first + i, j] = _ZERO
+        for j in range(tendons):
+            if drive[world, j] > _ZERO:
+                for place in range(row_start[j], row_start[j + 1]):
+                    row = first + dof[place]
+                    shared[world, row, j] = shared[world, row, j] + wp.float64(ten_J[world, entry[place]])
+        for j in range(tendons):
+            if drive[world, j] > _ZERO:
+                for other in range(tendons):
+                    shared[world, j, other] = _ZERO
+                for place in range(row_start[j], row_start[j + 1]):
+                    i = dof[place]
+                    gain = yielding[world, i] * wp.float64(ten_J[world, entry[place]])
+                    for other in range(tendons):
+                        shared[world, j, other] = (
+                            shared[world, j, other] + gain * shared[world, first + i, other]
+                        )
+                shared[world, j, j] = shared[world, j, j] + wp.float64(1.0) / drive[world, j]
+    return driven
+
+
+@wp.func
+def _raise_together(
+    world: int,
+    ends: wp.array(dtype=int),
+    row_start: wp.array(dtype=int),
+    entry: wp.array(dtype=int),
+    dof: wp.array(dtype=int),
+    span: wp.array(dtype=int),
+    entering: wp.array2d(dtype=wp.float64),
+    drive: wp.array2d(dtype=wp.float64),
+    yielding: wp.array2d(dtype=wp.float64),
+    ten_J: wp.array2d(dtype=float),
+    shared: wp.array3d(dtype=wp.float64),
+    reached: wp.array2d(dtype=wp.float64),
+    tension: wp.array3d(dtype=wp.float64),
+    ahead: wp.array2d(dtype=wp.float64),
+):
+    """As `capstan.raise_together`."""
+    tendons = drive.shape[1]
+    slope = 2 * tendons
+    goal = slope + 1
+    shift = slope + 2
+    held = slope + 3
+    for j in range(tendons):
+        shared[world, slope, j] = _ZERO
+        shared[world, shift, j] = _ZERO
+        shared[world, held, j] = wp.float64(1.0)
+        if drive[world, j] > _ZERO:
+            shared[world, held, j] = _ZERO
+            fall = (reached[world, j] - entering[world, j]) / drive[world, j]
+            for place in range(row_start[j], row_start[j + 1]):
+                fall -= wp.float64(ten_J[world, entry[place]]) * ahead[world, dof[place]]
+            shared[world, slope, j] = fall
+    rounds = int(4 * tendons)
+    while rounds > 0:
+        rounds -= 1
+        for j in range(tendons):
+            free = shared[world, held, j] == _ZERO
+            for other in range(tendons):
+                value = wp.float64(0.0)
+                if free and drive[world, other] > _ZERO:
+                    value = shared[world, j, other]
+                shared[world, tendons + j, other] = value
+            shared[world, goal, j] = -shared[world, slope, j]
+            if not free:
+                shared[world, tendons + j, j] = wp.float64(1.0)
+                shared[world, goal, j] = shared[world, shift, j]
+        for j in range(tendons):
+            for below in range(j + 1, tendons):
+                ratio = shared[world, tendons + below, j] / shared[world, tendons + j, j]
+                for other in range(j + 1, tendons):
+                    shared[world, tendons + below, other] = (
+                        shared[world, tendons + below, other] - ratio * shared[world, tendons + j, other]
+                    )
+                shared[world, goal, below] = shared[world, goal, below] - ratio * shared[world, goal, j]
+        for back in range(tendons):
+            j = tendons - 1 - back
+            found = wp.float64(shared[world, goal, j])
+            for other in range(j + 1, tendons):
+                found -= shared[world, tendons + j, other] * shared[world, goal, other]
+            shared[world, goal, j] = found / shared[world, tendons + j, j]
+        part = wp.float64(1.0)
+        first = int(-1)  # noqa: UP018, RUF046
+        for j in range(tendons):
+            if shared[world, held, j] == _ZERO and shared[world, goal, j] < -reached[world, j]:
+                way = shared[world, goal, j] - shared[world, shift, j]
+                share = (-reached[world, j] - shared[world, shift, j]) / way
+                if share < part or first < 0:
+                    part = wp.float64(share)
+                    first = int(j)
+        for j in range(tendons):
+            way = shared[world, goal, j] - shared[world, shift, j]
+            shared[world, shift, j] = shared[world, shift, j] + part * way
+        if first >= 0:
+            shared[world, shift, first] = -reached[world, first]
+            shared[world, held, first] = wp.float64(1.0)
+        else:
+            strongest = wp.float64(0.0)
+            for j in range(tendons):
+                if drive[world, j] > _ZERO and shared[world, held, j] > _ZERO:
+                    push = wp.float64(shared[world, slope, j])
+                    for other in range(tendons):
+                        if drive[world, other] > _ZERO:
+                            push += shared[world, j, other] * shared[world, shift, other]
+                    if push < strongest:
+                        strongest = wp.float64(push)
+                        first = int(j)
+            if first >= 0:
+                shared[world, held, first] = _ZERO
+            else:
+                rounds = int(0)  # noqa: UP018, RUF046
+    change = wp.float64(0.0)
+    for j in range(tendons):
+        if drive[world, j] > _ZERO:
+            rise = shared[world, shift, j]
+            reached[world, j] = wp.max(reached[world, j] + rise, _ZERO)
+            for place in range(row_start[j], row_start[j + 1]):
+                i = dof[place]
+                gain = yielding[world, i] * wp.float64(ten_J[world, entry[place]])
+                ahead[world, i] = ahead[world, i] - gain * wp.max(rise, -tension[world, j, span[place]])
+            for k in range(ends[j]):
+                risen = wp.max(rise, -tension[world, j, k])
+                tension[world, j, k] = tension[world, j, k] + risen
+                change = wp.max(change, wp.abs(risen))
+    return change
+
+
 @wp.kernel(enable_backward=False)
 def planar_turns(
     qpos: wp.array2d(dtype=float), joints: wp.array(dtype=int), turn: wp.array3d(dtype=wp.float64)
 ):
-    """As `capstan.planar_turns`, one thread for each copy."""
+    """As `turns_kernel.planar_turns`, one thread for each copy."""
     world = wp.tid()
     before = wp.float64(0.0)
     for k in range(joints.shape[0]):
@@ -117,7 +266,7 @@ def spatial_turns(
     ends: wp.array(dtype=int),
     turn: wp.array3d(dtype=wp.float64),
 ):
-    """As `capstan.spatial_turns`, one thread for each copy and tendon."""
+    """As `turns_kernel.spatial_turns`, one thread for each copy and tendon."""
     world, tendon = wp.tid()
     before = wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
     for k in range(ends[tendon]):
@@ -212,6 +361,7 @@ def confine(
     steps: wp.array2d(dtype=wp.float64),
     goal: wp.array2d(dtype=wp.float64),
     reached: wp.array2d(dtype=wp.float64),
+    shared: wp.array3d(dtype=wp.float64),
     applied: wp.array2d(dtype=float),
 ):
     """Update all copies' tensions, and apply what they pull beyond the actuators'; see `capstan.confine`.
@@ -236,6 +386,7 @@ def confine(
             arm = wp.float64(ten_J[world, entry[place]])
             response[world, j, k] = response[world, j, k] + yielding[world, i] * arm * arm
             ahead[world, i] = ahead[world, i] - yielding[world, i] * arm * tension[world, j, k]
+    driven = _couple(world, drive, row_start, entry, dof, yielding, ten_J, shared)
     sweep = int(0)  # noqa: UP018, RUF046
     while sweep < sweeps:
         change = wp.float64(0.0)
@@ -271,6 +422,24 @@ def confine(
                 i = dof[place]
                 arm = wp.float64(ten_J[world, entry[place]])
                 ahead[world, i] = ahead[world, i] - yielding[world, i] * arm * old[world, span[place]]
+        if driven > 1:
+            risen = _raise_together(
+                world,
+                ends,
+                row_start,
+                entry,
+                dof,
+                span,
+                entering,
+                drive,
+                yielding,
+                ten_J,
+                shared,
+                reached,
+                tension,
+                ahead,
+            )
+            change = wp.max(change, risen)
         sweep += 1
         if change <= tolerance * largest:
             sweep = sweeps

@@ -1,4 +1,4 @@
-"""The capstan law's inner loops, compiled: turns at the holes, and the tensions that friction allows.
+"""The capstan law's inner loops, compiled: the tensions that friction allows.
 
 Index j counts tendons, k spans from 0 at the base; hole k lies just before span k. A tendon ends
 behind span `ends[j] - 1`. `catheter_sim.simulation.friction` says what is solved and why.
@@ -18,40 +18,6 @@ Index = NDArray[np.int64]
 # Of a span whose length no joint changes, as of a rod that crosses a joint on the joint's own line: its
 # tension does nothing and keeps its value. Small against that of any span with an arm (1e-6 to 1e-3).
 LEAST_RESPONSE = 1e-12  # m/s/N
-
-
-@njit(cache=True)
-def planar_turns(qpos: Array, joint_index: Index, turn: Array) -> None:
-    """Write the turns of all tendons of a planar robot into `turn`, shape (t, n) [rad].
-
-    The chord of a cell bent by theta lies at theta / 2, so a turn is half the sum of the two
-    adjoining cells' angles; at the base's hole half of the first cell's.
-    """
-    before = 0.0
-    for k in range(turn.shape[1]):
-        angle = qpos[joint_index[k]]
-        value = abs(0.5 * (before + angle))
-        before = angle
-        for j in range(turn.shape[0]):
-            turn[j, k] = value
-
-
-@njit(cache=True)
-def spatial_turns(points: Array, site_index: Index, ends: Index, turn: Array) -> None:
-    """Write the turns of tendons given by their holes' positions into `turn`, shape (t, n) [rad].
-
-    Before the base's hole a tendon comes along the base's axis.
-    """
-    for j in range(turn.shape[0]):
-        ax, ay, az = 0.0, 0.0, 1.0
-        for k in range(ends[j]):
-            here, there = site_index[j, k], site_index[j, k + 1]
-            bx = points[there, 0] - points[here, 0]
-            by = points[there, 1] - points[here, 1]
-            bz = points[there, 2] - points[here, 2]
-            cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-            turn[j, k] = math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), ax * bx + ay * by + az * bz)
-            ax, ay, az = bx, by, bz
 
 
 @njit(cache=True, error_model="numpy")
@@ -165,6 +131,140 @@ def busy_spans(entering: Array, drive: Array, ends: Index, tension: Array, busy:
 
 
 @njit(cache=True, error_model="numpy")
+def couple(
+    ends: Index, drive: Array, row_start: Index, dof: Index, arm: Array, gain: Array, shared: Array
+) -> int:
+    """Write how the driven tendons' lengthening answers to tensions that rise alike in all spans.
+
+    Args:
+        ends, drive, row_start, dof: as of `confine`.
+        arm, gain: of each nonzero of the tendons' Jacobian, shape (e,).
+        shared: out: rows 0 to t: fall of the length rate of tendon j per unit of the tension of tendon l,
+            [j, l], and on the diagonal 1 / drive besides; the rest is workspace, shape (2 t + 4 + nv, t).
+
+    Returns:
+        How many tendons are driven.
+    """
+    tendons = ends.shape[0]
+    driven, arms = 0, shared[2 * tendons + 4 :]
+    for j in range(tendons):
+        driven += drive[j] > 0.0
+    if driven < 2:
+        return driven
+    arms[:] = 0.0
+    for j in range(tendons):
+        if drive[j] > 0.0:
+            for place in range(row_start[j], row_start[j + 1]):
+                arms[dof[place], j] += arm[place]
+    for j in range(tendons):
+        if drive[j] > 0.0:
+            shared[j] = 0.0
+            for place in range(row_start[j], row_start[j + 1]):
+                for other in range(tendons):
+                    shared[j, other] += gain[place] * arms[dof[place], other]
+            shared[j, j] += 1.0 / drive[j]
+    return driven
+
+
+@njit(cache=True, error_model="numpy")
+def raise_together(
+    entering: Array,
+    drive: Array,
+    ends: Index,
+    row_start: Index,
+    dof: Index,
+    span: Index,
+    arm: Array,
+    gain: Array,
+    shared: Array,
+    reached: Array,
+    tension: Array,
+    ahead: Array,
+) -> float:
+    """Raise each driven tendon's tensions alike in all spans by what is best for all of them at once.
+
+    That leaves the differences at the holes as they are. Tendons that pull against one another on stiff
+    drives would else come down together by next to nothing in a pass, since each by itself only holds the
+    other's pull. None falls below zero (a quadratic programme with bounds, by active sets).
+
+    Args:
+        entering, drive, ends, row_start, dof, span: as of `confine`.
+        arm, gain: of each nonzero of the tendons' Jacobian, shape (e,).
+        shared: as `couple` left it.
+        reached: in and out: tensions at the actuators at the end of the step, shape (t,) [N].
+        tension: in and out: shape (t, n) [N].
+        ahead: in and out: velocities at the end of the step, shape (nv,).
+
+    Returns:
+        The largest change of a tension [N].
+    """
+    tendons = ends.shape[0]
+    matrix, slope = shared[tendons : 2 * tendons], shared[2 * tendons]
+    goal, shift, held = shared[2 * tendons + 1], shared[2 * tendons + 2], shared[2 * tendons + 3]
+    for j in range(tendons):
+        slope[j], shift[j], held[j] = 0.0, 0.0, 1.0
+        if drive[j] > 0.0:
+            held[j] = 0.0
+            slope[j] = (reached[j] - entering[j]) / drive[j]
+            for place in range(row_start[j], row_start[j + 1]):
+                slope[j] -= arm[place] * ahead[dof[place]]
+    for _ in range(4 * tendons):
+        for j in range(tendons):
+            for other in range(tendons):
+                matrix[j, other] = shared[j, other] if held[j] == 0.0 and drive[other] > 0.0 else 0.0
+            goal[j] = -slope[j]
+            if held[j] > 0.0:
+                matrix[j, j], goal[j] = 1.0, shift[j]
+        for j in range(tendons):  # regular without exchange: what is not held is positive definite
+            for below in range(j + 1, tendons):
+                ratio = matrix[below, j] / matrix[j, j]
+                if ratio != 0.0:
+                    for other in range(j + 1, tendons):
+                        matrix[below, other] -= ratio * matrix[j, other]
+                    goal[below] -= ratio * goal[j]
+        for j in range(tendons - 1, -1, -1):
+            for other in range(j + 1, tendons):
+                goal[j] -= matrix[j, other] * goal[other]
+            goal[j] /= matrix[j, j]
+        part, first = 1.0, -1  # of the way to the goal, up to where the first tension is zero
+        for j in range(tendons):
+            if held[j] == 0.0 and goal[j] < -reached[j]:
+                share = (-reached[j] - shift[j]) / (goal[j] - shift[j])
+                if share < part or first < 0:
+                    part, first = share, j
+        for j in range(tendons):
+            shift[j] += part * (goal[j] - shift[j])
+        if first >= 0:
+            shift[first], held[first] = -reached[first], 1.0
+            continue
+        strongest = 0.0
+        for j in range(tendons):  # which of those that are held would rather rise
+            if drive[j] > 0.0 and held[j] > 0.0:
+                push = slope[j]
+                for other in range(tendons):
+                    if drive[other] > 0.0:
+                        push += shared[j, other] * shift[other]
+                if push < strongest:
+                    strongest, first = push, j
+        if first < 0:
+            break
+        held[first] = 0.0
+    change = 0.0
+    for j in range(tendons):
+        if drive[j] == 0.0:
+            continue
+        reached[j] = max(reached[j] + shift[j], 0.0)
+        for place in range(row_start[j], row_start[j + 1]):
+            risen = max(shift[j], -tension[j, span[place]])
+            ahead[dof[place]] -= gain[place] * risen
+        for k in range(ends[j]):
+            risen = max(shift[j], -tension[j, k])
+            tension[j, k] += risen
+            change = max(change, abs(risen))
+    return change
+
+
+@njit(cache=True, error_model="numpy")
 def confine(
     mu: float,
     entering: Array,
@@ -188,6 +288,7 @@ def confine(
     holes: Array,
     pulls: Array,
     scratch: Array,
+    shared: Array,
 ) -> None:
     """Update all tendons' tensions, and apply what they pull beyond the actuators' tensions.
 
@@ -214,6 +315,7 @@ def confine(
         holes: workspace, shape (2, t, n).
         pulls: workspace, shape (2, e).
         scratch: workspace, shape (7, 2 max(n, nv, t)).
+        shared: workspace, shape (2 t + 4 + nv, t).
     """
     tendons = tension.shape[0]
     factor, response = holes[0], holes[1]
@@ -239,6 +341,7 @@ def confine(
             gain[place] = yielding[i] * arm[place]
             response[j, k] += arm[place] * gain[place]
             ahead[i] -= gain[place] * tension[j, k]
+    driven = couple(ends, drive, row_start, dof, arm, gain, shared)
     for sweep in range(sweeps):
         change = 0.0
         for index in range(tendons):
@@ -259,6 +362,11 @@ def confine(
                 change = max(change, abs(old[k]))
             for place in range(row_start[j], row_start[j + 1]):
                 ahead[dof[place]] -= gain[place] * old[span[place]]
+        if driven > 1:
+            risen = raise_together(
+                entering, drive, ends, row_start, dof, span, arm, gain, shared, reached, tension, ahead
+            )
+            change = max(change, risen)
         if change <= tolerance * largest:
             break
     for j in range(tendons):
@@ -273,20 +381,6 @@ def add_pull(ten_J: Array, row_start: Index, entry: Index, dof: Index, pull: Arr
     for row in range(pull.shape[0]):
         for place in range(row_start[row], row_start[row + 1]):
             torque[dof[place]] -= ten_J[entry[place]] * pull[row]
-
-
-@njit(cache=True, nogil=True)
-def planar_turns_of(copies: Index, qpos: Array, joint_index: Index, turn: Array) -> None:
-    """`planar_turns` of many robots: `qpos` (m, nq) and `turn` (m, t, n); `copies` picks some of them."""
-    for i in copies:
-        planar_turns(qpos[i], joint_index, turn[i])
-
-
-@njit(cache=True, nogil=True)
-def spatial_turns_of(copies: Index, points: Array, site_index: Index, ends: Index, turn: Array) -> None:
-    """`spatial_turns` of many robots: `points` (m, s, 3) and `turn` (m, t, n); `copies` picks some."""
-    for i in copies:
-        spatial_turns(points[i], site_index, ends, turn[i])
 
 
 @njit(cache=True, nogil=True)
@@ -314,6 +408,7 @@ def confine_copies(
     holes: Array,
     pulls: Array,
     scratch: Array,
+    shared: Array,
 ) -> None:
     """`confine` many robots.
 
@@ -323,7 +418,7 @@ def confine_copies(
             axis of m more before theirs.
         mu, drive, row_start, entry, dof, span, yielding, sweeps, tolerance: as there, of all.
         ends: number of spans of each tendon, shape (t,).
-        holes, pulls, scratch: as there.
+        holes, pulls, scratch, shared: as there.
     """
     busy = np.empty_like(ends)
     for i in copies:
@@ -351,4 +446,5 @@ def confine_copies(
             holes,
             pulls,
             scratch,
+            shared,
         )

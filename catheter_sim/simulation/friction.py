@@ -106,6 +106,7 @@ class CapstanFriction:
         self._holes = np.zeros((2, tendons, spans))
         self._pulls = np.zeros((2, len(self._span)))
         self._scratch = np.zeros((7, 2 * max(spans, model.nv, tendons)))
+        self._shared = np.zeros((2 * tendons + 4 + model.nv, tendons))
 
     def reset(self) -> None:
         """Forget the history."""
@@ -165,6 +166,7 @@ class CapstanFriction:
             self._holes,
             self._pulls,
             self._scratch,
+            self._shared,
         )
 
     def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:

@@ -86,4 +86,5 @@ class CapstanCopies(CapstanFriction):
             self._holes,
             self._pulls,
             self._scratch,
+            self._shared,
         )

@@ -16,7 +16,7 @@ from catheter_sim.robots.posture import Array
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.rolling_layout import last_joint, rolling_joints
 from catheter_sim.robots.specification import ContinuumRobot
-from catheter_sim.simulation import capstan
+from catheter_sim.simulation import turns_kernel
 from catheter_sim.simulation.rolling import RodTurns
 
 
@@ -38,7 +38,7 @@ class Turns:
             for k in range(self._ends[index] + 1):
                 self.sites[index, k] = model.site(f"hole_{tendon.name}_{k}").id
 
-    def __call__(self, data: mujoco.MjData, ends: capstan.Index | None = None) -> Array:
+    def __call__(self, data: mujoco.MjData, ends: turns_kernel.Index | None = None) -> Array:
         """Return the turn at the hole before each span, shape (t, n) [rad], in a reused array.
 
         Args:
@@ -46,14 +46,14 @@ class Turns:
             ends: of each tendon the spans that matter, 0 where none does; default: all, shape (t,).
         """
         if self.planar:
-            capstan.planar_turns(data.qpos, self.joints, self._turn)
+            turns_kernel.planar_turns(data.qpos, self.joints, self._turn)
         else:
-            capstan.spatial_turns(
+            turns_kernel.spatial_turns(
                 data.site_xpos, self.sites, self._ends if ends is None else ends, self._turn
             )
         return self._turn
 
-    def of_copies(self, copies: capstan.Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
+    def of_copies(self, copies: turns_kernel.Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
         """Write the turns of some of m copies of the model.
 
         Args:
@@ -63,9 +63,9 @@ class Turns:
             turn: out, zero at first, shape (m, t, n) [rad].
         """
         if self.planar:
-            capstan.planar_turns_of(copies, qpos, self.joints, turn)
+            turns_kernel.planar_turns_of(copies, qpos, self.joints, turn)
         else:
-            capstan.spatial_turns_of(copies, site_xpos, self.sites, self._ends, turn)
+            turns_kernel.spatial_turns_of(copies, site_xpos, self.sites, self._ends, turn)
 
 
 class PairTurns:
@@ -90,7 +90,7 @@ class PairTurns:
         self.before = [[other for other, k in enumerate(order) if k < own] for own in order]
         self._turn = np.zeros((2 * len(order), spans))
 
-    def __call__(self, data: mujoco.MjData, ends: capstan.Index | None = None) -> Array:
+    def __call__(self, data: mujoco.MjData, ends: turns_kernel.Index | None = None) -> Array:
         """Return the turn before each span, shape (2 pairs, n) [rad], in a reused array."""
         bends = [data.qpos[gaps] for gaps in self.gaps]
         for row, own in enumerate(bends):

@@ -53,6 +53,7 @@ LOOPS = (
     Loop("mitral_transseptal", (5e-3, 2e-3, 2e-3, 20e-3), "displacement", opens=False),
     Loop("mitral_transseptal@tube", (5e-3, 2e-3, 2e-3, 20e-3), "displacement"),
     Loop("mitral_4dof", (2e-3, 2e-3, 2e-3, 20e-3), "displacement", opens=False),
+    Loop("mitral_4dof", (2e-3, 2e-3, 2e-3, 20e-3), "displacement", ("friction.mu=0.06",), opens=False),
     Loop("mitral_4dof@elongation", (3e-3, 4e-3, 2e-3, 20e-3), "displacement", within=1e-3),
     Loop("neuroendoscope_section", (2e-3, -2e-3), "displacement", ("friction.mu=0.3",), opens=False),
 )

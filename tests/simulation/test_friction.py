@@ -7,10 +7,10 @@ import pytest
 from drive import ANTAGONISTIC, PARTIAL, SINGLE, rows_to_inputs, tips_mm
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import minimize
+from scipy.optimize import lsq_linear, minimize
 
 from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.simulation import capstan
+from catheter_sim.simulation import capstan, turns_kernel
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 
@@ -120,10 +120,10 @@ def test_turns_in_space_are_those_in_the_plane():
     simulator.posture()
     angles = simulator.data.qpos.copy()
     turn = np.zeros((1, 30))
-    capstan.planar_turns(angles, np.arange(30), turn)
+    turns_kernel.planar_turns(angles, np.arange(30), turn)
     sites = np.array([[simulator.model.site(f"hole_right_{k}").id for k in range(31)]])
     spatial = np.zeros((1, 30))
-    capstan.spatial_turns(simulator.data.site_xpos, sites, np.array([30]), spatial)
+    turns_kernel.spatial_turns(simulator.data.site_xpos, sites, np.array([30]), spatial)
     assert spatial == pytest.approx(turn, abs=1e-7)
 
 
@@ -208,3 +208,52 @@ def test_two_sections_agree_with_the_nested_reference():
     ours = tips_mm(simulate(robot, rows_to_inputs(rows), NO_GRAVITY))
     reference = tips_mm(simulate(robot, rows_to_inputs(rows), NO_GRAVITY, friction="nested"))
     assert np.linalg.norm(ours - reference, axis=1).max() < 0.1
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_tendons_on_stiff_drives_come_to_their_common_optimum(seed):
+    """Without friction a bounded least-squares problem: antagonists, one slack, next to no joint in between.
+
+    What one tendon's tension does to the others through the joints is up to 1e5 times what its drive does.
+    """
+    generator = np.random.default_rng(seed)
+    t, n = 4, 3
+    gain = 10.0 ** generator.uniform(-3.0, 0.0, n)  # of each degree of freedom
+    arm = generator.normal(size=(n, t))
+    arm[:, 2] = -arm[:, 0] * (1.0 + 1e-3 * generator.normal())
+    drive = 10.0 ** generator.uniform(2.0, 5.0, t)
+    entering, velocity = 100.0 * generator.normal(size=t), 0.1 * generator.normal(size=n)
+    tension, applied = np.full((t, n), 50.0), np.zeros(n)
+    zeros = np.zeros(n)
+    capstan.confine(
+        *(0.0, entering, drive, np.zeros((t, n)), np.full(t, n), arm.T.ravel(), np.arange(0, n * t + 1, n)),
+        *(np.arange(n * t), np.tile(np.arange(n), t), np.tile(np.arange(n), t), velocity),
+        *(zeros, zeros, zeros, applied, gain, 20, 1e-4, tension, np.zeros((2, t, n)), np.zeros((2, n * t))),
+        *(np.zeros((7, 20)), np.zeros((2 * t + 4 + n, t))),
+    )
+    # Velocities after the step and actuators' tensions are driven apart as little as possible.
+    found = lsq_linear(
+        np.concatenate([np.sqrt(gain)[:, None] * arm, np.diag(drive**-0.5)]),
+        np.concatenate([velocity / np.sqrt(gain), entering * drive**-0.5]),
+        bounds=(0.0, np.inf),
+        tol=1e-14,
+    ).x
+    assert tension == pytest.approx(np.repeat(found[:, None], n, axis=1), abs=1e-3 * np.abs(entering).max())
+
+
+def test_held_catheter_has_no_more_friction_than_its_tendons_tensions_allow():
+    """Pairs on stiff cables, bent to and fro and held: what is slack carries nothing, the rest by the law."""
+    robot = load_robot("mitral_4dof", ["friction.mu=0.064"])
+    simulator = Simulator(robot, "displacement")
+    parts = simulator.parts()
+    for row in ((3.0, 0.0, 0.0, 10.0), (3.0, 2.0, 0.0, 10.0), (1.0, 2.0, 0.5, 20.0), (1.0, -2.0, 0.5, 20.0)):
+        simulator.set_inputs(1e-3 * np.array(row))
+        assert simulator.settle()
+        drawn = -simulator.data.actuator_force[parts.pulls]
+        spans = parts.friction.span_tension(simulator.data, drawn)
+        law = parts.friction.layout()
+        most = np.exp(law.mu * law.turns(simulator.data, law.ends).sum(axis=1))
+        for tension, at_drive, bound in zip(spans, drawn, most, strict=True):
+            last = tension[np.isfinite(tension)][-1]
+            assert at_drive / bound - 0.1 <= last <= at_drive * bound + 0.1
+        assert (drawn > 1.0).sum() == np.count_nonzero(row[:2]), "one of each bent pair is taut"
