@@ -390,10 +390,7 @@ def confine(
     sweep = int(0)  # noqa: UP018, RUF046
     while sweep < sweeps:
         change = wp.float64(0.0)
-        for index in range(tendons):
-            j = index
-            if sweep % 2 == 1:
-                j = tendons - 1 - index
+        for j in range(tendons):
             for k in range(ends[j]):
                 rate[world, k] = wp.float64(0.0)
                 old[world, k] = tension[world, j, k]

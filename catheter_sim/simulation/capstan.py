@@ -342,10 +342,9 @@ def confine(
             response[j, k] += arm[place] * gain[place]
             ahead[i] -= gain[place] * tension[j, k]
     driven = couple(ends, drive, row_start, dof, arm, gain, shared)
-    for sweep in range(sweeps):
+    for _ in range(sweeps):
         change = 0.0
-        for index in range(tendons):
-            j = index if sweep % 2 == 0 else tendons - 1 - index
+        for j in range(tendons):
             count = ends[j]
             if count == 0:
                 continue
