@@ -90,11 +90,15 @@ def suspicions(
         return ("the inputs never change: nothing that depends on them can be told.",)
     models = _models(problem, before, problem.trials)
     measured = [measured_of(trial, problem.columns) for trial in problem.trials]
-    as_they_are = _relative_error(problem, models, measured)
+    as_they_are = _relative_error(models, measured)
     if as_they_are > GROSS:
-        found = [*_output_mistakes(problem, models, measured), *_input_mistakes(problem, before, measured)]
+        most = min(CONVINCING * as_they_are, SOLVED)
+        found = [
+            *_output_mistakes(problem, models, measured),
+            *_input_mistakes(problem, before, measured, most),
+        ]
         best = min(found, key=lambda item: item.error, default=None)
-        if best is not None and best.error < min(CONVINCING * as_they_are, SOLVED):
+        if best is not None and best.error < most:
             return (
                 f"{best.words}: put right, the calibrated model's error falls from {100 * as_they_are:.0f} "
                 f"to {100 * best.error:.0f} % of the measurements' spread.",
@@ -127,7 +131,7 @@ def _output_mistakes(
         for values, given in zip(right, measured, strict=True):
             for to, (of, factor) in change.items():
                 values[:, to] = factor * given[:, of]
-        return Mistake(words, _relative_error(problem, models, right))
+        return Mistake(words, _relative_error(models, right))
 
     for i, j in itertools.combinations(range(len(columns)), 2):
         if unit_of(columns[i]) == unit_of(columns[j]):
@@ -143,17 +147,24 @@ def _output_mistakes(
                     yield tried({i: (i, factor) for i in group}, f"{names}: {what}, it seems")
 
 
-def _input_mistakes(problem: Problem, before: Fit, measured: Sequence[Array]) -> Iterator[Mistake]:
+def _input_mistakes(
+    problem: Problem, before: Fit, measured: Sequence[Array], most: float
+) -> Iterator[Mistake]:
+    """Yield them with their errors; inf where the first trials alone make one larger than `most`."""
     actuation = problem.trials[0].inputs.actuation
     names = input_channels(problem.robot, actuation)
     count = problem.trials[0].inputs.tendon.shape[1]
 
     def tried(change: Array, words: str) -> Mistake:
-        trials = [
-            replace(trial, inputs=replace(trial.inputs, tendon=trial.inputs.tendon @ change))
-            for trial in problem.trials
-        ]
-        return Mistake(words, _relative_error(problem, _models(problem, before, trials), measured))
+        models: list[Array] = []
+        for trial in problem.trials:
+            inputs = replace(trial.inputs, tendon=trial.inputs.tendon @ change)
+            models += _models(problem, before, [replace(trial, inputs=inputs)])
+            # As if the other trials were met exactly.
+            error = _relative_error([*models, *measured[len(models) :]], measured)
+            if error > most:
+                return Mistake(words, math.inf)
+        return Mistake(words, error)
 
     if len(names) == count:
         for i, j in itertools.combinations(range(count), 2):
@@ -211,7 +222,7 @@ def _models(problem: Problem, before: Fit, trials: Sequence[Trial]) -> list[Arra
     return [problem.twin([robot], trial.inputs, 1)[0] for trial in trials]
 
 
-def _relative_error(problem: Problem, models: Sequence[Array], measured: Sequence[Array]) -> float:
+def _relative_error(models: Sequence[Array], measured: Sequence[Array]) -> float:
     """Return the error over the measurements' spread, root mean square over columns; inf: no posture."""
     model, values = np.concatenate(models), np.concatenate(measured)
     spread = np.nanstd(values, axis=0)

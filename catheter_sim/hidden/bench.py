@@ -10,8 +10,9 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from catheter_sim.errors import InputError
@@ -116,12 +117,24 @@ def run_bench(
         return scores
     # Read by the workers' libraries when they start: threads would only stand in one another's way.
     os.environ.update({name: os.environ.get(name, "1") for name in _THREADS})
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(jobs, get_context("spawn"), end_with_parent) as pool:
         futures = [pool.submit(run_draw, *item) for item in arguments]
         for future in as_completed(futures):
             if future.exception() is None:  # a fault of one draw is raised when the others are done
                 on_score(future.result())
         return [future.result() for future in futures]
+
+
+def end_with_parent() -> None:
+    """Let this process end when the one that started it was killed: its work would go on unheard."""
+    parent = parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
 
 
 def _diagnosed(folders: Folders, limit_s: float, diagnose: Diagnose) -> dict[str, Any]:

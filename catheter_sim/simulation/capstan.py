@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from catheter_sim.compiled import compiled
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -20,7 +21,7 @@ Index = NDArray[np.int64]
 LEAST_RESPONSE = 1e-12  # m/s/N
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def span_tensions(
     entering: float,
     drive: float,
@@ -113,7 +114,7 @@ def span_tensions(
     return entering
 
 
-@njit(cache=True)
+@compiled
 def busy_spans(entering: Array, drive: Array, ends: Index, tension: Array, busy: Index) -> None:
     """Write each tendon's number of spans into `busy`, shape (t,), 0 where it is slack before and after.
 
@@ -130,7 +131,7 @@ def busy_spans(entering: Array, drive: Array, ends: Index, tension: Array, busy:
                 break
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def couple(
     ends: Index, drive: Array, row_start: Index, dof: Index, arm: Array, gain: Array, shared: Array
 ) -> int:
@@ -166,7 +167,7 @@ def couple(
     return driven
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def raise_together(
     entering: Array,
     drive: Array,
@@ -264,7 +265,7 @@ def raise_together(
     return change
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def confine(
     mu: float,
     entering: Array,
@@ -374,7 +375,7 @@ def confine(
                 applied[dof[place]] -= arm[place] * (tension[j, span[place]] - reached[j])
 
 
-@njit(cache=True)
+@compiled
 def add_pull(ten_J: Array, row_start: Index, entry: Index, dof: Index, pull: Array, torque: Array) -> None:
     """Add the generalised force of tendons pulled by `pull` (one each) to `torque`, shape (nv,)."""
     for row in range(pull.shape[0]):
@@ -382,7 +383,7 @@ def add_pull(ten_J: Array, row_start: Index, entry: Index, dof: Index, pull: Arr
             torque[dof[place]] -= ten_J[entry[place]] * pull[row]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def confine_copies(
     copies: Index,
     mu: float,

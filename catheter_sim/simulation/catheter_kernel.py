@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from catheter_sim.compiled import compiled
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def clamp_slack_of(
     copies: Index,
     pulls: Index,
@@ -47,7 +48,7 @@ def clamp_slack_of(
             before[i, k] = ctrl[i, pulls[k]]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def tangents_of(
     copies: Index,
     actuators: Index,
@@ -84,7 +85,7 @@ def tangents_of(
             bias[i, actuators[k], 1] = -slope
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def advance_of(
     copies: Index,
     start: Array,

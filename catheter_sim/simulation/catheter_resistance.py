@@ -14,8 +14,8 @@ import math
 
 import mujoco
 import numpy as np
-from numba import njit
 
+from catheter_sim.compiled import compiled
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
 from catheter_sim.robots.catheter_layout import bent_by
 from catheter_sim.robots.posture import Array
@@ -118,7 +118,7 @@ class JointResistance:
         return low, high
 
 
-@njit(cache=True)
+@compiled
 def _slipping(
     angle: Array,
     turn_deg: Array,

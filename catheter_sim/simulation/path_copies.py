@@ -12,8 +12,8 @@ import copy
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
-from numba import njit
 
+from catheter_sim.compiled import compiled
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.capstan import Index
 from catheter_sim.simulation.site_tendons import SiteTendons, find_slopes_of
@@ -70,7 +70,7 @@ def pathless(model: mujoco.MjModel) -> mujoco.MjModel:
     return without
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _pull_in(
     copies: Index, pulled: Index, column: Index, ten_J: Array, tension: Array, applied: Array
 ) -> None:

@@ -14,9 +14,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from catheter_sim.compiled import compiled
 from catheter_sim.statics.rolling.chain import RollingChain
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ def pack(chain: RollingChain) -> tuple[Array, Array]:
     return joint, np.ascontiguousarray(rod.transpose(1, 0, 2))
 
 
-@njit(cache=True)
+@compiled
 def place(
     qpos: Array,
     qpos_index: Index,
@@ -94,7 +94,7 @@ def place(
         face = length[k]
 
 
-@njit(cache=True)
+@compiled
 def resist(qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: Index, torque: Array) -> None:
     """Take the moments with which rods and sleeve resist bending from `torque`, shape (nv,) [N m].
 
@@ -121,7 +121,7 @@ def resist(qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: 
         torque[dof_index[k]] -= moment + joint[k, SLEEVE] * (theta - joint[k, REST])
 
 
-@njit(cache=True)
+@compiled
 def turns(qpos: Array, qpos_index: Index, joint: Array, rod: Array, ends: Index, turn: Array) -> None:
     """Write the turn of each pulled rod before each gap into `turn`, shape (t, n) [rad].
 
@@ -146,14 +146,14 @@ def turns(qpos: Array, qpos_index: Index, joint: Array, rod: Array, ends: Index,
             turn[j, k + 1] = 2.0 * abs(math.atan2(x1 * z2 - z1 * x2, x1 * x2 + z1 * z2))
 
 
-@njit(cache=True)
+@compiled
 def place_tops(length: Array, link: Index, depth: Array, site_index: Index, site_pos: Array) -> None:
     """Move what lies at fixed depths below the links' tops, shapes (s,) [m], in MuJoCo's `site_pos`."""
     for i in range(link.shape[0]):
         site_pos[site_index[i], 2] = length[link[i]] - depth[i]
 
 
-@njit(cache=True)
+@compiled
 def compress(
     span_tension: Array,
     ends: Index,
@@ -196,7 +196,7 @@ def compress(
         length[k] = free_length[k] - inside * compliance[k]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def place_copies(
     copies: Index,
     qpos: Array,
@@ -214,7 +214,7 @@ def place_copies(
         place(qpos[i], qpos_index, joint, axis, length, joint_index, body_index, jnt_pos[i], body_pos[i])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def resist_copies(
     copies: Index, qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: Index, torque: Array
 ) -> None:
@@ -223,7 +223,7 @@ def resist_copies(
         resist(qpos[i], qpos_index, joint, rod, dof_index, torque[i])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def turns_of(
     copies: Index, qpos: Array, qpos_index: Index, joint: Array, rod: Array, ends: Index, turn: Array
 ) -> None:

@@ -16,8 +16,9 @@ from itertools import pairwise
 
 import mujoco
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from catheter_sim.compiled import compiled
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -126,7 +127,7 @@ class SiteTendons:
         mujoco.mj_transmission(self._model, data)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _find_slopes(
     stretches: Index,
     ends: Index,
@@ -165,7 +166,7 @@ def _find_slopes(
             ten_J[parts[p, 2]] += sign * slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def find_slopes_of(
     copies: Index,
     stretches: Index,
@@ -183,7 +184,7 @@ def find_slopes_of(
         _find_slopes(stretches, ends, parts, slides, site_xpos[i], xanchor[i], xaxis[i], ten_length, ten_J[i])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _find(
     stretches: Index,
     ends: Index,

@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from catheter_sim.compiled import compiled
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-@njit(cache=True)
+@compiled
 def planar_turns(qpos: Array, joint_index: Index, turn: Array) -> None:
     """Write the turns of all tendons of a planar robot into `turn`, shape (t, n) [rad].
 
@@ -32,7 +33,7 @@ def planar_turns(qpos: Array, joint_index: Index, turn: Array) -> None:
             turn[j, k] = value
 
 
-@njit(cache=True)
+@compiled
 def spatial_turns(points: Array, site_index: Index, ends: Index, turn: Array) -> None:
     """Write the turns of tendons given by their holes' positions into `turn`, shape (t, n) [rad].
 
@@ -50,14 +51,14 @@ def spatial_turns(points: Array, site_index: Index, ends: Index, turn: Array) ->
             ax, ay, az = bx, by, bz
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def planar_turns_of(copies: Index, qpos: Array, joint_index: Index, turn: Array) -> None:
     """`planar_turns` of many robots: `qpos` (m, nq) and `turn` (m, t, n); `copies` picks some of them."""
     for i in copies:
         planar_turns(qpos[i], joint_index, turn[i])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def spatial_turns_of(copies: Index, points: Array, site_index: Index, ends: Index, turn: Array) -> None:
     """`spatial_turns` of many robots: `points` (m, s, 3) and `turn` (m, t, n); `copies` picks some."""
     for i in copies:

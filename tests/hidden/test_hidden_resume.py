@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -123,3 +128,42 @@ def test_diagnosis_out_of_time_is_a_failure(tmp_path):
 def test_bad_data_set_is_a_failure(tmp_path):
     """What the command line refuses is a failure with its line."""
     assert "dataset.toml" in bench.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
+
+
+POOL = """
+import os, time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from catheter_sim.hidden.bench import end_with_parent
+
+if __name__ == "__main__":
+    with ProcessPoolExecutor(1, get_context("spawn"), end_with_parent) as pool:
+        print(pool.submit(os.getpid).result(), flush=True)
+        pool.submit(time.sleep, 600)
+        time.sleep(600)
+"""
+
+
+def alive(process: int) -> bool:
+    """Return whether a process runs; one that has ended and was not asked for how does not."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.slow
+def test_killed_bench_leaves_no_worker(tmp_path):
+    """A worker ends by itself when the process that started it is gone, whatever it is doing."""
+    script = tmp_path / "pool.py"
+    script.write_text(POOL)
+    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as started:
+        worker = int(started.stdout.readline())
+        assert alive(worker)
+        started.kill()
+    for _ in range(100):
+        if not alive(worker):
+            return
+        time.sleep(0.1)
+    os.kill(worker, signal.SIGKILL)
+    pytest.fail("the worker lives")
