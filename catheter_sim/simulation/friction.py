@@ -34,7 +34,7 @@ from catheter_sim.simulation.rolling import RodTurns
 from catheter_sim.simulation.tendon_spans import PairTurns, TendonRows, Turns, layout_of
 
 SWEEPS = 20  # most passes over tendons that share joints, in one step
-SWEEP_TOLERANCE = 1e-4  # they end when no tension changed by more than this share of the largest
+SWEEP_TOLERANCE = 3e-5  # they end when no tension changed by more than this share of the largest
 
 
 class Friction(Protocol):
