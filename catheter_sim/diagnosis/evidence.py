@@ -22,7 +22,7 @@ from catheter_sim.diagnosis.trials import Trial, unit_of
 from catheter_sim.robots.posture import Array
 
 SIGNS = 4096  # draws
-_NOTHING = 1e-12  # of the largest sum of squared errors
+_NOTHING = 1e-12  # of a trial's largest sum of squared errors: less than that counts as so much
 TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 
 

@@ -133,15 +133,13 @@ def left_over_note(after: Fit, result: UnitResult, left: StructureTest | None) -
     """
     names = ", ".join(name.replace("_", " ") for name in after.causes)
     times = result.rmse_after / result.noise_floor
-    hanging = (
-        f" and {left.share_percent:.0f} % of it hangs on {TESTS[left.name]} ({left.coordinate})"
-        if left is not None
-        else f" and {100.0 * result.rmse_after / result.rmse_before:.0f} % of the error"
-    )
+    what = f"{100.0 * result.rmse_after / result.rmse_before:.0f} % of the error"
+    if left is not None:
+        what = f"{left.share_percent:.0f} % of it hangs on {TESTS[left.name]} ({left.coordinate})"
     return (
         f"The best that was found, {names}, lowers the held-out error from {result.rmse_before:.3g} to "
-        f"{result.rmse_after:.3g}, but what is left is {times:.1f} times the noise,{hanging}: that is not "
-        "the whole cause, or not the cause, so that none is named."
+        f"{result.rmse_after:.3g}, but what is left is {times:.1f} times the noise, and {what}: that is "
+        "not the whole cause, or not the cause, so that none is named."
     )
 
 
