@@ -1,6 +1,8 @@
 """The capstan law of `catheter_sim.simulation.capstan` as a Warp kernel, one thread for each copy.
 
-The numbers are those of `capstan.confine` in double precision; what MuJoCo Warp hands over is single.
+The numbers are those of `capstan.confine` in double precision, to its tolerance: what saves time there and
+leaves the passes' end as it is (`go_on`, `leap`, `slip_as_before`) is left out. What MuJoCo Warp hands over
+is single.
 """
 
 # mypy: disable-error-code="valid-type"
@@ -21,6 +23,7 @@ def _span_tensions(
     count: int,
     entering: wp.float64,
     drive: wp.float64,
+    drawn: wp.float64,
     factor: wp.array3d(dtype=wp.float64),
     response: wp.array3d(dtype=wp.float64),
     rate: wp.array2d(dtype=wp.float64),
@@ -82,7 +85,7 @@ def _span_tensions(
             knots[world, right] = wish - right_shift
             steps[world, right] = slope
             left += 1
-            before = wp.max(entering, _ZERO)
+            before = wp.float64(drawn)
             if span > 0:
                 before = tension[world, tendon, span - 1]
             left_shift -= before * factor[world, tendon, span] - before
@@ -377,6 +380,7 @@ def confine(
     largest = wp.float64(0.0)
     for j in range(tendons):
         largest = wp.max(largest, entering[world, j])
+        reached[world, j] = wp.max(entering[world, j], _ZERO)
         for k in range(ends[j]):
             factor[world, j, k] = wp.exp(mu * turn[world, j, k])
             response[world, j, k] = _LEAST_RESPONSE
@@ -404,6 +408,7 @@ def confine(
                 ends[j],
                 entering[world, j],
                 drive[world, j],
+                reached[world, j],
                 factor,
                 response,
                 rate,

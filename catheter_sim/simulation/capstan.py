@@ -16,6 +16,9 @@ from catheter_sim.compiled import compiled
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+# Passes over the tendons come nearer to the end by much the same share each: where the last two agree on it,
+# the rest of the way is taken at once. No share above this is believed, and none below the other is worth it.
+LARGEST_SHARE, LEAST_SHARE = 0.95, 0.1
 # Of a span whose length no joint changes, as of a rod that crosses a joint on the joint's own line: its
 # tension does nothing and keeps its value. Small against that of any span with an arm (1e-6 to 1e-3).
 LEAST_RESPONSE = 1e-12  # m/s/N
@@ -25,14 +28,18 @@ LEAST_RESPONSE = 1e-12  # m/s/N
 def span_tensions(
     entering: float,
     drive: float,
+    drawn: float,
     factor: Array,
+    shrink: Array,
     rate: Array,
     response: Array,
     count: int,
     tension: Array,
+    found: Array,
+    slip: Index,
     scratch: Array,
 ) -> float:
-    """Update one tendon's tensions to those with which it sticks where it can and slips where it must.
+    """Find the tensions of one tendon with which it sticks where it can and slips where it must.
 
     The tensions minimise sum_k response_k (T_k - old_k)^2 / 2 - rate_k (T_k - old_k), which is zero
     slope where no span changes its length, within T_k - T_(k-1) in [low_k, high_k], what friction
@@ -46,11 +53,15 @@ def span_tensions(
         entering: tension at the actuator now; below zero where a driven tendon is slack [N].
         drive: what the actuator's tension grows by per unit of the tendon's rate of lengthening in
             one step [N s/m]; 0 where the tension is given.
-        factor: exp(mu turn) at each hole, shape (n,).
+        drawn: the actuator's tension at the end of the step as far as it is known [N].
+        factor, shrink: exp(mu turn) at each hole and one over it, shape (n,).
         rate: length rates of the spans under the old tensions [m/s], shape (n,).
         response: fall of a span's length rate per unit of its own tension, above zero [m/s/N], shape (n,).
         count: number of spans of this tendon.
-        tension: in: old tensions; out: new ones, shape (n,) [N].
+        tension: old tensions, shape (n,) [N].
+        found: out: new ones, shape (n,) [N].
+        slip: out: 1 where the tension rises over a hole by all of `factor`, -1 where it falls by it, 0
+            where the tendon sticks, shape (n,).
         scratch: workspace, shape (3, 2 n) or wider.
 
     Returns:
@@ -103,14 +114,73 @@ def span_tensions(
         knots[left], steps[left] = wish - left_shift, slope
         knots[right], steps[right] = wish - right_shift, slope
         left += 1
-        before = tension[span - 1] if span > 0 else max(entering, 0.0)
+        before = tension[span - 1] if span > 0 else drawn
         left_shift -= before * factor[span] - before
-        right_shift -= before / factor[span] - before
+        right_shift -= before * shrink[span] - before
     entering = max(entering, 0.0)
     before = entering
     for k in range(count):
-        before = min(max(goal[k], before / factor[k]), before * factor[k])
-        tension[k] = before
+        low, high = before * shrink[k], before * factor[k]
+        slip[k] = (goal[k] >= high) - (goal[k] <= low)
+        before = min(max(goal[k], low), high)
+        found[k] = before
+    return entering
+
+
+@compiled
+def slip_as_before(
+    entering: float,
+    drive: float,
+    factor: Array,
+    shrink: Array,
+    rate: Array,
+    response: Array,
+    count: int,
+    tension: Array,
+    found: Array,
+    slip: Index,
+    scratch: Array,
+) -> float:
+    """Find one tendon's tensions as `span_tensions` does, if it slips where `slip` says.
+
+    Between two holes where it sticks, one tension then fixes all, and its size is that for which nothing
+    slides over the first of them. Much faster than to find out where a tendon slips, and from pass to
+    pass, and step to step, that seldom changes. Here what friction allows follows the new tensions, there
+    the old ones: the passes end at the same.
+
+    Args: as of `span_tensions`, but `slip` is only read.
+
+    Returns:
+        The actuator's tension at the end of the step [N]; below zero where it slips elsewhere or the other
+        way, and then `found` is of no use.
+    """
+    wish, weight = scratch[0], scratch[1]
+    offset, slope = 0.0, 0.0  # sliding speed at hole k: wish_k - weight_k T_k
+    for k in range(count - 1, -1, -1):
+        offset += rate[k] + response[k] * tension[k]
+        slope += response[k]
+        wish[k], weight[k] = offset, slope
+        if slip[k] == 0:
+            offset, slope = 0.0, 0.0
+        else:
+            slope *= factor[k] if slip[k] > 0 else shrink[k]
+    before = entering
+    if drive > 0.0:
+        before = (entering / drive + offset) / (1.0 / drive + slope)
+    if before <= 0.0:
+        return -1.0
+    entering = before
+    for k in range(count):
+        if slip[k] == 0:
+            goal = wish[k] / weight[k]
+            if goal > before * factor[k] or goal < before * shrink[k]:
+                return -1.0
+            before = goal
+        else:
+            before *= factor[k] if slip[k] > 0 else shrink[k]
+            if (wish[k] - weight[k] * before) * slip[k] < 0.0 and factor[k] > 1.0:
+                return -1.0
+        found[k] = before
     return entering
 
 
@@ -266,6 +336,67 @@ def raise_together(
 
 
 @compiled
+def go_on(entering: Array, ends: Index, tension: Array, past: Array) -> None:
+    """Let all tensions change as they did in the last step, as far as what is pulled does so too.
+
+    Only whence the passes start: where the actuators hold, nothing changes.
+
+    Args:
+        entering: tensions at the actuators now, shape (t,) [N].
+        ends: as of `confine`.
+        tension: in and out: shape (t, n) [N].
+        past: in: the last step's changes of tension, and in the last two columns its `entering` and the
+            change of that; out: the last step's tensions, and these two of this step, shape (t, n + 2) [N].
+    """
+    n = tension.shape[1]
+    along, square = 0.0, 0.0
+    for j in range(ends.shape[0]):
+        now, before = entering[j] - past[j, n], past[j, n + 1]
+        along += now * before
+        square += before * before
+        past[j, n], past[j, n + 1] = entering[j], now
+    share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+    for j in range(ends.shape[0]):
+        for k in range(n):
+            old = tension[j, k]
+            if k < ends[j]:
+                tension[j, k] = max(old + share * past[j, k], 0.0)
+            past[j, k] = old
+
+
+@compiled
+def leap(
+    times: float,
+    ends: Index,
+    row_start: Index,
+    dof: Index,
+    span: Index,
+    gain: Array,
+    moved: Array,
+    tension: Array,
+    ahead: Array,
+) -> None:
+    """Change all tensions by `times` what the last pass changed, as further passes of its kind would.
+
+    None falls below zero. What friction does not allow then is for the next pass to mend.
+
+    Args:
+        ends, row_start, dof, span: as of `confine`.
+        gain: of each nonzero of the tendons' Jacobian, shape (e,).
+        moved: what the last pass changed; out: what is changed here, shape (t, n) [N].
+        tension: in and out: shape (t, n) [N].
+        ahead: in and out: velocities at the end of the step, shape (nv,).
+    """
+    for j in range(ends.shape[0]):
+        for k in range(ends[j]):
+            moved[j, k] = max(times * moved[j, k], -tension[j, k])
+            tension[j, k] += moved[j, k]
+        if ends[j] > 0:
+            for place in range(row_start[j], row_start[j + 1]):
+                ahead[dof[place]] -= gain[place] * moved[j, span[place]]
+
+
+@compiled
 def confine(
     mu: float,
     entering: Array,
@@ -286,6 +417,8 @@ def confine(
     sweeps: int,
     tolerance: float,
     tension: Array,
+    slip: Index,
+    past: Array,
     holes: Array,
     pulls: Array,
     scratch: Array,
@@ -313,27 +446,32 @@ def confine(
         sweeps: most passes over the tendons, which share degrees of freedom.
         tolerance: they end when no tension changed by more than this share of the largest.
         tension: in: last step's; out: new, shape (t, n) [N].
-        holes: workspace, shape (2, t, n).
+        slip: in and out: where the tendons slipped last, as of `span_tensions`, shape (t, n).
+        past: in and out: what `go_on` remembers, shape (t, n + 2) [N].
+        holes: workspace, shape (4, t, n).
         pulls: workspace, shape (2, e).
         scratch: workspace, shape (7, 2 max(n, nv, t)).
         shared: workspace, shape (2 t + 4 + nv, t).
     """
     tendons = tension.shape[0]
-    factor, response = holes[0], holes[1]
+    factor, shrink, response, moved = holes[0], holes[1], holes[2], holes[3]
     arm, gain = pulls[0], pulls[1]  # gain: change of velocity in a step per unit of tension
-    rate, ahead, reached, old = scratch[3], scratch[4], scratch[5], scratch[6]
+    rate, ahead, reached, found = scratch[3], scratch[4], scratch[5], scratch[6]
     for i in range(velocity.shape[0]):
         ahead[i] = velocity[i] + yielding[i] * (passive[i] - bias[i] + applied[i] + constraint[i])
+    go_on(entering, ends, tension, past)
     largest, last = 0.0, -1
     for j in range(tendons):
         largest = max(largest, entering[j])
+        reached[j] = max(entering[j], 0.0)
         if ends[j] == 0:
             continue
         for k in range(ends[j]):
             if last >= 0 and k < ends[last] and turn[j, k] == turn[last, k]:  # side by side in a plane
-                factor[j, k] = factor[last, k]
+                factor[j, k], shrink[j, k] = factor[last, k], shrink[last, k]
             else:
                 factor[j, k] = math.exp(mu * turn[j, k])
+                shrink[j, k] = 1.0 / factor[j, k]
             response[j, k] = LEAST_RESPONSE
         last = j
         for place in range(row_start[j], row_start[j + 1]):
@@ -343,33 +481,70 @@ def confine(
             response[j, k] += arm[place] * gain[place]
             ahead[i] -= gain[place] * tension[j, k]
     driven = couple(ends, drive, row_start, dof, arm, gain, shared)
-    for _ in range(sweeps):
-        change = 0.0
+    moved[:] = 0.0
+    passes = 0  # since a leap
+    for sweep in range(sweeps):
+        largest_change, along, square = 0.0, 0.0, 0.0
         for j in range(tendons):
             count = ends[j]
             if count == 0:
                 continue
             for k in range(count):
                 rate[k] = 0.0
-                old[k] = tension[j, k]
             for place in range(row_start[j], row_start[j + 1]):
                 rate[span[place]] += arm[place] * ahead[dof[place]]
-            reached[j] = span_tensions(
-                entering[j], drive[j], factor[j], rate, response[j], count, tension[j], scratch
+            drawn = reached[j]
+            reached[j] = slip_as_before(
+                entering[j],
+                drive[j],
+                factor[j],
+                shrink[j],
+                rate,
+                response[j],
+                count,
+                tension[j],
+                found,
+                slip[j],
+                scratch,
             )
+            if reached[j] < 0.0:
+                reached[j] = span_tensions(
+                    entering[j],
+                    drive[j],
+                    drawn,
+                    factor[j],
+                    shrink[j],
+                    rate,
+                    response[j],
+                    count,
+                    tension[j],
+                    found,
+                    slip[j],
+                    scratch,
+                )
             for k in range(count):
-                old[k] = tension[j, k] - old[k]
-                change = max(change, abs(old[k]))
+                change, before = found[k] - tension[j, k], moved[j, k]
+                largest_change = max(largest_change, abs(change))
+                along += change * before
+                square += before * before
+                tension[j, k], moved[j, k] = found[k], change
             for place in range(row_start[j], row_start[j + 1]):
-                ahead[dof[place]] -= gain[place] * old[span[place]]
+                ahead[dof[place]] -= gain[place] * moved[j, span[place]]
         if driven > 1:
             risen = raise_together(
                 entering, drive, ends, row_start, dof, span, arm, gain, shared, reached, tension, ahead
             )
-            change = max(change, risen)
-        if change <= tolerance * largest:
+            largest_change = max(largest_change, risen)
+        if largest_change <= tolerance * largest:
             break
+        passes += 1
+        if passes > 1 and sweep + 1 < sweeps and along > LEAST_SHARE * square:
+            share = min(along / square, LARGEST_SHARE)
+            leap(share / (1.0 - share), ends, row_start, dof, span, gain, moved, tension, ahead)
+            passes = 0
     for j in range(tendons):
+        for k in range(tension.shape[1]):
+            past[j, k] = tension[j, k] - past[j, k]
         if ends[j] > 0:
             for place in range(row_start[j], row_start[j + 1]):
                 applied[dof[place]] -= arm[place] * (tension[j, span[place]] - reached[j])
@@ -405,6 +580,8 @@ def confine_copies(
     sweeps: int,
     tolerance: float,
     tension: Array,
+    slip: Index,
+    past: Array,
     holes: Array,
     pulls: Array,
     scratch: Array,
@@ -414,8 +591,8 @@ def confine_copies(
 
     Args:
         copies: which of the m robots.
-        entering, turn, ten_J, velocity, passive, bias, constraint, applied, tension: as there, of each: one
-            axis of m more before theirs.
+        entering, turn, ten_J, velocity, passive, bias, constraint, applied, tension, slip, past: as there, of
+            each: one axis of m more before theirs.
         mu, drive, row_start, entry, dof, span, yielding, sweeps, tolerance: as there, of all.
         ends: number of spans of each tendon, shape (t,).
         holes, pulls, scratch, shared: as there.
@@ -443,6 +620,8 @@ def confine_copies(
             sweeps,
             tolerance,
             tension[i],
+            slip[i],
+            past[i],
             holes,
             pulls,
             scratch,

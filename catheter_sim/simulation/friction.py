@@ -11,7 +11,10 @@ MuJoCo has friction loss (a force up to a limit against a velocity), but no caps
 and hands MuJoCo the difference to the actuators' tension as an applied force. With the velocities
 that the coming step would give, it asks for the tensions that stop every span that friction can
 stop. Per tendon that is a convex problem on a chain, which `capstan.span_tensions` solves exactly
-in a few microseconds; tendons that share joints are passed over in turn. At rest the law leaves all
+in a microsecond; tendons that share joints are passed over in turn. Three things save passes and time and
+change what they end at by no more than their tolerance: tensions go on as in the last step
+(`capstan.go_on`), passes that come nearer by the same share each are cut short (`capstan.leap`), and a
+tendon is first taken to slip where it did (`capstan.slip_as_before`). At rest the law leaves all
 tensions as they are, so a held posture does not creep. Inertia enters through each degree of
 freedom's own implicit inertia (armature, damping, stiffness) alone: a lower bound of what the
 integrator uses, so that the law never overcorrects.
@@ -103,14 +106,16 @@ class CapstanFriction:
         self.know_joints()
         self._tension = np.zeros((tendons, spans))
         self._busy = np.zeros(tendons, dtype=np.int64)
-        self._holes = np.zeros((2, tendons, spans))
+        self._slip = np.zeros((tendons, spans), dtype=np.int64)
+        self._past = np.zeros((tendons, spans + 2))
+        self._holes = np.zeros((4, tendons, spans))
         self._pulls = np.zeros((2, len(self._span)))
         self._scratch = np.zeros((7, 2 * max(spans, model.nv, tendons)))
         self._shared = np.zeros((2 * tendons + 4 + model.nv, tendons))
 
     def reset(self) -> None:
         """Forget the history."""
-        self._tension[:] = 0.0
+        self._tension[:], self._slip[:], self._past[:] = 0.0, 0, 0.0
 
     def layout(self) -> LawArrays:
         """Return the law as plain arrays."""
@@ -163,6 +168,8 @@ class CapstanFriction:
             SWEEPS,
             SWEEP_TOLERANCE,
             self._tension,
+            self._slip,
+            self._past,
             self._holes,
             self._pulls,
             self._scratch,

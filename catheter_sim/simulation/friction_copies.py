@@ -43,13 +43,15 @@ class CapstanCopies(CapstanFriction):
         self._turns_of = self._turns.of_copies
         tendons, spans = self._tension.shape
         self._of = np.zeros((2, batch.nsim, tendons, spans))  # tensions and turns
+        self._pasts = np.zeros((batch.nsim, tendons, spans + 2))
+        self._slips = np.zeros((batch.nsim, tendons, spans), dtype=np.int64)
         names = "qpos", "qvel", "site_xpos", "qfrc_passive", "qfrc_bias", "qfrc_constraint"
         self._bound = {name: batch.bind(name) for name in names}
         self._bound["ten_J"] = batch.bind("ten_J") if ten_J is None else ten_J
 
     def forget(self, copies: capstan.Index) -> None:
         """Forget the history of some copies."""
-        self._of[0, copies] = 0.0
+        self._of[0, copies], self._slips[copies], self._pasts[copies] = 0.0, 0, 0.0
 
     def apply_copies(self, copies: capstan.Index, entering: Array, applied: Array) -> None:
         """`apply` in some of the m copies.
@@ -83,6 +85,8 @@ class CapstanCopies(CapstanFriction):
             SWEEPS,
             SWEEP_TOLERANCE,
             tension,
+            self._slips,
+            self._pasts,
             self._holes,
             self._pulls,
             self._scratch,

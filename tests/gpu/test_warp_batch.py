@@ -53,7 +53,16 @@ LOOPS = (
     Loop("mitral_transseptal", (5e-3, 2e-3, 2e-3, 20e-3), "displacement", opens=False),
     Loop("mitral_transseptal@tube", (5e-3, 2e-3, 2e-3, 20e-3), "displacement"),
     Loop("mitral_4dof", (2e-3, 2e-3, 2e-3, 20e-3), "displacement", opens=False),
-    Loop("mitral_4dof", (2e-3, 2e-3, 2e-3, 20e-3), "displacement", ("friction.mu=0.06",), opens=False),
+    # Each jump puts 6 kN into cables for a step: Warp's single precision is 1e-5 m off after it, with or without
+    # friction's law in double.
+    Loop(
+        "mitral_4dof",
+        (2e-3, 2e-3, 2e-3, 20e-3),
+        "displacement",
+        ("friction.mu=0.06",),
+        opens=False,
+        within=3e-4,
+    ),
     Loop("mitral_4dof@elongation", (3e-3, 4e-3, 2e-3, 20e-3), "displacement", within=1e-3),
     Loop("neuroendoscope_section", (2e-3, -2e-3), "displacement", ("friction.mu=0.3",), opens=False),
 )
