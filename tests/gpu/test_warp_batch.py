@@ -53,8 +53,7 @@ LOOPS = (
     Loop("mitral_transseptal", (5e-3, 2e-3, 2e-3, 20e-3), "displacement", opens=False),
     Loop("mitral_transseptal@tube", (5e-3, 2e-3, 2e-3, 20e-3), "displacement"),
     Loop("mitral_4dof", (2e-3, 2e-3, 2e-3, 20e-3), "displacement", opens=False),
-    # Each jump puts 6 kN into cables for a step: Warp's single precision is 1e-5 m off after it, with or without
-    # friction's law in double.
+    # Each jump puts 6 kN into cables for a step, after which Warp's single precision is 1e-5 m off.
     Loop(
         "mitral_4dof",
         (2e-3, 2e-3, 2e-3, 20e-3),
