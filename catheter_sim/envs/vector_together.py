@@ -258,7 +258,13 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
 
     def _observations(self) -> np.ndarray:
         if self.one.pixels:
-            return np.stack([self._picture(one) for one in range(self.num_envs)])
+            shape = self.single_observation_space.shape or ()
+            return np.stack(
+                [
+                    np.zeros(shape, dtype=np.uint8) if state is None else self._picture(one)
+                    for one, state in enumerate(self._states)
+                ]
+            )
         return observe(self.plant, self._now, self._goal(), self.one.state_space, self._more_parts())
 
     def _more_parts(self) -> Mapping[str, Array]:

@@ -46,6 +46,27 @@ def test_picture_has_its_shape_and_holds_robot_and_target(env: ReachEnv) -> None
     assert (other & ~green(image)).sum() > 200
 
 
+@pytest.mark.slow
+def test_small_picture_is_the_mean_of_a_large_one(env: ReachEnv) -> None:
+    """Drawn coarsely and averaged, it differs little from a fine one averaged; the target stays green."""
+    arguments = {"observation": "pixels", "width": WIDTH // 5, "height": HEIGHT // 5}
+    small = gymnasium.make("catheter_sim/NeuroendoscopeSectionReach-v0", **arguments)
+    seen, info = small.reset(seed=3)
+    env.reset(seed=3)
+    assert env.target_m == pytest.approx(info["target_m"], abs=1e-12)
+    large = env.render()
+    assert large is not None
+    mean = large.reshape(HEIGHT // 5, 5, WIDTH // 5, 5, 3).mean(axis=(1, 3))
+    assert seen.shape == mean.shape
+    robot = np.abs(mean - mean[0, 0]).max(axis=2) > 30.0
+    assert robot.sum() > 20
+    apart = np.abs(seen - mean).max(axis=2)
+    assert apart.mean() < 2.0
+    assert apart[robot].mean() < 25.0
+    assert green(seen).any()
+    small.close()
+
+
 def test_target_is_drawn_where_the_camera_sees_it(env: ReachEnv) -> None:
     """The green pixels' centre is the target, projected by the camera's matrix, within a pixel."""
     side = next(view for view in views(env.plant.simulator.robot) if view.name == "side")

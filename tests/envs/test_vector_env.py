@@ -343,6 +343,16 @@ def test_pixels_are_those_of_single_environments() -> None:
 
 
 @pytest.mark.slow
+def test_pixels_of_what_was_never_reset_are_black() -> None:
+    """The first reset may be of some copies only."""
+    env = vector(count=2, observation="pixels")
+    seen, _ = env.reset(seed=0, options={"reset_mask": np.array([False, True])})
+    assert not seen[0].any()
+    assert seen[1].any()
+    env.close()
+
+
+@pytest.mark.slow
 def test_gymnasium_finds_nothing_to_complain_about_in_pixels() -> None:
     """`check_env` passes with pictures as observations."""
     env = gymnasium.make(SECTION, observation="pixels", width=48, height=32).unwrapped
