@@ -136,7 +136,10 @@ def test_capstan_bounds_always_hold(seed, count):
     wrong=st.booleans(),
 )
 def test_slipping_as_before_is_believed_only_where_it_is_right(seed, count, drive, wrong):
-    """One solution with the right slips, from wherever it starts; with wrong ones that solution or none."""
+    """One solution with the right slips, from wherever it starts; with wrong ones that solution or none.
+
+    Of a tendon that the actuator leaves slack it says nothing.
+    """
     rng = np.random.default_rng(seed)
     case = span_problem(rng, count) | {"drive": drive}
     expected, slip = settled(case)
@@ -145,7 +148,7 @@ def test_slipping_as_before_is_believed_only_where_it_is_right(seed, count, driv
     start = case["tension"] * rng.uniform(0.5, 2.0, count)
     rate = case["rate"] - case["response"] * (start - case["tension"])
     found, _, _ = solved(case, start, rate, slip)
-    assert found is not None or wrong
+    assert found is not None or wrong or not expected.any()
     if found is not None:
         assert found == pytest.approx(expected, rel=1e-9)
 
