@@ -17,7 +17,7 @@ from catheter_sim.render.projection import PinholeCamera, project, projection_ma
 WIDTH, HEIGHT = 320, 240
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture  # of each test its own: in MuJoCo 3.17 a renderer that is closed spoils those that are open
 def env() -> Iterator[ReachEnv]:
     made = gymnasium.make(
         "catheter_sim/NeuroendoscopeSectionReach-v0", render_mode="rgb_array", width=WIDTH, height=HEIGHT
