@@ -11,8 +11,8 @@ MuJoCo has friction loss (a force up to a limit against a velocity), but no caps
 and hands MuJoCo the difference to the actuators' tension as an applied force. With the velocities
 that the coming step would give, it asks for the tensions that stop every span that friction can
 stop. Per tendon that is a convex problem on a chain, which `capstan.span_tensions` solves exactly
-in a microsecond; tendons that share joints are passed over in turn. Three things save passes and time and
-change what they end at by no more than their tolerance: tensions go on as in the last step
+in a microsecond; tendons that share joints are passed over in turn, until none changes by more than a
+tolerance. Three things save passes and time on the way there: tensions go on as in the last step
 (`capstan.go_on`), passes that come nearer by the same share each are cut short (`capstan.leap`), and a
 tendon is first taken to slip where it did (`capstan.slip_as_before`). At rest the law leaves all
 tensions as they are, so a held posture does not creep. Inertia enters through each degree of

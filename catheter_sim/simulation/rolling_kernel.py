@@ -143,8 +143,7 @@ def turns(qpos: Array, qpos_index: Index, joint: Array, rod: Array, ends: Index,
             z3 = rise + reach * sine - below * cosine
             x1, z1 = offset + clearance - x3, joint[k, LENGTH] - rod[k, j, SINK] - z3
             x2, z2 = offset - clearance - x3, rod[k, j, MOUTH] - z3
-            # less than a quarter turn each way: no need of the dearer atan2
-            turn[j, k + 1] = 2.0 * abs(math.atan((x1 * z2 - z1 * x2) / (x1 * x2 + z1 * z2)))
+            turn[j, k + 1] = 2.0 * abs(math.atan2(x1 * z2 - z1 * x2, x1 * x2 + z1 * z2))
 
 
 @compiled
