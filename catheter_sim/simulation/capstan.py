@@ -11,10 +11,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.compiled import compiled
+from catheter_sim.compiled import compiled_in_place
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+# Of what picks from other arrays: one that may be below zero would have to be asked each time.
+Places = NDArray[np.uint64]
 
 # Passes over the tendons come nearer to the end by much the same share each: where the last two agree on it,
 # the rest of the way is taken at once. No share above this is believed, and none below the other is worth it.
@@ -22,9 +24,32 @@ LARGEST_SHARE, LEAST_SHARE = 0.95, 0.1
 # Of a span whose length no joint changes, as of a rod that crosses a joint on the joint's own line: its
 # tension does nothing and keeps its value. Small against that of any span with an arm (1e-6 to 1e-3).
 LEAST_RESPONSE = 1e-12  # m/s/N
+SMALL = 0.1  # of x in exp(x): the first term that its series leaves out, x^10 / 10!, is below 3e-17
 
 
-@compiled
+@compiled_in_place
+def grow(mu: float, turn: Array, count: int, factor: Array, shrink: Array) -> None:
+    """Write exp(mu turn) and one over it into `factor` and `shrink`, shape (n,), of the first `count` turns.
+
+    Where all are small, as nearly always, by the even and odd parts of the series, several at once.
+    """
+    large = 0
+    for k in range(count):
+        large += mu * turn[k] > SMALL
+    if large > 0:
+        for k in range(count):
+            factor[k] = math.exp(mu * turn[k])
+            shrink[k] = 1.0 / factor[k]
+        return
+    for k in range(count):
+        x = mu * turn[k]
+        s = x * x
+        even = 1.0 + s * (1 / 2 + s * (1 / 24 + s * (1 / 720 + s / 40320)))
+        odd = x * (1.0 + s * (1 / 6 + s * (1 / 120 + s * (1 / 5040 + s / 362880))))
+        factor[k], shrink[k] = even + odd, even - odd
+
+
+@compiled_in_place
 def span_tensions(
     entering: float,
     drive: float,
@@ -127,7 +152,7 @@ def span_tensions(
     return entering
 
 
-@compiled
+@compiled_in_place
 def slip_as_before(
     entering: float,
     drive: float,
@@ -184,7 +209,7 @@ def slip_as_before(
     return entering
 
 
-@compiled
+@compiled_in_place
 def busy_spans(entering: Array, drive: Array, ends: Index, tension: Array, busy: Index) -> None:
     """Write each tendon's number of spans into `busy`, shape (t,), 0 where it is slack before and after.
 
@@ -201,9 +226,9 @@ def busy_spans(entering: Array, drive: Array, ends: Index, tension: Array, busy:
                 break
 
 
-@compiled
+@compiled_in_place
 def couple(
-    ends: Index, drive: Array, row_start: Index, dof: Index, arm: Array, gain: Array, shared: Array
+    ends: Index, drive: Array, row_start: Places, dof: Places, arm: Array, gain: Array, shared: Array
 ) -> int:
     """Write how the driven tendons' lengthening answers to tensions that rise alike in all spans.
 
@@ -237,14 +262,14 @@ def couple(
     return driven
 
 
-@compiled
+@compiled_in_place
 def raise_together(
     entering: Array,
     drive: Array,
     ends: Index,
-    row_start: Index,
-    dof: Index,
-    span: Index,
+    row_start: Places,
+    dof: Places,
+    span: Places,
     arm: Array,
     gain: Array,
     shared: Array,
@@ -335,7 +360,7 @@ def raise_together(
     return change
 
 
-@compiled
+@compiled_in_place
 def go_on(entering: Array, ends: Index, tension: Array, past: Array) -> None:
     """Let all tensions change as they did in the last step, as far as what is pulled does so too.
 
@@ -364,13 +389,13 @@ def go_on(entering: Array, ends: Index, tension: Array, past: Array) -> None:
             past[j, k] = old
 
 
-@compiled
+@compiled_in_place
 def leap(
     times: float,
     ends: Index,
-    row_start: Index,
-    dof: Index,
-    span: Index,
+    row_start: Places,
+    dof: Places,
+    span: Places,
     gain: Array,
     moved: Array,
     tension: Array,
@@ -396,7 +421,7 @@ def leap(
                 ahead[dof[place]] -= gain[place] * moved[j, span[place]]
 
 
-@compiled
+@compiled_in_place
 def confine(
     mu: float,
     entering: Array,
@@ -404,10 +429,10 @@ def confine(
     turn: Array,
     ends: Index,
     ten_J: Array,
-    row_start: Index,
-    entry: Index,
-    dof: Index,
-    span: Index,
+    row_start: Places,
+    entry: Places,
+    dof: Places,
+    span: Places,
     velocity: Array,
     passive: Array,
     bias: Array,
@@ -460,20 +485,14 @@ def confine(
     for i in range(velocity.shape[0]):
         ahead[i] = velocity[i] + yielding[i] * (passive[i] - bias[i] + applied[i] + constraint[i])
     go_on(entering, ends, tension, past)
-    largest, last = 0.0, -1
+    largest = 0.0
     for j in range(tendons):
         largest = max(largest, entering[j])
         reached[j] = max(entering[j], 0.0)
         if ends[j] == 0:
             continue
-        for k in range(ends[j]):
-            if last >= 0 and k < ends[last] and turn[j, k] == turn[last, k]:  # side by side in a plane
-                factor[j, k], shrink[j, k] = factor[last, k], shrink[last, k]
-            else:
-                factor[j, k] = math.exp(mu * turn[j, k])
-                shrink[j, k] = 1.0 / factor[j, k]
-            response[j, k] = LEAST_RESPONSE
-        last = j
+        grow(mu, turn[j], ends[j], factor[j], shrink[j])
+        response[j, : ends[j]] = LEAST_RESPONSE
         for place in range(row_start[j], row_start[j + 1]):
             i, k = dof[place], span[place]
             arm[place] = ten_J[entry[place]]
@@ -550,15 +569,15 @@ def confine(
                 applied[dof[place]] -= arm[place] * (tension[j, span[place]] - reached[j])
 
 
-@compiled
-def add_pull(ten_J: Array, row_start: Index, entry: Index, dof: Index, pull: Array, torque: Array) -> None:
+@compiled_in_place
+def add_pull(ten_J: Array, row_start: Places, entry: Places, dof: Places, pull: Array, torque: Array) -> None:
     """Add the generalised force of tendons pulled by `pull` (one each) to `torque`, shape (nv,)."""
     for row in range(pull.shape[0]):
         for place in range(row_start[row], row_start[row + 1]):
             torque[dof[place]] -= ten_J[entry[place]] * pull[row]
 
 
-@compiled
+@compiled_in_place
 def confine_copies(
     copies: Index,
     mu: float,
@@ -567,10 +586,10 @@ def confine_copies(
     turn: Array,
     ends: Index,
     ten_J: Array,
-    row_start: Index,
-    entry: Index,
-    dof: Index,
-    span: Index,
+    row_start: Places,
+    entry: Places,
+    dof: Places,
+    span: Places,
     velocity: Array,
     passive: Array,
     bias: Array,
@@ -586,6 +605,7 @@ def confine_copies(
     pulls: Array,
     scratch: Array,
     shared: Array,
+    busy: Index,
 ) -> None:
     """`confine` many robots.
 
@@ -596,8 +616,8 @@ def confine_copies(
         mu, drive, row_start, entry, dof, span, yielding, sweeps, tolerance: as there, of all.
         ends: number of spans of each tendon, shape (t,).
         holes, pulls, scratch, shared: as there.
+        busy: workspace, shape (t,).
     """
-    busy = np.empty_like(ends)
     for i in copies:
         busy_spans(entering[i], drive, ends, tension[i], busy)
         confine(

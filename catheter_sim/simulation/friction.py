@@ -99,14 +99,14 @@ class CapstanFriction:
         spans, tendons = layout.spans, len(layout.names)
         self._inside = np.arange(1, spans + 1) <= self._ends[:, np.newaxis]  # (t, n)
         self._rows = TendonRows(model, layout.names, set(layout.span_of_dof))
-        self._span = np.array([layout.span_of_dof[int(dof)] for dof in self._rows.columns])
+        self._span = np.array([layout.span_of_dof[int(dof)] for dof in self._rows.columns], np.uint64)
         self._timestep = float(model.opt.timestep)
         self._drive = drive_stiffness * self._timestep
         self._model = model
         self.know_joints()
         self._tension = np.zeros((tendons, spans))
         self._busy = np.zeros(tendons, dtype=np.int64)
-        self._slip = np.zeros((tendons, spans), dtype=np.int64)
+        self._slip = np.zeros((tendons, spans), dtype=np.int8)
         self._past = np.zeros((tendons, spans + 2))
         self._holes = np.zeros((4, tendons, spans))
         self._pulls = np.zeros((2, len(self._span)))

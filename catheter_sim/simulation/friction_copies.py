@@ -44,7 +44,7 @@ class CapstanCopies(CapstanFriction):
         tendons, spans = self._tension.shape
         self._of = np.zeros((2, batch.nsim, tendons, spans))  # tensions and turns
         self._pasts = np.zeros((batch.nsim, tendons, spans + 2))
-        self._slips = np.zeros((batch.nsim, tendons, spans), dtype=np.int64)
+        self._slips = np.zeros((batch.nsim, tendons, spans), dtype=np.int8)
         names = "qpos", "qvel", "site_xpos", "qfrc_passive", "qfrc_bias", "qfrc_constraint"
         self._bound = {name: batch.bind(name) for name in names}
         self._bound["ten_J"] = batch.bind("ten_J") if ten_J is None else ten_J
@@ -91,4 +91,5 @@ class CapstanCopies(CapstanFriction):
             self._pulls,
             self._scratch,
             self._shared,
+            self._busy,
         )

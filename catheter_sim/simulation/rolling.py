@@ -205,7 +205,9 @@ class RodTurns:
         self._joint, self._rod = rolling_kernel.pack(chain)
         self._ends = chain.last.astype(np.int64)
         self._qpos = model.jnt_qposadr[_joint_ids(robot, model)].astype(np.int64)
+        self._hole = rolling_kernel.pack_holes(chain)
         self._turn = np.zeros((chain.pulled, chain.joints))
+        self._bent = np.zeros((7, chain.joints))
 
     def arrays(self) -> tuple[Array, Array, rolling_kernel.Index]:
         """Return `joint` and `rod` of `rolling_kernel.pack`, and where the hinges' angles are."""
@@ -221,9 +223,11 @@ class RodTurns:
             ends: of each rod the gaps that matter, 0 where none does; default: all, shape (t,).
         """
         last = self._ends if ends is None else ends
-        rolling_kernel.turns(data.qpos, self._qpos, self._joint, self._rod, last, self._turn)
+        rolling_kernel.turns(data.qpos, self._qpos, self._joint, self._hole, last, self._turn, self._bent)
         return self._turn
 
     def of_copies(self, copies: rolling_kernel.Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
         """Write the turns of some of m copies into `turn`, (m, t, n); see `tendon_spans.Turns.of_copies`."""
-        rolling_kernel.turns_of(copies, qpos, self._qpos, self._joint, self._rod, self._ends, turn)
+        rolling_kernel.turns_of(
+            copies, qpos, self._qpos, self._joint, self._hole, self._ends, turn, self._bent
+        )

@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.compiled import compiled
+from catheter_sim.compiled import compiled_in_place
 from catheter_sim.statics.rolling.chain import RollingChain
 
 Array = NDArray[np.float64]
@@ -27,6 +27,7 @@ RADIUS_POSITIVE, RADIUS_NEGATIVE, LINE, LENGTH = range(4)
 REST, SLEEVE, CUBIC, QUINTIC, LOW, HIGH = range(4, 10)
 # Columns of `rod`: STIFFNESS is 0 where the rod does not pass, CLEARANCE has the sign of its side.
 STIFFNESS, REST_CURVATURE, OFFSET, MOUTH, SINK, CLEARANCE = range(6)
+SMALL = 0.1  # of t in atan(t): the first term that its series leaves out, t^15 / 15, is below 7e-17
 
 
 def pack(chain: RollingChain) -> tuple[Array, Array]:
@@ -60,7 +61,21 @@ def pack(chain: RollingChain) -> tuple[Array, Array]:
     return joint, np.ascontiguousarray(rod.transpose(1, 0, 2))
 
 
-@compiled
+def pack_holes(chain: RollingChain) -> Array:
+    """Return what the turns need of the pulled rods' holes, shape (t, 4, n) [m].
+
+    That is the lines along which a rod lies in the bent and in the straight hole, `offset` plus and minus
+    `clearance`, the mouth below the gap, and the countersink's depth below the next link's top.
+    """
+    joint, rod = pack(chain)
+    pulled = rod[:, : chain.pulled]
+    near = pulled[:, :, OFFSET] + pulled[:, :, CLEARANCE]
+    far = pulled[:, :, OFFSET] - pulled[:, :, CLEARANCE]
+    top = joint[:, LENGTH, np.newaxis] - pulled[:, :, SINK]
+    return np.ascontiguousarray(np.stack([near, far, pulled[:, :, MOUTH], top]).transpose(2, 0, 1))
+
+
+@compiled_in_place
 def place(
     qpos: Array,
     qpos_index: Index,
@@ -94,7 +109,7 @@ def place(
         face = length[k]
 
 
-@compiled
+@compiled_in_place
 def resist(qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: Index, torque: Array) -> None:
     """Take the moments with which rods and sleeve resist bending from `torque`, shape (nv,) [N m].
 
@@ -121,39 +136,67 @@ def resist(qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: 
         torque[dof_index[k]] -= moment + joint[k, SLEEVE] * (theta - joint[k, REST])
 
 
-@compiled
-def turns(qpos: Array, qpos_index: Index, joint: Array, rod: Array, ends: Index, turn: Array) -> None:
+@compiled_in_place
+def turns(
+    qpos: Array, qpos_index: Index, joint: Array, hole: Array, ends: Index, turn: Array, bent: Array
+) -> None:
     """Write the turn of each pulled rod before each gap into `turn`, shape (t, n) [rad].
 
     chest_tube_2025, Eqs 2-4, as in `joint.turn`: the size of the turn in the link below the gap. Nothing
     is written for the base's hole, nor beyond the last joint that a rod passes, `ends[j]` joints.
+
+    Args:
+        qpos, qpos_index, joint: as in `place`.
+        hole: see `pack_holes`.
+        ends: shape (t,).
+        turn: out.
+        bent: workspace, shape (7, n).
     """
+    sine, cosine, rolled, across, along, cross, dot = (
+        bent[0],
+        bent[1],
+        bent[2],
+        bent[3],
+        bent[4],
+        bent[5],
+        bent[6],
+    )
     for k in range(joint.shape[0] - 1):
         theta = qpos[qpos_index[k]]
         radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
-        sine, cosine = math.sin(theta), math.cos(theta)
-        rise = radius * (1.0 - cosine)
         below = joint[k - 1, LENGTH] if k > 0 else joint[0, LENGTH]
-        for j in range(turn.shape[0]):
-            if k + 1 >= ends[j]:
-                continue
-            offset, clearance = rod[k, j, OFFSET], rod[k, j, CLEARANCE]
-            reach = offset + clearance - radius * theta
-            x3 = radius * sine + reach * cosine + below * sine
-            z3 = rise + reach * sine - below * cosine
-            x1, z1 = offset + clearance - x3, joint[k, LENGTH] - rod[k, j, SINK] - z3
-            x2, z2 = offset - clearance - x3, rod[k, j, MOUTH] - z3
-            turn[j, k + 1] = 2.0 * abs(math.atan2(x1 * z2 - z1 * x2, x1 * x2 + z1 * z2))
+        sine[k], cosine[k], rolled[k] = math.sin(theta), math.cos(theta), radius * theta
+        across[k] = (radius + below) * sine[k]
+        along[k] = radius * (1.0 - cosine[k]) - below * cosine[k]
+    for j in range(turn.shape[0]):
+        near, far, mouth, top = hole[j, 0], hole[j, 1], hole[j, 2], hole[j, 3]
+        own, gaps, large = turn[j], ends[j] - 1, 0
+        for k in range(gaps):
+            reach = near[k] - rolled[k]
+            x3, z3 = across[k] + reach * cosine[k], along[k] + reach * sine[k]
+            x1, z1 = near[k] - x3, top[k] - z3
+            x2, z2 = far[k] - x3, mouth[k] - z3
+            cross[k], dot[k] = x1 * z2 - z1 * x2, x1 * x2 + z1 * z2
+            large += abs(cross[k]) >= SMALL * dot[k]
+        if large > 0:
+            for k in range(gaps):
+                own[k + 1] = 2.0 * abs(math.atan2(cross[k], dot[k]))
+            continue
+        for k in range(gaps):  # nearly always: the same by its series, several at once
+            t = cross[k] / dot[k]
+            s = t * t
+            series = 1.0 + s * (-1 / 3 + s * (1 / 5 + s * (-1 / 7 + s * (1 / 9 + s * (-1 / 11 + s / 13)))))
+            own[k + 1] = 2.0 * abs(t * series)
 
 
-@compiled
+@compiled_in_place
 def place_tops(length: Array, link: Index, depth: Array, site_index: Index, site_pos: Array) -> None:
     """Move what lies at fixed depths below the links' tops, shapes (s,) [m], in MuJoCo's `site_pos`."""
     for i in range(link.shape[0]):
         site_pos[site_index[i], 2] = length[link[i]] - depth[i]
 
 
-@compiled
+@compiled_in_place
 def compress(
     span_tension: Array,
     ends: Index,
@@ -196,7 +239,7 @@ def compress(
         length[k] = free_length[k] - inside * compliance[k]
 
 
-@compiled
+@compiled_in_place
 def place_copies(
     copies: Index,
     qpos: Array,
@@ -214,7 +257,7 @@ def place_copies(
         place(qpos[i], qpos_index, joint, axis, length, joint_index, body_index, jnt_pos[i], body_pos[i])
 
 
-@compiled
+@compiled_in_place
 def resist_copies(
     copies: Index, qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: Index, torque: Array
 ) -> None:
@@ -223,10 +266,17 @@ def resist_copies(
         resist(qpos[i], qpos_index, joint, rod, dof_index, torque[i])
 
 
-@compiled
+@compiled_in_place
 def turns_of(
-    copies: Index, qpos: Array, qpos_index: Index, joint: Array, rod: Array, ends: Index, turn: Array
+    copies: Index,
+    qpos: Array,
+    qpos_index: Index,
+    joint: Array,
+    hole: Array,
+    ends: Index,
+    turn: Array,
+    bent: Array,
 ) -> None:
     """`turns` of many robots: `qpos` (m, nq) and `turn` (m, t, n); `copies` picks some of them."""
     for i in copies:
-        turns(qpos[i], qpos_index, joint, rod, ends, turn[i])
+        turns(qpos[i], qpos_index, joint, hole, ends, turn[i], bent)

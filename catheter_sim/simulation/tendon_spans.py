@@ -102,7 +102,12 @@ class PairTurns:
 
 
 class TendonRows:
-    """Where the nonzero entries of chosen tendons' d(length)/d(q) lie in MuJoCo's sparse rows."""
+    """Where the nonzero entries of chosen tendons' d(length)/d(q) lie in MuJoCo's sparse rows.
+
+    Attributes:
+        entries, columns: place in `ten_J` and degree of freedom of each, shape (e,).
+        starts: first of each tendon, and behind the last, shape (t + 1,).
+    """
 
     def __init__(self, model: mujoco.MjModel, names: list[str], dofs: set[int]) -> None:
         entries: list[int] = []
@@ -116,9 +121,9 @@ class TendonRows:
                     entries.append(entry)
                     columns.append(int(model.ten_J_colind[entry]))
             starts.append(len(entries))
-        self.entries = np.array(entries, dtype=int)
-        self.columns = np.array(columns, dtype=int)
-        self.starts = np.array(starts, dtype=int)
+        self.entries = np.array(entries, dtype=np.uint64)
+        self.columns = np.array(columns, dtype=np.uint64)
+        self.starts = np.array(starts, dtype=np.uint64)
 
 
 def span_counts(robot: Robot) -> np.ndarray:

@@ -11,13 +11,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.compiled import compiled
+from catheter_sim.compiled import compiled_in_place
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-@compiled
+@compiled_in_place
 def planar_turns(qpos: Array, joint_index: Index, turn: Array) -> None:
     """Write the turns of all tendons of a planar robot into `turn`, shape (t, n) [rad].
 
@@ -33,7 +33,7 @@ def planar_turns(qpos: Array, joint_index: Index, turn: Array) -> None:
             turn[j, k] = value
 
 
-@compiled
+@compiled_in_place
 def spatial_turns(points: Array, site_index: Index, ends: Index, turn: Array) -> None:
     """Write the turns of tendons given by their holes' positions into `turn`, shape (t, n) [rad].
 
@@ -51,14 +51,14 @@ def spatial_turns(points: Array, site_index: Index, ends: Index, turn: Array) ->
             ax, ay, az = bx, by, bz
 
 
-@compiled
+@compiled_in_place
 def planar_turns_of(copies: Index, qpos: Array, joint_index: Index, turn: Array) -> None:
     """`planar_turns` of many robots: `qpos` (m, nq) and `turn` (m, t, n); `copies` picks some of them."""
     for i in copies:
         planar_turns(qpos[i], joint_index, turn[i])
 
 
-@compiled
+@compiled_in_place
 def spatial_turns_of(copies: Index, points: Array, site_index: Index, ends: Index, turn: Array) -> None:
     """`spatial_turns` of many robots: `points` (m, s, 3) and `turn` (m, t, n); `copies` picks some."""
     for i in copies:
