@@ -48,7 +48,7 @@ def solved(case, tension, rate=None, slip=None, drawn=None):
     """
     count = len(tension)
     solve = capstan.span_tensions if slip is None else capstan.slip_as_before
-    slip = np.zeros(count, dtype=np.int64) if slip is None else slip
+    slip = np.zeros(count, dtype=np.int8) if slip is None else slip
     found, scratch = np.zeros(count), np.zeros((3, 2 * count + 2))
     factor, rate = case["factor"], case["rate"] if rate is None else rate
     first = [case["entering"], case.get("drive", 0.0)]
@@ -190,6 +190,17 @@ def test_passes_end_near_enough_to_where_they_would_end(monkeypatch):
     assert np.linalg.norm(ours - ended, axis=1).max() < 3e-5
 
 
+@pytest.mark.parametrize("largest", [0.09, 0.11, 3.0])
+def test_tension_grows_exponentially_over_small_and_large_turns(largest):
+    """exp(mu turn) and one over it to four roundings, on either side of where the series ends."""
+    turn = np.linspace(0.0, 2.0 * largest, 101)
+    factor, shrink = np.full(101, np.nan), np.full(101, np.nan)
+    capstan.grow(0.5, turn, 100, factor, shrink)
+    assert factor[:-1] == pytest.approx(np.exp(0.5 * turn[:-1]), rel=1e-15, abs=0.0)
+    assert shrink[:-1] == pytest.approx(np.exp(-0.5 * turn[:-1]), rel=1e-15, abs=0.0)
+    assert np.isnan([factor[-1], shrink[-1]]).all(), "beyond the count"
+
+
 def test_turns_in_space_are_those_in_the_plane():
     """The turns computed from the holes' positions equal half the sum of adjoining cell angles."""
     robot = section()
@@ -303,10 +314,12 @@ def test_tendons_on_stiff_drives_come_to_their_common_optimum(seed):
     entering, velocity = 100.0 * generator.normal(size=t), 0.1 * generator.normal(size=n)
     tension, applied = np.full((t, n), 50.0), np.zeros(n)
     zeros = np.zeros(n)
+    starts, entries = np.arange(0, n * t + 1, n, dtype=np.uint64), np.arange(n * t, dtype=np.uint64)
+    columns = np.tile(np.arange(n, dtype=np.uint64), t)
     capstan.confine(
-        *(0.0, entering, drive, np.zeros((t, n)), np.full(t, n), arm.T.ravel(), np.arange(0, n * t + 1, n)),
-        *(np.arange(n * t), np.tile(np.arange(n), t), np.tile(np.arange(n), t), velocity),
-        *(zeros, zeros, zeros, applied, gain, 20, 1e-4, tension, np.zeros((t, n), dtype=np.int64)),
+        *(0.0, entering, drive, np.zeros((t, n)), np.full(t, n), arm.T.ravel()),
+        *(starts, entries, columns, columns, velocity),
+        *(zeros, zeros, zeros, applied, gain, 20, 1e-4, tension, np.zeros((t, n), dtype=np.int8)),
         *(np.zeros((t, n + 2)), np.zeros((4, t, n)), np.zeros((2, n * t))),
         *(np.zeros((7, 20)), np.zeros((2 * t + 4 + n, t))),
     )
