@@ -7,6 +7,7 @@ same quantity carries in files, and the factor from the SI value to the file val
 from __future__ import annotations
 
 import math
+from functools import cache
 
 # SI suffix -> (file suffix, file value = SI value * factor). Longest suffix wins.
 SI_TO_FILE: dict[str, tuple[str, float]] = {
@@ -27,6 +28,7 @@ SI_TO_FILE: dict[str, tuple[str, float]] = {
 _LONGEST_FIRST = sorted(SI_TO_FILE, key=len, reverse=True)
 
 
+@cache
 def file_name(si_name: str) -> tuple[str, float]:
     """Return the file's name for the SI field `si_name` and the factor from SI to the file's unit."""
     for suffix in _LONGEST_FIRST:

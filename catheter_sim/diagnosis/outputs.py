@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -44,24 +45,49 @@ def output_columns(
         moved: angles of a catheter's joints by column, shape (r,) each [rad].
     """
     disks, p_w, R_w = frames
+    last = body_count(robot) - 1
+    at, disk, axis, others = _places(tuple(columns), tuple(disks), last)
+    names = [name for _, name in others]
+    turned = [list(disks).index(last)] if any(name in _QUATERNION for name in names) else []
+    result = np.empty((len(tension), len(columns)))
     values: dict[str, Array] = {}
     if len(disks):
-        last = body_count(robot) - 1
-        p_w, R_w = observed_frames(robot, p_w, R_w)
-        for place, index in enumerate(disks):
-            for axis, letter in enumerate("xyz"):
-                values[f"body_{index + 1}_{letter}_mm"] = p_w[:, place, axis] * 1e3
-                if index == last:
-                    values[f"tip_{letter}_mm"] = p_w[:, place, axis] * 1e3
-            if index == last and any(name in _QUATERNION for name in columns):
-                values |= _quaternions(R_w[:, place])
-    if any(name.startswith("joint_") for name in columns):
+        p_w, R_w = observed_frames(robot, p_w, R_w[:, turned])
+        result[:, at] = p_w[:, disk, axis] * 1e3
+        values |= _quaternions(R_w[:, 0]) if turned else {}
+    if not others:
+        return result
+    if any(name.startswith("joint_") for name in names):
         angles = np.degrees(joint_angles())
         values |= {f"joint_{name}_deg": angles[:, i] for i, name in enumerate(joint_names(robot))}
     values |= {name: np.degrees(angle) for name, angle in (moved or {}).items()}
-    names = [tendon.name for tendon in robot.tendons]
-    values |= {f"tension_{name}_N": tension[:, i] for i, name in enumerate(names)}
-    return np.stack([values[name] for name in columns], axis=1)
+    tendons = [tendon.name for tendon in robot.tendons]
+    values |= {f"tension_{name}_N": tension[:, i] for i, name in enumerate(tendons)}
+    for column, name in others:
+        result[:, column] = values[name]
+    return result
+
+
+@lru_cache(maxsize=64)  # a diagnosis asks for the same columns of every robot
+def _places(
+    columns: tuple[str, ...], disks: tuple[int, ...], last: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[tuple[int, str], ...]]:
+    """Return which columns are coordinates, each one's place in `disks` and axis; then all the others.
+
+    Args:
+        columns: names.
+        disks: indices.
+        last: the disk at the tip.
+    """
+    coordinates = {
+        f"{body}_{letter}_mm": (place, axis)
+        for place, index in enumerate(disks)
+        for body in (f"body_{index + 1}", *(["tip"] if index == last else []))
+        for axis, letter in enumerate("xyz")
+    }
+    found = [(at, *coordinates[name]) for at, name in enumerate(columns) if name in coordinates]
+    at, disk, axis = np.array(found, dtype=np.intp).reshape(-1, 3).T
+    return at, disk, axis, tuple((i, name) for i, name in enumerate(columns) if name not in coordinates)
 
 
 def _quaternions(R_w: Array) -> dict[str, Array]:

@@ -76,7 +76,7 @@ def each(place: Workers, call: Callable[..., T], arguments: Sequence[tuple[Any, 
     Raises:
         InputError: processes were killed again and again.
     """
-    names = [_name(call, item) if place.kept else "" for item in arguments]
+    names = _names(call, arguments) if place.kept else [""] * len(arguments)
     found: dict[int, bytes] = {}
     for index, name in enumerate(names):
         whole = place.kept / name if place.kept else None
@@ -125,10 +125,17 @@ def _keep(path: Path, result: bytes) -> None:
         file.write(result)
 
 
-def _name(call: Callable[..., T], arguments: tuple[Any, ...]) -> str:
-    """Return the file name of a call's result."""
-    question = _source(), call.__module__, call.__qualname__, arguments
-    return f"{joblib.hash(question, hash_name='sha1')}.pickle"
+def _names(call: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> list[str]:
+    """Return the file names of calls' results."""
+    hashes: dict[int, str] = {}  # by identity: the calls share their largest arguments, hashed once
+
+    def hash_of(argument: Any) -> str:
+        if id(argument) not in hashes:
+            hashes[id(argument)] = _hash(argument)
+        return hashes[id(argument)]
+
+    asked = _source(), call.__module__, call.__qualname__
+    return [f"{_hash((*asked, *map(hash_of, item)))}.pickle" for item in arguments]
 
 
 @cache
@@ -136,7 +143,11 @@ def _source() -> str:
     """Return a hash of what the package and its arithmetic are made of."""
     folder = Path(catheter_sim.__file__).parent
     texts = [path.read_bytes() for path in sorted(folder.rglob("*.py"))]
-    return str(joblib.hash((texts, numpy.__version__, scipy.__version__), hash_name="sha1"))
+    return _hash((texts, numpy.__version__, scipy.__version__))
+
+
+def _hash(value: Any) -> str:
+    return str(joblib.hash(value, hash_name="sha1"))
 
 
 @contextmanager

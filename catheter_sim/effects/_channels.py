@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -24,7 +25,11 @@ def channels(robot: Robot) -> list[str]:
 
 def common_and_each(robot: Robot, common: Parameter, each: str) -> tuple[Parameter, ...]:
     """Return the common parameter, and for several channels the same named by `each` (with `{}`)."""
-    names = channels(robot)
+    return _common_and_each(tuple(channels(robot)), common, each)
+
+
+@lru_cache(maxsize=256)  # a diagnosis asks for the same of every robot
+def _common_and_each(names: tuple[str, ...], common: Parameter, each: str) -> tuple[Parameter, ...]:
     if len(names) == 1:
         return (common,)
     return (common, *(replace(common, name=each.format(name)) for name in names))

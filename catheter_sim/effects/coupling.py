@@ -78,6 +78,9 @@ def _advanced(robot: CatheterRobot) -> set[str]:
 
 def _pairs(robot: Robot) -> list[tuple[str, str]]:
     """Return the ordered pairs of sections or joints of which the first can act on the second."""
+    if isinstance(robot, CatheterRobot):
+        advanced = _advanced(robot)
+        return [pair for pair in permutations(channels(robot), 2) if pair[1] not in advanced]
     parts = np.array(_parts(robot))
     share = _shares(robot)
     return [
@@ -117,7 +120,8 @@ def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
 
 def _members(robot: Robot) -> Array:
     """Return 1 where a tendon (row) is of a channel (column), shape (t, c)."""
-    return np.array([[float(own == name) for name in channels(robot)] for own in channel_of(robot)])
+    names = channels(robot)
+    return np.array([[float(own == name) for name in names] for own in channel_of(robot)])
 
 
 EFFECT = Effect(

@@ -13,13 +13,14 @@ from catheter_sim.robots.posture import Array, Posture
 
 _ROTATION = ("rotation_x_deg", "rotation_y_deg", "rotation_z_deg")
 _TRANSLATION = ("translation_x_mm", "translation_y_mm", "translation_z_mm")
+_PARAMETERS = (
+    *(Parameter(name, 0.0, -50.0, 50.0, scale=1.0, start=0.0) for name in _TRANSLATION),
+    *(Parameter(name, 0.0, -180.0, 180.0, scale=1.0, start=0.0) for name in _ROTATION),
+)
 
 
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:
-    return (
-        *(Parameter(name, 0.0, -50.0, 50.0, scale=1.0, start=0.0) for name in _TRANSLATION),
-        *(Parameter(name, 0.0, -180.0, 180.0, scale=1.0, start=0.0) for name in _ROTATION),
-    )
+    return _PARAMETERS
 
 
 def _change_frames(values: Values, p_w: Array, R_w: Array) -> tuple[Array, Array]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment, TendonPair
 
@@ -32,19 +33,32 @@ class Element:
 
 def ring_length_m(segment: CatheterSegment) -> float:
     """Return the length of one ring of a bending segment [m]."""
-    return segment.length_m / segment.rings - 2.0 * segment.half_gap_m * (segment.rings + 1) / segment.rings
+    return _ring_length_m(segment.length_m, segment.rings, segment.half_gap_m)
 
 
-def elements(robot: CatheterRobot) -> list[Element]:
+def _ring_length_m(length_m: float, rings: int, half_gap_m: float) -> float:
+    return length_m / rings - 2.0 * half_gap_m * (rings + 1) / rings
+
+
+def elements(robot: CatheterRobot) -> tuple[Element, ...]:
     """Return the robot's elements, base to tip."""
+    rings = (item.rings if item.joint == "bending" else 0 for item in robot.segments)
+    return _elements(
+        tuple((item.length_m, n, item.half_gap_m) for item, n in zip(robot.segments, rings, strict=True))
+    )
+
+
+@lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot and disk by disk
+def _elements(segments: tuple[tuple[float, int, float], ...]) -> tuple[Element, ...]:
+    """Return the elements of segments of given length, rings (0: it is one rigid piece) and half gap."""
     result = []
-    for index, segment in enumerate(robot.segments):
-        if segment.joint == "bending":
-            pitch = ring_length_m(segment) + 2.0 * segment.half_gap_m
-            result += [Element(index, ring, ring * pitch) for ring in range(1, segment.rings + 1)]
+    for index, (length_m, rings, half_gap_m) in enumerate(segments):
+        if rings:
+            pitch = _ring_length_m(length_m, rings, half_gap_m) + 2.0 * half_gap_m
+            result += [Element(index, ring, ring * pitch) for ring in range(1, rings + 1)]
         else:
-            result.append(Element(index, 0, segment.length_m))
-    return result
+            result.append(Element(index, 0, length_m))
+    return tuple(result)
 
 
 def base_heights_m(robot: CatheterRobot) -> list[float]:

@@ -45,7 +45,9 @@ def complete_document(document: Document, where: str) -> dict[str, Any]:
 def with_segments(robot: R, changes: Iterable[Mapping[str, float]]) -> R:
     """Return `robot` with fields of its segments changed: by name, one mapping for each segment."""
     parts: Sequence[Any] = robot.segments
-    segments = tuple(replace(part, **change) for part, change in zip(parts, changes, strict=True))
+    segments = tuple(
+        replace(part, **change) if change else part for part, change in zip(parts, changes, strict=True)
+    )
     changed: Any = replace(cast(Any, robot), segments=segments)
     return cast(R, changed)
 

@@ -78,7 +78,7 @@ CHAIN_PERCENT = {"none": 0.1, "in plane": 0.1, "across": 0.15}
 def validate_scenarios(folder: Path) -> Validation:
     """Check both scenarios and the simulated chain; writes `tdcr_scores.csv` and Figs 10 and 11 redrawn."""
     by_disks, by_stiffness = scenario_1(), scenario_2()
-    chain, rigid = by_links(), by_links(rigid=True)
+    chain, rigid = by_links()
     lines = [*_independent(by_disks, by_stiffness), *_printed(by_disks, by_stiffness)]
     lines += [*_residuals(by_stiffness), *_chain(chain, rigid)]
     unsolved = [len(SETS) - found.solved for found in (*by_disks.values(), *by_stiffness.values())]

@@ -68,21 +68,24 @@ def scenario_2(stiffness: Sequence[float] = STIFFNESS, models: Sequence[str] = L
     return table
 
 
-def by_links(links: Sequence[int] = LINKS, rigid: bool = False) -> ByLinks:
+def by_links(links: Sequence[int] = LINKS) -> tuple[ByLinks, ByLinks]:
     """Return the simulated chain's scores against `VC_ref_noproj`, ten disks, nominal stiffness.
+
+    First against the robot as it is, then against one whose backbone neither stretches nor shears: the
+    chain's does not, so that this is what it converges to.
 
     Args:
         links: a subsegment.
-        rigid: whether the reference's backbone neither stretches nor shears: the chain's does not, so
-            that this is what it converges to.
     """
-    table = {}
+    as_it_is: dict[tuple[str, int], Scores] = {}
+    rigid: dict[tuple[str, int], Scores] = {}
     for where, force in TIP_FORCES_N.items():
         robot = benchmark_robot()
-        reference = tips(rigid_along(robot) if rigid else robot, "VC_ref_noproj", force)
+        references = [tips(item, "VC_ref_noproj", force) for item in (robot, rigid_along(robot))]
         for count in links:
-            table[where, count] = scores(tips(benchmark_robot(links=count), SIMULATION, force), reference)
-    return table
+            found = tips(benchmark_robot(links=count), SIMULATION, force)
+            as_it_is[where, count], rigid[where, count] = (scores(found, item) for item in references)
+    return as_it_is, rigid
 
 
 def write_scores(by_disks: ByDisks, by_stiffness: ByStiffness, path: Path) -> None:
