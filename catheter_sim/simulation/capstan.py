@@ -158,7 +158,8 @@ def slip_as_before(
     drive: float,
     factor: Array,
     shrink: Array,
-    rate: Array,
+    arm: Array,
+    speed: Array,
     response: Array,
     count: int,
     tension: Array,
@@ -173,7 +174,7 @@ def slip_as_before(
     pass, and step to step, that seldom changes. Here what friction allows follows the new tensions, there
     the old ones: the passes end at the same.
 
-    Args: as of `span_tensions`, but `slip` is only read.
+    Args: as of `span_tensions`, but `slip` is only read, and `arm` times `speed`, shape (n,) each, is `rate`.
 
     Returns:
         The actuator's tension at the end of the step [N]; below zero where it slips elsewhere or the other
@@ -182,7 +183,7 @@ def slip_as_before(
     wish, weight = scratch[0], scratch[1]
     offset, slope = 0.0, 0.0  # sliding speed at hole k: wish_k - weight_k T_k
     for k in range(count - 1, -1, -1):
-        offset += rate[k] + response[k] * tension[k]
+        offset += arm[k] * speed[k] + response[k] * tension[k]
         slope += response[k]
         wish[k], weight[k] = offset, slope
         if slip[k] == 0:
@@ -433,6 +434,7 @@ def confine(
     entry: Places,
     dof: Places,
     span: Places,
+    lines: Index,
     velocity: Array,
     passive: Array,
     bias: Array,
@@ -462,6 +464,8 @@ def confine(
         row_start: first entry of each tendon in `entry`, `dof`, `span`, shape (t + 1,).
         entry, dof, span: for each nonzero of the tendons' Jacobian its place in `ten_J`, its degree
             of freedom, and the span whose length it changes, shape (e,).
+        lines: the first degree of freedom of a tendon of which each changes the length of one span, one after
+            another as the spans are; -1 of other tendons, shape (t,).
         velocity: velocities now, shape (nv,).
         passive, bias, constraint: MuJoCo's generalised forces (`bias` is subtracted), shape (nv,).
         applied: in: all other generalised forces but the tendons'; out: with what the tensions pull
@@ -475,13 +479,13 @@ def confine(
         past: in and out: what `go_on` remembers, shape (t, n + 2) [N].
         holes: workspace, shape (4, t, n).
         pulls: workspace, shape (2, e).
-        scratch: workspace, shape (7, 2 max(n, nv, t)).
+        scratch: workspace, shape (8, 2 max(n, nv, t)).
         shared: workspace, shape (2 t + 4 + nv, t).
     """
     tendons = tension.shape[0]
     factor, shrink, response, moved = holes[0], holes[1], holes[2], holes[3]
     arm, gain = pulls[0], pulls[1]  # gain: change of velocity in a step per unit of tension
-    rate, ahead, reached, found = scratch[3], scratch[4], scratch[5], scratch[6]
+    rate, ahead, reached, found, ones = scratch[3], scratch[4], scratch[5], scratch[6], scratch[7]
     for i in range(velocity.shape[0]):
         ahead[i] = velocity[i] + yielding[i] * (passive[i] - bias[i] + applied[i] + constraint[i])
     go_on(entering, ends, tension, past)
@@ -508,17 +512,22 @@ def confine(
             count = ends[j]
             if count == 0:
                 continue
-            for k in range(count):
-                rate[k] = 0.0
-            for place in range(row_start[j], row_start[j + 1]):
-                rate[span[place]] += arm[place] * ahead[dof[place]]
+            first, own = np.int64(row_start[j]), lines[j]
+            arms, speeds = arm[first : first + count], ahead[own : own + count]
+            if own < 0:
+                arms, speeds = ones, rate
+                for k in range(count):
+                    rate[k], ones[k] = 0.0, 1.0
+                for place in range(row_start[j], row_start[j + 1]):
+                    rate[span[place]] += arm[place] * ahead[dof[place]]
             drawn = reached[j]
             reached[j] = slip_as_before(
                 entering[j],
                 drive[j],
                 factor[j],
                 shrink[j],
-                rate,
+                arms,
+                speeds,
                 response[j],
                 count,
                 tension[j],
@@ -527,6 +536,8 @@ def confine(
                 scratch,
             )
             if reached[j] < 0.0:
+                for k in range(count):
+                    rate[k] = arms[k] * speeds[k]
                 reached[j] = span_tensions(
                     entering[j],
                     drive[j],
@@ -547,8 +558,11 @@ def confine(
                 along += change * before
                 square += before * before
                 tension[j, k], moved[j, k] = found[k], change
-            for place in range(row_start[j], row_start[j + 1]):
-                ahead[dof[place]] -= gain[place] * moved[j, span[place]]
+                if own >= 0:
+                    ahead[own + k] -= gain[first + k] * change
+            if own < 0:
+                for place in range(row_start[j], row_start[j + 1]):
+                    ahead[dof[place]] -= gain[place] * moved[j, span[place]]
         if driven > 1:
             risen = raise_together(
                 entering, drive, ends, row_start, dof, span, arm, gain, shared, reached, tension, ahead
@@ -590,6 +604,7 @@ def confine_copies(
     entry: Places,
     dof: Places,
     span: Places,
+    lines: Index,
     velocity: Array,
     passive: Array,
     bias: Array,
@@ -613,7 +628,7 @@ def confine_copies(
         copies: which of the m robots.
         entering, turn, ten_J, velocity, passive, bias, constraint, applied, tension, slip, past: as there, of
             each: one axis of m more before theirs.
-        mu, drive, row_start, entry, dof, span, yielding, sweeps, tolerance: as there, of all.
+        mu, drive, row_start, entry, dof, span, lines, yielding, sweeps, tolerance: as there, of all.
         ends: number of spans of each tendon, shape (t,).
         holes, pulls, scratch, shared: as there.
         busy: workspace, shape (t,).
@@ -631,6 +646,7 @@ def confine_copies(
             entry,
             dof,
             span,
+            lines,
             velocity[i],
             passive[i],
             bias[i],

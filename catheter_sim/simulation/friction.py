@@ -100,6 +100,7 @@ class CapstanFriction:
         self._inside = np.arange(1, spans + 1) <= self._ends[:, np.newaxis]  # (t, n)
         self._rows = TendonRows(model, layout.names, set(layout.span_of_dof))
         self._span = np.array([layout.span_of_dof[int(dof)] for dof in self._rows.columns], np.uint64)
+        self._lines = self._rows.lines(self._span, self._ends)
         self._timestep = float(model.opt.timestep)
         self._drive = drive_stiffness * self._timestep
         self._model = model
@@ -110,7 +111,7 @@ class CapstanFriction:
         self._past = np.zeros((tendons, spans + 2))
         self._holes = np.zeros((4, tendons, spans))
         self._pulls = np.zeros((2, len(self._span)))
-        self._scratch = np.zeros((7, 2 * max(spans, model.nv, tendons)))
+        self._scratch = np.zeros((8, 2 * max(spans, model.nv, tendons)))
         self._shared = np.zeros((2 * tendons + 4 + model.nv, tendons))
 
     def reset(self) -> None:
@@ -159,6 +160,7 @@ class CapstanFriction:
             rows.entries,
             rows.columns,
             self._span,
+            self._lines,
             data.qvel,
             data.qfrc_passive,
             data.qfrc_bias,

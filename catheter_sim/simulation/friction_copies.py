@@ -76,6 +76,7 @@ class CapstanCopies(CapstanFriction):
             rows.entries,
             rows.columns,
             self._span,
+            self._lines,
             bound["qvel"],
             bound["qfrc_passive"],
             bound["qfrc_bias"],

@@ -125,6 +125,24 @@ class TendonRows:
         self.columns = np.array(columns, dtype=np.uint64)
         self.starts = np.array(starts, dtype=np.uint64)
 
+    def lines(self, span: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Return which tendons are simple: of each its first degree of freedom, or -1, shape (t,).
+
+        Each degree of freedom of a simple one changes the length of one span, one after another as the
+        spans are.
+
+        Args:
+            span: whose length each entry changes, shape (e,).
+            ends: number of spans of each tendon, shape (t,).
+        """
+        found = np.full(len(ends), -1, dtype=np.int64)
+        for tendon, count in enumerate(ends):
+            own = slice(int(self.starts[tendon]), int(self.starts[tendon + 1]))
+            columns, order = self.columns[own].astype(np.int64), np.arange(count)
+            if count and np.array_equal(span[own], order) and np.array_equal(columns, columns[:1] + order):
+                found[tendon] = columns[0]
+        return found
+
 
 def span_counts(robot: Robot) -> np.ndarray:
     """Return how many spans between holes every tendon has, shape (t,); none of a catheter's pair."""

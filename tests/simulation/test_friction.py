@@ -13,6 +13,7 @@ from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.simulation import capstan, friction, turns_kernel
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.simulation.tendon_spans import TendonRows
 
 pytestmark = pytest.mark.slow
 
@@ -52,10 +53,12 @@ def solved(case, tension, rate=None, slip=None, drawn=None):
     found, scratch = np.zeros(count), np.zeros((3, 2 * count + 2))
     factor, rate = case["factor"], case["rate"] if rate is None else rate
     first = [case["entering"], case.get("drive", 0.0)]
+    rates = [np.full(count, 2.0), 0.5 * rate]
     if solve is capstan.span_tensions:
         first.append(case["entering"] if drawn is None else drawn)
+        rates = [rate]
     reached = solve(
-        *first, factor, 1.0 / factor, rate, case["response"], count, tension, found, slip, scratch
+        *first, factor, 1.0 / factor, *rates, case["response"], count, tension, found, slip, scratch
     )
     return (found, slip, reached) if reached >= 0.0 else (None, slip, reached)
 
@@ -299,11 +302,31 @@ def test_two_sections_agree_with_the_nested_reference():
     assert np.linalg.norm(ours - reference, axis=1).max() < 0.1
 
 
+@pytest.mark.parametrize(("name", "most_N"), [("chest_tube", 20.0), ("neuroendoscope", 0.3)])
+def test_tendons_whose_joints_lie_in_line_are_only_faster(name, most_N, monkeypatch):
+    """Where nothing is known of the degrees of freedom, the shape is the same to the last bit."""
+
+    def bent():
+        simulator = Simulator(load_robot(name))
+        for share in (0.5, 1.0, 0.2):
+            simulator.set_inputs(share * np.linspace(0.0, most_N, len(simulator.robot.tendons)))
+            simulator.step(50)
+        return simulator.data.qpos.copy()
+
+    known = bent()
+    monkeypatch.setattr(TendonRows, "lines", lambda self, span, ends: np.full(len(ends), -1))
+    assert np.abs(known).sum() > 0.1
+    assert (bent() == known).all()
+
+
+@pytest.mark.parametrize("line", [0, -1], ids=["simple", "any"])
 @pytest.mark.parametrize("seed", range(12))
-def test_tendons_on_stiff_drives_come_to_their_common_optimum(seed):
+def test_tendons_on_stiff_drives_come_to_their_common_optimum(seed, line):
     """Without friction a bounded least-squares problem: antagonists, one slack, next to no joint in between.
 
-    What one tendon's tension does to the others through the joints is up to 1e5 times what its drive does.
+    It is found of tendons whose degrees of freedom are known to lie in line, and of those of which nothing is
+    known. What one tendon's tension does to the others through the joints is up to 1e5 times what its drive
+    does.
     """
     generator = np.random.default_rng(seed)
     t, n = 4, 3
@@ -318,10 +341,10 @@ def test_tendons_on_stiff_drives_come_to_their_common_optimum(seed):
     columns = np.tile(np.arange(n, dtype=np.uint64), t)
     capstan.confine(
         *(0.0, entering, drive, np.zeros((t, n)), np.full(t, n), arm.T.ravel()),
-        *(starts, entries, columns, columns, velocity),
+        *(starts, entries, columns, columns, np.full(t, line), velocity),
         *(zeros, zeros, zeros, applied, gain, 20, 1e-4, tension, np.zeros((t, n), dtype=np.int8)),
         *(np.zeros((t, n + 2)), np.zeros((4, t, n)), np.zeros((2, n * t))),
-        *(np.zeros((7, 20)), np.zeros((2 * t + 4 + n, t))),
+        *(np.zeros((8, 20)), np.zeros((2 * t + 4 + n, t))),
     )
     # Velocities after the step and actuators' tensions are driven apart as little as possible.
     found = lsq_linear(
