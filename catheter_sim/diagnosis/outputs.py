@@ -72,12 +72,16 @@ def output_columns(
 def _places(
     columns: tuple[str, ...], disks: tuple[int, ...], last: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[tuple[int, str], ...]]:
-    """Return which columns are coordinates, each one's place in `disks` and axis; then all the others.
+    """Return where the coordinates among the columns are found, and which columns are none.
 
     Args:
         columns: names.
         disks: indices.
         last: the disk at the tip.
+
+    Returns:
+        Of every coordinate its index in `columns`, its disk's in `disks`, and its axis, shape (k,) each; of
+        every other column its index and name.
     """
     coordinates = {
         f"{body}_{letter}_mm": (place, axis)

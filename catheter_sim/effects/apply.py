@@ -99,7 +99,10 @@ def observed(robot: Robot, postures: tuple[Posture, ...]) -> tuple[Posture, ...]
 
 
 def observed_frames(robot: Robot, p_w: Array, R_w: Array) -> tuple[Array, Array]:
-    """Return what is measured of bare positions (..., 3) [m] and orientations (..., 3, 3), of any frames."""
+    """Return what is measured of bare positions (..., 3) [m] and orientations (..., 3, 3).
+
+    These may belong to different frames.
+    """
     for effect, values in active(robot):
         if effect.change_frames is not None:
             p_w, R_w = effect.change_frames(values, p_w, R_w)

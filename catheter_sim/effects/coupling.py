@@ -78,16 +78,10 @@ def _advanced(robot: CatheterRobot) -> set[str]:
 
 def _pairs(robot: Robot) -> list[tuple[str, str]]:
     """Return the ordered pairs of sections or joints of which the first can act on the second."""
-    if isinstance(robot, CatheterRobot):
-        advanced = _advanced(robot)
-        return [pair for pair in permutations(channels(robot), 2) if pair[1] not in advanced]
-    parts = np.array(_parts(robot))
-    share = _shares(robot)
-    return [
-        (first, second)
-        for first, second in permutations(dict.fromkeys(parts.tolist()), 2)
-        if share[np.ix_(parts == second, parts == first)].any()
-    ]
+    parts = _parts(robot)
+    onto, of = np.nonzero(_shares(robot))
+    acting = {(parts[first], parts[second]) for first, second in zip(of, onto, strict=True)}
+    return [pair for pair in permutations(dict.fromkeys(parts), 2) if pair in acting]
 
 
 def _parameters(robot: Robot) -> tuple[Parameter, ...]:

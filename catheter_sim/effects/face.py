@@ -93,8 +93,8 @@ class Effect:
         change_robot: the specification with the effect in it.
         change_inputs: what arrives at the robot instead of the commanded inputs.
         change_postures: what is observed instead of the robot's postures.
-        change_frames: the same for bare positions (..., 3) and orientations (..., 3, 3), of these or of
-            other frames, for speed; None where nothing observed changes.
+        change_frames: the same for bare positions (..., 3) and orientations (..., 3, 3), which may
+            belong to different frames, for speed; None where nothing observed changes.
         variants: which parameters a diagnosis frees together, simplest first; () frees all.
         least_trials: number of training trials below which a diagnosis cannot tell it from others.
     """

@@ -48,7 +48,7 @@ def elements(robot: CatheterRobot) -> tuple[Element, ...]:
     )
 
 
-@lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot and disk by disk
+@lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot
 def _elements(segments: tuple[tuple[float, int, float], ...]) -> tuple[Element, ...]:
     """Return the elements of segments of given length, rings (0: it is one rigid piece) and half gap."""
     result = []

@@ -513,8 +513,9 @@ def confine(
             if count == 0:
                 continue
             first, own = np.int64(row_start[j]), lines[j]
-            arms, speeds = arm[first : first + count], ahead[own : own + count]
-            if own < 0:
+            if own >= 0:  # a span's rate is one product, left to where it is needed
+                arms, speeds = arm[first : first + count], ahead[own : own + count]
+            else:
                 arms, speeds = ones, rate
                 for k in range(count):
                     rate[k], ones[k] = 0.0, 1.0

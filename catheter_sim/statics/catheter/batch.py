@@ -75,10 +75,11 @@ def batch_frames(
     mover = np.full(len(first.segments), -1)
     mover[[moved_segment(first, pair) for pair in range(len(first.tendons))]] = np.arange(len(first.tendons))
     joint = np.array([_KINDS[segment.joint] for segment in first.segments])
-    segment = np.array([elements(first)[index].segment for index in wanted], dtype=np.int64)
+    parts = [elements(robot) for robot in robots]
+    segment = np.array([parts[0][index].segment for index in wanted], dtype=np.int64)
     shape = (*values.shape[:2], len(segment))
     places, rotations = np.empty((*shape, 3)), np.empty((*shape, 3, 3))
-    faces = np.array([[elements(robot)[index].face_m for index in wanted] for robot in robots])
+    faces = np.array([[own[index].face_m for index in wanted] for own in parts])
     numbers = np.array([_segment_numbers(robot) for robot in robots])
     element_frames(joint, mover, numbers, segment, faces, np.ascontiguousarray(values), places, rotations)
     return places, rotations
