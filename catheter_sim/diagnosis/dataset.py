@@ -35,6 +35,7 @@ from catheter_sim.tables import read_table
 __all__ = ["Dataset", "Trial", "cycles", "is_repeat", "load_dataset", "split", "unit_of"]
 
 ROLES = ("train", "heldout")
+_LONGEST_WAY = 20.0  # of a position, in robot lengths
 
 _KEYS: Mapping[str, tuple[str, ...]] = {
     "dataset": ("name", "robot", "source", "licence"),
@@ -195,34 +196,33 @@ def _read_trial(
 
 
 def _check_outputs(robot: Robot, trials: Iterable[Trial], outputs: Sequence[str], where: str) -> None:
-    """Refuse columns that are empty, or whose size shows that they are not in their unit."""
-    largest: dict[str, float] = {}
-    files: dict[str, str] = {}
-    for name in outputs:
-        for trial in trials:
-            values = np.abs(trial.outputs.columns[name])
-            if not np.isnan(values).all() and float(np.nanmax(values)) >= largest.get(name, 0.0):
-                largest[name] = float(np.nanmax(values))
-                files[name] = trial.outputs.where
-        if name not in largest:
-            raise InputError(f"{where}: channels.outputs: {name} has no value in any trial")
+    """Refuse columns that are empty, or whose size shows that they are not in their unit.
+
+    A tracker has an origin of its own, so that of positions the way counts, not the place; whether they are
+    in metres shows beside the robot's motion (`registration`).
+    """
     length_mm = 1e3 * sum(segment.length_m for segment in robot.segments)
-    positions = [name for name in outputs if name.startswith(("tip_", "body_")) and unit_of(name) == "mm"]
-    for name, limit, why in (
-        *((name, 20.0 * length_mm, f"the robot is {length_mm:g} mm long") for name in positions),
-        *((name, 720.0, "more than two turns") for name in outputs if unit_of(name) == "deg"),
-        *((name, 1.05, "part of a unit quaternion") for name in outputs if unit_of(name) == "1"),
-    ):
-        if largest[name] > limit:
+    for name in outputs:
+        largest, file = -math.inf, ""
+        lowest, highest = math.inf, -math.inf
+        for trial in trials:
+            values = trial.outputs.columns[name]
+            if np.isnan(values).all():
+                continue
+            lowest, highest = min(lowest, float(np.nanmin(values))), max(highest, float(np.nanmax(values)))
+            if float(np.nanmax(np.abs(values))) > largest:
+                largest, file = float(np.nanmax(np.abs(values))), trial.outputs.where
+        if not file:
+            raise InputError(f"{where}: channels.outputs: {name} has no value in any trial")
+        unit = unit_of(name)
+        if unit == "mm" and highest - lowest > _LONGEST_WAY * length_mm:
             raise InputError(
-                f"{files[name]}: {name} reaches {largest[name]:g}, but {why}; "
-                f"is the column in {unit_of(name)}?"
+                f"{file}: {name} moves over {highest - lowest:g}, but the robot is {length_mm:g} mm long; "
+                "is the column in mm?"
             )
-    # Metres in columns called mm: nothing comes further than three robot lengths, read in metres.
-    if positions and length_mm > 10.0:
-        name = max(positions, key=lambda item: largest[item])
-        if largest[name] < 3e-3 * length_mm:
-            raise InputError(
-                f"{files[name]}: {name} reaches only {largest[name]:g}, and no position reaches more, but "
-                f"the robot is {length_mm:g} mm long; are the columns in mm, or in m?"
-            )
+        for its_unit, limit, why in (
+            ("deg", 720.0, "more than two turns"),
+            ("1", 1.05, "part of a unit quaternion"),
+        ):
+            if unit == its_unit and largest > limit:
+                raise InputError(f"{file}: {name} reaches {largest:g}, but {why}; is the column in {unit}?")

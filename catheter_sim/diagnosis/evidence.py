@@ -15,8 +15,9 @@ from catheter_sim.diagnosis.hypothesis import (
     blocks_of,
     column_of,
     measured_of,
+    predicted,
     residuals,
-    robot_with,
+    untempered,
 )
 from catheter_sim.diagnosis.trials import Trial, unit_of
 from catheter_sim.robots.posture import Array
@@ -28,12 +29,12 @@ TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 
 def errors_of(problem: Problem, fit: Fit) -> Array:
     """Return model minus measurement of a fitted hypothesis on `problem`'s trials, in file units, (n,)."""
-    return residuals(problem, fit.frees, fit.x[None])[0] * problem.weight[column_of(problem)]
+    return untempered(residuals(problem, fit.frees, fit.x[None])[0]) * problem.weight[column_of(problem)]
 
 
 def outputs_of(problem: Problem, trial: Trial, result: Fit) -> Array:
     """Return a fitted hypothesis's outputs along a trial, shape (r, o)."""
-    return problem.twin([robot_with(problem, result.frees, result.x)], trial.inputs, 1)[0]
+    return predicted(problem, result.frees, result.x, trial.inputs)
 
 
 def residual_series(problem: Problem, result: Fit) -> dict[str, list[Array]]:

@@ -136,11 +136,21 @@ def calibrated_numbers(
     }
 
 
-def ranking(test: Problem, selection: Selection, unit: str) -> tuple[Candidate, ...]:
+def ranking(
+    problem: Problem, test: Problem, selection: Selection, named: Fit, unit: str
+) -> tuple[Candidate, ...]:
     """Return every set of causes that was fitted with its held-out error, best first.
 
     Of several variants of a set (one value, or one per channel) the one that the cross-validation
     prefers stands for it; for the chosen set the chosen variant.
+
+    Args:
+        problem: the training trials.
+        test: the held-out trials.
+        selection: what was tried.
+        named: the hypothesis of the verdict; where causes were taken out of the chosen set, it may not be
+            among those that were tried, and is then fitted to the stretches left out too.
+        unit: of the errors.
     """
     best: dict[tuple[str, ...], Fit] = {}
     for item in (selection.null, *selection.singles, *selection.tried, *selection.path):
@@ -148,11 +158,13 @@ def ranking(test: Problem, selection: Selection, unit: str) -> tuple[Candidate, 
         if names not in best or item.cross_validated_rms < best[names].cross_validated_rms:
             best[names] = item
     best[tuple(sorted(selection.chosen.causes))] = selection.chosen
+    if named.terms and tuple(sorted(named.causes)) not in best:
+        best[tuple(sorted(named.causes))] = fit(thinned(problem), named.terms, named.values)
     mine = np.array([unit_of(name) == unit for name in test.columns])
     scale = float(np.sqrt(np.mean(test.weight[mine] ** 2)))
     found = [
         Candidate(
-            item.causes, rmse_by_unit(test, errors_of(test, item))[unit], item.cross_validated_rms * scale
+            item.causes, rmse_by_unit(test, errors_of(test, item))[unit], item.left_out_error_rms * scale
         )
         for item in best.values()
     ]

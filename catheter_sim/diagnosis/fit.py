@@ -17,6 +17,7 @@ from catheter_sim.diagnosis.hypothesis import (
     frees_of,
     residuals,
     start_of,
+    untempered,
 )
 from catheter_sim.robots.posture import Array
 
@@ -41,7 +42,7 @@ class Fit:
         terms: the hypothesis.
         frees: what was fitted, nuisances first.
         x: fitted numbers in units of their scale, shape (p,).
-        residual: model minus measurement over weight, shape (n,).
+        residual: model minus measurement over weight, gross ones tempered (`residuals`), shape (n,).
         jacobian: of the residual by `x`, shape (n, p).
         held: whether a number stayed at a bound, shape (p,).
         block: which block each residual belongs to, shape (n,).
@@ -72,8 +73,13 @@ class Fit:
 
     @property
     def cross_validated_rms(self) -> float:
-        """Root mean square of `left_out`, in weights."""
+        """Root mean square of `left_out`, in weights, by which hypotheses are chosen."""
         return float(np.sqrt(np.mean(self.left_out**2)))
+
+    @property
+    def left_out_error_rms(self) -> float:
+        """The same of the errors as they are, gross ones not tempered, for a reader."""
+        return float(np.sqrt(np.mean(untempered(self.left_out) ** 2)))
 
 
 def fit(

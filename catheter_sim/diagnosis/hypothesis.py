@@ -24,7 +24,10 @@ from catheter_sim.robots.posture import Array
 
 ENOUGH_ROWS = 600
 FOLDS = 8  # of the cross-validation; a fold is a stretch of whole cycles
-_FAILED = 1e3  # residual, in weights, of a robot that finds no equilibrium
+# Size in weights from which a residual counts by its size and no longer by its square (Huber 1964): what is
+# wrong so grossly draws a fit in one direction, but does not outweigh all the rest of the data.
+GROSS = 1e3
+_FAILED = 1e3  # residual, in weights, of a robot that finds no equilibrium; at least, see `_failed`
 
 
 @dataclass(frozen=True)
@@ -123,22 +126,104 @@ def thinned(problem: Problem) -> Problem:
 def residuals(problem: Problem, frees: Sequence[Free], xs: Array) -> Array:
     """Return model minus measurement over weight for many parameter vectors, shape (B, n).
 
+    What is larger than `GROSS` is made smaller so that its square is Huber's loss (`tempered`). A robot
+    without equilibrium errs by more than any robot that stands still.
+
     Args:
         problem: trials and twin.
         frees: what the columns of `xs` are.
         xs: shape (B, p), in units of the parameters' scales.
     """
-    robots = [robot_with(problem, frees, x) for x in xs]
     parts, models = [], {}
+    robots, which = _distinct_robots(problem, frees, xs)
     for trial in problem.trials:
         key = _key_of(trial.inputs)
         if key not in models:  # a trial that was repeated is computed once
-            models[key] = problem.twin(robots, trial.inputs, problem.every)
+            outputs = problem.twin(robots, trial.inputs, problem.every)[which]
+            models[key] = _moved(problem, frees, xs, outputs)
         measured = measured_of(trial, problem.columns)[:: problem.every]
         error = (models[key] - measured) / problem.weight
         parts.append(error[:, np.isfinite(measured)])
     stacked = np.concatenate(parts, axis=1)
-    return np.where(np.isfinite(stacked), np.clip(stacked, -_FAILED, _FAILED), _FAILED)
+    found = np.isfinite(stacked)
+    if found.all():
+        return tempered(stacked)
+    return np.where(found, tempered(np.where(found, stacked, 0.0)), _failed(problem))
+
+
+def predicted(problem: Problem, frees: Sequence[Free], x: Array, inputs: Inputs, every: int = 1) -> Array:
+    """Return the outputs of a hypothesis along inputs, at each `every`-th row, shape (r, o), in file units.
+
+    Args:
+        problem: robot, nuisances and twin.
+        frees: what `x` is.
+        x: shape (p,), in units of the parameters' scales.
+        inputs: what is commanded.
+        every: each so-many-th row is returned.
+    """
+    outputs = problem.twin([robot_with(problem, frees, x)], inputs, every)
+    return moved(problem, frees, x, outputs[0])
+
+
+def moved(problem: Problem, frees: Sequence[Free], x: Array, outputs: Array) -> Array:
+    """Return a robot's outputs (r, o) as they are measured: by what acts on them and not on the robot."""
+    return _moved(problem, frees, x[None], outputs[None])[0]
+
+
+def _distinct_robots(
+    problem: Problem, frees: Sequence[Free], xs: Array
+) -> tuple[list[Robot], np.ndarray | slice]:
+    """Return the robots of many parameter vectors, and which of them each vector has, shape (B,).
+
+    Vectors that differ only in numbers that act on the outputs share a robot.
+    """
+    outside = _acting_on_outputs(problem, frees)
+    if not outside:
+        return [robot_with(problem, frees, x) for x in xs], slice(None)
+    inside = np.array(xs)
+    inside[:, list(outside)] = 0.0
+    distinct, which = np.unique(inside, axis=0, return_inverse=True)
+    return [robot_with(problem, frees, x) for x in distinct], which.reshape(-1)
+
+
+def _moved(problem: Problem, frees: Sequence[Free], xs: Array, outputs: Array) -> Array:
+    for index, nuisance in _acting_on_outputs(problem, frees).items():
+        assert nuisance.change_outputs is not None
+        values = xs[:, index] * nuisance.parameter.scale
+        outputs = nuisance.change_outputs(problem.columns, outputs, values)
+    return outputs
+
+
+def _acting_on_outputs(problem: Problem, frees: Sequence[Free]) -> dict[int, Nuisance]:
+    """Return the nuisances that act on the outputs by their place among `frees`."""
+    by_name = {item.name: item for item in problem.nuisances if item.change_outputs is not None}
+    return {
+        index: by_name[free.parameter.name]
+        for index, free in enumerate(frees)
+        if not free.effect and free.parameter.name in by_name
+    }
+
+
+def tempered(error: Array) -> Array:
+    """Return errors in weights so that their squares are Huber's loss: linear beyond `GROSS`, same shape."""
+    size = np.abs(error)
+    root = np.sqrt(np.maximum(2.0 * size - GROSS, 0.0) * GROSS)
+    return np.where(size > GROSS, np.copysign(root, error), error)
+
+
+def untempered(residual: Array) -> Array:
+    """Return the errors that `tempered` made the residuals of, same shape."""
+    size = np.abs(residual)
+    return np.where(size > GROSS, np.copysign((residual**2 / GROSS + GROSS) / 2.0, residual), residual)
+
+
+def _failed(problem: Problem) -> float:
+    """Return the residual of a row without equilibrium: larger than of a robot that stands still."""
+    size = max(
+        float(np.nanmax(np.abs(measured_of(trial, problem.columns)) / problem.weight, initial=0.0))
+        for trial in problem.trials
+    )
+    return float(tempered(np.array(max(_FAILED, 2.0 * size))))
 
 
 def _key_of(inputs: Inputs) -> tuple[bytes, ...]:

@@ -49,6 +49,22 @@ def intervals(result: Fit, margin: Array | None = None) -> dict[tuple[str, str],
     return found
 
 
+def cause_intervals(result: Fit, shift: Array | None = None) -> dict[tuple[str, str], Interval]:
+    """Return the 95 % interval of every fitted value by which causes are named, and which is printed.
+
+    As `intervals`, with what an unknown error of the model could do, but that a number that stands at a
+    bound, where nothing is known of what lies beyond, has the interval that it would have without the bound,
+    up to the bound: so far it is sure.
+
+    Args:
+        result: a fit.
+        shift: by how much another model of the same physics would change the numbers (`shift_by_model`),
+            shape (p,); None: none was asked.
+    """
+    unheld = replace(result, held=np.zeros_like(result.held))
+    return intervals(unheld, model_margin(unheld, np.zeros(len(result.frees)) if shift is None else shift))
+
+
 def half_widths(result: Fit) -> Array:
     """Return half the interval of every fitted number, in units of its scale, inf where unknown, (p,)."""
     half = np.full(len(result.frees), np.inf)

@@ -19,6 +19,7 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.checks import check_robot
 from catheter_sim.robots.document import leaves, number_at, to_document, with_number
 from catheter_sim.robots.kinds import Robot, require_continuum, with_segments
+from catheter_sim.robots.posture import Array
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import Friction
 
@@ -36,6 +37,8 @@ class Nuisance:
         spread: standard deviation known beforehand; inf: nothing is known but the range.
         superseded_by: effects that free the same number; with one of them this stays as specified.
         stands_for: effects that are not tried, since this number is free already.
+        change_outputs: where the number acts on what is measured and not on the robot: the output columns'
+            names, outputs (B, r, o) in file units and values (B,) to outputs; None elsewhere.
     """
 
     parameter: Parameter
@@ -43,6 +46,7 @@ class Nuisance:
     spread: float = math.inf
     superseded_by: tuple[str, ...] = ()
     stands_for: tuple[str, ...] = ()
+    change_outputs: Callable[[tuple[str, ...], Array, Array], Array] | None = None
 
     @property
     def name(self) -> str:

@@ -1,6 +1,7 @@
 """From a folder of measurements to a diagnosis, step by step; each step is a function of its own.
 
-1. Take out what a frozen sensor repeats; split into training and held-out trials (`trials.split`).
+1. Take out what a frozen sensor repeats; move measured positions into the robot's base frame
+   (`registration`); split into training and held-out trials (`trials.split`).
 2. Calibrate the nuisance parameters on the training trials, or the numbers that the data set names
    under `[calibration]`: the model "before" (`fit` without terms). Where the data themselves look wrong
    (`suspicions`), no cause is looked for.
@@ -9,9 +10,10 @@
 5. Fit the chosen hypothesis to every training row, with intervals (`fit`, `intervals`). Hypotheses that do as
    well there and not on the held-out trials are told apart by these (`told_apart`).
 6. Look at the held-out trials: errors, the interval of the gain, shares (`findings`, `evidence`). A
-   cause that does not pay there is not named, nor is any where what is left has a structure (`verdict`).
+   cause that does not pay there is not named (`weighing`), nor is any where what is left has a structure
+   (`verdict`).
 7. Replay the held-out trials in MuJoCo with the causes in it (`confirm`); where it differs from the twin, the
-   intervals are widened by what that would change (`intervals.model_margin`).
+   intervals are widened by what that would change (`intervals.model_margin`), and the causes weighed again.
 8. Say what to measure next (`experiment`), and write everything down (`result`).
 """
 
@@ -37,37 +39,37 @@ from catheter_sim.diagnosis.findings import (
     doubts,
     figures,
     held_out,
-    named_causes,
     ranking,
     trial_fits,
     with_intervals,
 )
 from catheter_sim.diagnosis.fit import fit
-from catheter_sim.diagnosis.hypothesis import Problem, measured_of, robot_with
-from catheter_sim.diagnosis.intervals import intervals, model_margin, shift_by_model
+from catheter_sim.diagnosis.hypothesis import Problem, measured_of, moved, robot_with
+from catheter_sim.diagnosis.intervals import cause_intervals, model_margin, shift_by_model
 from catheter_sim.diagnosis.noise import noise_floor, repeat_noise, white_noise
-from catheter_sim.diagnosis.nuisance import nuisances_of
+from catheter_sim.diagnosis.nuisance import Nuisance, nuisances_of
+from catheter_sim.diagnosis.registration import (
+    Registration,
+    document,
+    frame_numbers,
+    register,
+    registered,
+    registration_notes,
+)
 from catheter_sim.diagnosis.residuals import STAGES
-from catheter_sim.diagnosis.result import Diagnosis, write_results
+from catheter_sim.diagnosis.result import CAUSE_FOUND, DATA_SUSPECT, Diagnosis, write_results
 from catheter_sim.diagnosis.select import alike, candidates_for, equals_of, select
 from catheter_sim.diagnosis.structure import structure_tests
 from catheter_sim.diagnosis.suspicions import suspicions, thawed
 from catheter_sim.diagnosis.told_apart import as_good_elsewhere, told_apart, told_apart_note
 from catheter_sim.diagnosis.trials import Dataset, Trial, split, unit_of
 from catheter_sim.diagnosis.twin import twin_for
-from catheter_sim.diagnosis.verdict import (
-    could_be_nothing,
-    least_of,
-    left_over,
-    left_over_note,
-    mostly_left,
-    needed,
-    unsupported,
-    verdict_of,
-)
+from catheter_sim.diagnosis.verdict import left_over, left_over_note, mostly_left, verdict_of
+from catheter_sim.diagnosis.weighing import Scales, put_on, weigh, weighing_notes
 from catheter_sim.diagnosis.workers import HERE, Workers, workers
 from catheter_sim.effects.apply import embodied
 from catheter_sim.mjcf.build import build_mjcf
+from catheter_sim.robots.posture import Array
 
 SUSPECTED = "The data look wrong, so that no cause was looked for"
 UNFINISHED = ".unfinished"  # folder of finished fits in the output folder of a run that was stopped
@@ -124,8 +126,9 @@ def diagnose_dataset(
     with tqdm(bar_format="{desc} ({elapsed})", disable=hidden, leave=False) as bar, workers(place) as pool:
         bar.set_description("calibrating")
         dataset, frozen = thawed(dataset)
+        dataset, registration = in_base_frame(dataset)
         train, heldout = split(dataset)
-        problem = training_problem(dataset, train)
+        problem = training_problem(dataset, train, frame_numbers(registration))
         wanted = bool(dataset.calibration)  # numbers that may trade against one another
         before = fit(problem, (), cross_validate=False, thorough=wanted)
         white = noise_floor(
@@ -149,77 +152,70 @@ def diagnose_dataset(
         by_unit = held_out(problem, test, before, after, noise)
         unit = max(by_unit, key=lambda name: by_unit[name].rmse_after / max(by_unit[name].noise_floor, 1e-12))
         bar.set_description("weighing the causes")
-        causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
-        weak: tuple[str, ...] = ()
-        unsure: tuple[str, ...] = ()
-        sure: set[str] = set()
-        suspects: tuple[str, ...] | None = None
-        while after.terms:  # one at a time: without it, another may be needed, or be surely something
-            spared = unsupported(causes, suspects)
-            doubted = () if spared else [name for name in could_be_nothing(after) if name not in sure]
-            least = least_of(causes, spared or doubted)
-            if not least:
+        scales = Scales(problem, test, before, noise, unit, wanted, pool)
+        weighed = weigh(scales, put_on(scales, after))
+        shift: Array | None = None
+        while True:
+            fits = trial_fits(problem, (*train, *heldout), before, weighed.after)
+            structure = {stage: structure_tests(dataset, fits, unit, stage) for stage in STAGES}
+            left = left_over(weighed.by_unit[unit], structure["after"], len(weighed.after.terms))
+            verdict = verdict_of(problem, before, weighed.after, weighed.by_unit, unit, left)
+            verdict = DATA_SUSPECT if suspected else verdict
+            shown = weighed.after if verdict == CAUSE_FOUND else before
+            if not simulation:
                 break
-            terms = tuple(term for term in after.terms if term.effect not in least)
-            without = fit(problem, terms, after.values, cross_validate=False, thorough=wanted)
-            by_unit_without = held_out(problem, test, before, without, noise)
-            if spared:
-                suspects = suspects or spared
-                weak += least
-            elif needed(by_unit, by_unit_without):
-                sure.update(least)
-                continue
-            else:
-                unsure += least
-            after, by_unit = without, by_unit_without
-            causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
-        if weak or unsure:  # what stands in a cause's place was fitted beside others that are gone
-            equals = equals_of(problem, after, candidates, pool)
-            equals = as_good_elsewhere(problem, test, after, equals, wanted, pool)
+            bar.set_description("replaying in MuJoCo")
+            robot = robot_with(problem, shown.frees, shown.x)
+            replayed = [
+                replace(item, outputs=moved(problem, shown.frees, shown.x, item.outputs))
+                for item in replays(robot, heldout, problem.columns, dataset.gravity_mps2, pool)
+            ]
+            shift = shift_by_model(test, shown, [item.outputs for item in replayed])
+            again = weigh(scales, weighed, shift) if verdict == CAUSE_FOUND else weighed
+            if again.after is weighed.after:
+                weighed = again
+                break
+            weighed, shift = again, None
+        frame = {
+            name: value
+            for (effect, name), value in (weighed.after if verdict == CAUSE_FOUND else before).values.items()
+            if not effect and name in registration.free
+        }
+        notes = [
+            *(f"{SUSPECTED}: {item.words}" for item in suspected),
+            *frozen,
+            *registration_notes(registration, frame),
+        ]
+        if set(weighed.after.causes) - set(trained.causes) and verdict == CAUSE_FOUND:
+            notes.append(told_apart_note(trained, weighed.after))
+        if weighed.after.terms and (left is not None or mostly_left(weighed.by_unit[unit])):
+            notes.append(left_over_note(weighed.after, weighed.by_unit[unit], left))
         as_chosen: dict[str, float] = {}
-        if after is not trained:
-            chosen, _ = figures(problem, trial_fits(problem, heldout, before, trained), trained)
-            as_chosen = {f"{name}_as_chosen_in_training": value for name, value in chosen.items()}
-        fits = trial_fits(problem, (*train, *heldout), before, after)
-        structure = {stage: structure_tests(dataset, fits, unit, stage) for stage in STAGES}
-        left = left_over(by_unit[unit], structure["after"], len(after.terms))
-        verdict = "unexplained" if suspected else verdict_of(problem, before, after, by_unit, unit, left)
-        notes = [*(f"{SUSPECTED}: {line}" for line in suspected), *frozen]
-        if set(after.causes) - set(trained.causes) and verdict == "cause_found":
-            notes.append(told_apart_note(trained, after))
-        if after.terms and (left is not None or mostly_left(by_unit[unit])):
-            notes.append(left_over_note(after, by_unit[unit], left))
-        if verdict != "cause_found":
-            after, causes, weak, unsure, as_chosen = before, (), (), (), {}
-            by_unit = held_out(problem, test, before, before, noise)
+        if verdict == CAUSE_FOUND:
+            if weighed.weak or weighed.unsure:  # what was as good was fitted beside others that are gone
+                equals = equals_of(problem, weighed.after, candidates, pool)
+                equals = as_good_elsewhere(problem, test, weighed.after, equals, wanted, pool)
+            if weighed.after is not trained:
+                chosen, _ = figures(problem, trial_fits(problem, heldout, before, trained), trained)
+                as_chosen = {f"{name}_as_chosen_in_training": value for name, value in chosen.items()}
+            after, by_unit, causes = weighed.after, dict(weighed.by_unit), weighed.causes
+            notes += weighing_notes(weighed, shift)
+        else:
+            after, by_unit, causes = before, held_out(problem, test, before, before, noise), ()
             fits = trial_fits(problem, (*train, *heldout), before, before)
             structure["after"] = structure["before"]
-        notes += [
-            f"{name.replace('_', ' ')} pays on stretches left out of the training data, but not on the "
-            "held-out data, and is not named."
-            for name in weak
-        ]
-        notes += [
-            f"{name.replace('_', ' ')} pays, but its numbers' intervals hold the values that do nothing: it "
-            "is not named."
-            for name in unsure
-        ]
         equals = tuple(item for item in equals if causes and alike(after, [item]))
         groups = alike(after, equals)
         robot = robot_with(problem, after.frees, after.x)
         extra, said = figures(problem, fits, after)
         extra |= {name: value for name, value in as_chosen.items() if "after" in name}
         notes += [*said, *doubts(causes, by_unit)]
-        shift = np.zeros(len(after.frees))
         if simulation:
-            bar.set_description("replaying in MuJoCo")
-            replayed = replays(robot, heldout, problem.columns, dataset.gravity_mps2, pool)
             found, said = confirmed(problem, heldout, replayed, fits)
             extra |= found
             notes += said
-            shift = shift_by_model(test, after, [item.outputs for item in replayed])
-        margin = model_margin(after, shift)
-        causes = with_intervals(causes, intervals(after, margin))
+        causes = with_intervals(causes, cause_intervals(after, shift))
+        margin = model_margin(after, np.zeros(len(after.frees)) if shift is None else shift)
         bar.set_description("looking for what to measure next")
         floor = np.array([by_unit[unit_of(name)].noise_floor for name in problem.columns])
         following = next_experiment(
@@ -233,7 +229,7 @@ def diagnose_dataset(
         unit=unit,
         by_unit=by_unit,
         causes=causes,
-        ranking=ranking(test, selection, unit),
+        ranking=ranking(problem, test, selection, after, unit),
         indistinguishable=groups,
         next_experiment=following,
         extended_robot=robot,
@@ -242,20 +238,37 @@ def diagnose_dataset(
         extra=extra,
         calibrated=calibrated,
         structure=structure,
+        suspicions=suspected,
+        registration=document(registration, frame),
+        chosen_in_training=trained.causes,
     )
 
 
-def training_problem(dataset: Dataset, train: Sequence[Trial]) -> Problem:
+def in_base_frame(dataset: Dataset) -> tuple[Dataset, Registration]:
+    """Return the data set with its positions in the robot's base frame, and how they were moved there."""
+    train, _ = split(dataset)
+    robot = replace(dataset.robot, actuation=train[0].inputs.actuation)
+    twin = twin_for(robot, robot.actuation, dataset.output_channels, dataset.gravity_mps2)
+    registration = register(train, dataset.output_channels, robot, twin)
+    return registered(dataset, registration), registration
+
+
+def training_problem(dataset: Dataset, train: Sequence[Trial], frame: tuple[Nuisance, ...] = ()) -> Problem:
     """Return what is to be fitted: the nominal robot, its twin and the training trials.
 
     Units are weighed by the white part of the calibrated model's residual.
+
+    Args:
+        dataset: in the base frame.
+        train: its training trials.
+        frame: numbers of the tracker's frame to calibrate besides (`registration.frame_numbers`).
     """
     actuation = train[0].inputs.actuation
     robot = replace(dataset.robot, actuation=actuation)
     columns = dataset.output_channels
     problem = Problem(
         robot=robot,
-        nuisances=dataset.calibration or nuisances_of(dataset.robot_reference),
+        nuisances=(*(dataset.calibration or nuisances_of(dataset.robot_reference)), *frame),
         trials=tuple(train),
         columns=columns,
         weight=np.ones(len(columns)),

@@ -17,6 +17,8 @@ from jinja2 import Environment, StrictUndefined
 from catheter_sim.diagnosis.pictures import Picture, errors_of, judged
 from catheter_sim.diagnosis.residuals import STAGES, VIEWS
 from catheter_sim.diagnosis.result import (
+    CAUSE_FOUND,
+    DATA_SUSPECT,
     NEXT_EXPERIMENT_FILE,
     SIGNIFICANT,
     Candidate,
@@ -51,7 +53,7 @@ def sentence(diagnosis: Diagnosis) -> str:
     head = diagnosis.headline
     robot = diagnosis.extended_robot.name
     before, after, noise = (f"{text} {_unit(head.unit)}".strip() for text in _figures(head))
-    if diagnosis.verdict == "cause_found":
+    if diagnosis.verdict == CAUSE_FOUND:
         causes = listed([words(cause.name) for cause in diagnosis.causes])
         return (
             f"The model of {robot} is wrong about {causes}: corrected, its error on data held out falls "
@@ -61,6 +63,11 @@ def sentence(diagnosis: Diagnosis) -> str:
         return (
             f"The calibrated model of {robot} agrees with these measurements: its error on data held out "
             f"is {before}, the noise {noise}, and no cause is named."
+        )
+    if diagnosis.verdict == DATA_SUSPECT:
+        return (
+            f"These data of {robot} look wrong, so that no cause was looked for: "
+            f"{listed([item.words for item in diagnosis.suspicions])}"
         )
     return (
         f"The model of {robot} is off by {before} on data held out, where the noise is {noise}, and no cause "
@@ -94,7 +101,12 @@ def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any
     head = diagnosis.headline
     _, subject = judged(diagnosis)
     best = sorted(diagnosis.ranking, key=lambda item: _sortable(item.heldout_rmse))
-    shown = [item for index, item in enumerate(best) if index < _MOST_CANDIDATES or not item.causes]
+    named = {cause.name for cause in diagnosis.causes}
+    shown = [
+        item
+        for index, item in enumerate(best)
+        if index < _MOST_CANDIDATES or not item.causes or set(item.causes) == named
+    ]
     return {
         "diagnosis": diagnosis,
         "dataset": diagnosis.dataset,
@@ -106,6 +118,7 @@ def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any
         "units": [_unit_row(diagnosis, unit) for unit in diagnosis.by_unit],
         "ranking": [_ranking_row(diagnosis, item, best) for item in shown],
         "ranking_left_out": len(best) - len(shown),
+        "ranking_words": _ranking_words(diagnosis),
         "causes": _cause_rows(diagnosis),
         "calibrated": [_parameter_row(name, item) for name, item in diagnosis.calibrated.items()],
         "indistinguishable": [
@@ -152,7 +165,7 @@ def _p_value(test: StructureTest | None) -> str:
 def _number(diagnosis: Diagnosis) -> Mapping[str, str]:
     head = diagnosis.headline
     unit = _unit(head.unit)
-    if diagnosis.verdict == "cause_found":
+    if diagnosis.verdict == CAUSE_FOUND:
         half = half_width(head.gain_percent_ci95)
         return {
             "value": f"{rounded(head.gain_percent, half)} %",
@@ -199,6 +212,20 @@ def _ranking_row(diagnosis: Diagnosis, candidate: Candidate, ranking: Sequence[C
         "width": f"{width:.1f}",
         "chosen": set(candidate.causes) == named,
     }
+
+
+def _ranking_words(diagnosis: Diagnosis) -> str:
+    """Return what the highlighted row of the ranking is."""
+    if diagnosis.verdict != CAUSE_FOUND:
+        return "The highlighted row is the calibrated model, in which no cause is named."
+    how = "by the error inside the training data (each part predicted from the others)"
+    if set(diagnosis.chosen_in_training) == {cause.name for cause in diagnosis.causes}:
+        return f"The highlighted set was chosen {how}; the held-out error took no part."
+    first = listed([words(name) for name in diagnosis.chosen_in_training]) or "no cause"
+    return (
+        f"The highlighted set is the one that is named. What was chosen {how} is {first}; the held-out "
+        "data, or the intervals of its numbers, changed it, as the notes say."
+    )
 
 
 def _cause_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:

@@ -20,7 +20,8 @@ from catheter_sim.robots.catalogue import robot_toml
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.tables import Array, Table, replaced_when_whole, write_table
 
-VERDICTS = ("cause_found", "no_discrepancy", "unexplained")
+CAUSE_FOUND, DATA_SUSPECT = "cause_found", "data_suspect"
+VERDICTS = (CAUSE_FOUND, "no_discrepancy", "unexplained", DATA_SUSPECT)
 NEXT_EXPERIMENT_FILE = "next_experiment.csv"
 SIGNIFICANT = 0.01  # p-value of a test of residuals
 _DIGITS = 6  # significant, in diagnosis.json
@@ -86,6 +87,26 @@ class UnitResult:
     gain_percent: float
     gain_percent_ci95: tuple[float, float]
     chance: float = 0.0
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """What looks wrong with the data themselves.
+
+    Attributes:
+        what: a sentence.
+        where: file, or columns, that it is about; "": all of the data.
+        rows: first and last row of the file, counted from 1, from which and to which; (): all.
+    """
+
+    what: str
+    where: str = ""
+    rows: tuple[int, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """Return it as one line."""
+        return f"{self.where}: {self.what}" if self.where else self.what
 
 
 @dataclass(frozen=True)
@@ -178,6 +199,9 @@ class Diagnosis:
         extra: further figures by name, unit included ("tip_rmse_aligned_after_mm").
         calibrated: numbers of this specimen, by name, beside the specified ones (`null`).
         structure: tests of the residuals, by stage ("before", "after").
+        suspicions: what looks wrong with the data; not empty where the verdict is "data_suspect".
+        registration: how measured positions were moved into the base frame (`registration.document`).
+        chosen_in_training: the causes chosen before the held-out data were looked at.
     """
 
     dataset: Dataset
@@ -194,6 +218,9 @@ class Diagnosis:
     extra: Mapping[str, float] = field(default_factory=dict)
     calibrated: Mapping[str, FittedParameter] = field(default_factory=dict)
     structure: Mapping[str, tuple[StructureTest, ...]] = field(default_factory=dict)
+    suspicions: tuple[Suspicion, ...] = ()
+    registration: Mapping[str, Any] = field(default_factory=dict)
+    chosen_in_training: tuple[str, ...] = ()
 
     @property
     def headline(self) -> UnitResult:
@@ -232,6 +259,10 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
             for candidate in diagnosis.ranking
         ],
         "indistinguishable": [list(group) for group in diagnosis.indistinguishable],
+        "suspicions": [
+            {"what": item.what, "where": item.where, "rows": list(item.rows)} for item in diagnosis.suspicions
+        ],
+        "registration": dict(diagnosis.registration),
         "next_experiment": diagnosis.next_experiment.words,
         "next_experiment_inputs": NEXT_EXPERIMENT_FILE if diagnosis.next_experiment.inputs else None,
         "next_experiment_over_noise": {

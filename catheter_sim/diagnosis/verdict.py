@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-
-import numpy as np
 
 from catheter_sim.diagnosis.evidence import residual_series
 from catheter_sim.diagnosis.fit import Fit
 from catheter_sim.diagnosis.hypothesis import Problem
-from catheter_sim.diagnosis.intervals import intervals, model_margin
+from catheter_sim.diagnosis.intervals import Interval
 from catheter_sim.diagnosis.noise import is_white
 from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
 from catheter_sim.diagnosis.structure import TESTS
@@ -65,15 +62,15 @@ def gains_surely(result: UnitResult) -> bool:
     return result.gain_percent > 0.0 and result.chance <= SURE and comes_back
 
 
-def could_be_nothing(result: Fit) -> tuple[str, ...]:
+def could_be_nothing(result: Fit, ends: Mapping[tuple[str, str], Interval]) -> tuple[str, ...]:
     """Return the causes of which no number differs surely from the one that does nothing.
 
-    Surely: that one lies outside the number's 95 % interval (`intervals.intervals`), what an unknown error of
-    the model could do included. A number that stands at a bound, where nothing is known of what lies beyond,
-    counts with the interval that it would have without the bound: so far it is sure.
+    Surely: that one lies outside the number's 95 % interval.
+
+    Args:
+        result: a fit.
+        ends: the intervals of its numbers, as they are printed (`intervals.cause_intervals`).
     """
-    result = replace(result, held=np.zeros_like(result.held))
-    ends = intervals(result, model_margin(result, np.zeros(len(result.frees))))
     sure = {
         free.effect
         for free in result.frees

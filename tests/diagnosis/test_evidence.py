@@ -8,15 +8,26 @@ from planted import displacement_history, pair_history, small_robot
 
 from catheter_sim.diagnosis.evidence import (
     TIP,
+    errors_of,
     gain_interval,
     gain_percent,
     rmse_by_unit,
     stretch_squares,
     tip_errors,
 )
-from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.hypothesis import (
+    GROSS,
+    Problem,
+    Term,
+    frees_of,
+    residuals,
+    tempered,
+    untempered,
+)
 from catheter_sim.diagnosis.noise import is_white, noise_floor, repeat_noise, white_noise
 from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.tables import Table
 
 
@@ -130,3 +141,50 @@ def test_alignment_takes_out_a_shift_and_nothing_else():
     swing = np.tile([1.0, -1.0], 20)
     swinging = {name: [(swing if name == "tip_x_mm" else rows, rows)] for name in TIP}
     assert tip_errors(swinging)["tip_distance_rmse_aligned_{}_mm"] == pytest.approx(1.0)
+
+
+def gross_problem(error: float) -> Problem:
+    """Return a problem whose measurements are a scale of 1.2 times the pull, all off by `error`."""
+    inputs = pair_history(1)
+    pull = inputs.tendon[:, :1]
+
+    def twin(robots, commanded, every):
+        scales = [robot.effects.get("actuation_gain", {}).get("scale", 1.0) for robot in robots]
+        return np.array([1e3 * scale * commanded.tendon[::every, :1] for scale in scales])
+
+    measured = {"tip_x_mm": 1.2e3 * pull[:, 0] + error}
+    robot = load_robot("neuroendoscope_section")
+    return Problem(robot, (), (trial(measured, inputs),), ("tip_x_mm",), np.array([0.1]), twin)
+
+
+def test_an_error_is_reported_as_large_as_it_is():
+    """Off by 1073 mm in all rows, with a weight of 0.1 mm, the error is that, and not a thousand weights."""
+    problem = gross_problem(1073.0)
+    null = fit(problem, (), cross_validate=False)
+    pull = problem.trials[0].inputs.tendon[:, 0]
+    expected = np.sqrt(np.mean((1073.0 + 0.2e3 * pull) ** 2))
+    assert rmse_by_unit(problem, errors_of(problem, null))["mm"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_gross_errors_are_tempered_like_hubers_loss():
+    """Squares below the limit, lines of the same slope above it, and back again."""
+    error = np.array([-5e4, -GROSS, -3.0, 0.0, GROSS, 1.5 * GROSS, 1e7])
+    assert untempered(tempered(error)) == pytest.approx(error, rel=1e-12)
+    inside = np.abs(error) <= GROSS
+    assert (tempered(error)[inside] == error[inside]).all()
+    loss = lambda size: float(tempered(np.array([size]))[0] ** 2)  # noqa: E731
+    assert loss(3.0 * GROSS) - loss(2.0 * GROSS) == pytest.approx(2.0 * GROSS**2, rel=1e-12)
+    assert loss(GROSS * (1.0 + 1e-6)) - loss(GROSS) == pytest.approx(2e-6 * GROSS**2, rel=1e-4)
+
+
+def test_a_fit_finds_its_way_through_gross_errors():
+    """Every row is beyond the limit from the start; there is a slope all the same, and the scale is found."""
+    problem = gross_problem(0.0)
+    sharp = Problem(problem.robot, (), problem.trials, problem.columns, np.array([1e-3]), problem.twin)
+    term = Term("actuation_gain", ("scale",))
+    start = residuals(
+        sharp, frees_of(sharp, (term,)), np.array([[0.7 / frees_of(sharp, (term,))[0].parameter.scale]])
+    )
+    assert np.median(np.abs(untempered(start))) > 10.0 * GROSS
+    found = fit(sharp, (term,), {("actuation_gain", "scale"): 0.7}, cross_validate=False)
+    assert found.values["actuation_gain", "scale"] == pytest.approx(1.2, abs=1e-4)

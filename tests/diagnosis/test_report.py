@@ -20,6 +20,7 @@ from catheter_sim.diagnosis.result import (
     Diagnosis,
     FittedParameter,
     NextExperiment,
+    Suspicion,
     TrialFit,
     UnitResult,
     to_json,
@@ -283,3 +284,40 @@ def test_words_for_names() -> None:
     assert interval(9.0, (7.0, np.inf)) == "7.00 to ∞"
     assert listed(("a", "b", "c")) == "a, b and c"
     assert listed(()) == ""
+
+
+def chosen_rows(page: str) -> list[str]:
+    """Return the names of the rows of the ranking that are highlighted."""
+    return re.findall(r'<tr class="chosen"><td>([^<]*)</td>', page)
+
+
+@pytest.mark.parametrize("place", [0, 20, 39])
+def test_one_set_of_the_ranking_is_highlighted_and_it_is_the_named_one(place: int) -> None:
+    """Wherever it stands among forty; and the calibrated model where nothing is named."""
+    others = [Candidate((name, "drift"), 1.0 + 0.1 * k, 1.0) for k, name in enumerate(["rate"] * 40)]
+    others[place] = Candidate(("tendon_friction", "backlash"), 1.0 + 0.1 * place, 1.0)
+    ranking = (*others, Candidate((), 6.104, 6.0))
+    page = report_html(made_up(ranking=ranking), BLANK)
+    assert chosen_rows(page) == ["tendon friction and backlash"]
+    page = report_html(made_up("unexplained", ranking=ranking), BLANK)
+    assert chosen_rows(page) == ["no effect (calibration alone)"]
+
+
+def test_the_report_says_how_the_highlighted_set_came_about() -> None:
+    """Chosen in training alone, or changed by the held-out data."""
+    page = report_html(made_up(chosen_in_training=("tendon_friction", "backlash")), BLANK)
+    assert "the held-out error took no part" in page
+    page = report_html(made_up(chosen_in_training=("tendon_friction", "backlash", "rate")), BLANK)
+    assert "took no part" not in page
+    assert "is tendon friction, backlash and rate; the held-out data" in page
+
+
+def test_suspected_data_are_told_in_the_sentence_the_report_and_the_json() -> None:
+    """What, where and which rows; no cause, no claim about the model."""
+    doubt = Suspicion("all positions jump here", "b.csv", (38, 75))
+    diagnosis = made_up("data_suspect", suspicions=(doubt,))
+    assert sentence(diagnosis).endswith("no cause was looked for: b.csv: all positions jump here")
+    assert "b.csv: all positions jump here (rows 38 to 75)" in report_html(diagnosis, BLANK)
+    document = to_json(diagnosis)
+    assert document["verdict"] == "data_suspect"
+    assert document["suspicions"] == [{"what": "all positions jump here", "where": "b.csv", "rows": [38, 75]}]

@@ -46,7 +46,8 @@ def found(data):
 def assert_doubted(data, words):
     """Assert that no cause is named, and that the first note is the doubt."""
     diagnosis = found(data)
-    assert diagnosis.verdict == "unexplained"
+    assert diagnosis.verdict == "data_suspect"
+    assert diagnosis.suspicions
     assert diagnosis.causes == ()
     assert diagnosis.notes[0].startswith(SUSPECTED)
     assert words in diagnosis.notes[0]
@@ -171,3 +172,70 @@ def test_a_third_missing_changes_no_verdict(sound):
         return {name: np.where(generator.random(len(v)) < 0.3, np.nan, v) for name, v in columns.items()}
 
     assert found(with_outputs(sound, thin)).verdict == "no_discrepancy"
+
+
+def noise_of(size):
+    """Return a change that puts white noise of a size in the place of every output."""
+    generator = np.random.default_rng(3)
+    return lambda index, columns: {name: size * generator.normal(size=len(v)) for name, v in columns.items()}
+
+
+@pytest.mark.parametrize("size", [0.1, 5.0, 30.0])
+def test_noise_is_no_measurement(sound, size):
+    """Outputs of noise alone, less or more than the robot moves, have no cause."""
+    doubted = found(with_outputs(sound, noise_of(size)))
+    assert doubted.verdict == "data_suspect"
+    assert doubted.causes == ()
+
+
+@pytest.mark.parametrize("wander", [0.0, 0.1, 0.5])
+def test_a_tracker_that_hangs_on_nothing(sound, wander):
+    """It shows one place, or wanders slowly, while the robot is driven."""
+    generator = np.random.default_rng(5)
+
+    def loose(index, columns):
+        return {
+            name: 40.0
+            + np.cumsum(wander * generator.normal(size=len(v)))
+            + 0.1 * generator.normal(size=len(v))
+            for name, v in columns.items()
+        }
+
+    assert_doubted(with_outputs(sound, loose), "is the tracker attached")
+
+
+@pytest.mark.parametrize("trial", [0, 1, 2])
+def test_a_tracker_that_is_bumped(sound, trial):
+    """15 mm from the middle of one trial on, a held-out one too: the file and the row are named."""
+    rows = len(sound.trials[trial].inputs)
+
+    def bump(index, columns):
+        late = (np.arange(rows) >= rows // 2) * (index == trial)
+        return columns | {"tip_x_mm": columns["tip_x_mm"] + 15.0 * late}
+
+    diagnosis = found(with_outputs(sound, bump))
+    assert diagnosis.verdict == "data_suspect"
+    (doubt,) = diagnosis.suspicions
+    assert doubt.where == f"trial_{trial}.csv"
+    assert doubt.rows == (rows // 2 + 1, rows)
+
+
+def test_a_bump_is_found_beside_a_cause():
+    """The same of a robot that is a fifth softer than the model says."""
+    soft = small_data({"stiffness": {"scale": 0.8}})
+    rows = len(soft.trials[1].inputs)
+
+    def bump(index, columns):
+        late = (np.arange(rows) >= 30) * (index == 1)
+        return {name: values + 8.0 * late for name, values in columns.items()}
+
+    (doubt,) = found(with_outputs(soft, bump)).suspicions
+    assert doubt.where == "trial_1.csv"
+    assert doubt.rows[0] == 31
+
+
+def test_a_mistake_is_found_in_a_trackers_own_frame(sound):
+    """Two tendons swapped and the tracker a metre away."""
+    swapped = with_inputs(sound, lambda tendon: tendon[:, [1, 0, 2]])
+    away = with_outputs(swapped, lambda index, columns: {name: v + 1e3 for name, v in columns.items()})
+    assert_doubted(away, "displacement_t0_mm and displacement_t1_mm look swapped")

@@ -9,6 +9,7 @@ import pytest
 
 from catheter_sim.diagnosis.fit import Fit
 from catheter_sim.diagnosis.hypothesis import Free, Term
+from catheter_sim.diagnosis.intervals import cause_intervals
 from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
 from catheter_sim.diagnosis.verdict import (
     could_be_nothing,
@@ -144,14 +145,23 @@ def fitted(backlash: float, gain: float) -> Fit:
 )
 def test_cause_that_could_be_nothing_is_known(backlash, gain, unsure):
     """Half of the interval is the noise, half what the model may err."""
-    assert could_be_nothing(fitted(backlash, gain)) == unsure
+    result = fitted(backlash, gain)
+    assert could_be_nothing(result, cause_intervals(result)) == unsure
 
 
 def test_number_at_a_bound_is_as_sure_as_the_data_before_it():
     """Far from the value that does nothing, or near to it: the bound itself makes no cause unsure."""
     stuck = np.array([True, False])
-    assert could_be_nothing(replace(fitted(2.0, 2.0), held=stuck)) == ()
-    assert could_be_nothing(replace(fitted(0.1, 2.0), held=stuck)) == ("backlash",)
+    far, near = replace(fitted(2.0, 2.0), held=stuck), replace(fitted(0.1, 2.0), held=stuck)
+    assert could_be_nothing(far, cause_intervals(far)) == ()
+    assert could_be_nothing(near, cause_intervals(near)) == ("backlash",)
+
+
+def test_what_the_simulation_adds_to_an_interval_decides_too():
+    """A number that noise alone makes sure is not, where the simulation would move it by as much."""
+    result = fitted(2.0, 2.0)
+    assert could_be_nothing(result, cause_intervals(result, np.array([-2.0, 0.0]))) == ("backlash",)
+    assert could_be_nothing(result, cause_intervals(result, np.array([-0.5, 0.5]))) == ()
 
 
 def test_cause_without_which_much_is_lost_is_needed():

@@ -1,0 +1,401 @@
+"""Where the tracker stands: measured positions are moved into the robot's base frame before any fit.
+
+A tracker has an origin and axes of its own, and its files may be in metres. Measured and computed positions
+of the training trials are laid over one another by the rigid motion of least squares (Kabsch 1976; Umeyama
+1991). A model that errs lays them over one another wrongly, so that this motion is not taken as it is:
+
+- Turns. The base frame is wanted as it would be set up: the 24 turns that exchange axes are tried first, none
+  before the others. One is taken where it takes most of the error (`CONVINCING`); what a tracker is turned
+  beyond it, up to `SLIGHT_DEG`, is left to the cause `measurement_frame`. Only where a turn by any angle does
+  as much better again is that one taken, and its three numbers are fitted with every hypothesis.
+- Shifts. Where every point is off by more than that cause may be, the mean shift is taken out, and its
+  numbers are fitted with every hypothesis, since an erring model shows the wrong mean.
+- Metres: where the points' spread shows a factor of 1000.
+
+So a tracker placed anywhere leaves the same answer as one that stands in the base frame, and one that is
+slightly off is a cause, as ever. Mirror images are no motion of a tracker; they are left to `suspicions`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from catheter_sim.diagnosis.hypothesis import measured_of
+from catheter_sim.diagnosis.nuisance import Nuisance
+from catheter_sim.diagnosis.trials import Dataset, Trial
+from catheter_sim.diagnosis.twin import Twin
+from catheter_sim.effects.face import Parameter
+from catheter_sim.robots.kinds import Robot
+from catheter_sim.robots.posture import Array
+
+CAUSE = "measurement_frame"  # what stands for a tracker that is slightly off
+CONVINCING = 0.35  # error left by a turn over the error without it, from which the turn is taken
+SLIGHT_DEG = 30.0  # beyond an exchange of axes
+SLIGHT_SHIFT_MM = 50.0  # the bound of `measurement_frame`
+_LEAST_SHARE = 0.05  # of the points, that may be off by less where the whole tracker is shifted
+_MM_PER_M = 1e3
+_METRES = (
+    250.0,
+    4000.0,
+)  # spread of the computed points over that of the measured ones, where these are in m
+_FEWEST_POINTS = 8
+_TRACE = 1e-9  # of no turn beside the points, which decides what they leave open
+_FLAT = 0.02  # second largest extent over the largest, below which points lie on a line
+_POINT = re.compile(r"(tip|body_\d+)_([xyz])_mm")
+_QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
+_SHIFTS = ("frame_shift_x_mm", "frame_shift_y_mm", "frame_shift_z_mm")
+_TURNS = ("frame_turn_x_deg", "frame_turn_y_deg", "frame_turn_z_deg")
+
+
+@dataclass(frozen=True)
+class Registration:
+    """How measured positions were moved into the robot's base frame: p_base = R_bt (factor p_file - shift).
+
+    Attributes:
+        axes: the coordinates that are measured of every point, of "xyz"; "": no positions.
+        factor: 1, or 1000 where a file is in metres.
+        R_bt: turn from the tracker's axes to the base's, shape (3, 3).
+        shift_mm: the base's origin in the tracker's frame, shape (3,) [mm].
+        free: names of the numbers of the frame that are fitted with every hypothesis.
+        turn_known: whether the points show how the tracker is turned; those on a line do not.
+        best_turn_deg: rotation vector, base to tracker, of the motion of least squares, shape (3,).
+        best_shift_mm: its shift, shape (3,).
+        extent_mm: of the computed points from their middle, at most.
+    """
+
+    axes: str
+    factor: float
+    R_bt: Array
+    shift_mm: Array
+    free: tuple[str, ...]
+    turn_known: bool
+    best_turn_deg: Array
+    best_shift_mm: Array
+    extent_mm: float
+
+    @property
+    def turned(self) -> bool:
+        """Return whether the tracker's axes are not the base's."""
+        return not np.array_equal(self.R_bt, np.eye(3))
+
+    @property
+    def applied(self) -> bool:
+        """Return whether measured positions were changed at all."""
+        return self.turned or self.factor != 1.0 or bool(self.shift_mm.any())
+
+
+def register(train: Sequence[Trial], columns: Sequence[str], robot: Robot, twin: Twin) -> Registration:
+    """Return the motion from the tracker's frame to the base's.
+
+    Args:
+        train: the training trials.
+        columns: the data set's outputs.
+        robot: as specified.
+        twin: gives `columns`.
+    """
+    points = points_of(columns)
+    axes = "".join(axis for axis in "xyz" if points and all(axis in found for found in points.values()))
+    computed, measured = _pairs(train, columns, points, axes, robot, twin)
+    if len(measured) < _FEWEST_POINTS:
+        return _none(axes)
+    factor = _factor(computed, measured, axes)
+    measured = factor * measured
+    whole = set(_QUATERNION) <= set(columns) or set(_QUATERNION).isdisjoint(columns)
+    best = _kabsch(computed, measured, axes)
+    R_tb, free_turn = _turn(computed, measured, best, axes) if whole else (np.eye(3), False)
+    extents = np.linalg.svd(computed - computed.mean(axis=0), compute_uv=False)
+    apart = measured - computed @ R_tb.T
+    shifted = _far(apart, axes)
+    shift = apart.mean(axis=0) if shifted else np.zeros(3)
+    free = [name for name, axis in zip(_TURNS, "xyz", strict=True) if free_turn and _about(axis, axes)]
+    free += [name for name, axis in zip(_SHIFTS, "xyz", strict=True) if shifted and axis in axes]
+    return Registration(
+        axes=axes,
+        factor=factor,
+        R_bt=R_tb.T,
+        shift_mm=shift,
+        free=tuple(free),
+        turn_known=len(axes) > 1 and bool(extents[1] > _FLAT * extents[0]),
+        best_turn_deg=Rotation.from_matrix(best).as_rotvec(degrees=True),
+        best_shift_mm=measured.mean(axis=0) - computed.mean(axis=0) @ best.T,
+        extent_mm=float(np.abs(computed - computed.mean(axis=0)).max()),
+    )
+
+
+def registered(dataset: Dataset, registration: Registration) -> Dataset:
+    """Return the data set with its measured positions, and the tip's orientation, in the base frame."""
+    if not registration.applied:
+        return dataset
+    trials = []
+    for trial in dataset.trials:
+        values = measured_of(trial, dataset.output_channels)
+        moved = _moved_values(values, dataset.output_channels, registration)
+        outputs = {name: moved[:, index] for index, name in enumerate(dataset.output_channels)}
+        trials.append(replace(trial, outputs=replace(trial.outputs, columns=outputs)))
+    return replace(dataset, trials=tuple(trials))
+
+
+def frame_numbers(registration: Registration) -> tuple[Nuisance, ...]:
+    """Return the numbers of the frame that are fitted with every hypothesis: turns first, then shifts."""
+    turns = any(name in _TURNS for name in registration.free)
+    found = []
+    for index, name in enumerate((*_TURNS, *_SHIFTS)):
+        if name not in registration.free:
+            continue
+        turn = name in _TURNS
+        bound = 180.0 if turn else SLIGHT_SHIFT_MM + 2.0 * registration.extent_mm
+        found.append(
+            Nuisance(
+                Parameter(name, 0.0, -bound, bound, scale=1.0, start=0.0),
+                _same_robot,
+                superseded_by=() if turns else (CAUSE,),
+                stands_for=(CAUSE,) if turns else (),
+                change_outputs=partial(_turned_outputs if turn else _shifted_outputs, index % 3),
+            )
+        )
+    return tuple(found)
+
+
+def points_of(columns: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Return the index of every measured coordinate by point ("tip", "body_3") and axis."""
+    found: dict[str, dict[str, int]] = {}
+    for index, name in enumerate(columns):
+        match = _POINT.fullmatch(name)
+        if match:
+            found.setdefault(match[1], {})[match[2]] = index
+    return found
+
+
+def document(registration: Registration, fitted: Mapping[str, float]) -> dict[str, Any]:
+    """Return the motion as it stands in `diagnosis.json`, what was fitted of it included.
+
+    Args:
+        registration: the motion.
+        fitted: values of its free numbers by name.
+    """
+    turn_deg = [fitted.get(name, 0.0) for name in _TURNS]
+    rest = Rotation.from_euler("xyz", turn_deg, degrees=True)  # about x, then y, then z
+    R_tb = registration.R_bt.T
+    shift = registration.shift_mm + R_tb @ np.array([fitted.get(name, 0.0) for name in _SHIFTS])
+    turn = Rotation.from_matrix(R_tb) * rest
+    return {
+        "applied": registration.applied,
+        "factor": registration.factor,
+        "rotation_deg": turn.as_rotvec(degrees=True).tolist(),
+        "translation_mm": shift.tolist(),
+        "measured_axes": registration.axes,
+        "rotation_identifiable": registration.turn_known,
+        "fitted": dict(fitted),
+        "least_squares": {
+            "rotation_deg": registration.best_turn_deg.tolist(),
+            "translation_mm": registration.best_shift_mm.tolist(),
+        },
+    }
+
+
+def registration_notes(registration: Registration, fitted: Mapping[str, float]) -> list[str]:
+    """Return what a reader must know of the motion; nothing where none was needed."""
+    if not registration.applied:
+        return []
+    told = document(registration, fitted)
+    notes = []
+    if registration.factor != 1.0:
+        notes.append(
+            "The positions in columns called mm are in metres: the measured points are a thousandth as far "
+            "apart as the robot's. They were multiplied by 1000."
+        )
+    if registration.turned or registration.shift_mm.any():
+        turn = np.array(told["rotation_deg"])
+        angle = float(np.linalg.norm(turn))
+        about = ", ".join(f"{part:.2g}" for part in turn / angle) if angle else ""
+        parts = [f"turned by {angle:.4g} deg about ({about})"] if angle else []
+        if np.any(told["translation_mm"]):
+            where = ", ".join(f"{part:.4g}" for part in told["translation_mm"])
+            parts.append(f"the robot's base at ({where}) mm in its frame")
+        fitted_too = ", fitted anew with every hypothesis" if registration.free else ""
+        notes.append(
+            f"The tracker has a frame of its own: {'; '.join(parts)}{fitted_too}. Every position here and in "
+            "the CSV files is in the robot's base frame."
+        )
+    if registration.turned and not registration.turn_known:
+        notes.append(
+            "How the tracker is turned cannot be told from these points, which lie on a line: the least turn "
+            "was taken."
+        )
+    return notes
+
+
+def _none(axes: str) -> Registration:
+    zero = np.zeros(3)
+    return Registration(axes, 1.0, np.eye(3), zero, (), False, zero, zero, 0.0)
+
+
+def _pairs(
+    train: Sequence[Trial],
+    columns: Sequence[str],
+    points: Mapping[str, Mapping[str, int]],
+    axes: str,
+    robot: Robot,
+    twin: Twin,
+) -> tuple[Array, Array]:
+    """Return computed and measured points, shape (n, 3) each [mm]; a coordinate not measured is zero."""
+    parts = []
+    for trial in train if axes else ():
+        computed, measured = twin([robot], trial.inputs, 1)[0], measured_of(trial, columns)
+        for found in points.values():
+            places = np.zeros((2, len(measured), 3))
+            for axis in axes:
+                places[:, :, "xyz".index(axis)] = computed[:, found[axis]], measured[:, found[axis]]
+            parts.append(places[:, np.isfinite(places).all(axis=(0, 2))])
+    stacked = np.concatenate(parts, axis=1) if parts else np.zeros((2, 0, 3))
+    return stacked[0], stacked[1]
+
+
+def _factor(computed: Array, measured: Array, axes: str) -> float:
+    """Return 1000 where the measured points are the computed ones in metres, else 1."""
+    spreads = [
+        float(np.sqrt(((item - item.mean(axis=0)) ** 2).sum(axis=1).mean())) for item in (computed, measured)
+    ]
+    if not _METRES[0] * spreads[1] < spreads[0] < _METRES[1] * spreads[1]:
+        return 1.0
+    metres = _MM_PER_M * measured
+    left = _error(computed, metres, _kabsch(computed, metres, axes))
+    return _MM_PER_M if left < 0.5 * spreads[0] else 1.0
+
+
+def _kabsch(computed: Array, measured: Array, axes: str) -> Array:
+    """Return the turn of least squares from computed to measured points about their middles, shape (3, 3).
+
+    Only the measured coordinates turn. What the points leave open, about the line on which they lie, is
+    turned as little as can be.
+    """
+    turn = np.eye(3)
+    seen = ["xyz".index(axis) for axis in axes]
+    product = (measured - measured.mean(axis=0)).T @ (computed - computed.mean(axis=0))
+    product = product[np.ix_(seen, seen)]
+    size = np.linalg.norm(product)
+    if len(seen) < 2 or size == 0.0:
+        return turn
+    left, _, right = np.linalg.svd(product / size + _TRACE * np.eye(len(seen)))
+    signs = np.ones(len(seen))
+    signs[-1] = np.sign(np.linalg.det(left @ right))
+    turn[np.ix_(seen, seen)] = left @ np.diag(signs) @ right
+    return turn
+
+
+def _turn(computed: Array, measured: Array, best: Array, axes: str) -> tuple[Array, bool]:
+    """Return the turn from the base's axes to the tracker's, and whether it is by any angle."""
+    proper, mirrored = _exchanges(1.0, axes), _exchanges(-1.0, axes)
+    errors = [_error(computed, measured, R_tb) for R_tb in proper]
+    taken, error = np.eye(3), errors[0]
+    least = min(errors)
+    if least < CONVINCING * error and not (
+        min(_error(computed, measured, R_tb) for R_tb in mirrored) < CONVINCING * least
+    ):
+        # Of turns that do as well the least one: points on a line leave the turn about it open.
+        index = next(k for k, item in enumerate(errors) if item <= 1.05 * least)
+        taken, error = proper[index], errors[index]
+    beyond = math.degrees(Rotation.from_matrix(taken.T @ best).magnitude())
+    if beyond > SLIGHT_DEG and _error(computed, measured, best) < CONVINCING * error:
+        return best, True
+    return taken, False
+
+
+def _error(computed: Array, measured: Array, R_tb: Array) -> float:
+    """Return the root mean square distance of computed points, turned, from measured ones; both centred."""
+    apart = (measured - measured.mean(axis=0)) - (computed - computed.mean(axis=0)) @ R_tb.T
+    return float(np.sqrt((apart**2).sum(axis=1).mean()))
+
+
+def _exchanges(determinant: float, axes: str) -> list[Array]:
+    """Return the turns (determinant 1) or mirror images (-1) that exchange measured axes, least turn first.
+
+    There are 24 of each of three axes, four of two.
+    """
+    fixed = [index for index, axis in enumerate("xyz") if axis not in axes]
+    found = []
+    for order in itertools.permutations(range(3)):
+        for signs in itertools.product((1.0, -1.0), repeat=3):
+            matrix = np.zeros((3, 3))
+            matrix[range(3), order] = signs
+            if np.linalg.det(matrix) * determinant > 0.0 and all(matrix[k, k] == 1.0 for k in fixed):
+                found.append(matrix)
+    return sorted(found, key=lambda matrix: -float(np.trace(matrix)))
+
+
+def _far(apart: Array, axes: str) -> bool:
+    """Return whether all points but a few are off by more than a slight shift, shape (n, 3)."""
+    return bool(axes) and float(np.quantile(np.linalg.norm(apart, axis=1), _LEAST_SHARE)) > SLIGHT_SHIFT_MM
+
+
+def _about(axis: str, axes: str) -> bool:
+    """Return whether a turn about `axis` shows in the measured coordinates."""
+    return all(other in axes for other in "xyz" if other != axis)
+
+
+def _moved_values(values: Array, columns: Sequence[str], registration: Registration) -> Array:
+    """Return measured outputs (r, o) in the base frame."""
+    moved = np.array(values)
+    for found in points_of(columns).values():
+        from_file = {axis: registration.factor * values[:, index] for axis, index in found.items()}
+        for axis, index in found.items():
+            row = registration.R_bt["xyz".index(axis)]
+            total = np.zeros(len(values))
+            for other, weight in zip("xyz", row, strict=True):
+                if weight != 0.0:  # a missing value of another axis must not spoil this one
+                    total += weight * (from_file[other] - registration.shift_mm["xyz".index(other)])
+            moved[:, index] = total
+    places = [list(columns).index(name) for name in _QUATERNION if name in columns]
+    if registration.turned and len(places) == 4:
+        moved[:, places] = _turned_quaternions(values[:, places], Rotation.from_matrix(registration.R_bt))
+    return moved
+
+
+def _turned_quaternions(values: Array, turn: Rotation) -> Array:
+    """Return unit quaternions w, x, y, z turned, shape (r, 4), w never negative; NaN where one is missing."""
+    turned = np.full_like(values, np.nan)
+    known = np.isfinite(values).all(axis=1) & (np.linalg.norm(values, axis=1) > 0.0)
+    if known.any():
+        found = turn * Rotation.from_quat(values[known], scalar_first=True)
+        turned[known] = found.as_quat(canonical=True, scalar_first=True)
+    return turned
+
+
+def _same_robot(robot: Robot, value: float) -> Robot:
+    return robot
+
+
+def _shifted_outputs(axis: int, columns: tuple[str, ...], outputs: Array, values: Array) -> Array:
+    """Return outputs (B, r, o) with every point shifted along one axis by `values` (B,) [mm]."""
+    shifted = np.array(outputs)
+    for found in points_of(columns).values():
+        if "xyz"[axis] in found:
+            shifted[..., found["xyz"[axis]]] += values[:, None]
+    return shifted
+
+
+def _turned_outputs(axis: int, columns: tuple[str, ...], outputs: Array, values: Array) -> Array:
+    """Return outputs (B, r, o) with every point and the tip's orientation turned by `values` (B,) [deg]."""
+    turned = np.array(outputs)
+    first, second = "xyz"[(axis + 1) % 3], "xyz"[(axis + 2) % 3]
+    cosine, sine = (part(np.radians(values))[:, None] for part in (np.cos, np.sin))
+    for found in points_of(columns).values():
+        if first in found and second in found:
+            a, b = outputs[..., found[first]], outputs[..., found[second]]
+            turned[..., found[first]] = cosine * a - sine * b
+            turned[..., found[second]] = sine * a + cosine * b
+    places = [columns.index(name) for name in _QUATERNION if name in columns]
+    if len(places) == 4:
+        for index, value in enumerate(values):
+            turn = Rotation.from_rotvec(np.radians(value) * np.eye(3)[axis])
+            turned[index][:, places] = _turned_quaternions(outputs[index][:, places], turn)
+    return turned
