@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from catheter_sim.diagnosis.pipeline import diagnose_dataset, in_base_frame
 from catheter_sim.diagnosis.registration import frame_numbers, points_of
+
+pytestmark = pytest.mark.xdist_group("registration")  # diagnoses are shared
 
 SHIFT = (500.0, 300.0, 900.0)
 NO_TURN = np.eye(3)
@@ -61,12 +64,17 @@ FRAMES = {
 }
 
 
+@pytest.fixture(scope="module")
+def diagnosed(soft):
+    """Gives the diagnosis of the soft robot's data in a frame, "" for the base's; each is made once."""
+    return cache(lambda frame: diagnose_dataset(seen_from(soft, **FRAMES.get(frame, {})), simulation=False))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("frame", FRAMES)
-def test_a_trackers_frame_changes_no_answer(soft, frame):
+def test_a_trackers_frame_changes_no_answer(diagnosed, frame):
     """The same cause, its number to a tenth of its interval, the same gain to two percent of the error."""
-    clean = diagnose_dataset(soft, simulation=False)
-    found = diagnose_dataset(seen_from(soft, **FRAMES[frame]), simulation=False)
+    clean, found = diagnosed(""), diagnosed(frame)
     assert (found.verdict, [item.name for item in found.causes]) == ("cause_found", ["stiffness"])
     (mine,), (theirs,) = ([*item.causes[0].parameters.values()] for item in (found, clean))
     assert mine.value == pytest.approx(theirs.value, abs=0.1 * (theirs.ci95[1] - theirs.ci95[0]))
@@ -76,10 +84,10 @@ def test_a_trackers_frame_changes_no_answer(soft, frame):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("frame", FRAMES)
-def test_the_motion_is_told(soft, frame):
+def test_the_motion_is_told(diagnosed, frame):
     """Turn and shift come out as they were put in, though the model is wrong by a fifth of its stiffness."""
     put_in = {"R": np.eye(3), "shift": (0.0, 0.0, 0.0), "factor": 1.0} | FRAMES[frame]
-    told = diagnose_dataset(seen_from(soft, **FRAMES[frame]), simulation=False).registration
+    told = diagnosed(frame).registration
     turn = Rotation.from_rotvec(told["rotation_deg"], degrees=True).as_matrix()
     assert turn == pytest.approx(put_in["R"], abs=0.005)
     assert told["translation_mm"] == pytest.approx(put_in["shift"], abs=0.3)
