@@ -231,7 +231,7 @@ def test_some_are_reset_and_the_others_go_on(three: Any, alone: Any) -> None:
 def test_one_target_for_all_can_be_set(three: Any) -> None:
     """`options["target"]` is every copy's; unknown options are refused."""
     _, info = three.reset(seed=0, options={"target": STRAIGHT})
-    assert np.array_equal(info["target_m"], [STRAIGHT] * 3)
+    assert np.array_equal(info["target_mm"], 1e3 * np.array([STRAIGHT] * 3))
     with pytest.raises(InputError, match="unknown option of reset 'goal'; choices: target"):
         three.reset(options={"goal": STRAIGHT})
 
