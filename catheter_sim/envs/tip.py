@@ -33,6 +33,7 @@ from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
 from catheter_sim.render.state import State
 from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.settings import SAID, Settings, settings_table
 from catheter_sim.shown import shown
@@ -73,6 +74,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
     }
     goal: tuple[str, ...] = ("target",)  # what the observation shows of the task, before the robot
     reset_options: ClassVar[tuple[str, ...]] = ()
+    _drawn: Mapping[str, float]  # what is changed in the robot now
 
     def __init__(
         self,
@@ -107,11 +109,12 @@ class TipEnv(gymnasium.Env[Any, Any]):
         if largest_bend_rad is not None:
             self._largest_bend_rad = checked_above_zero("largest_bend_rad", largest_bend_rad)
         self.randomised = check_randomised(randomised)
-        self._drawn: Mapping[str, float] = {}
-        if self.randomised:
-            load_robot(self._robot, self._settings)  # what is wrong without them is not theirs
-        for which in range(2 if self.randomised else 0):  # the bounds themselves must be possible
-            self._drawn = end_settings(self.randomised, which)
+        ends = [end_settings(self.randomised, which) for which in range(2)] if self.randomised else []
+        for self._drawn in ({}, *ends):
+            self._drawn_robot()
+        self._drawn = {}
+        self._prepare()
+        for self._drawn in ends:  # the bounds themselves must be possible
             self._new_plant()
         self._drawn = {}
         self.plant = self._new_plant()
@@ -182,11 +185,23 @@ class TipEnv(gymnasium.Env[Any, Any]):
         reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
         return fitted_view(view, reach, *self._size)
 
+    def _prepare(self) -> None:
+        """Make what the first robot needs; called once, when the arguments have been found possible."""
+
     def _new_plant(self) -> Plant:
-        """Return the robot with the settings that were drawn."""
+        """Return the simulated robot with the settings that were drawn."""
+        return Plant(
+            self._drawn_robot(),
+            self._action_type,
+            tuple(self._gravity),
+            self._largest_bend_rad,
+            self._surround(),
+        )
+
+    def _drawn_robot(self) -> Robot:
+        """Return the specified robot, changed by the settings that were drawn."""
         said = RANDOMISED if self._drawn else SAID
-        robot = load_robot(self._robot, {**self._settings, **self._drawn}, said)
-        return Plant(robot, self._action_type, tuple(self._gravity), self._largest_bend_rad, self._surround())
+        return load_robot(self._robot, {**self._settings, **self._drawn}, said)
 
     def _surround(self) -> Surround | None:
         """Return what puts the robot into surroundings; None: it stands alone."""

@@ -19,6 +19,7 @@ from catheter_sim.envs.arguments import (
     checked_seeds,
     require_running,
 )
+from catheter_sim.errors import InputError
 
 
 class _Ahead(gymnasium.Wrapper[Any, Any, Any, Any]):
@@ -55,6 +56,7 @@ class OneByOneEnv(SyncVectorEnv[Any, Any]):
         """Make the environments."""
         super().__init__([partial(_made, make) for make in env_fns], autoreset_mode=autoreset_mode)
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._begun = np.zeros(self.num_envs, dtype=bool)
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Start episodes; see `SyncVectorEnv.reset`.
@@ -66,6 +68,9 @@ class OneByOneEnv(SyncVectorEnv[Any, Any]):
         seeds = checked_seeds(seed, self.num_envs)
         given = own.pop("reset_mask", None)
         mask = checked_mask(given, self.num_envs)
+        if not (self._begun | mask).all():
+            raise InputError("reset_mask: the first reset is one of all environments")
+        self._begun |= mask
         self._all_at_once(
             [one for one in range(self.num_envs) if mask[one]],
             [methodcaller("reset", seed=own_seed, options=own) for own_seed in seeds],

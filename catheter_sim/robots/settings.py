@@ -67,8 +67,10 @@ def _key(key: Any, said: str) -> str:
 def _value(value: Any, where: str) -> str | int | float:
     if isinstance(value, str):
         return value
-    if isinstance(value, Integral) and not isinstance(value, bool):
-        return int(value)
     if isinstance(value, Real) and not isinstance(value, bool):
-        return float(value)
+        try:
+            number = float(value)
+        except OverflowError:
+            raise InputError(f"{where} = {shown(value)}: too large a number") from None
+        return int(value) if isinstance(value, Integral) else number
     raise InputError(f"{where} = {shown(value)}: a number or a text is needed")

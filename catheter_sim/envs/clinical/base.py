@@ -85,7 +85,6 @@ class ClinicalEnv(TipEnv, Generic[A]):
 
     def __init__(self, robot: Any, **arguments: Any) -> None:
         """Build the robot in the middle anatomy; arguments are those of `TipEnv`."""
-        self.anatomy = self.middle()
         super().__init__(robot, **arguments)
         self.force_N = self.peak_N = np.zeros(len(self._tissue.regions))
 
@@ -164,6 +163,9 @@ class ClinicalEnv(TipEnv, Generic[A]):
         tissue = self.plant.simulator.tissue
         assert tissue is not None
         return tissue
+
+    def _prepare(self) -> None:
+        self.anatomy = self.middle()
 
     def _surround(self) -> Surround:
         return lambda robot, actuation: self.surround(self.anatomy, robot, actuation)

@@ -21,7 +21,7 @@ from catheter_sim.envs.clinical.heart import (
 )
 from catheter_sim.envs.observation import Bounds
 from catheter_sim.envs.surroundings import Surroundings
-from catheter_sim.envs.tip import CONTROL_STEP_S, checked_robot
+from catheter_sim.envs.tip import CONTROL_STEP_S
 from catheter_sim.errors import InputError
 from catheter_sim.mjcf.catheter_implant import IMPLANT_M, holder_length_m
 from catheter_sim.mjcf.scene import View
@@ -34,7 +34,6 @@ from catheter_sim.procedure.plan import DELIVERING, implant_turn_rad
 from catheter_sim.procedure.scene import REGIONS
 from catheter_sim.procedure.steps import PUSH_M_PER_S
 from catheter_sim.render.framing import fitted_view
-from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
@@ -172,13 +171,19 @@ class DeliverEnv(ClinicalEnv[Case]):
         """
         self.angle_rad = math.radians(checked_above_zero("angle_deg", angle_deg, 180.0))
         self._flow_N = _amplitudes(flow_N)
-        self.known = _catheter(robot, settings)
-        self.waiting_m = waiting_m(self.known)
-        self._mount = turned(implant_turn_rad(self.known))
-        self.motions = (Motion(INSERTION, 0.0, DEEPEST_M - self.waiting_m, PUSH_M_PER_S),)
-        self.middle_ahead_m = holder_length_m(self.known) + 0.5 * IMPLANT_M - self.known.segments[-1].length_m
         super().__init__(robot, settings=settings, tolerance_m=tolerance_m, **arguments)
         self.begin()
+
+    def _prepare(self) -> None:
+        known = self._drawn_robot()
+        if not isinstance(known, CatheterRobot):
+            raise InputError(f"{known.name}: delivers no implant; choices: {', '.join(DELIVERING)}")
+        self.known = known
+        self.waiting_m = waiting_m(known)
+        self._mount = turned(implant_turn_rad(known))
+        self.motions = (Motion(INSERTION, 0.0, DEEPEST_M - self.waiting_m, PUSH_M_PER_S),)
+        self.middle_ahead_m = holder_length_m(known) + 0.5 * IMPLANT_M - known.segments[-1].length_m
+        super()._prepare()
 
     def draw(self, rng: np.random.Generator) -> Case:
         """Return a random heart, the way through it for the nominal robot, and a flow."""
@@ -273,13 +278,6 @@ class DeliverEnv(ClinicalEnv[Case]):
         backward = across / np.linalg.norm(across) + 0.25 * valve[:, 2]
         seen = View("delivery", np.zeros(3), backward / np.linalg.norm(backward), 0.1)
         return fitted_view(seen, self.seen_points(), *self._size)
-
-
-def _catheter(robot: str | os.PathLike[str], settings: Settings) -> CatheterRobot:
-    found = load_robot(checked_robot(robot), settings)
-    if not isinstance(found, CatheterRobot):
-        raise InputError(f"{found.name}: delivers no implant; choices: {', '.join(DELIVERING)}")
-    return found
 
 
 def _amplitudes(bounds: Sequence[float]) -> tuple[float, float]:
