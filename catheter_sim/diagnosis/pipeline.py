@@ -19,13 +19,11 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from catheter_sim.diagnosis.confirm import replays
 from catheter_sim.diagnosis.dataset import load_dataset
@@ -68,6 +66,7 @@ from catheter_sim.diagnosis.verdict import (
 from catheter_sim.diagnosis.workers import HERE, Workers, workers
 from catheter_sim.effects.apply import embodied
 from catheter_sim.mjcf.build import build_mjcf
+from catheter_sim.progress import Stages
 
 SUSPECTED = "The data look wrong, so that no cause was looked for"
 UNFINISHED = ".unfinished"  # folder of finished fits in the output folder of a run that was stopped
@@ -90,7 +89,7 @@ def diagnose(
         dataset_folder: with a dataset.toml.
         output_folder: gets diagnosis.json, report.html, robot.toml, model.xml and the fitted series.
         jobs: processes of this machine to fit with.
-        progress: show what is being done where standard error is a terminal.
+        progress: show what is being done, on standard error.
         dask: address of a Dask scheduler to fit on instead, "" for none.
 
     Raises:
@@ -114,15 +113,14 @@ def diagnose_dataset(
     Args:
         dataset: the measurements.
         place: where to fit.
-        progress: show what is being done where standard error is a terminal.
+        progress: show what is being done, on standard error.
         simulation: replay the held-out trials in MuJoCo at the end.
 
     Raises:
         InputError: no scheduler answers, or processes were killed again and again.
     """
-    hidden = not (progress and sys.stderr.isatty())
-    with tqdm(bar_format="{desc} ({elapsed})", disable=hidden, leave=False) as bar, workers(place) as pool:
-        bar.set_description("calibrating")
+    with Stages("diagnose", progress) as stages, workers(place) as pool:
+        stages.say("calibrating")
         dataset, frozen = thawed(dataset)
         train, heldout = split(dataset)
         problem = training_problem(dataset, train)
@@ -132,10 +130,10 @@ def diagnose_dataset(
             white_noise(residual_series(problem, before)), repeat_noise(train, problem.columns)
         )
         suspected = suspicions(problem, before, heldout, white)
-        bar.set_description("choosing causes")
+        stages.say("choosing causes")
         candidates = () if suspected else candidates_for(problem)
-        selection = select(problem, candidates, pool, bar.set_description)
-        bar.set_description("fitting the chosen causes")
+        selection = select(problem, candidates, pool, stages.say)
+        stages.say("fitting the chosen causes")
         after = fit(
             problem, selection.chosen.terms, selection.chosen.values, cross_validate=False, thorough=wanted
         )
@@ -148,7 +146,7 @@ def diagnose_dataset(
         )
         by_unit = held_out(problem, test, before, after, noise)
         unit = max(by_unit, key=lambda name: by_unit[name].rmse_after / max(by_unit[name].noise_floor, 1e-12))
-        bar.set_description("weighing the causes")
+        stages.say("weighing the causes")
         causes = named_causes(problem, test, after, by_unit[unit], unit, pool)
         weak: tuple[str, ...] = ()
         unsure: tuple[str, ...] = ()
@@ -212,7 +210,7 @@ def diagnose_dataset(
         notes += [*said, *doubts(causes, by_unit)]
         shift = np.zeros(len(after.frees))
         if simulation:
-            bar.set_description("replaying in MuJoCo")
+            stages.say("replaying in MuJoCo")
             replayed = replays(robot, heldout, problem.columns, dataset.gravity_mps2, pool)
             found, said = confirmed(problem, heldout, replayed, fits)
             extra |= found
@@ -220,12 +218,12 @@ def diagnose_dataset(
             shift = shift_by_model(test, after, [item.outputs for item in replayed])
         margin = model_margin(after, shift)
         causes = with_intervals(causes, intervals(after, margin))
-        bar.set_description("looking for what to measure next")
+        stages.say("looking for what to measure next")
         floor = np.array([by_unit[unit_of(name)].noise_floor for name in problem.columns])
         following = next_experiment(
             problem, after, equals, groups, floor, dataset.gravity_mps2, simulation, pool
         )
-        bar.set_description("measuring how sure the calibration is")
+        stages.say("measuring how sure the calibration is")
         calibrated = calibrated_numbers(problem, after, wanted, margin, pool)
     return Diagnosis(
         dataset=dataset,
