@@ -88,7 +88,7 @@ def test_on_a_terminal_there_is_a_bar_that_is_gone_at_the_end(monkeypatch: pytes
     assert "a note\n" in terminal.getvalue()
     assert terminal.getvalue().endswith("\r")
     assert list(counted("abc", 3, "simulating", "row", True)) == ["a", "b", "c"]
-    assert "3/3" in terminal.getvalue()
+    assert "0/3 [00:00" in terminal.getvalue()
 
 
 def test_closed_standard_error_does_not_stop_the_work(monkeypatch: pytest.MonkeyPatch) -> None:

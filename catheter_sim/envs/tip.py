@@ -296,7 +296,7 @@ def checked_robot(robot: Any) -> str | os.PathLike[str]:
     Raises:
         InputError: it is neither an id nor a path.
     """
-    if isinstance(robot, str | os.PathLike):
+    if isinstance(robot, str | os.PathLike) and "\0" not in str(robot):
         return robot
     raise InputError(f"robot = {shown(robot)}: a robot's id or the path of a robot .toml is needed")
 

@@ -53,7 +53,8 @@ def set_all(document: Document, settings: Settings, said: str = SAID) -> None:
     """
     for key, value in settings_table(settings, said).items():
         if isinstance(value, str):
-            override(document, key, parse_override(f"{key}={value}", said)[1], said)
+            read = parse_override(f"{key}={value}", said)[1]
+            override(document, key, _value(read, f"{said} {key}"), said)
         else:
             override(document, key, value, said, names_too=False)
 

@@ -59,6 +59,7 @@ def test_a_mapping_sets_effects_names_and_whole_numbers() -> None:
         ({"friction.mu": True}, "settings friction.mu = True: a number or a text is needed"),
         ({"friction.mu": None}, "settings friction.mu = None: a number or a text is needed"),
         ({"friction.mu": 10**400}, "too large a number"),
+        (f"friction.mu={10**400}", "too large a number"),
         ({"friction.mu": math.nan}, "mu: a number is needed, not nan"),
         ({"friction.mu": "abc"}, "mu: a number is needed, not 'abc'"),
         ({"name": 7}, "name: a text is needed, not 7"),
