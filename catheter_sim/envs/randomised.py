@@ -30,7 +30,7 @@ def check_randomised(randomised: Any) -> Randomised:
         )
     needed = "two finite numbers, least first, are needed"
     for name in randomised:
-        if not isinstance(name, str) or "=" in name:
+        if not isinstance(name, str) or "=" in name or not name.isprintable():
             raise InputError(f"{RANDOMISED}: {shown(name)}: a dotted key is needed, as in friction.mu")
     return {name: checked_pair(f"{RANDOMISED} {name}", item, needed) for name, item in randomised.items()}
 

@@ -14,6 +14,7 @@ from catheter_sim.shown import shown
 Settings = str | Sequence[str] | Mapping[str, Any]
 SAID = "settings"  # what errors call them
 _NEEDED = "texts KEY=VALUE, or a mapping of keys to values, are needed, as in {'friction.mu': 0.2}"
+_KEY_NEEDED = "a dotted key is needed, as in friction.mu"
 
 
 def settings_table(settings: Settings, said: str = SAID) -> dict[str, str | int | float]:
@@ -35,6 +36,9 @@ def settings_table(settings: Settings, said: str = SAID) -> dict[str, str | int 
         raise InputError(f"{said} = {shown(settings)}: {_NEEDED}")
     table: dict[str, str | int | float] = {}
     for text in texts:
+        head = text.partition("=")[0]
+        if not head.isprintable():
+            raise InputError(f"{said}: {shown(head)}: {_KEY_NEEDED}")
         key, _ = parse_override(text, said)
         table[key] = text.partition("=")[2]
     return table
@@ -60,8 +64,8 @@ def set_all(document: Document, settings: Settings, said: str = SAID) -> None:
 
 
 def _key(key: Any, said: str) -> str:
-    if not isinstance(key, str) or not key.strip() or "=" in key:
-        raise InputError(f"{said}: {shown(key)}: a dotted key is needed, as in friction.mu")
+    if not isinstance(key, str) or not key.strip() or "=" in key or not key.isprintable():
+        raise InputError(f"{said}: {shown(key)}: {_KEY_NEEDED}")
     return key.strip()
 
 

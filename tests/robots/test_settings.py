@@ -55,6 +55,8 @@ def test_a_mapping_sets_effects_names_and_whole_numbers() -> None:
         ({"effects.backlash": 1}, "settings effects.backlash: an effect is set as"),
         ({5: 1}, "settings: 5: a dotted key is needed, as in friction.mu"),
         ({"": 1}, "settings: '': a dotted key is needed"),
+        ("a\nb", "settings: 'a\\nb': a dotted key is needed"),
+        ({"a\nb": 1}, "settings: 'a\\nb': a dotted key is needed"),
         ({"a=b": "1"}, "settings: 'a=b': a dotted key is needed"),
         ({"friction.mu": True}, "settings friction.mu = True: a number or a text is needed"),
         ({"friction.mu": None}, "settings friction.mu = None: a number or a text is needed"),
