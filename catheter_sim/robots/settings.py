@@ -38,8 +38,9 @@ def settings_table(settings: Settings, said: str = SAID) -> dict[str, str | int 
     for text in texts:
         head = text.partition("=")[0]
         if not head.isprintable():
-            raise InputError(f"{said}: {shown(head)}: {_KEY_NEEDED}")
+            raise InputError(f"{said} {shown(head)}: {_KEY_NEEDED}")
         key, _ = parse_override(text, said)
+        table.pop(key, None)  # so that the last one also comes last
         table[key] = text.partition("=")[2]
     return table
 
@@ -65,7 +66,7 @@ def set_all(document: Document, settings: Settings, said: str = SAID) -> None:
 
 def _key(key: Any, said: str) -> str:
     if not isinstance(key, str) or not key.strip() or "=" in key or not key.isprintable():
-        raise InputError(f"{said}: {shown(key)}: {_KEY_NEEDED}")
+        raise InputError(f"{said} {shown(key)}: {_KEY_NEEDED}")
     return key.strip()
 
 

@@ -40,7 +40,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"settings": "friction.mux=0"}, "settings friction.mux: unknown key 'mux'; choices: "),
     ({"settings": ["friction.mux=0"]}, "settings friction.mux: unknown key 'mux'; choices: "),
     ({"settings": {"friction.mux": 0}}, "settings friction.mux: unknown key 'mux'; choices: "),
-    ({"settings": {5: 0}}, "settings: 5: a dotted key is needed"),
+    ({"settings": {5: 0}}, "settings 5: a dotted key is needed"),
     ({"settings": {"name": 7}}, "name: a text is needed, not 7"),
     ({"settings": {"name": True}}, "settings name = True: a number or a text is needed"),
     ({"settings": {"name": MATRIX}}, "settings name = array([[nan, nan, nan], "),
