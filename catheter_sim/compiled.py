@@ -1,4 +1,4 @@
-"""How numerical kernels are compiled."""
+"""How numerical kernels are compiled, and how it gets known that one is (`progress.compilations_told`)."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
+from numba.core import event
+
+from catheter_sim.progress import compilation_begins, compilation_ends
 
 
 def compiled(function: Callable[..., Any]) -> Any:
@@ -35,3 +38,18 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
         return numba.njit(cache=True, **options)(function)
     except RuntimeError:  # neither beside its file nor in the user's own cache
         return numba.njit(**options)(function)
+
+
+class _Compilations(event.Listener):
+    """Hears of every compilation; what is found on disk is none."""
+
+    def on_start(self, event: event.Event) -> None:
+        compilation_begins()
+
+    def on_end(self, event: event.Event) -> None:
+        kernel = (event.data or {}).get("dispatcher")
+        module = getattr(getattr(kernel, "py_func", None), "__module__", None) or ""
+        compilation_ends(not module.startswith("numba."))
+
+
+event.register("numba:compile", _Compilations())

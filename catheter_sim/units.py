@@ -7,7 +7,9 @@ same quantity carries in files, and the factor from the SI value to the file val
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 # SI suffix -> (file suffix, file value = SI value * factor). Longest suffix wins.
 SI_TO_FILE: dict[str, tuple[str, float]] = {
@@ -15,6 +17,7 @@ SI_TO_FILE: dict[str, tuple[str, float]] = {
     "_N_per_m": ("_N_per_mm", 1e-3),
     "_N_m2": ("_N_mm2", 1e6),
     "_rad_per_m": ("_deg_per_m", 180.0 / math.pi),
+    "_m_per_s": ("_mm_per_s", 1e3),
     "_per_m": ("_per_m", 1.0),
     "_m2": ("_mm2", 1e6),
     "_m4": ("_mm4", 1e12),
@@ -36,6 +39,18 @@ def file_name(si_name: str) -> tuple[str, float]:
             file_suffix, factor = SI_TO_FILE[suffix]
             return si_name.removesuffix(suffix) + file_suffix, factor
     return si_name, 1.0
+
+
+def in_file_units(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return numbers or arrays by SI names (`tip_m`) under the names and in the units of files (`tip_mm`).
+
+    What has no unit in its name, and what is in its file's unit already, stays as it is.
+    """
+    converted = {}
+    for si_name, value in values.items():
+        name, factor = file_name(si_name)
+        converted[name] = value if factor == 1.0 else factor * value
+    return converted
 
 
 def si_factor(file_column: str) -> float:

@@ -6,7 +6,6 @@ import argparse
 import math
 import os
 import re
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -148,8 +147,3 @@ def check_output_folder(path: str) -> Path:
     if not os.access(existing, os.W_OK | os.X_OK):
         raise InputError(f"{path}: cannot be written: no permission to write in {existing}")
     return folder
-
-
-def show_progress() -> bool:
-    """Return whether progress bars are wanted: on a terminal, not in a pipe."""
-    return sys.stderr.isatty()

@@ -49,11 +49,17 @@ def run(options: argparse.Namespace) -> int:
 
     from catheter_sim.benchmark import ROBOTS, as_dict, measure, measure_growth, table_text
     from catheter_sim.benchmark_chain import GROWTH_ROBOT
+    from catheter_sim.progress import EVERY_S, Stages
 
-    speeds = [measure(reference, turns=options.turns) for reference in ROBOTS]
-    if GROWTH_ROBOT in ROBOTS:
-        growth = measure_growth(turns=options.turns)
-        speeds = [replace(speed, growth=growth) if speed.robot == GROWTH_ROBOT else speed for speed in speeds]
+    speeds = []
+    with Stages("bench", True, EVERY_S) as stages:
+        for reference in ROBOTS:
+            stages.say(reference)
+            speeds.append(measure(reference, turns=options.turns))
+        if GROWTH_ROBOT in ROBOTS:
+            stages.say("growth of a step's cost")
+            growth = measure_growth(turns=options.turns)
+            speeds = [replace(item, growth=growth) if item.robot == GROWTH_ROBOT else item for item in speeds]
     if options.json:
         print(json.dumps([as_dict(speed) for speed in speeds], indent=2))
     else:

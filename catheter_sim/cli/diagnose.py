@@ -11,6 +11,7 @@ The output folder gets diagnosis.json, report.html (opens without a network), mo
 robot.toml (the extended robot, accepted wherever a robot id is), and the fitted series as CSV.
 Errors are in mm or deg on trials held out from the fit.
 A run that was stopped goes on where it was when it is started again with the same DIR.
+Standard error says what is being done, with the time since the start.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
         options.dataset,
         folder,
         jobs=options.jobs,
-        progress=arguments.show_progress(),
+        progress=True,
         dask=options.dask,
     )
     print("\n".join(_lines(diagnosis)).replace("−", "-"))  # a minus sign that programs read

@@ -51,7 +51,7 @@ def load(reference: str, settings: Sequence[str]) -> tuple[Robot, Robot]:
     Raises:
         InputError: unknown robot, key or effect, or an impossible robot.
     """
-    specified = load_robot(reference, settings)
+    specified = load_robot(reference, settings, "--set")
     check_effects(specified)
     robot = embodied(specified)
     check_robot(robot, reference)

@@ -23,6 +23,7 @@ from catheter_sim import __version__
 from catheter_sim.cli import bench, build, diagnose, list_verb, render, simulate, statics, validate, view
 from catheter_sim.cli.arguments import split_settings
 from catheter_sim.errors import InputError
+from catheter_sim.progress import compilations_told
 
 VERBS: dict[str, ModuleType] = {
     "list": list_verb,
@@ -112,7 +113,7 @@ def _run(argv: Sequence[str]) -> int:
         return int(ended.code or 0)
     if arguments.verb is None:
         raise InputError(f"a verb is needed; choices: {', '.join(VERBS)}")
-    with _errors_alone_on_stderr():
+    with _errors_alone_on_stderr(), compilations_told():
         # Here and not in each verb: every one of them uses MuJoCo sooner or later.
         from catheter_sim.render.backend import require_mujoco
 

@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
             options.width,
             options.height,
             options.camera,
-            progress=arguments.show_progress(),
+            progress=True,
         )
     print(f"wrote {options.output}: {options.width} x {options.height} pixels")
     return 0

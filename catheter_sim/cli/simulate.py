@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
         driven.arriving,
         driven.gravity_mps2,
         dynamic=options.dynamic,
-        progress=arguments.show_progress(),
+        progress=True,
     )
     write_outputs(driven, result.postures, options.output)
     if result.failure is not None:

@@ -27,6 +27,6 @@ def run(options: argparse.Namespace) -> int:
     folder = arguments.check_output_folder(options.output)
     from catheter_sim.validation.run import validate
 
-    validation = validate(list(options.robots), folder)
+    validation = validate(list(options.robots), folder, progress=True)
     print(validation.table_text())
     return 0 if validation.passed else 1

@@ -21,13 +21,11 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from catheter_sim.diagnosis.confirm import replays
 from catheter_sim.diagnosis.dataset import load_dataset
@@ -69,6 +67,7 @@ from catheter_sim.diagnosis.weighing import Scales, put_on, weigh, weighing_note
 from catheter_sim.diagnosis.workers import HERE, Workers, workers
 from catheter_sim.effects.apply import embodied
 from catheter_sim.mjcf.build import build_mjcf
+from catheter_sim.progress import Stages
 from catheter_sim.robots.posture import Array
 
 SUSPECTED = "The data look wrong, so that no cause was looked for"
@@ -122,9 +121,8 @@ def diagnose_dataset(
     Raises:
         InputError: no scheduler answers, or processes were killed again and again.
     """
-    hidden = not (progress and sys.stderr.isatty())
-    with tqdm(bar_format="{desc} ({elapsed})", disable=hidden, leave=False) as bar, workers(place) as pool:
-        bar.set_description("calibrating")
+    with Stages("diagnose", progress) as stages, workers(place) as pool:
+        stages.say("calibrating")
         dataset, frozen = thawed(dataset)
         dataset, registration = in_base_frame(dataset)
         train, heldout = split(dataset)
@@ -135,10 +133,10 @@ def diagnose_dataset(
             white_noise(residual_series(problem, before)), repeat_noise(train, problem.columns)
         )
         suspected = suspicions(problem, before, heldout, white)
-        bar.set_description("choosing causes")
+        stages.say("choosing causes")
         candidates = () if suspected else candidates_for(problem)
-        selection = select(problem, candidates, pool, bar.set_description)
-        bar.set_description("fitting the chosen causes")
+        selection = select(problem, candidates, pool, stages.say)
+        stages.say("fitting the chosen causes")
         after = fit(
             problem, selection.chosen.terms, selection.chosen.values, cross_validate=False, thorough=wanted
         )
@@ -151,7 +149,7 @@ def diagnose_dataset(
         )
         by_unit = held_out(problem, test, before, after, noise)
         unit = max(by_unit, key=lambda name: by_unit[name].rmse_after / max(by_unit[name].noise_floor, 1e-12))
-        bar.set_description("weighing the causes")
+        stages.say("weighing the causes")
         scales = Scales(problem, test, before, noise, unit, wanted, pool)
         weighed = weigh(scales, put_on(scales, after))
         shift: Array | None = None
@@ -164,7 +162,7 @@ def diagnose_dataset(
             shown = weighed.after if verdict == CAUSE_FOUND else before
             if not simulation:
                 break
-            bar.set_description("replaying in MuJoCo")
+            stages.say("replaying in MuJoCo")
             robot = robot_with(problem, shown.frees, shown.x)
             replayed = [
                 replace(item, outputs=moved(problem, shown.frees, shown.x, item.outputs))
@@ -216,12 +214,12 @@ def diagnose_dataset(
             notes += said
         causes = with_intervals(causes, cause_intervals(after, shift))
         margin = model_margin(after, np.zeros(len(after.frees)) if shift is None else shift)
-        bar.set_description("looking for what to measure next")
+        stages.say("looking for what to measure next")
         floor = np.array([by_unit[unit_of(name)].noise_floor for name in problem.columns])
         following = next_experiment(
             problem, after, equals, groups, floor, dataset.gravity_mps2, simulation, pool
         )
-        bar.set_description("measuring how sure the calibration is")
+        stages.say("measuring how sure the calibration is")
         calibrated = calibrated_numbers(problem, after, wanted, margin, pool)
     return Diagnosis(
         dataset=dataset,

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import copy
+from typing import Any
 
 import mujoco
 import numpy as np
 
+from catheter_sim.envs.arguments import checked_whole
+from catheter_sim.errors import InputError
 from catheter_sim.mjcf.scene import View
-from catheter_sim.render.backend import open_renderer
+from catheter_sim.render.backend import LARGEST_SIDE, SMALLEST_SIDE, open_renderer
 from catheter_sim.render.framing import free_camera
 from catheter_sim.render.images import Picture
 from catheter_sim.render.state import State, put
 from catheter_sim.robots.posture import Array
+from catheter_sim.shown import shown
 
 _ROUND = 16  # corners of the target's outline: the model's thin tendons do with fewer
 # Small pictures, as they are observed: without a graphics card it is the triangles that take time, and four
@@ -21,6 +25,23 @@ _SMALL = 128  # pixels a side
 _FINER = 3
 _SMALL_ROUND = 8
 _TARGET_RGBA = (0.10, 0.62, 0.25, 0.75)
+
+
+def checked_size(width: Any, height: Any, default: tuple[int, int]) -> tuple[int, int]:
+    """Return width and height of a picture [pixels]; `default` for what is None.
+
+    Raises:
+        InputError: one is no whole number, or not a picture's.
+    """
+    sides = [
+        given if side is None else checked_whole(name, side)
+        for name, side, given in (("width", width, default[0]), ("height", height, default[1]))
+    ]
+    least = SMALLEST_SIDE if max(sides) > _SMALL else -(-SMALLEST_SIDE // _FINER)
+    for name, side in zip(("width", "height"), sides, strict=True):
+        if not least <= side <= LARGEST_SIDE:
+            raise InputError(f"{name} = {shown(side)}: a picture has {least} to {LARGEST_SIDE} pixels a side")
+    return sides[0], sides[1]
 
 
 class TargetPicture:

@@ -2,39 +2,44 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
+from catheter_sim.envs.arguments import checked_pair
 from catheter_sim.errors import InputError
+from catheter_sim.shown import shown
 
-Randomised = Mapping[str, tuple[float, float]]  # dotted key of `--set` -> bounds, in the key's unit
+Randomised = Mapping[str, tuple[float, float]]  # dotted key of a setting -> bounds, in the key's unit
+RANDOMISED = "randomised"  # what errors call such a setting
 
 
-def check_randomised(randomised: Mapping[str, Sequence[float]]) -> Randomised:
-    """Return the bounds, least first.
+def check_randomised(randomised: Any) -> Randomised:
+    """Return the bounds, least first; none where None is given.
 
     Raises:
-        InputError: they are no two finite numbers in order.
+        InputError: they are no mapping of keys to two finite numbers in order.
     """
-    checked = {}
-    for name, bounds in randomised.items():
-        try:
-            low, high = (float(value) for value in bounds)
-        except (TypeError, ValueError):
-            low, high = math.nan, math.nan
-        if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-            raise InputError(f"randomised {name} = {bounds!r}: two finite numbers, least first, are needed")
-        checked[name] = low, high
-    return checked
+    if randomised is None:
+        return {}
+    if not isinstance(randomised, Mapping):
+        raise InputError(
+            f"{RANDOMISED} = {shown(randomised)}: a mapping of keys to bounds is needed, as in "
+            "{'friction.mu': (0.1, 0.5)}"
+        )
+    needed = "two finite numbers, least first, are needed"
+    for name in randomised:
+        if not isinstance(name, str) or "=" in name or not name.isprintable():
+            raise InputError(f"{RANDOMISED}: {shown(name)}: a dotted key is needed, as in friction.mu")
+    return {name: checked_pair(f"{RANDOMISED} {name}", item, needed) for name, item in randomised.items()}
 
 
-def drawn_settings(randomised: Randomised, rng: np.random.Generator) -> list[str]:
-    """Return texts `KEY=VALUE`, each value drawn evenly within its bounds."""
-    return [f"{name}={float(rng.uniform(*bounds))!r}" for name, bounds in randomised.items()]
+def drawn_settings(randomised: Randomised, rng: np.random.Generator) -> dict[str, float]:
+    """Return the settings, each value drawn evenly within its bounds."""
+    return {name: float(rng.uniform(*bounds)) for name, bounds in randomised.items()}
 
 
-def end_settings(randomised: Randomised, which: int) -> list[str]:
-    """Return texts `KEY=VALUE` with all lower bounds (0) or all upper ones (1)."""
-    return [f"{name}={bounds[which]!r}" for name, bounds in randomised.items()]
+def end_settings(randomised: Randomised, which: int) -> dict[str, float]:
+    """Return the settings with all lower bounds (0) or all upper ones (1)."""
+    return {name: bounds[which] for name, bounds in randomised.items()}

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from catheter_sim.envs.arguments import checked_options, checked_whole
 from catheter_sim.envs.observation import Bounds, Observation
 from catheter_sim.envs.targets import random_target, require_reachable
 from catheter_sim.envs.tip import DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
-from catheter_sim.errors import InputError, unknown
 from catheter_sim.render.images import Picture
 from catheter_sim.robots.posture import Array
+from catheter_sim.robots.settings import Settings
+from catheter_sim.units import in_file_units
 
 HOLD_STEPS = 5  # assumed: half a second
 REST_S = 1.0  # assumed: at rest is a tip that would take longer than this for one tolerance
@@ -117,13 +119,15 @@ class ReachEnv(TipEnv):
     the simulated robot cannot be brought to within the tolerance is refused. The search drives it
     from rest and takes about a second.
 
-    `info` of `reset` and `step`: `tip_m`, `target_m` (true ones, base frame), `distance_m`,
-    `speed_m_per_s`, `tendon` (commanded input of each tendon, N or m), `is_success`, `diverged`.
+    `info` of `reset` and `step`, in the units of files, which stand at the end of the names: `tip_mm`,
+    `target_mm` (true ones, base frame), `distance_mm`, `speed_mm_per_s`, `commanded_tension_N` or
+    `commanded_displacement_mm` (of each tendon), `is_success`, `diverged`.
 
     ## Arguments
 
     - `robot`: a robot id or the path of a robot `.toml`.
-    - `settings`: texts `KEY=VALUE` as for `--set`, effects included (`"effects.backlash.width_N=0.02"`).
+    - `settings`: a text `KEY=VALUE` as for `--set`, a list of such texts, or a mapping of keys to values
+      (`{"friction.mu": 0}`); effects included (`"effects.backlash.width_N=0.02"`).
     - `action_type`: "tension" or "displacement"; default: the robot's own.
     - `gravity_mps2`: in the base frame, default none.
     - `tolerance_m`, `hold_steps`: see Episode.
@@ -141,10 +145,12 @@ class ReachEnv(TipEnv):
       a green sphere of the tolerance's radius.
     """
 
+    reset_options: ClassVar[tuple[str, ...]] = ("target",)
+
     def __init__(
         self,
         robot: str | os.PathLike[str],
-        settings: Sequence[str] = (),
+        settings: Settings = (),
         action_type: str | None = None,
         *,
         hold_steps: int = HOLD_STEPS,
@@ -155,9 +161,7 @@ class ReachEnv(TipEnv):
         Raises:
             InputError: an argument is impossible.
         """
-        if isinstance(hold_steps, bool) or not isinstance(hold_steps, int) or hold_steps < 1:
-            raise InputError(f"hold_steps = {hold_steps!r}: must be a whole number, 1 or more")
-        self.hold_steps, self._held = hold_steps, 0
+        self.hold_steps, self._held = checked_whole("hold_steps", hold_steps), 0
         super().__init__(robot, settings, action_type, **arguments)
 
     def reset(
@@ -172,7 +176,7 @@ class ReachEnv(TipEnv):
         Raises:
             InputError: an unknown option, or a target that is out of reach.
         """
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         if self.randomised:
             self._checked_targets.clear()
         given = self.target_of(options or {})
@@ -192,7 +196,7 @@ class ReachEnv(TipEnv):
         speed = np.linalg.norm(self._now.velocity)
         self._held = self._held + 1 if arrived(self._distance_m, speed, self.tolerance_m) else 0
         info = self._info()
-        return self._observation(), -info["distance_m"] / self.length_m, info["is_success"], False, info
+        return self._observation(), -self._distance_m / self.length_m, info["is_success"], False, info
 
     def target_of(self, options: Mapping[str, Any]) -> Array | None:
         """Return the target that options of `reset` set, shape (3,) [m], or None.
@@ -200,10 +204,8 @@ class ReachEnv(TipEnv):
         Raises:
             InputError: an unknown option, or a target that is out of reach.
         """
-        for name in options:
-            if name != "target":
-                raise unknown("option of reset", name, ("target",))
-        return None if options.get("target") is None else self._reachable(options["target"])
+        target = checked_options(options, self.reset_options).get("target")
+        return None if target is None else self._reachable(target)
 
     @cached_property
     def _checked_targets(self) -> set[tuple[float, ...]]:
@@ -226,7 +228,7 @@ class ReachEnv(TipEnv):
         return self._observed({"target": self.target_m / self.length_m})
 
     def _info(self) -> dict[str, Any]:
-        return {**self._common_info(), "is_success": self._held >= self.hold_steps}
+        return in_file_units({**self._common_info(), "is_success": self._held >= self.hold_steps})
 
     def _more_bounds(self) -> Bounds:
         return {"held": (np.zeros(1), 1.0)}

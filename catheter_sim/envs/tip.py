@@ -2,33 +2,45 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.envs import EPISODE_STEPS
+from catheter_sim.envs.arguments import (
+    argument_names,
+    checked_above_zero,
+    checked_action,
+    checked_choice,
+    checked_options,
+    checked_vector,
+    refuse_unknown,
+)
 from catheter_sim.envs.drives import Drives
 from catheter_sim.envs.observation import Bounds, Observation, look, observation_space, observe
-from catheter_sim.envs.picture import TargetPicture
+from catheter_sim.envs.picture import TargetPicture, checked_size
 from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.randomised import check_randomised, drawn_settings, end_settings
+from catheter_sim.envs.randomised import RANDOMISED, check_randomised, drawn_settings, end_settings
 from catheter_sim.envs.surroundings import Surround
 from catheter_sim.envs.targets import frictionless_reach
-from catheter_sim.errors import InputError, SimulationDiverged, unknown
+from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.mjcf.scene import View, views
 from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
 from catheter_sim.render.state import State
 from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
+from catheter_sim.robots.settings import SAID, Settings, settings_table
+from catheter_sim.shown import shown
 
 Action = NDArray[np.float32]
 OBSERVATIONS = ("state", "pixels")
+ACTION_TYPES = ("tension", "displacement")
 _RENDERED, _OBSERVED = (640, 480), (64, 64)  # default sizes of pictures [pixels]
 
 CONTROL_STEP_S = 0.1  # assumed: two relaxation times of the robots' default dynamics
@@ -41,7 +53,9 @@ DIVERGED_REWARD = -2.0 * EPISODE_STEPS  # the tip is never farther than two leng
 class TipEnv(gymnasium.Env[Any, Any]):
     """A robot whose tip has something to do; what that is, a task's own class says.
 
-    A control step is 0.1 s of simulated time. The arguments are those of `reach.ReachEnv`.
+    A control step is 0.1 s of simulated time. The arguments are those of `reach.ReachEnv`. An environment may
+    be copied and pickled at any time: the copy goes on as the original would; its pictures are drawn by a
+    renderer of its own.
 
     Attributes:
         plant: the simulated robot.
@@ -59,11 +73,13 @@ class TipEnv(gymnasium.Env[Any, Any]):
         "render_fps": round(1.0 / CONTROL_STEP_S),
     }
     goal: tuple[str, ...] = ("target",)  # what the observation shows of the task, before the robot
+    reset_options: ClassVar[tuple[str, ...]] = ()
+    _drawn: Mapping[str, float]  # what is changed in the robot now
 
     def __init__(
         self,
         robot: str | os.PathLike[str],
-        settings: Sequence[str] = (),
+        settings: Settings = (),
         action_type: str | None = None,
         gravity_mps2: Sequence[float] = (0.0, 0.0, 0.0),
         tolerance_m: float = TARGET_TOLERANCE_M,
@@ -73,42 +89,40 @@ class TipEnv(gymnasium.Env[Any, Any]):
         height: int | None = None,
         observation: str = "state",
         randomised: Mapping[str, Sequence[float]] | None = None,
+        **others: Any,
     ) -> None:
         """Build the robot; the arguments are those of the task's text.
 
         Raises:
-            InputError: an argument is impossible.
+            InputError: an argument is impossible, or the task has none of its name (`others`).
         """
-        modes = self.metadata["render_modes"]
-        if render_mode is not None and render_mode not in modes:
-            raise unknown("render_mode", render_mode, [*modes, "None"])
-        if observation not in OBSERVATIONS:
-            raise unknown("observation", observation, OBSERVATIONS)
-        for name, value in (("tolerance_m", tolerance_m), ("largest_bend_rad", largest_bend_rad)):
-            if value is not None and not 0.0 < value < math.inf:
-                raise InputError(f"{name} = {value:g}: must be above zero and finite")
-        gravity = np.array(gravity_mps2, dtype=float)
-        if gravity.shape != (3,) or not np.isfinite(gravity).all():
-            raise InputError(f"gravity_mps2 = {gravity_mps2!r}: three finite numbers are needed")
-        self.render_mode = render_mode
-        self.tolerance_m = float(tolerance_m)
-        self._robot, self._settings = robot, tuple(settings)
-        self._action_type, self._gravity, self._largest_bend_rad = action_type, gravity, largest_bend_rad
-        self.randomised = check_randomised(randomised or {})
-        self._drawn: Sequence[str] = ()
-        for which in range(2 if self.randomised else 0):  # the bounds themselves must be possible
-            self._drawn = end_settings(self.randomised, which)
+        refuse_unknown(others, argument_names(type(self)), type(self).__name__)
+        self.render_mode = checked_choice("render_mode", render_mode, self.metadata["render_modes"], True)
+        checked_choice("observation", observation, OBSERVATIONS)
+        self.pixels = observation == "pixels"
+        self._size = checked_size(width, height, _OBSERVED if self.pixels else _RENDERED)
+        self.tolerance_m = checked_above_zero("tolerance_m", tolerance_m)
+        self._robot, self._settings = checked_robot(robot), settings_table(settings)
+        self._action_type = checked_choice("action_type", action_type, ACTION_TYPES, True)
+        self._gravity = checked_vector("gravity_mps2", gravity_mps2)
+        self._largest_bend_rad = largest_bend_rad
+        if largest_bend_rad is not None:
+            self._largest_bend_rad = checked_above_zero("largest_bend_rad", largest_bend_rad)
+        self.randomised = check_randomised(randomised)
+        ends = [end_settings(self.randomised, which) for which in range(2)] if self.randomised else []
+        for self._drawn in ({}, *ends):
+            self._drawn_robot()
+        self._drawn = {}
+        self._prepare()
+        for self._drawn in ends:  # the bounds themselves must be possible
             self._new_plant()
-        self._drawn = ()
+        self._drawn = {}
         self.plant = self._new_plant()
         self.drives = self.plant.drives
         self.length_m = float(self.plant.segment_length.sum())
         self.target_m = np.zeros(3)
-        self.pixels = observation == "pixels"
-        default = _OBSERVED if self.pixels else _RENDERED
-        self._size = default[0] if width is None else width, default[1] if height is None else height
         self._picture: TargetPicture | None = None
-        self._diverged = False
+        self._begun = self._diverged = False
         actions = len(self.drives.names) + len(self.plant.carriage)
         self.action_space: gymnasium.spaces.Box = gymnasium.spaces.Box(-1.0, 1.0, (actions,), np.float32)
         self.observation_space: gymnasium.spaces.Box
@@ -121,10 +135,16 @@ class TipEnv(gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Seed the generator and draw the robot anew where it is `randomised`; a task does the rest."""
+        """Seed the generator and draw the robot anew where it is `randomised`; a task does the rest.
+
+        Raises:
+            InputError: an option is not among `reset_options`.
+        """
+        options = checked_options(options, self.reset_options)
         super().reset(seed=seed)
+        self._begun = False  # what fails from here on leaves no episode
         self._drawn = drawn_settings(self.randomised, self.np_random)
-        self._renew(options or {})
+        self._renew(options)
         return None, {}
 
     def render(self) -> Picture | None:  # type: ignore[override]
@@ -154,6 +174,10 @@ class TipEnv(gymnasium.Env[Any, Any]):
             self._picture.close()
             self._picture = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy is made of: all but the renderer, which is opened anew for the next picture."""
+        return {**self.__dict__, "_picture": None}
+
     def _view(self) -> View:
         """Return where to look from."""
         camera = "side" if self.plant.quick.planar else "overview"
@@ -161,10 +185,23 @@ class TipEnv(gymnasium.Env[Any, Any]):
         reach = np.concatenate([frictionless_reach(self.plant)[1], np.zeros((1, 3))])
         return fitted_view(view, reach, *self._size)
 
+    def _prepare(self) -> None:
+        """Make what the first robot needs; called once, when the arguments have been found possible."""
+
     def _new_plant(self) -> Plant:
-        """Return the robot with the settings that were drawn."""
-        robot = load_robot(self._robot, [*self._settings, *self._drawn])
-        return Plant(robot, self._action_type, tuple(self._gravity), self._largest_bend_rad, self._surround())
+        """Return the simulated robot with the settings that were drawn."""
+        return Plant(
+            self._drawn_robot(),
+            self._action_type,
+            tuple(self._gravity),
+            self._largest_bend_rad,
+            self._surround(),
+        )
+
+    def _drawn_robot(self) -> Robot:
+        """Return the specified robot, changed by the settings that were drawn."""
+        said = RANDOMISED if self._drawn else SAID
+        return load_robot(self._robot, {**self._settings, **self._drawn}, said)
 
     def _surround(self) -> Surround | None:
         """Return what puts the robot into surroundings; None: it stands alone."""
@@ -193,6 +230,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         self._diverged = False
         self.plant.reset()
         self._now = look(self.plant)
+        self._begun = True
 
     def _moved(self, action: Action) -> bool:
         """Move the drives for one control step; return whether the simulation stayed finite.
@@ -201,10 +239,12 @@ class TipEnv(gymnasium.Env[Any, Any]):
 
         Raises:
             InputError: the action has another shape, or is not a number.
+            ResetNeeded: no episode has begun.
         """
-        wished = np.asarray(action, dtype=float)
-        if wished.shape != self.action_space.shape or np.isnan(wished).any():
-            raise InputError(f"action = {action!r}: {self.action_space.shape[0]} numbers are needed")
+        shape = self.action_space.shape
+        wished = checked_action("action", action, shape, f"{shape[0]} numbers are needed")
+        if not self._begun:
+            raise gymnasium.error.ResetNeeded("step() needs a reset before it")
         drives = len(self.drives.names)
         level = level_after(self.plant.level, wished[:drives], self.drives)
         base = self._base_after(np.clip(wished[drives:], -1.0, 1.0) * CONTROL_STEP_S)
@@ -231,15 +271,34 @@ class TipEnv(gymnasium.Env[Any, Any]):
         return {}
 
     def _common_info(self) -> dict[str, Any]:
-        """Return what every task tells: true places in the base frame and the drives' inputs."""
+        """Return what every task tells, SI: true places in the base frame and the drives' inputs.
+
+        A task hands it out in the units of files (`units.in_file_units`).
+        """
         return {
             "tip_m": self._now.tip.copy(),
             "target_m": self.target_m.copy(),
             "distance_m": self._distance_m,
             "speed_m_per_s": float(np.linalg.norm(self._now.velocity)),
-            "tendon": self.drives.tendon @ self._now.level,
+            commanded_name(self.drives): self.drives.tendon @ self._now.level,
             "diverged": self._diverged,
         }
+
+
+def commanded_name(drives: Drives) -> str:
+    """Return what the tendons' commanded inputs are called in `info`, with their SI unit."""
+    return "commanded_tension_N" if drives.actuation == "tension" else "commanded_displacement_m"
+
+
+def checked_robot(robot: Any) -> str | os.PathLike[str]:
+    """Return what names a robot.
+
+    Raises:
+        InputError: it is neither an id nor a path.
+    """
+    if isinstance(robot, str | os.PathLike) and "\0" not in str(robot):
+        return robot
+    raise InputError(f"robot = {shown(robot)}: a robot's id or the path of a robot .toml is needed")
 
 
 def level_after(level: Array, action: Array, drives: Drives) -> Array:

@@ -13,9 +13,9 @@ from catheter_sim.envs.draws import Path
 from catheter_sim.envs.observation import Observation
 from catheter_sim.envs.targets import random_path
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
-from catheter_sim.errors import unknown
 from catheter_sim.render.images import Picture
 from catheter_sim.robots.posture import Array
+from catheter_sim.units import in_file_units
 
 DIRECTION_TOLERANCE_RAD = math.radians(10.0)  # assumed
 DIRECTION_WEIGHT = 0.1  # assumed: robot lengths that a half turn of the tip costs
@@ -65,9 +65,8 @@ class TrackEnv(TipEnv):
 
     `path` holds the whole way: the drives' levels that made it, places and directions.
 
-    `info` of `reset` and `step`: `tip_m`, `target_m` (true ones, base frame), `distance_m`,
-    `angle_rad`, `rms_distance_m` and `rms_angle_rad` (over the steps so far), `speed_m_per_s`, `tendon`
-    (commanded input of each tendon, N or m), `is_success` (at the end of the way only), `diverged`.
+    `info` of `reset` and `step`: that of `reach.ReachEnv`, `is_success` at the end of the way only, and
+    `angle_deg`, `rms_distance_mm` and `rms_angle_deg` (over the steps so far).
 
     ## Arguments
 
@@ -92,9 +91,7 @@ class TrackEnv(TipEnv):
         Raises:
             InputError: an option, or a robot whose random inputs move its tip nowhere.
         """
-        super().reset(seed=seed)
-        for name in options or {}:
-            raise unknown("option of reset", name, ())
+        super().reset(seed=seed, options=options)
         self.path = random_path(
             self.plant, self.np_random, TARGET_CLEARANCE * self.length_m, EPISODE_STEPS, CONTROL_STEP_S
         )
@@ -111,9 +108,8 @@ class TrackEnv(TipEnv):
         if not finite:
             return self._observation(), DIVERGED_REWARD, True, False, self._info()
         self._squares = self._squares + np.square([self._distance_m, self._angle_rad()])
-        info = self._info()
-        cost = cost_of(info["distance_m"], info["angle_rad"], self.length_m)
-        return self._observation(), -cost, self._step == EPISODE_STEPS, False, info
+        cost = cost_of(self._distance_m, self._angle_rad(), self.length_m)
+        return self._observation(), -cost, self._step == EPISODE_STEPS, False, self._info()
 
     def _angle_rad(self) -> float:
         """Return the angle between the tip's axis and the wanted one."""
@@ -132,13 +128,15 @@ class TrackEnv(TipEnv):
     def _info(self) -> dict[str, Any]:
         distance, angle = np.sqrt(self._squares / max(self._step, 1))
         ended = self._step == EPISODE_STEPS and not self._diverged
-        return {
-            **self._common_info(),
-            "angle_rad": self._angle_rad(),
-            "rms_distance_m": float(distance),
-            "rms_angle_rad": float(angle),
-            "is_success": bool(followed(distance, angle, self.tolerance_m) and ended),
-        }
+        return in_file_units(
+            {
+                **self._common_info(),
+                "angle_rad": self._angle_rad(),
+                "rms_distance_m": float(distance),
+                "rms_angle_rad": float(angle),
+                "is_success": bool(followed(distance, angle, self.tolerance_m) and ended),
+            }
+        )
 
 
 def angle_between(one: Array, other: Array) -> Any:

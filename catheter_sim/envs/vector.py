@@ -14,6 +14,7 @@ from typing import Any
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.wrappers import TimeLimit
 
+from catheter_sim.envs.arguments import argument_names, checked_choice, checked_whole, refuse_unknown
 from catheter_sim.envs.clinical.deliver import DeliverEnv
 from catheter_sim.envs.clinical.insert import InsertEnv
 from catheter_sim.envs.clinical.tumour import TumourEnv
@@ -23,7 +24,8 @@ from catheter_sim.envs.tip import TipEnv
 from catheter_sim.envs.track import TrackEnv
 from catheter_sim.envs.vector_threads import OneByOneEnv
 from catheter_sim.envs.vector_together import ReachTogether, TogetherEnv, TrackTogether
-from catheter_sim.errors import InputError, unknown
+
+_OF_MANY = ("num_envs", "max_episode_steps", "threads", "autoreset_mode")  # arguments of their own
 
 
 def reach(num_envs: int = 1, **arguments: Any) -> VectorEnv[Any, Any, Any]:
@@ -55,6 +57,7 @@ def vector_env(
     task: type[TipEnv],
     many: Callable[..., TogetherEnv] | None,
     num_envs: int,
+    /,
     max_episode_steps: int | None = None,
     threads: int | None = None,
     autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
@@ -99,27 +102,23 @@ def vector_env(
     Raises:
         InputError: an argument is impossible.
     """
-    for name, value in (
-        ("num_envs", num_envs),
-        ("threads", threads),
-        ("max_episode_steps", max_episode_steps),
-    ):
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
-            raise InputError(f"{name} = {value!r}: must be a whole number, 1 or more")
-    try:
-        mode = AutoresetMode(autoreset_mode)
-    except ValueError:
-        raise unknown("autoreset_mode", str(autoreset_mode), [item.value for item in AutoresetMode]) from None
-    threads = min(threads or _processors(), num_envs)
+    refuse_unknown(arguments, [*_OF_MANY, *argument_names(task)], f"many {task.__name__}")
+    count = checked_whole("num_envs", num_envs)
+    threads = min(_processors() if threads is None else checked_whole("threads", threads), count)
+    if max_episode_steps is not None:
+        max_episode_steps = checked_whole("max_episode_steps", max_episode_steps)
+    if not isinstance(autoreset_mode, AutoresetMode):
+        modes = [item.value for item in AutoresetMode]
+        autoreset_mode = AutoresetMode(checked_choice("autoreset_mode", autoreset_mode, modes))
     one = task(**arguments)
     if many is not None and not one.randomised and together(one.plant):
-        return many(one, num_envs, max_episode_steps, threads, mode)
+        return many(one, count, max_episode_steps, threads, autoreset_mode)
 
     def make(first: list[TipEnv] = [one]) -> Any:  # noqa: B006 - the one that was made is used
         env = first.pop() if first else task(**arguments)
         return env if max_episode_steps is None else TimeLimit(env, max_episode_steps)
 
-    return OneByOneEnv([make] * num_envs, 1 if one.pixels or one.render_mode else threads, mode)
+    return OneByOneEnv([make] * count, 1 if one.pixels or one.render_mode else threads, autoreset_mode)
 
 
 def _processors() -> int:

@@ -12,6 +12,15 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
+from catheter_sim.envs.arguments import (
+    checked_actions,
+    checked_mask,
+    checked_options,
+    checked_seeds,
+    require_running,
+)
+from catheter_sim.errors import InputError
+
 
 class _Ahead(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Does what is asked for next ahead, on another thread."""
@@ -47,25 +56,41 @@ class OneByOneEnv(SyncVectorEnv[Any, Any]):
         """Make the environments."""
         super().__init__([partial(_made, make) for make in env_fns], autoreset_mode=autoreset_mode)
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._begun = np.zeros(self.num_envs, dtype=bool)
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Start episodes; see `SyncVectorEnv.reset`."""
-        options = dict(options or {})
-        seeds = [None] * self.num_envs if seed is None else seed
-        if isinstance(seeds, (int, np.integer)):
-            seeds = [int(seeds) + one for one in range(self.num_envs)]
-        mask = options.get("reset_mask", np.ones(self.num_envs, dtype=bool))
-        own = {name: value for name, value in options.items() if name != "reset_mask"}
-        if isinstance(mask, np.ndarray) and mask.shape == (self.num_envs,) == (len(seeds),):
-            self._all_at_once(
-                [one for one in range(self.num_envs) if mask[one]],
-                [methodcaller("reset", seed=own_seed, options=own) for own_seed in seeds],
-            )
-        return super().reset(seed=list(seeds), options=options or None)
+        """Start episodes; see `SyncVectorEnv.reset`.
+
+        Raises:
+            InputError: a bad mask or option, wrong number of seeds, or what the task's reset raises.
+        """
+        own = checked_options(options, (*self.envs[0].unwrapped.reset_options, "reset_mask"))  # type: ignore[attr-defined]
+        seeds = checked_seeds(seed, self.num_envs)
+        given = own.pop("reset_mask", None)
+        mask = checked_mask(given, self.num_envs)
+        if not (self._begun | mask).all():
+            raise InputError("reset_mask: the first reset is one of all environments")
+        self._begun |= mask
+        self._all_at_once(
+            [one for one in range(self.num_envs) if mask[one]],
+            [methodcaller("reset", seed=own_seed, options=own) for own_seed in seeds],
+        )
+        own = own if given is None else {**own, "reset_mask": mask}
+        return super().reset(seed=seeds, options=own or None)
 
     def step(self, actions: Any) -> Any:
-        """Move all environments for one control step."""
+        """Move all environments for one control step.
+
+        Raises:
+            InputError: the actions have another shape, or are no numbers; without autoreset, an episode
+                has ended.
+            ResetNeeded: no episode has begun.
+        """
         starts = self._autoreset_envs if self.autoreset_mode is AutoresetMode.NEXT_STEP else None
+        if self.autoreset_mode is AutoresetMode.DISABLED:
+            require_running(self._autoreset_envs)
+        stepping = np.ones(self.num_envs, dtype=bool) if starts is None else ~starts
+        actions = checked_actions(actions, self.action_space.shape, stepping)  # type: ignore[arg-type]
         self._all_at_once(
             range(self.num_envs),
             [

@@ -13,18 +13,32 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from catheter_sim.envs import EPISODE_STEPS
+from catheter_sim.envs.arguments import (
+    checked_actions,
+    checked_mask,
+    checked_options,
+    checked_seeds,
+    require_running,
+)
 from catheter_sim.envs.draws import Path, random_paths, random_targets, require_standing
 from catheter_sim.envs.fleet import Fleet, Supply
 from catheter_sim.envs.observation import Seen, observe
 from catheter_sim.envs.reach import ReachEnv, arrived
 from catheter_sim.envs.robots import Robots
-from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, TARGET_CLEARANCE, TipEnv, level_after
+from catheter_sim.envs.tip import (
+    CONTROL_STEP_S,
+    DIVERGED_REWARD,
+    TARGET_CLEARANCE,
+    TipEnv,
+    commanded_name,
+    level_after,
+)
 from catheter_sim.envs.track import TrackEnv, angle_between, cost_of, followed
-from catheter_sim.errors import InputError, unknown
 from catheter_sim.render.images import Picture
 from catheter_sim.render.state import State
 from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.copies import Index
+from catheter_sim.units import in_file_units
 
 Infos = dict[str, Any]
 
@@ -75,6 +89,7 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         self._elapsed = np.zeros(num_envs, dtype=int)
         self._diverged = np.zeros(num_envs, dtype=bool)
         self._ended = np.zeros(num_envs, dtype=bool)
+        self._begun = np.zeros(num_envs, dtype=bool)
 
     @property
     def native_s(self) -> float:
@@ -105,13 +120,9 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         Raises:
             InputError: a bad mask, wrong number of seeds, or what the task's reset raises.
         """
-        options = dict(options or {})
-        chosen = self._masked(options.pop("reset_mask", None))
-        seeds = [None] * self.num_envs if seed is None else seed
-        if isinstance(seeds, (int, np.integer)):
-            seeds = [int(seeds) + one for one in range(self.num_envs)]
-        if len(seeds) != self.num_envs:
-            raise InputError(f"seed: {len(seeds)} numbers are given, {self.num_envs} are needed")
+        options = checked_options(options, (*self.one.reset_options, "reset_mask"))
+        chosen = np.flatnonzero(checked_mask(options.pop("reset_mask", None), self.num_envs))
+        seeds = checked_seeds(seed, self.num_envs)
         for one in chosen:
             own = seeds[one]
             if own is not None:
@@ -125,15 +136,15 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         Raises:
             InputError: the actions have another shape, or are no numbers; without autoreset, an episode
                 has ended.
+            ResetNeeded: an environment was never reset.
         """
-        wished = np.asarray(actions, dtype=float)
+        if not self._begun.all():
+            raise gymnasium.error.ResetNeeded("step() needs a reset of every environment before it")
         anew = self._ended if self._mode is AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
-        if self._mode is AutoresetMode.DISABLED and self._ended.any():
-            which = ", ".join(map(str, np.flatnonzero(self._ended)))
-            raise InputError(f"the episodes of environments {which} have ended: reset them (reset_mask)")
+        if self._mode is AutoresetMode.DISABLED:
+            require_running(self._ended)
         stepping, starting = np.flatnonzero(~anew), np.flatnonzero(anew)
-        if wished.shape != self._level.shape or np.isnan(wished[stepping]).any():
-            raise InputError(f"actions: {self._level.shape} numbers are needed, one row for each environment")
+        wished = checked_actions(actions, (len(self._level), self._level.shape[1]), stepping)
         goals = self._goals(starting, {}) if len(starting) else []
         self._level[stepping] = level_after(self._level[stepping], wished[stepping], self.drives)
         self._fleet.each(stepping, lambda robots, own, places: self._move(robots, own, stepping[places]))
@@ -204,16 +215,6 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
             self._rngs[one] = rng
         return rng
 
-    def _masked(self, mask: Any) -> Index:
-        """Return which copies `reset_mask` names, all without one."""
-        if mask is None:
-            return self._all
-        if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,):
-            raise InputError(f"reset_mask: an array of {self.num_envs} truth values is needed")
-        if not mask.any():
-            raise InputError("reset_mask: at least one environment is to be reset")
-        return np.flatnonzero(mask)
-
     def _begin(self, chosen: Index, goals: list[Any]) -> None:
         """Bring copies to rest for new episodes."""
         self._level[chosen] = 0.0
@@ -226,6 +227,7 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
 
         self._fleet.each(chosen, act)
         self._set(chosen, goals)
+        self._begun[chosen] = True
 
     def _move(self, robots: Robots, own: Index, rows: Index) -> None:
         """Move a thread's copies; those that diverge are seen as they were before."""
@@ -274,15 +276,16 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
     def _values(self) -> dict[str, np.ndarray]:
         """Return `info` of all copies."""
         now = self._now
-        return {
+        told = {
             "tip_m": now.tip.copy(),
             "target_m": self._target.copy(),
             "distance_m": self._distance_m,
             "speed_m_per_s": np.linalg.norm(now.velocity, axis=1),
-            "tendon": np.matmul(self.drives.tendon, now.level[..., np.newaxis])[..., 0],
+            commanded_name(self.drives): np.matmul(self.drives.tendon, now.level[..., np.newaxis])[..., 0],
             "diverged": self._diverged.copy(),
             **self._told(),
         }
+        return in_file_units(told)
 
     def _infos(self, chosen: Index) -> Infos:
         """Return `info` of the chosen copies as Gymnasium has it: arrays, and who has such a value."""
@@ -380,8 +383,6 @@ class TrackTogether(TogetherEnv):
         super().close_extras()
 
     def _goals(self, chosen: Index, options: Mapping[str, Any]) -> list[Path]:
-        for name in options:
-            raise unknown("option of reset", name, ())
         for one in chosen:
             self._generator(int(one))
         return self._supply.take(chosen, self._rngs)

@@ -62,7 +62,7 @@ def film(
         robot, plan, rng, known: of `operate.operate`.
         path: file to write.
         width, height: [pixels], even.
-        progress: show a progress bar where standard error is a terminal.
+        progress: show on standard error what is done.
 
     Raises:
         InputError: bad path or size, nothing to draw with, or the simulation diverged.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,9 +13,9 @@ import imageio.v2 as imageio
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
-from tqdm import tqdm
 
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.progress import counted
 from catheter_sim.tables import replaced_when_whole
 
 Picture = NDArray[np.uint8]  # shape (height, width, 3)
@@ -63,12 +62,12 @@ def write_video(
         frames: pictures of one size, even in width and height.
         fps: frames a second.
         count: how many frames there are, for the progress bar.
-        progress: show a progress bar where standard error is a terminal.
+        progress: show on standard error how many frames are done.
 
     Raises:
         InputError: a size is odd, or the file cannot be written.
     """
-    bar = tqdm(frames, total=count, unit="frame", disable=not (progress and sys.stderr.isatty()), leave=False)
+    shown = counted(frames, count, "drawing", "frame", progress)
     # The encoder needs a file that it can seek in; only the finished one goes to its place.
     with replaced_when_whole(path, binary=True) as file, tempfile.TemporaryDirectory() as folder:
         encoded = Path(folder) / f"video{VIDEO}"
@@ -83,7 +82,7 @@ def write_video(
             macro_block_size=2,
             ffmpeg_log_level="error",
         ) as writer:
-            for frame in bar:
+            for frame in shown:
                 require_even(path, frame.shape[1], frame.shape[0])
                 writer.append_data(frame)
         with encoded.open("rb") as done:

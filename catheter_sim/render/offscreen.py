@@ -74,7 +74,7 @@ def render_picture(
         path: file to write, `.png`.
         width, height: [pixels].
         camera: where to look from, one of `CAMERAS`; the robot fills the picture.
-        progress: show a progress bar where standard error is a terminal.
+        progress: show on standard error what is done.
 
     Raises:
         InputError: bad path, size or camera, nothing to draw with, or the simulation diverged.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +21,10 @@ from catheter_sim.robots import neuroendoscope as _neuroendoscope
 from catheter_sim.robots import spacer_disk as _spacer_disk
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.checks import check_robot
-from catheter_sim.robots.document import override, parse_override, to_document
+from catheter_sim.robots.document import to_document
 from catheter_sim.robots.kinds import Robot, complete_document, robot_from_document
 from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.robots.settings import SAID, Settings, set_all
 from catheter_sim.robots.specification import ContinuumRobot
 
 CONTINUUM_ROBOTS: Mapping[str, Callable[[], ContinuumRobot]] = {
@@ -46,12 +47,14 @@ CATHETER_ROBOTS: Mapping[str, Callable[[], CatheterRobot]] = {
 ROBOTS: Mapping[str, Callable[[], Robot]] = {**CONTINUUM_ROBOTS, **ROLLING_ROBOTS, **CATHETER_ROBOTS}
 
 
-def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) -> Robot:
+def load_robot(reference: str | os.PathLike[str], settings: Settings = (), said: str = SAID) -> Robot:
     """Return the robot that `reference` names, with `settings` applied, checked.
 
     Args:
         reference: a robot id, or the path of a robot `.toml`.
-        settings: texts `KEY=VALUE` with the keys of the robot's `.toml` form.
+        settings: a text `KEY=VALUE` with a key of the robot's `.toml` form, several, or a mapping of keys
+            to values.
+        said: what errors call the settings.
 
     Raises:
         InputError: unknown robot or key, unreadable file, impossible robot.
@@ -63,8 +66,7 @@ def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) 
         document = to_document(ROBOTS[text]())
     else:
         raise unknown("robot", text, [*ROBOTS, "a path to a .toml"])
-    for setting in settings:
-        override(document, *parse_override(setting))
+    set_all(document, settings, said)
     robot = robot_from_document(document, text)
     check_robot(robot, text)
     return robot

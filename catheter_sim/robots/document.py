@@ -105,15 +105,19 @@ def _label(item: Any, index: int) -> str:
     return str(item["name"]) if isinstance(item, Mapping) and "name" in item else str(index)
 
 
-def parse_override(text: str) -> tuple[str, Any]:
+def parse_override(text: str, said: str = "--set") -> tuple[str, Any]:
     """Return the key and value of `KEY=VALUE`; a value that reads as a number is one.
+
+    Args:
+        text: the setting.
+        said: what errors call it.
 
     Raises:
         InputError: there is no `=`, or no key before it.
     """
     key, separator, value = text.partition("=")
     if not separator or not key.strip():
-        raise InputError(f"--set {text}: KEY=VALUE is needed, as in friction.mu=0.2")
+        raise InputError(f"{said} {text}: KEY=VALUE is needed, as in friction.mu=0.2")
     raw = value.strip()
     for convert in (int, float):
         try:
@@ -123,17 +127,24 @@ def parse_override(text: str) -> tuple[str, Any]:
     return key.strip(), raw
 
 
-def override(document: Document, key: str, value: Any) -> None:
+def override(document: Document, key: str, value: Any, said: str = "--set", names_too: bool = True) -> None:
     """Set the dotted `key` of `document` to `value`, in place.
 
     Below `effects` new keys `effects.NAME.PARAMETER` may appear (the effects check them); elsewhere
     the key must exist.
 
+    Args:
+        document: of the robot.
+        key: dotted.
+        value: a number or a text.
+        said: what errors call the setting.
+        names_too: where a text stands, take a number for a name that looks like one.
+
     Raises:
         InputError: no such key; the message names the choices at the level where it fails.
     """
     *path, last = key.split(".")
-    where = f"--set {key}"
+    where = f"{said} {key}"
     below_effects = path[:1] == ["effects"]
     if below_effects and (len(path) != 2 or not all([*path, last])):
         raise InputError(f"{where}: an effect is set as effects.NAME.PARAMETER=VALUE")
@@ -149,7 +160,7 @@ def override(document: Document, key: str, value: Any) -> None:
     current = table.get(last)
     if isinstance(current, Mapping | list):
         raise InputError(f"{where}: names a whole table; choices: {', '.join(_names(current))}")
-    if isinstance(current, str):  # a name may look like a number
+    if names_too and isinstance(current, str):  # a name may look like a number
         value = str(value)
     table[last] = float(value) if isinstance(current, float) and isinstance(value, int) else value
 

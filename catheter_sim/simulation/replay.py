@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from tqdm import tqdm
 
 from catheter_sim.errors import InputError, SimulationDiverged
+from catheter_sim.progress import counted
 from catheter_sim.robots.channels import Inputs, slice_inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
@@ -60,7 +59,7 @@ def simulate(
         dynamic: follow `time_s`; otherwise each row is approached in `ramp_s` and held until rest.
         friction: "capstan", "nested" or "none".
         ramp_s: simulated time from one held row to the next [s].
-        progress: show a progress bar where standard error is a terminal.
+        progress: show on standard error how many rows are done.
         on_row: called with the simulator and the row's index when a row is reached.
         others: further forces, at points of elements, steady from the start (`Simulator.set_inputs`).
 
@@ -78,8 +77,7 @@ def simulate(
     failure = None
     wrench = np.concatenate([inputs.tendon, inputs.force_tip, inputs.moment_tip], axis=1)
     before = np.zeros(wrench.shape[1])
-    rows = tqdm(range(len(inputs)), unit="row", disable=not (progress and sys.stderr.isatty()), leave=False)
-    for row in rows:
+    for row in counted(range(len(inputs)), len(inputs), "simulating", "row", progress):
         duration = ramp_s
         if dynamic:
             duration = float(inputs.time_s[row] - (inputs.time_s[row - 1] if row else inputs.time_s[0]))

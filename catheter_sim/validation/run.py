@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.progress import EVERY_S, Stages
 from catheter_sim.validation.chest_tube import validate_section as validate_chest_tube
 from catheter_sim.validation.chest_tube_calibration import validate_calibration
 from catheter_sim.validation.chest_tube_full import validate_full as validate_full_chest_tube
@@ -61,8 +62,13 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
 }
 
 
-def validate(robots: Sequence[str], folder: Path) -> Validation:
+def validate(robots: Sequence[str], folder: Path, progress: bool = False) -> Validation:
     """Run the checks of `robots` (default: all that have checks) and write the results into `folder`.
+
+    Args:
+        robots: ids.
+        folder: made where it does not exist.
+        progress: show what is being done, on standard error.
 
     Raises:
         InputError: a robot has no checks, or the folder cannot be made.
@@ -74,6 +80,12 @@ def validate(robots: Sequence[str], folder: Path) -> Validation:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
-    validation = merge([check(folder) for robot in robots or CHECKS for check in CHECKS[robot]])
+    done = []
+    with Stages("validate", progress, EVERY_S) as stages:
+        for robot in robots or CHECKS:
+            for number, check in enumerate(CHECKS[robot], 1):
+                stages.say(f"{robot}: check {number} of {len(CHECKS[robot])}")
+                done.append(check(folder))
+    validation = merge(done)
     validation.write(folder)
     return validation

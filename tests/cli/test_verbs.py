@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import gymnasium
@@ -245,7 +246,7 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     asked: list[object] = []
 
     def diagnose(data: str, out: Path, jobs: int, progress: bool, dask: str) -> Diagnosis:
-        asked.extend([data, str(out), jobs])
+        asked.extend([data, str(out), jobs, progress])
         return Diagnosis(
             dataset=dataset,
             verdict="cause_found",
@@ -264,7 +265,7 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     monkeypatch.setattr(pipeline, "diagnose", diagnose)
     ran = run("diagnose", "data", "-o", "out", "--jobs", "2")
     assert ran.status == 0
-    assert asked == ["data", "out", 2]
+    assert asked == ["data", "out", 2, True]
     for text in (
         "is wrong about backlash",
         "verdict: cause_found",
@@ -277,6 +278,39 @@ def test_diagnose_prints_the_verdict_and_its_figures(
         "next experiment: Pull slower.",
     ):
         assert text in ran.out, ran.out
+
+
+@pytest.mark.slow
+def test_diagnose_says_its_stages_off_a_terminal(run: Run, folder: Path) -> None:
+    """Each is a line on standard error with the time since the start; standard output has the answer."""
+    rows = [(number, 0.05 * min(number, 16 - number)) for number in range(17)]
+    for name, time_s in (("one", 1.0), ("two", 2.0)):
+        text = "".join(f"{time_s * number},{pull:g}\n" for number, pull in rows)
+        (folder / f"{name}_in.csv").write_text(f"time_s,tension_right_N\n{text}")
+        words = ["--model", "fkm_sliding", "--inputs", f"{name}_in.csv", "-o", f"{name}_out.csv"]
+        assert run("statics", ROBOT, *words, "--columns", "tip_x_mm,tip_z_mm").status == 0
+        inputs, outputs = ((folder / f"{name}_{part}.csv").read_text().splitlines() for part in ("in", "out"))
+        joined = [f"{one},{other.split(',', 1)[1]}" for one, other in zip(inputs, outputs, strict=True)]
+        (folder / f"{name}.csv").write_text("\n".join(joined) + "\n")
+    (folder / "dataset.toml").write_text(
+        f'[dataset]\nname = "small"\nrobot = "{ROBOT}"\nsource = "made"\nlicence = "none"\n'
+        "[conditions]\ngravity_mps2 = [0.0, 0.0, 0.0]\n"
+        '[channels]\ninputs = ["tension_right_N"]\noutputs = ["tip_x_mm", "tip_z_mm"]\n'
+        '[[trials]]\nfile = "one.csv"\n[[trials]]\nfile = "two.csv"\n'
+    )
+    ran = run("diagnose", ".", "-o", "out")
+    assert ran.status == 0, ran.err
+    lines = [line for line in ran.err.splitlines() if "kernel" not in line]
+    told = [re.fullmatch(r"diagnose: (.+) \((\d+\.\d) s\)", line) for line in lines]
+    stages = [found[1] for found in told if found]
+    assert len(stages) == len(lines), ran.err
+    assert stages[0] == "calibrating"
+    for stage in ("choosing causes", "replaying in MuJoCo", "looking for what to measure next"):
+        assert stage in stages
+    times = [float(found[2]) for found in told if found]
+    assert times == sorted(times)
+    assert "diagnose: " not in ran.out
+    assert "verdict: " in ran.out
 
 
 @pytest.mark.parametrize("name", ["out.png", pytest.param("out.mp4", marks=pytest.mark.slow)])

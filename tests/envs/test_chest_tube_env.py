@@ -81,7 +81,7 @@ def test_observation_of_the_full_robot_holds_what_its_layout_says() -> None:
     )
     assert part["level"] == pytest.approx(8 * LEVEL_STEP * rates, abs=1e-6)
     assert part["tension"] == pytest.approx(8 * LEVEL_STEP * rates, abs=1e-6)
-    assert info["tendon"] == pytest.approx(env.drives.tension * 8 * LEVEL_STEP * rates, rel=1e-6)
+    assert info["commanded_tension_N"] == pytest.approx(env.drives.tension * 8 * LEVEL_STEP * rates, rel=1e-6)
     angles = posture.joint_angles / math.pi
     tip = angles[18:]  # toward +x and +y in turn
     expected = [angles[:15].sum(), 0.0, angles[15:18].sum(), 0.0, tip[::2].sum(), tip[1::2].sum()]
@@ -221,7 +221,7 @@ def test_an_effect_on_the_robot_is_the_changed_robot() -> None:
         env.reset(options={"target": STRAIGHT})
         for _ in range(8):
             info = env.step(np.ones(1, dtype=np.float32))[4]
-        tips.append(info["tip_m"])
+        tips.append(1e-3 * info["tip_mm"])
     assert np.array_equal(tips[0], tips[1])
     assert np.linalg.norm(tips[0] - tips[2]) > 5e-3
 
@@ -233,10 +233,10 @@ def test_effects_on_inputs_and_outputs_act_step_by_step() -> None:
     )
     observation, info = env.reset(options={"target": STRAIGHT})
     assert observation[env.layout["tip"]] == pytest.approx([10.0 / 225.0, 0.0, 1.0], abs=1e-6)
-    assert info["tip_m"] == pytest.approx(STRAIGHT, abs=1e-6)
+    assert 1e-3 * info["tip_mm"] == pytest.approx(STRAIGHT, abs=1e-6)
     for _ in range(4):
         info = env.step(np.ones(1, dtype=np.float32))[4]
-    assert env.plant.simulator.data.ctrl == pytest.approx(info["tendon"] - 2.0, abs=1e-9)
+    assert env.plant.simulator.data.ctrl == pytest.approx(info["commanded_tension_N"] - 2.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", [SECTION, FULL])
@@ -253,7 +253,7 @@ def test_a_picture_shows_the_rolled_robot_as_it_was_seen(name: str) -> None:
     red, green, blue = image.astype(int).transpose(2, 0, 1)
     assert ((green > red + 40) & (green > blue + 40)).sum() > 4  # the target
     drawn = env._picture._data.site("tip").xpos  # type: ignore[union-attr]
-    assert drawn == pytest.approx(info["tip_m"], abs=1e-9)
+    assert drawn == pytest.approx(1e-3 * info["tip_mm"], abs=1e-9)
     hinges = env.plant.simulator.model.jnt_pos
     hinges[:] = 0.0
     assert np.array_equal(env.render(), image)

@@ -62,8 +62,8 @@ def test_start_is_before_the_septum_and_the_observation_says_where_things_are(en
     part = {name: observation[place] for name, place in env.layout.items()}
     length, robot = 117.34e-3, env.known
     end = holder_length_m(robot) + 9.5e-3 - robot.segments[-1].length_m
-    assert info["tip_m"] == pytest.approx((0.0, 0.0, -3e-3 - end), abs=1e-9)
-    assert part["tip"] == pytest.approx(info["tip_m"] / length, abs=1e-6)
+    assert info["tip_mm"] == pytest.approx((0.0, 0.0, -3.0 - 1e3 * end), abs=1e-6)
+    assert part["tip"] == pytest.approx(1e-3 * info["tip_mm"] / length, abs=1e-6)
     assert part["target"] == pytest.approx(env.target_m / length, abs=1e-6)
     assert part["tip_direction"] == pytest.approx((0.0, 0.0, 1.0))
     assert part["tip_side"] == pytest.approx((1.0, 0.0, 0.0))
@@ -77,7 +77,9 @@ def test_start_is_before_the_septum_and_the_observation_says_where_things_are(en
     )
     assert not part["force"].any()
     assert part["base"] == part["held"] == 0.0
-    assert math.atan2(part["beat"][1], part["beat"][0]) % math.tau == pytest.approx(info["beat_rad"])
+    assert math.atan2(part["beat"][1], part["beat"][0]) % math.tau == pytest.approx(
+        math.radians(info["beat_deg"])
+    )
 
 
 @pytest.mark.slow
@@ -98,7 +100,7 @@ def test_ramming_the_wall_ends_the_episode_without_success(env: DeliverEnv) -> N
     assert LIMIT_N < info["peak_force_N"]["wall"] < 3.0 * LIMIT_N
     assert observation[env.layout["force"]][0] == pytest.approx(info["force_N"]["wall"] / LIMIT_N, rel=1e-6)
     anatomy = env.anatomy.plan.anatomy
-    assert info["tip_m"][2] > anatomy.atrium_x_m  # beyond the middle of the atrium
+    assert info["tip_mm"][2] > 1e3 * anatomy.atrium_x_m  # beyond the middle of the atrium
 
 
 @pytest.mark.slow
@@ -220,7 +222,7 @@ def test_flow_swings_the_bent_tip_seventy_times_a_minute() -> None:
         tips, forces = [], []
         for _ in range(120):
             info = env.step(np.zeros(5, dtype=np.float32))[4]
-            tips.append(info["tip_m"])
+            tips.append(1e-3 * info["tip_mm"])
             forces.append(info["flow_N"])
         assert not any(info["peak_force_N"].values())
         assert np.linalg.norm(forces, axis=1).max() == pytest.approx(size, rel=0.02)
@@ -232,7 +234,7 @@ def test_flow_swings_the_bent_tip_seventy_times_a_minute() -> None:
             simulator, ends = env.plant.simulator, []
             for sign in (1.0, -1.0):
                 push = sign * size * (from_valve(case)[:3, :3] @ case.flow.direction)
-                simulator.set_inputs(info["tendon"], push)
+                simulator.set_inputs(1e-3 * info["commanded_displacement_mm"], push)
                 simulator.settle()
                 ends.append(simulator.posture().p_w[-1])
             still = 0.5 * float(np.linalg.norm(ends[1] - ends[0]))
@@ -251,8 +253,8 @@ def test_controller_delivers_and_chance_does_not(name: str) -> None:
     for seed in range(4):
         info = delivered(env, seed)
         assert info["is_success"], (seed, info)
-        assert math.hypot(info["centring_m"], info["depth_m"]) <= env.tolerance_m
-        assert max(info["tilt_rad"], info["turn_rad"]) <= math.radians(3.0)
+        assert math.hypot(info["centring_mm"], info["depth_mm"]) <= 1e3 * env.tolerance_m
+        assert max(info["tilt_deg"], info["turn_deg"]) <= 3.0
         assert 0.0 < max(info["peak_force_N"].values()) < LIMIT_N
         valve, data = np.linalg.inv(from_valve(env.anatomy)), env.plant.simulator.data
         foot = holder_length_m(env.known) - env.known.segments[-1].length_m
@@ -285,8 +287,8 @@ def test_success_takes_a_whole_beat() -> None:
         near = []
         for _ in range(200):
             observation, _, terminated, _, info = env.step(deliver(env, observation))
-            place = math.hypot(info["centring_m"], info["depth_m"])
-            near.append(place <= tolerance and info["angle_rad"] <= math.radians(10.0))
+            place = 1e-3 * math.hypot(info["centring_mm"], info["depth_mm"])
+            near.append(place <= tolerance and info["angle_deg"] <= 10.0)
             if terminated:
                 break
         assert info["is_success"]

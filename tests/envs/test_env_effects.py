@@ -20,10 +20,10 @@ def tips(settings: Sequence[str], moves: Sequence[float], start: tuple[float, ..
     """Return the true tips after each move of the right tendon, the one at rest first, shape (n, 3) [m]."""
     env = ReachEnv("neuroendoscope_section", settings)
     _, info = env.reset(options={"target": start})
-    rows = [info["tip_m"]]
+    rows = [info["tip_mm"]]
     for move in moves:
-        rows.append(env.step(np.array([move, 0.0], dtype=np.float32))[4]["tip_m"])
-    return np.array(rows)
+        rows.append(env.step(np.array([move, 0.0], dtype=np.float32))[4]["tip_mm"])
+    return 1e-3 * np.array(rows)
 
 
 @pytest.mark.slow
@@ -53,7 +53,7 @@ def test_backlash_in_an_environment_is_the_effect_on_the_whole_history() -> None
     arrived, commanded = [], [np.zeros(2)]
     for _ in range(20):
         info = env.step(rng.uniform(-1.0, 1.0, 2).astype(np.float32))[4]
-        commanded.append(info["tendon"])
+        commanded.append(info["commanded_tension_N"])
         arrived.append(env.plant.simulator.data.ctrl.copy())
     now, expected = np.zeros(2), []
     for value in commanded[1:]:
@@ -75,8 +75,8 @@ def test_weight_acts_before_the_first_step() -> None:
     env = ReachEnv("neuroendoscope_section", gravity_mps2=(9.81, 0.0, 0.0))
     _, info = env.reset(seed=0)
     # nominal value of the specification: the tip at 7.154 mm under gravity along +x
-    assert info["tip_m"][0] == pytest.approx(7.154e-3, abs=0.3e-3)
-    assert env.step(np.zeros(2, dtype=np.float32))[4]["speed_m_per_s"] < 1e-4
+    assert info["tip_mm"][0] == pytest.approx(7.154, abs=0.3)
+    assert env.step(np.zeros(2, dtype=np.float32))[4]["speed_mm_per_s"] < 0.1
 
 
 @pytest.mark.slow
@@ -86,9 +86,9 @@ def test_a_measurement_frame_moves_what_is_seen_and_not_what_is_true() -> None:
     plain = ReachEnv("neuroendoscope_section")
     (seen, info), (_, plain_info) = shifted.reset(seed=1), plain.reset(seed=1)
     place = shifted.layout["tip"]
-    assert seen[place] == pytest.approx((info["tip_m"] + [6e-3, 0.0, 0.0]) / 0.06, abs=1e-6)
-    assert np.array_equal(info["tip_m"], plain_info["tip_m"])
-    assert info["distance_m"] == plain_info["distance_m"]
+    assert seen[place] == pytest.approx((info["tip_mm"] + [6.0, 0.0, 0.0]) / 60.0, abs=1e-6)
+    assert np.array_equal(info["tip_mm"], plain_info["tip_mm"])
+    assert info["distance_mm"] == plain_info["distance_mm"]
 
 
 def test_unknown_effects_are_refused() -> None:

@@ -53,7 +53,7 @@ def test_small_picture_is_the_mean_of_a_large_one(env: ReachEnv) -> None:
     small = gymnasium.make("catheter_sim/NeuroendoscopeSectionReach-v0", **arguments)
     seen, info = small.reset(seed=3)
     env.reset(seed=3)
-    assert env.target_m == pytest.approx(info["target_m"], abs=1e-12)
+    assert env.target_m == pytest.approx(1e-3 * info["target_mm"], abs=1e-12)
     large = env.render()
     assert large is not None
     mean = large.reshape(HEIGHT // 5, 5, WIDTH // 5, 5, 3).mean(axis=(1, 3))

@@ -29,10 +29,10 @@ def env() -> InsertEnv:
 def test_starts_at_the_skin_untouched(env: InsertEnv) -> None:
     """The tip stands a wall's thickness before the pleura; nothing is felt; the target is the point."""
     observation, info = env.reset(seed=0)
-    assert info["tip_m"] == pytest.approx([0.0, 0.0, -env.anatomy.wall_m], abs=1e-6)
+    assert info["tip_mm"] == pytest.approx([0.0, 0.0, -1e3 * env.anatomy.wall_m], abs=1e-3)
     assert max(info["peak_force_N"].values()) == 0.0
     assert observation[env.layout["wall"]] == pytest.approx(env.anatomy.wall_m / 0.375, rel=1e-5)
-    assert info["distance_m"] == pytest.approx(np.linalg.norm(env.target_m - info["tip_m"]))
+    assert info["distance_mm"] == pytest.approx(np.linalg.norm(1e3 * env.target_m - info["tip_mm"]))
 
 
 @pytest.mark.slow
@@ -44,7 +44,7 @@ def test_straight_robot_goes_through_the_wall_and_touches_nothing(env: InsertEnv
     for _ in range(int(env.anatomy.wall_m / 3e-3) + 5):
         _, _, terminated, _, info = env.step(action)
     assert not terminated
-    assert info["tip_m"][2] > 0.0
+    assert info["tip_mm"][2] > 0.0
     assert max(info["peak_force_N"].values()) == 0.0
 
 
@@ -74,7 +74,7 @@ def test_controller_reaches_the_point_within_all_limits(env: InsertEnv) -> None:
         if terminated:
             break
     assert info["is_success"]
-    assert info["distance_m"] <= env.tolerance_m == 10e-3
+    assert 1e-3 * info["distance_mm"] <= env.tolerance_m == 10e-3
     assert all(info["peak_force_N"][name] <= limit for name, limit in LIMITS_N.items())
 
 

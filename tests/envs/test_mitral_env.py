@@ -78,7 +78,9 @@ def test_observation_holds_what_its_layout_says(name: str) -> None:
         (posture.p_w[-1] - before) / CONTROL_STEP_S / length, abs=1e-5
     )
     assert part["level"] == pytest.approx(8 * LEVEL_STEP * rates, abs=1e-6)
-    assert info["tendon"] == pytest.approx(np.diag(env.drives.tendon) * 8 * LEVEL_STEP * rates, rel=1e-6)
+    assert info["commanded_displacement_mm"] == pytest.approx(
+        1e3 * np.diag(env.drives.tendon) * 8 * LEVEL_STEP * rates, rel=1e-6
+    )
     angles = posture.joint_angles
     advance = float(env.plant.simulator.data.joint("advance").qpos[0])
     gaps = {TRANSSEPTAL: (slice(0, 1), slice(1, 12)), FOUR_DOF: (slice(0, 4), slice(4, 11))}[name]
@@ -103,11 +105,11 @@ def test_full_action_takes_two_seconds_to_the_joints_limits_and_no_further(name:
         steps = 20 if way > 0.0 else 40
         for _ in range(steps):
             info = env.step(np.full(4, way, dtype=np.float32))[4]
-        full = info["tendon"]
+        full = info["commanded_displacement_mm"]
         env.step(np.full(4, way, dtype=np.float32))
         info = env.step(np.full(4, way, dtype=np.float32))[4]
-        assert info["tendon"] == pytest.approx(full, abs=1e-12)
-        assert info["tendon"][3] == pytest.approx(60e-3 if way > 0.0 else 0.0, abs=1e-12)
+        assert info["commanded_displacement_mm"] == pytest.approx(full, abs=1e-9)
+        assert info["commanded_displacement_mm"][3] == pytest.approx(60.0 if way > 0.0 else 0.0, abs=1e-9)
         env.plant.settle()
         values = env.plant.segment_bends()
         order = [part.name for part in robot.segments if part.joint != "rigid"]
@@ -181,7 +183,7 @@ def test_the_baseline_finds_the_way_to_a_target_behind_the_base() -> None:
     """Seed 8: straight to it, the proximal joint turns the wrong way and ends at its limit, 17 mm off."""
     env = reach(FOUR_DOF)
     observation, info = env.reset(seed=8)
-    assert info["target_m"][2] < 0.0
+    assert info["target_mm"][2] < 0.0
     for _ in range(55):
         observation, _, terminated, _, info = env.step(resolved_rate(env, observation))
         if terminated:
@@ -249,7 +251,7 @@ def test_a_drive_that_an_effect_sends_beyond_its_joint_stops_there() -> None:
     for _ in range(22):
         info = env.step(action(0.0, 0.0, 1.0, 0.0))[4]
     assert not info["diverged"]
-    assert info["tendon"][2] == pytest.approx(2.1e-3 * math.radians(75.0))
+    assert info["commanded_displacement_mm"][2] == pytest.approx(2.1 * math.radians(75.0))
     env.plant.settle()
     assert env.plant.segment_bends()[3] == pytest.approx(math.radians(120.0), rel=5e-3)
 
@@ -281,5 +283,5 @@ def test_a_picture_shows_the_bent_robot_and_its_target(name: str) -> None:
     red, green, blue = image.astype(int).transpose(2, 0, 1)
     assert ((green > red + 40) & (green > blue + 40)).sum() > 4
     drawn = env._picture._data.site("tip").xpos  # type: ignore[union-attr]
-    assert drawn == pytest.approx(info["tip_m"], abs=1e-9)
+    assert drawn == pytest.approx(1e-3 * info["tip_mm"], abs=1e-9)
     env.close()

@@ -85,7 +85,7 @@ def test_reset_without_seed_goes_on_with_the_generator(section: ReachEnv) -> Non
     sequences = []
     for env in (section, other):
         env.reset(seed=11)
-        targets = [env.target_m] + [env.reset()[1]["target_m"] for _ in range(3)]
+        targets = [1e3 * env.target_m] + [env.reset()[1]["target_mm"] for _ in range(3)]
         sequences.append(np.array(targets))
     assert np.array_equal(*sequences)
     assert len(np.unique(sequences[0], axis=0)) == 4
@@ -134,7 +134,7 @@ def test_observation_holds_what_its_layout_says(section: ReachEnv) -> None:
     assert part["tip_velocity"] == pytest.approx(velocity / 0.06, abs=1e-5)
     assert part["level"] == pytest.approx([0.6, 0.18], abs=1e-6)
     assert part["tension"] == pytest.approx([0.6, 0.18], abs=1e-6)
-    assert info["tendon"] == pytest.approx(section.drives.tension * [0.6, 0.18], abs=1e-6)
+    assert info["commanded_tension_N"] == pytest.approx(section.drives.tension * [0.6, 0.18], abs=1e-6)
     half_turns = posture.joint_angles.sum() / math.pi
     assert part["bend"] == pytest.approx([half_turns, 0.0], abs=1e-6)
     assert math.atan2(part["tip_direction"][0], part["tip_direction"][2]) == pytest.approx(
@@ -148,7 +148,7 @@ def test_levels_move_at_their_rate_and_stay_in_their_range(section: ReachEnv) ->
     for step in range(25):
         _, _, _, _, info = section.step(action(3.0, -1.0))  # beyond the space: taken as 1
         assert section.plant.level == pytest.approx([min(1.0, (step + 1) * LEVEL_STEP), 0.0])
-    assert info["tendon"] == pytest.approx([section.drives.tension[0], 0.0])
+    assert info["commanded_tension_N"] == pytest.approx([section.drives.tension[0], 0.0])
 
 
 def test_pulling_toward_the_target_shortens_the_way_and_pulling_away_lengthens_it(
@@ -158,11 +158,11 @@ def test_pulling_toward_the_target_shortens_the_way_and_pulling_away_lengthens_i
     target = (0.025, 0.0, 0.0525)
     for pulled, nearer in ((action(1.0, 0.0), True), (action(0.0, 1.0), False)):
         _, info = section.reset(options={"target": target})
-        distances = [info["distance_m"]]
+        distances = [info["distance_mm"]]
         for _ in range(10):
             _, reward, _, _, info = section.step(pulled)
-            distances.append(info["distance_m"])
-            assert reward == pytest.approx(-info["distance_m"] / 0.06)
+            distances.append(info["distance_mm"])
+            assert reward == pytest.approx(-info["distance_mm"] / 60.0)
         change = np.diff(distances)
         assert (change < 0.0).all() if nearer else (change > 0.0).all()
 
@@ -174,7 +174,7 @@ def test_success_needs_nearness_and_rest() -> None:
     passed = 0
     for _ in range(20):
         _, _, terminated, truncated, info = env.step(action(1.0, 0.0))
-        near, slow = info["distance_m"] <= 2e-3, info["speed_m_per_s"] < 2e-3
+        near, slow = info["distance_mm"] <= 2.0, info["speed_mm_per_s"] < 2.0
         assert terminated == info["is_success"] == (near and slow)
         assert not truncated
         passed += near and not slow
@@ -191,7 +191,7 @@ def test_success_is_held_for_half_a_second(section: ReachEnv) -> None:
     for pull in (0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0):
         before = len(held) and held[-1]
         observation, _, terminated, _, info = section.step(action(pull, 0.0))
-        there = info["distance_m"] <= 2e-3 and info["speed_m_per_s"] < 2e-3
+        there = info["distance_mm"] <= 2.0 and info["speed_mm_per_s"] < 2.0
         held.append(before + 1 if there else 0)
         assert observation[section.layout["held"]] == pytest.approx(held[-1] / 5)
         assert terminated == info["is_success"] == (held[-1] == 5)
@@ -223,8 +223,8 @@ def test_friction_makes_the_way_matter() -> None:
         env.reset(options={"target": STRAIGHT})
         tips = []
         for moved in [1.0] * 10 + [0.0] * 5 + [1.0] * 10 + [-1.0] * 10 + [0.0] * 5:
-            tips.append(env.step(action(moved, 0.0))[4]["tip_m"])
-        gaps.append(float(np.linalg.norm(tips[14] - tips[-1])))
+            tips.append(env.step(action(moved, 0.0))[4]["tip_mm"])
+        gaps.append(float(1e-3 * np.linalg.norm(tips[14] - tips[-1])))
     assert gaps[0] > 3e-3
     assert gaps[1] < 0.05e-3
 
@@ -352,6 +352,6 @@ def test_vector_environments_hold_it() -> None:
     many = gymnasium.make_vec(SECTION, num_envs=2)
     observation, info = many.reset(seed=1)
     assert observation.shape == (2, 19)
-    assert not np.array_equal(info["target_m"][0], info["target_m"][1])
+    assert not np.array_equal(info["target_mm"][0], info["target_mm"][1])
     many.step(np.zeros((2, 2), dtype=np.float32))
     many.close()

@@ -33,7 +33,7 @@ def test_an_episodes_end_comes_with_its_last_observation_and_info() -> None:
     for one, info in enumerate(infos):
         assert info["TimeLimit.truncated"]
         assert not info["is_success"]
-        assert info["distance_m"] > 0.0
+        assert info["distance_mm"] > 0.0
         assert info["terminal_observation"][level] == pytest.approx([0.1, 0.1])
         assert not observation[one, level].any()
     env.close()

@@ -80,8 +80,8 @@ def test_drives_that_made_the_way_follow_it(name):
     assert np.abs(changes).max() * STEP < 0.0472
     for change in changes:
         info = env.step(change.astype(np.float32))[-1]
-    assert info["rms_distance_m"] < 1e-4 * env.length_m
-    assert info["rms_angle_rad"] < 1e-3
+    assert info["rms_distance_mm"] < 0.1 * env.length_m
+    assert info["rms_angle_deg"] < math.degrees(1e-3)
     assert info["is_success"]
 
 
@@ -91,8 +91,8 @@ def test_target_starts_at_rest_and_goes_far_enough():
     env = track()
     for seed in range(5):
         _, info = env.reset(seed=seed)
-        assert info["distance_m"] == info["angle_rad"] == 0.0
-        assert np.array_equal(info["target_m"], info["tip_m"])
+        assert info["distance_mm"] == info["angle_deg"] == 0.0
+        assert np.array_equal(info["target_mm"], info["tip_mm"])
         away = np.linalg.norm(env.path.tip_m - env.path.tip_m[0], axis=1)
         assert away.max() >= TARGET_CLEARANCE * env.length_m
 
@@ -117,13 +117,13 @@ def test_reward_and_success_are_those_of_the_text():
     """Distance and angle of every step, and their root mean squares at the end."""
     env = track()
     seen = run(env, still(env), seed=5)
-    distance = np.array([info["distance_m"] for _, info in seen])
-    angle = np.array([info["angle_rad"] for _, info in seen])
+    distance = 1e-3 * np.array([info["distance_mm"] for _, info in seen])
+    angle = np.radians([info["angle_deg"] for _, info in seen])
     rewards = [reward for reward, _ in seen]
     assert rewards == pytest.approx(-distance / env.length_m - DIRECTION_WEIGHT * angle / math.pi)
     end = seen[-1][1]
-    assert end["rms_distance_m"] == pytest.approx(np.sqrt(np.mean(distance**2)))
-    assert end["rms_angle_rad"] == pytest.approx(np.sqrt(np.mean(angle**2)))
+    assert end["rms_distance_mm"] == pytest.approx(1e3 * np.sqrt(np.mean(distance**2)))
+    assert end["rms_angle_deg"] == pytest.approx(np.degrees(np.sqrt(np.mean(angle**2))))
     cosine = [env.path.direction[step + 1] @ env.path.direction[0] for step in range(EPISODE_STEPS)]
     assert angle == pytest.approx(np.arccos(np.clip(cosine, -1, 1)), abs=1e-6)  # it stands still, straight
     assert not any(info["is_success"] for _, info in seen)

@@ -31,7 +31,7 @@ def env() -> TumourEnv:
 def test_starts_in_the_sheath_untouched(env: TumourEnv) -> None:
     """The tip stands at the sheath's end, no tissue feels anything, all points are left, none is reached."""
     observation, info = env.reset(seed=0)
-    assert info["tip_m"] == pytest.approx(np.zeros(3), abs=1e-6)
+    assert info["tip_mm"] == pytest.approx(np.zeros(3), abs=1e-3)
     assert set(info["peak_force_N"]) == {*REGIONS, "sheath"}
     assert max(info["peak_force_N"].values()) == 0.0
     assert not info["is_success"]
@@ -66,18 +66,18 @@ def test_pushing_straight_on_presses_too_hard(env: TumourEnv) -> None:
     assert reward == DIVERGED_REWARD
     assert max(info["peak_force_N"][name] for name in REGIONS) > LIMIT_N
     assert observation[env.layout["force"]].max() > 1.0
-    assert info["base"][0] < STROKE_M
+    assert info["insertion_mm"] < 1e3 * STROKE_M
 
 
 def test_base_moves_as_it_is_asked_and_no_farther(env: TumourEnv) -> None:
     """Full insertion is 2 mm a step, full roll 3 deg, and the sheath's end is where it cannot draw back."""
     env.reset(seed=0)
     _, _, _, _, info = env.step(np.array([0, 0, 0, 0, 1, -1], dtype=np.float32))
-    assert info["base"] == pytest.approx([2e-3, -np.radians(3.0)])
-    assert info["tip_m"][2] == pytest.approx(2e-3, abs=2e-5)
+    assert (info["insertion_mm"], info["roll_deg"]) == pytest.approx((2.0, -3.0))
+    assert info["tip_mm"][2] == pytest.approx(2.0, abs=0.02)
     for _ in range(2):
         _, _, _, _, info = env.step(np.array([0, 0, 0, 0, -1, 1], dtype=np.float32))
-    assert info["base"] == pytest.approx([0.0, np.radians(3.0)])
+    assert (info["insertion_mm"], info["roll_deg"]) == pytest.approx((0.0, 3.0))
 
 
 def test_reward_is_the_way_left_and_the_force(env: TumourEnv) -> None:
@@ -86,7 +86,7 @@ def test_reward_is_the_way_left_and_the_force(env: TumourEnv) -> None:
     _, reward, _, _, info = env.step(STRAIGHT_ON)
     legs = np.linalg.norm(np.diff(env.points_m, axis=0), axis=1).sum()
     assert max(info["force_N"][name] for name in REGIONS) == 0.0
-    assert reward == pytest.approx(-(info["distance_m"] + legs) / env.length_m)
+    assert reward == pytest.approx(-(1e-3 * info["distance_mm"] + legs) / env.length_m)
 
 
 @pytest.mark.slow
@@ -101,9 +101,9 @@ def test_controller_reaches_all_points_within_the_limit(env: TumourEnv) -> None:
             break
     assert info["is_success"]
     assert sorted(set(reached)) == list(range(POINTS + 1))  # one after the other
-    assert info["distance_m"] <= env.tolerance_m
+    assert info["distance_mm"] <= 1e3 * env.tolerance_m
     assert max(info["peak_force_N"][name] for name in REGIONS) <= LIMIT_N
-    assert np.linalg.norm(info["tip_m"] - tumour(env.anatomy)) > 10e-3  # outside the tumour
+    assert np.linalg.norm(info["tip_mm"] - 1e3 * tumour(env.anatomy)) > 10.0  # outside the tumour
 
 
 @pytest.mark.slow

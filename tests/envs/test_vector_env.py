@@ -17,6 +17,7 @@ from catheter_sim.envs.tip import DIVERGED_REWARD
 from catheter_sim.envs.vector_threads import OneByOneEnv
 from catheter_sim.envs.vector_together import TogetherEnv
 from catheter_sim.errors import InputError
+from catheter_sim.units import si_factor
 
 SECTION = "catheter_sim/NeuroendoscopeSectionReach-v0"
 STRAIGHT = (0.0, 0.0, 0.06)  # the tip at rest
@@ -37,11 +38,16 @@ def singles(name: str = SECTION, count: int = 3, mode: str = "NextStep", **argum
     return SyncVectorEnv(makers, autoreset_mode=AutoresetMode(mode))
 
 
+def to_si(name: str) -> float:
+    """Return the factor to SI of what `info` holds under a name."""
+    return si_factor(name.removesuffix("_per_s"))
+
+
 def worst(one: Any, other: Any) -> float:
-    """Return the largest difference of numbers; all else must be the same."""
+    """Return the largest difference of numbers, lengths in m, angles in rad; all else must be the same."""
     if isinstance(one, dict):
         assert one.keys() == other.keys()
-        return max((worst(one[name], other[name]) for name in one), default=0.0)
+        return max((to_si(name) * worst(one[name], other[name]) for name in one), default=0.0)
     if one is None or isinstance(one, tuple):
         assert (one is None) == (other is None)
         return max((worst(*pair) for pair in zip(one or (), other or (), strict=True)), default=0.0)
@@ -231,7 +237,7 @@ def test_some_are_reset_and_the_others_go_on(three: Any, alone: Any) -> None:
 def test_one_target_for_all_can_be_set(three: Any) -> None:
     """`options["target"]` is every copy's; unknown options are refused."""
     _, info = three.reset(seed=0, options={"target": STRAIGHT})
-    assert np.array_equal(info["target_m"], [STRAIGHT] * 3)
+    assert np.array_equal(info["target_mm"], 1e3 * np.array([STRAIGHT] * 3))
     with pytest.raises(InputError, match="unknown option of reset 'goal'; choices: target"):
         three.reset(options={"goal": STRAIGHT})
 

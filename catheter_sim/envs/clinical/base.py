@@ -9,16 +9,20 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from catheter_sim.envs.arguments import checked_options
 from catheter_sim.envs.observation import Bounds, Observation
 from catheter_sim.envs.surroundings import Surround, Surroundings
 from catheter_sim.envs.tip import DIVERGED_REWARD, Action, TipEnv
-from catheter_sim.errors import InputError, unknown
+from catheter_sim.errors import InputError
 from catheter_sim.mjcf.scene import View
+from catheter_sim.mjcf.surroundings import INSERTION
 from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
+from catheter_sim.shown import shown
 from catheter_sim.simulation.tissue import Tissue
+from catheter_sim.units import in_file_units
 
 FORCE_WEIGHT = 0.1  # assumed: robot lengths that a step at the limit of force costs
 _FORCE_BOUND = 10.0  # limits
@@ -76,11 +80,11 @@ class ClinicalEnv(TipEnv, Generic[A]):
 
     motions: tuple[Motion, ...]
     limits_N: ClassVar[Mapping[str, float]]
+    reset_options = ("anatomy",)
     anatomy: A
 
     def __init__(self, robot: Any, **arguments: Any) -> None:
         """Build the robot in the middle anatomy; arguments are those of `TipEnv`."""
-        self.anatomy = self.middle()
         super().__init__(robot, **arguments)
         self.force_N = self.peak_N = np.zeros(len(self._tissue.regions))
 
@@ -128,13 +132,9 @@ class ClinicalEnv(TipEnv, Generic[A]):
         Raises:
             InputError: an unknown option, or an anatomy of another kind.
         """
-        options = options or {}
-        for name in options:
-            if name != "anatomy":
-                raise unknown("option of reset", name, ("anatomy",))
-        given = options.get("anatomy")
+        given = checked_options(options, self.reset_options).get("anatomy")
         if given is not None and not isinstance(given, type(self.anatomy)):
-            raise InputError(f"anatomy = {given!r}: a {type(self.anatomy).__name__} is needed")
+            raise InputError(f"anatomy = {shown(given)}: a {type(self.anatomy).__name__} is needed")
         super().reset(seed=seed, options=options)
         self._start()
         self.peak_N = np.zeros(len(self._tissue.regions))
@@ -163,6 +163,9 @@ class ClinicalEnv(TipEnv, Generic[A]):
         tissue = self.plant.simulator.tissue
         assert tissue is not None
         return tissue
+
+    def _prepare(self) -> None:
+        self.anatomy = self.middle()
 
     def _surround(self) -> Surround:
         return lambda robot, actuation: self.surround(self.anatomy, robot, actuation)
@@ -209,14 +212,16 @@ class ClinicalEnv(TipEnv, Generic[A]):
 
     def _info(self, done: bool) -> dict[str, Any]:
         names = self._tissue.regions
-        return {
+        told = {
             **self._common_info(),
             "force_N": dict(zip(names, map(float, self.force_N), strict=True)),
             "peak_force_N": dict(zip(names, map(float, self.peak_N), strict=True)),
-            "base": self.plant.carriage.copy(),
             "pressed_too_hard": self.pressed_too_hard,
             "is_success": bool(done and not self.pressed_too_hard and not self._diverged),
         }
+        for motion, place in zip(self.motions, self.plant.carriage, strict=True):
+            told[f"{motion.name}_{'m' if motion.name == INSERTION else 'rad'}"] = float(place)
+        return in_file_units(told)
 
     def _view(self) -> View:
         points = self.seen_points()

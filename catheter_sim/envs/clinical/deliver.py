@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.envs.arguments import checked_above_zero, checked_pair
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
 from catheter_sim.envs.clinical.heart import (
     from_valve,
@@ -33,10 +34,12 @@ from catheter_sim.procedure.plan import DELIVERING, implant_turn_rad
 from catheter_sim.procedure.scene import REGIONS
 from catheter_sim.procedure.steps import PUSH_M_PER_S
 from catheter_sim.render.framing import fitted_view
-from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
+from catheter_sim.robots.settings import Settings
+from catheter_sim.shown import shown
+from catheter_sim.units import in_file_units
 
 # Matsuda 2016, doi 10.1007/s00380-015-0763-0: of a catheter's tip on the atrium's wall, 40 g are excessive;
 # of leaflets assumed.
@@ -130,10 +133,11 @@ class DeliverEnv(ClinicalEnv[Case]):
     `reset(seed=...)` draws a heart and a flow. `options={"anatomy": case}` sets them: a
     `procedure.case.Case`, of `procedure.case.random_case`, which takes given numbers.
 
-    `info` of `reset` and `step`: that of the other tasks (`tip_m`, `target_m` and so on, true, sheath's
-    frame), `force_N` and `peak_force_N` by region, `pressed_too_hard`, `base`, and `centring_m`, `depth_m`
-    (of the implant's middle across the valve's axis, and along it beyond its place), `tilt_rad`, `turn_rad`
-    (of its axis, and about it), `angle_rad` (the whole), `beat_rad`, `flow_N` (on the tip now, shape (3,)).
+    `info` of `reset` and `step`: that of the other tasks (`tip_mm`, `target_mm` and so on, true, sheath's
+    frame), `force_N` and `peak_force_N` by region, `pressed_too_hard`, `insertion_mm`, and `centring_mm`,
+    `depth_mm` (of the implant's middle across the valve's axis, and along it beyond its place), `tilt_deg`,
+    `turn_deg` (of its axis, and about it), `angle_deg` (the whole), `beat_deg`, `flow_N` (on the tip now,
+    shape (3,)).
 
     ## Arguments
 
@@ -154,7 +158,7 @@ class DeliverEnv(ClinicalEnv[Case]):
     def __init__(
         self,
         robot: str | os.PathLike[str],
-        settings: Sequence[str] = (),
+        settings: Settings = (),
         tolerance_m: float = 1e-3 * POSITION_MM,
         angle_deg: float = ANGLE_DEG,
         flow_N: tuple[float, float] = FLOW_N,
@@ -165,17 +169,21 @@ class DeliverEnv(ClinicalEnv[Case]):
         Raises:
             InputError: an argument is impossible, or the robot has other joints.
         """
-        if not 0.0 < angle_deg <= 180.0:
-            raise InputError(f"angle_deg = {angle_deg:g}: must be above 0 and at most 180")
-        self.angle_rad = math.radians(angle_deg)
+        self.angle_rad = math.radians(checked_above_zero("angle_deg", angle_deg, 180.0))
         self._flow_N = _amplitudes(flow_N)
-        self.known = _catheter(robot, settings)
-        self.waiting_m = waiting_m(self.known)
-        self._mount = turned(implant_turn_rad(self.known))
-        self.motions = (Motion(INSERTION, 0.0, DEEPEST_M - self.waiting_m, PUSH_M_PER_S),)
-        self.middle_ahead_m = holder_length_m(self.known) + 0.5 * IMPLANT_M - self.known.segments[-1].length_m
         super().__init__(robot, settings=settings, tolerance_m=tolerance_m, **arguments)
         self.begin()
+
+    def _prepare(self) -> None:
+        known = self._drawn_robot()
+        if not isinstance(known, CatheterRobot):
+            raise InputError(f"{known.name}: delivers no implant; choices: {', '.join(DELIVERING)}")
+        self.known = known
+        self.waiting_m = waiting_m(known)
+        self._mount = turned(implant_turn_rad(known))
+        self.motions = (Motion(INSERTION, 0.0, DEEPEST_M - self.waiting_m, PUSH_M_PER_S),)
+        self.middle_ahead_m = holder_length_m(known) + 0.5 * IMPLANT_M - known.segments[-1].length_m
+        super()._prepare()
 
     def draw(self, rng: np.random.Generator) -> Case:
         """Return a random heart, the way through it for the nominal robot, and a flow."""
@@ -252,8 +260,7 @@ class DeliverEnv(ClinicalEnv[Case]):
         error, axis = self._error(), self.target[:3, 2]
         deep = -float(error[:3] @ axis)
         cosine = min(max(float(self._implant[:3, 2] @ axis), -1.0), 1.0)
-        return {
-            **super()._info(done),
+        told = {
             "centring_m": float(np.linalg.norm(error[:3] + deep * axis)),
             "depth_m": deep,
             "tilt_rad": math.acos(cosine),
@@ -262,6 +269,7 @@ class DeliverEnv(ClinicalEnv[Case]):
             "beat_rad": self.anatomy.flow.beat_rad(self._time_s),
             "flow_N": stream(self.anatomy)(self._time_s, self._implant[:3, 3]),
         }
+        return {**super()._info(done), **in_file_units(told)}
 
     def _view(self) -> View:
         """Return the view across the plane of sheath and valve's axis, a little from the ventricle's side."""
@@ -272,18 +280,9 @@ class DeliverEnv(ClinicalEnv[Case]):
         return fitted_view(seen, self.seen_points(), *self._size)
 
 
-def _catheter(robot: str | os.PathLike[str], settings: Sequence[str]) -> CatheterRobot:
-    found = load_robot(robot, settings)
-    if not isinstance(found, CatheterRobot):
-        raise InputError(f"{found.name}: delivers no implant; choices: {', '.join(DELIVERING)}")
-    return found
-
-
 def _amplitudes(bounds: Sequence[float]) -> tuple[float, float]:
-    try:
-        low, high = (float(value) for value in bounds)
-    except (TypeError, ValueError):
-        low, high = math.nan, math.nan
-    if not 0.0 <= low <= high < math.inf:
-        raise InputError(f"flow_N = {bounds!r}: two amplitudes are needed, the lower first, none below 0")
+    needed = "two amplitudes are needed, the lower first, none below 0"
+    low, high = checked_pair("flow_N", bounds, needed)
+    if low < 0.0:
+        raise InputError(f"flow_N = {shown(bounds)}: {needed}")
     return low, high

@@ -5,6 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from catheter_sim.envs.surroundings import Surroundings
 from catheter_sim.mjcf.surroundings import CARRIER, INSERTION, part, quaternion, text
 from catheter_sim.procedure.case import Case
 from catheter_sim.procedure.contact import WALL_N_PER_M
+from catheter_sim.procedure.flow import Flow
 from catheter_sim.procedure.frames import DOWN, transform
 from catheter_sim.procedure.plan import tip_to_end_m
 from catheter_sim.procedure.scene import REGIONS, WAITING_M, build_scene
@@ -60,7 +62,11 @@ def stream(case: Case) -> Callable[[float, Array], Array]:
     """Return the flow's force on the tip, shape (3,) [N], by time [s] and place [m]; sheath's frame."""
     R = from_valve(case)[:3, :3]
     flow = replace(case.flow, direction=R @ case.flow.direction)
-    return lambda time_s, tip_m: flow.force_N(time_s, float(tip_m[2]))
+    return partial(_force_N, flow)  # which can be pickled, as a function made here cannot
+
+
+def _force_N(flow: Flow, time_s: float, tip_m: Array) -> Array:
+    return flow.force_N(time_s, float(tip_m[2]))
 
 
 def implant_target(case: Case, mount: Array) -> Array:

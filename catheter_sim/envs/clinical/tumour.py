@@ -114,7 +114,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
 
     `reset(seed=...)` draws an anatomy and the points; `options={"anatomy": Ventricles(...)}` sets one.
     `info` of `reset` and `step`: as in `reach.ReachEnv`, in the entry frame, and `force_N` and `peak_force_N`
-    (by region: largest in the last step, and in the episode), `base` [m, rad], `points_reached`,
+    (by region: largest in the last step, and in the episode), `insertion_mm`, `roll_deg`, `points_reached`,
     `pressed_too_hard`.
 
     ## Arguments
