@@ -53,12 +53,13 @@ from catheter_sim.diagnosis.registration import (
     register,
     registered,
     registration_notes,
+    unmoved,
 )
 from catheter_sim.diagnosis.residuals import STAGES
 from catheter_sim.diagnosis.result import CAUSE_FOUND, DATA_SUSPECT, Diagnosis, write_results
 from catheter_sim.diagnosis.select import alike, candidates_for, equals_of, select
 from catheter_sim.diagnosis.structure import structure_tests
-from catheter_sim.diagnosis.suspicions import suspicions, thawed
+from catheter_sim.diagnosis.suspicions import SURER, mistake, relative_error, suspicions, thawed
 from catheter_sim.diagnosis.told_apart import as_good_elsewhere, told_apart, told_apart_note
 from catheter_sim.diagnosis.trials import Dataset, Trial, split, unit_of
 from catheter_sim.diagnosis.twin import twin_for
@@ -68,6 +69,7 @@ from catheter_sim.diagnosis.workers import HERE, Workers, workers
 from catheter_sim.effects.apply import embodied
 from catheter_sim.mjcf.build import build_mjcf
 from catheter_sim.progress import Stages
+from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.posture import Array
 
 SUSPECTED = "The data look wrong, so that no cause was looked for"
@@ -243,12 +245,27 @@ def diagnose_dataset(
 
 
 def in_base_frame(dataset: Dataset) -> tuple[Dataset, Registration]:
-    """Return the data set with its positions in the robot's base frame, and how they were moved there."""
+    """Return the data set with its positions in the robot's base frame, and how they were moved there.
+
+    A mistake in the data, such as inches for mm, may look like a tracker far away: where putting it right
+    does better than any motion, nothing is moved, and `suspicions` will name it.
+    """
     train, _ = split(dataset)
-    robot = replace(dataset.robot, actuation=train[0].inputs.actuation)
-    twin = twin_for(robot, robot.actuation, dataset.output_channels, dataset.gravity_mps2)
-    registration = register(train, dataset.output_channels, robot, twin)
-    return registered(dataset, registration), registration
+    robot, columns = replace(dataset.robot, actuation=train[0].inputs.actuation), dataset.output_channels
+    twin = twin_for(robot, robot.actuation, columns, dataset.gravity_mps2)
+    registration = register(train, columns, robot, twin)
+    if not registration.applied:
+        return dataset, registration
+
+    def predict(inputs: Inputs) -> Array:
+        return twin([robot], inputs, 1)[0]
+
+    moved_there = registered(dataset, registration)
+    found = mistake(train, columns, robot, predict)
+    there = relative_error(split(moved_there)[0], columns, predict, shifted=True)
+    if found is not None and found.error < SURER * there:
+        return dataset, unmoved(registration)
+    return moved_there, registration
 
 
 def training_problem(dataset: Dataset, train: Sequence[Trial], frame: tuple[Nuisance, ...] = ()) -> Problem:

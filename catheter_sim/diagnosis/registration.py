@@ -52,8 +52,8 @@ _TRACE = 1e-9  # of no turn beside the points, which decides what they leave ope
 _FLAT = 0.02  # second largest extent over the largest, below which points lie on a line
 _POINT = re.compile(r"(tip|body_\d+)_([xyz])_mm")
 _QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
-_SHIFTS = ("frame_shift_x_mm", "frame_shift_y_mm", "frame_shift_z_mm")
-_TURNS = ("frame_turn_x_deg", "frame_turn_y_deg", "frame_turn_z_deg")
+SHIFTS = ("frame_shift_x_mm", "frame_shift_y_mm", "frame_shift_z_mm")
+TURNS = ("frame_turn_x_deg", "frame_turn_y_deg", "frame_turn_z_deg")
 
 
 @dataclass(frozen=True)
@@ -116,8 +116,8 @@ def register(train: Sequence[Trial], columns: Sequence[str], robot: Robot, twin:
     apart = measured - computed @ R_tb.T
     shifted = _far(apart, axes)
     shift = apart.mean(axis=0) if shifted else np.zeros(3)
-    free = [name for name, axis in zip(_TURNS, "xyz", strict=True) if free_turn and _about(axis, axes)]
-    free += [name for name, axis in zip(_SHIFTS, "xyz", strict=True) if shifted and axis in axes]
+    free = [name for name, axis in zip(TURNS, "xyz", strict=True) if free_turn and _about(axis, axes)]
+    free += [name for name, axis in zip(SHIFTS, "xyz", strict=True) if shifted and axis in axes]
     return Registration(
         axes=axes,
         factor=factor,
@@ -146,12 +146,12 @@ def registered(dataset: Dataset, registration: Registration) -> Dataset:
 
 def frame_numbers(registration: Registration) -> tuple[Nuisance, ...]:
     """Return the numbers of the frame that are fitted with every hypothesis: turns first, then shifts."""
-    turns = any(name in _TURNS for name in registration.free)
+    turns = any(name in TURNS for name in registration.free)
     found = []
-    for index, name in enumerate((*_TURNS, *_SHIFTS)):
+    for index, name in enumerate((*TURNS, *SHIFTS)):
         if name not in registration.free:
             continue
-        turn = name in _TURNS
+        turn = name in TURNS
         bound = 180.0 if turn else SLIGHT_SHIFT_MM + 2.0 * registration.extent_mm
         found.append(
             Nuisance(
@@ -182,10 +182,10 @@ def document(registration: Registration, fitted: Mapping[str, float]) -> dict[st
         registration: the motion.
         fitted: values of its free numbers by name.
     """
-    turn_deg = [fitted.get(name, 0.0) for name in _TURNS]
+    turn_deg = [fitted.get(name, 0.0) for name in TURNS]
     rest = Rotation.from_euler("xyz", turn_deg, degrees=True)  # about x, then y, then z
     R_tb = registration.R_bt.T
-    shift = registration.shift_mm + R_tb @ np.array([fitted.get(name, 0.0) for name in _SHIFTS])
+    shift = registration.shift_mm + R_tb @ np.array([fitted.get(name, 0.0) for name in SHIFTS])
     turn = Rotation.from_matrix(R_tb) * rest
     return {
         "applied": registration.applied,
@@ -234,6 +234,11 @@ def registration_notes(registration: Registration, fitted: Mapping[str, float]) 
     return notes
 
 
+def unmoved(registration: Registration) -> Registration:
+    """Return the registration that leaves the data where they are."""
+    return replace(registration, factor=1.0, R_bt=np.eye(3), shift_mm=np.zeros(3), free=())
+
+
 def _none(axes: str) -> Registration:
     zero = np.zeros(3)
     return Registration(axes, 1.0, np.eye(3), zero, (), False, zero, zero, 0.0)
@@ -272,11 +277,11 @@ def _factor(computed: Array, measured: Array, axes: str) -> float:
     return _MM_PER_M if left < 0.5 * spreads[0] else 1.0
 
 
-def _kabsch(computed: Array, measured: Array, axes: str) -> Array:
+def _kabsch(computed: Array, measured: Array, axes: str, mirrored: bool = False) -> Array:
     """Return the turn of least squares from computed to measured points about their middles, shape (3, 3).
 
     Only the measured coordinates turn. What the points leave open, about the line on which they lie, is
-    turned as little as can be.
+    turned as little as can be. `mirrored`: a turn with a mirror image instead.
     """
     turn = np.eye(3)
     seen = ["xyz".index(axis) for axis in axes]
@@ -287,25 +292,25 @@ def _kabsch(computed: Array, measured: Array, axes: str) -> Array:
         return turn
     left, _, right = np.linalg.svd(product / size + _TRACE * np.eye(len(seen)))
     signs = np.ones(len(seen))
-    signs[-1] = np.sign(np.linalg.det(left @ right))
+    signs[-1] = np.sign(np.linalg.det(left @ right)) * (-1.0 if mirrored else 1.0)
     turn[np.ix_(seen, seen)] = left @ np.diag(signs) @ right
     return turn
 
 
 def _turn(computed: Array, measured: Array, best: Array, axes: str) -> tuple[Array, bool]:
     """Return the turn from the base's axes to the tracker's, and whether it is by any angle."""
-    proper, mirrored = _exchanges(1.0, axes), _exchanges(-1.0, axes)
-    errors = [_error(computed, measured, R_tb) for R_tb in proper]
-    taken, error = np.eye(3), errors[0]
-    least = min(errors)
-    if least < CONVINCING * error and not (
-        min(_error(computed, measured, R_tb) for R_tb in mirrored) < CONVINCING * least
-    ):
+    nearest = _error(computed, measured, best)
+    if _error(computed, measured, _kabsch(computed, measured, axes, mirrored=True)) < CONVINCING * nearest:
+        return np.eye(3), False  # no motion of a tracker, but columns that are exchanged or turned in sign
+    turns = _exchanges(axes)
+    errors = [_error(computed, measured, R_tb) for R_tb in turns]
+    taken, error, least = turns[0], errors[0], min(errors)
+    if least < CONVINCING * error:
         # Of turns that do as well the least one: points on a line leave the turn about it open.
         index = next(k for k, item in enumerate(errors) if item <= 1.05 * least)
-        taken, error = proper[index], errors[index]
+        taken, error = turns[index], errors[index]
     beyond = math.degrees(Rotation.from_matrix(taken.T @ best).magnitude())
-    if beyond > SLIGHT_DEG and _error(computed, measured, best) < CONVINCING * error:
+    if beyond > SLIGHT_DEG and nearest < CONVINCING * error:
         return best, True
     return taken, False
 
@@ -316,18 +321,15 @@ def _error(computed: Array, measured: Array, R_tb: Array) -> float:
     return float(np.sqrt((apart**2).sum(axis=1).mean()))
 
 
-def _exchanges(determinant: float, axes: str) -> list[Array]:
-    """Return the turns (determinant 1) or mirror images (-1) that exchange measured axes, least turn first.
-
-    There are 24 of each of three axes, four of two.
-    """
+def _exchanges(axes: str) -> list[Array]:
+    """Return the turns that exchange measured axes, none first: 24 of three axes, four of two."""
     fixed = [index for index, axis in enumerate("xyz") if axis not in axes]
     found = []
     for order in itertools.permutations(range(3)):
         for signs in itertools.product((1.0, -1.0), repeat=3):
             matrix = np.zeros((3, 3))
             matrix[range(3), order] = signs
-            if np.linalg.det(matrix) * determinant > 0.0 and all(matrix[k, k] == 1.0 for k in fixed):
+            if np.linalg.det(matrix) > 0.0 and all(matrix[k, k] == 1.0 for k in fixed):
                 found.append(matrix)
     return sorted(found, key=lambda matrix: -float(np.trace(matrix)))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -18,16 +18,18 @@ import numpy as np
 from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.hypothesis import Problem, measured_of, predicted
 from catheter_sim.diagnosis.noise import white_noise
-from catheter_sim.diagnosis.registration import points_of
+from catheter_sim.diagnosis.registration import SHIFTS, points_of
 from catheter_sim.diagnosis.result import Suspicion
 from catheter_sim.diagnosis.trials import Dataset, Trial, unit_of
 from catheter_sim.robots.channels import Inputs, input_channels
+from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 
 FEWEST_VALUES = 60  # measured values in the training trials, below which nothing is concluded
 GROSS = 0.3  # model's error over the measurements' spread, from which mistakes in the data are looked for
 CONVINCING = 0.35  # error left with a mistake put right, over the error with it
 SOLVED = 0.2  # the same over the spread: what is left must be small too
+SURER = 0.7  # error with a mistake put right over that with the tracker moved, from which it is taken
 OUTLYING = 4.0  # a trial's error over the median of the other trials'
 NEAR_NOISE = 2.0  # the other trials' error over the noise: without that trial there would be no discrepancy
 FROZEN_SHARE = 0.15  # of a trial's rows with one and the same value, while the robot is driven
@@ -46,7 +48,13 @@ _BEYOND = 0.02  # of an input's range, beyond all earlier rows
 _SAME_INPUTS = 0.1  # of the inputs' ranges, within which two rows are compared
 _LIKE = 0.35  # of a bump, by which what is off afterwards may differ from it
 _DRIVEN = 0.3  # share of the inputs' range that is passed through meanwhile
-_OUTPUT_FACTORS = {1e3: "m for mm", 25.4: "inches for mm", 10.0: "cm for mm", 180.0 / math.pi: "rad for deg"}
+METRES = 1e3
+_OUTPUT_FACTORS = {
+    METRES: "m for mm",
+    25.4: "inches for mm",
+    10.0: "cm for mm",
+    180.0 / math.pi: "rad for deg",
+}
 _INPUT_FACTORS = {
     "tension": {1e-3: "mN for N", 1e3: "kN for N", 9.80665: "kgf for N", 4.44822: "lbf for N"},
     "displacement": {1e-3: "um for mm", 1e3: "m for mm", 25.4: "inches for mm", 10.0: "cm for mm"},
@@ -60,10 +68,12 @@ class Mistake:
     Attributes:
         words: what it would be.
         error: of the model over the spread of the measurements, with the mistake put right.
+        before: the same with the data as they are.
     """
 
     words: str
     error: float
+    before: float = math.inf
 
 
 def thawed(dataset: Dataset) -> tuple[Dataset, tuple[str, ...]]:
@@ -110,29 +120,76 @@ def suspicions(
     if not any(np.ptp(_all(trial.inputs), axis=0).any() for trial in problem.trials):
         return (Suspicion("the inputs never change: nothing that depends on them can be told."),)
     models = _models(problem, before, problem.trials)
-    measured = [measured_of(trial, problem.columns) for trial in problem.trials]
     idle = unrelated(problem, models)
     if idle:
         return idle
-    as_they_are = _relative_error(models, measured)
-    if as_they_are > GROSS:
-        most = min(CONVINCING * as_they_are, SOLVED)
-        found = [
-            *_output_mistakes(problem, models, measured),
-            *_input_mistakes(problem, before, measured, most),
-        ]
-        best = min(found, key=lambda item: item.error, default=None)
-        if best is not None and best.error < most:
-            return (
-                Suspicion(
-                    f"{best.words}: put right, the calibrated model's error falls from "
-                    f"{100 * as_they_are:.0f} to {100 * best.error:.0f} % of the measurements' spread."
-                ),
-            )
+    shifted = any(name in SHIFTS for name in (item.name for item in problem.nuisances))
+    found = mistake(
+        problem.trials,
+        problem.columns,
+        problem.robot,
+        lambda inputs: predicted(problem, before.frees, before.x, inputs),
+        shifted,
+    )
+    if found is not None:
+        return (
+            Suspicion(
+                f"{found.words}: put right, the calibrated model's error falls from "
+                f"{100 * found.before:.0f} to {100 * found.error:.0f} % of the measurements' spread."
+            ),
+        )
     trials = (*problem.trials, *heldout)
     return bumps(trials, problem.columns, _models(problem, before, trials), noise) or _odd_trial(
         problem, before, heldout, noise
     )
+
+
+def mistake(
+    trials: Sequence[Trial],
+    columns: Sequence[str],
+    robot: Robot,
+    predict: Callable[[Inputs], Array],
+    shifted: bool = False,
+) -> Mistake | None:
+    """Return the mistake in the data without which a model agrees with them far better; None: there is none.
+
+    Args:
+        trials: where to look.
+        columns: outputs.
+        robot: as specified.
+        predict: the model's outputs along inputs, shape (r, o).
+        shifted: the tracker's origin is unknown: errors are counted about their means.
+    """
+    models = [predict(trial.inputs) for trial in trials]
+    measured = [measured_of(trial, columns) for trial in trials]
+    before = _relative_error(models, measured, columns, shifted)
+    if before <= GROSS:
+        return None
+    most = min(CONVINCING * before, SOLVED)
+    look = _Look(trials, columns, robot, predict, shifted, models, measured)
+    best = min((*_output_mistakes(look), *_input_mistakes(look, most)), key=lambda item: item.error)
+    return replace(best, before=before) if best.error < most else None
+
+
+def relative_error(
+    trials: Sequence[Trial], columns: Sequence[str], predict: Callable[[Inputs], Array], shifted: bool
+) -> float:
+    """Return a model's error over the measurements' spread; arguments as of `mistake`."""
+    measured = [measured_of(trial, columns) for trial in trials]
+    return _relative_error([predict(trial.inputs) for trial in trials], measured, columns, shifted)
+
+
+@dataclass(frozen=True)
+class _Look:
+    """Where a mistake is looked for; the fields as in `mistake`, and outputs by model and measured."""
+
+    trials: Sequence[Trial]
+    columns: Sequence[str]
+    robot: Robot
+    predict: Callable[[Inputs], Array]
+    shifted: bool
+    models: Sequence[Array]
+    measured: Sequence[Array]
 
 
 def unrelated(problem: Problem, models: Sequence[Array]) -> tuple[Suspicion, ...]:
@@ -314,18 +371,16 @@ def _frozen(values: Array, inputs: Inputs) -> Iterator[tuple[int, int]]:
         start = row
 
 
-def _output_mistakes(
-    problem: Problem, models: Sequence[Array], measured: Sequence[Array]
-) -> Iterator[Mistake]:
-    columns = problem.columns
+def _output_mistakes(look: _Look) -> Iterator[Mistake]:
+    columns = look.columns
 
     def tried(change: dict[int, tuple[int, float]], words: str) -> Mistake:
         # column `to` of the truth is column `of` as measured, times a factor
-        right = [np.array(values) for values in measured]
-        for values, given in zip(right, measured, strict=True):
+        right = [np.array(values) for values in look.measured]
+        for values, given in zip(right, look.measured, strict=True):
             for to, (of, factor) in change.items():
                 values[:, to] = factor * given[:, of]
-        return Mistake(words, _relative_error(models, right))
+        return Mistake(words, _relative_error(look.models, right, columns, look.shifted))
 
     for i, j in itertools.combinations(range(len(columns)), 2):
         if unit_of(columns[i]) == unit_of(columns[j]):
@@ -336,26 +391,25 @@ def _output_mistakes(
         mine = [i for i, name in enumerate(columns) if unit_of(name) == unit]
         for factor, what in _OUTPUT_FACTORS.items():
             if what.endswith(f" {unit}"):
-                for group in [mine, *([i] for i in mine if len(mine) > 1)]:
+                whole = [] if factor == METRES else [mine]  # `registration` has put these right
+                for group in [*whole, *([i] for i in mine if len(mine) > 1)]:
                     names = ", ".join(columns[i] for i in group)
                     yield tried({i: (i, factor) for i in group}, f"{names}: {what}, it seems")
 
 
-def _input_mistakes(
-    problem: Problem, before: Fit, measured: Sequence[Array], most: float
-) -> Iterator[Mistake]:
+def _input_mistakes(look: _Look, most: float) -> Iterator[Mistake]:
     """Yield them with their errors; inf where the first trials alone make one larger than `most`."""
-    actuation = problem.trials[0].inputs.actuation
-    names = input_channels(problem.robot, actuation)
-    count = problem.trials[0].inputs.tendon.shape[1]
+    actuation = look.trials[0].inputs.actuation
+    names = input_channels(look.robot, actuation)
+    count = look.trials[0].inputs.tendon.shape[1]
 
     def tried(change: Array, words: str) -> Mistake:
         models: list[Array] = []
-        for trial in problem.trials:
-            inputs = replace(trial.inputs, tendon=trial.inputs.tendon @ change)
-            models += _models(problem, before, [replace(trial, inputs=inputs)])
+        for trial in look.trials:
+            models.append(look.predict(replace(trial.inputs, tendon=trial.inputs.tendon @ change)))
             # As if the other trials were met exactly.
-            error = _relative_error([*models, *measured[len(models) :]], measured)
+            supposed = [*models, *look.measured[len(models) :]]
+            error = _relative_error(supposed, look.measured, look.columns, look.shifted)
             if error > most:
                 return Mistake(words, math.inf)
         return Mistake(words, error)
@@ -418,12 +472,19 @@ def _models(problem: Problem, before: Fit, trials: Sequence[Trial]) -> list[Arra
     return [predicted(problem, before.frees, before.x, trial.inputs) for trial in trials]
 
 
-def _relative_error(models: Sequence[Array], measured: Sequence[Array]) -> float:
-    """Return the error over the measurements' spread, root mean square over columns; inf: no posture."""
+def _relative_error(
+    models: Sequence[Array], measured: Sequence[Array], columns: Sequence[str], shifted: bool
+) -> float:
+    """Return the error over the measurements' spread, root mean square over columns; inf: no posture.
+
+    Of positions about their mean where these are `shifted`.
+    """
     model, values = np.concatenate(models), np.concatenate(measured)
     spread = np.nanstd(values, axis=0)
     spread = np.maximum(spread, 0.05 * spread.max(initial=1e-12))
-    error = (model - values) / spread
+    error = model - values
+    places = np.array([shifted and unit_of(name) == "mm" for name in columns])
+    error = (error - np.where(places, np.nanmean(error, axis=0), 0.0)) / spread
     counted = error[np.isfinite(values)]
     return float(np.sqrt(np.mean(counted**2))) if np.isfinite(counted).all() else math.inf
 

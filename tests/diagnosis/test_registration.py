@@ -7,11 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from planted import catheter_data, section_data, small_data
+from planted import catheter_data, data_set, pair_history, section_data, small_data
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.diagnosis.pipeline import diagnose_dataset, in_base_frame
 from catheter_sim.diagnosis.registration import frame_numbers, points_of
+from catheter_sim.robots.catalogue import load_robot
 
 pytestmark = pytest.mark.xdist_group("registration")  # diagnoses are shared
 
@@ -191,3 +192,17 @@ def test_the_tips_orientation_turns_too(soft):
     for before, after in zip(data.trials, back.trials, strict=True):
         for name in names:
             assert after.outputs.columns[name] == pytest.approx(before.outputs.columns[name], abs=1e-9)
+
+
+@pytest.mark.slow
+def test_a_planar_robots_tracker_turned_about_its_axis_is_no_exchange_of_columns():
+    """Bending in x alone, measured in y: that is a turn, which harms nothing, and the dead-band is found."""
+    effects = {"backlash": {"width_N": 0.03}}
+    histories = [pair_history(1), pair_history(1), pair_history(2)]
+    robot = load_robot("neuroendoscope_section")
+    columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+    data = data_set(robot, "neuroendoscope_section", effects, histories, columns, solver="fkm_sliding")
+    found = diagnose_dataset(seen_from(data, R=turned("z")), simulation=False)
+    assert found.suspicions == ()
+    assert [item.name for item in found.causes] == ["backlash"]
+    assert found.registration["rotation_deg"] == pytest.approx([0.0, 0.0, 90.0], abs=1e-9)
