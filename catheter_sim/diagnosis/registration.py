@@ -49,6 +49,7 @@ _METRES = (
 )  # spread of the computed points over that of the measured ones, where these are in m
 _FEWEST_POINTS = 8
 _TRACE = 1e-9  # of no turn beside the points, which decides what they leave open
+_EXACT = 1e-6  # of the points' spread, below which an error is rounding
 _FLAT = 0.02  # second largest extent over the largest, below which points lie on a line
 _POINT = re.compile(r"(tip|body_\d+)_([xyz])_mm")
 _QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
@@ -267,14 +268,17 @@ def _pairs(
 
 def _factor(computed: Array, measured: Array, axes: str) -> float:
     """Return 1000 where the measured points are the computed ones in metres, else 1."""
-    spreads = [
-        float(np.sqrt(((item - item.mean(axis=0)) ** 2).sum(axis=1).mean())) for item in (computed, measured)
-    ]
+    spreads = [_spread(item) for item in (computed, measured)]
     if not _METRES[0] * spreads[1] < spreads[0] < _METRES[1] * spreads[1]:
         return 1.0
     metres = _MM_PER_M * measured
     left = _error(computed, metres, _kabsch(computed, metres, axes))
     return _MM_PER_M if left < 0.5 * spreads[0] else 1.0
+
+
+def _spread(points: Array) -> float:
+    """Return the root mean square distance of points (n, 3) from their middle."""
+    return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
 
 def _kabsch(computed: Array, measured: Array, axes: str, mirrored: bool = False) -> Array:
@@ -300,7 +304,8 @@ def _kabsch(computed: Array, measured: Array, axes: str, mirrored: bool = False)
 def _turn(computed: Array, measured: Array, best: Array, axes: str) -> tuple[Array, bool]:
     """Return the turn from the base's axes to the tracker's, and whether it is by any angle."""
     nearest = _error(computed, measured, best)
-    if _error(computed, measured, _kabsch(computed, measured, axes, mirrored=True)) < CONVINCING * nearest:
+    mirrored = _error(computed, measured, _kabsch(computed, measured, axes, mirrored=True))
+    if mirrored < CONVINCING * nearest and nearest > _EXACT * _spread(computed):
         return np.eye(3), False  # no motion of a tracker, but columns that are exchanged or turned in sign
     turns = _exchanges(axes)
     errors = [_error(computed, measured, R_tb) for R_tb in turns]
