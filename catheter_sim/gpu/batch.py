@@ -16,7 +16,7 @@ from catheter_sim.gpu.laws import laws_of
 from catheter_sim.robots.channels import actuations
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.simulation.simulator import LARGEST_INPUT, Simulator, farthest
 
 _ROWS = 64  # of constraints at least; the same for all robots, so that the same kernels serve them
 # What a step reads of the one before, besides the laws' own histories.
@@ -64,6 +64,7 @@ class WarpBatch:
         self.copies, self.robot = copies, robot
         simulator = Simulator(robot, actuation, gravity_mps2)
         self._model = simulator.model
+        self._farthest = farthest(self._model)
         # MuJoCo Warp never resets a state by itself, and refuses the flag that says so.
         self._model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self._device = find_device(self._wp, device)
@@ -98,12 +99,15 @@ class WarpBatch:
         A catheter's displacements pass through their pairs' plays.
 
         Raises:
-            InputError: another shape, or a catheter's displacement beyond its joint's range.
+            InputError: another shape, a catheter's displacement beyond its joint's range, or an input
+                that MuJoCo does not take (`LARGEST_INPUT`).
         """
         wanted = (self.copies, len(self.robot.tendons))
         if np.shape(tendon) != wanted:
             raise InputError(f"inputs of shape {np.shape(tendon)}: {wanted} is needed (copies, tendons)")
         controls = np.asarray(tendon, dtype=float)
+        if not (np.abs(controls) <= LARGEST_INPUT).all():
+            raise InputError(f"{self.robot.name}: an input is not finite, or beyond {LARGEST_INPUT:g}")
         if self._catheter is not None:
             self._catheter.require_range(controls)
             self._arrived = self._catheter.through_play(self._arrived, controls)
@@ -138,15 +142,29 @@ class WarpBatch:
         """Return MuJoCo's positions of all copies, shape (copies, nq).
 
         Raises:
-            SimulationDiverged: one is not finite.
+            SimulationDiverged: see `require_finite`.
         """
         value = self._data.qpos.numpy().astype(np.float64)
-        if not np.isfinite(value).all():
-            raise SimulationDiverged(f"{self.robot.name}: the simulation on MuJoCo Warp diverged")
+        diverged = np.flatnonzero(~(np.abs(value) <= self._farthest).all(axis=1))
+        if len(diverged):
+            time_s = float(self._data.time.numpy()[diverged[0]])
+            raise SimulationDiverged(
+                f"{self.robot.name}: the simulation on MuJoCo Warp diverged within {time_s:.3f} simulated "
+                f"seconds, in {len(diverged)} of {self.copies} copies: the first is {diverged[0]}"
+            )
         return value
 
+    def require_finite(self) -> None:
+        """Raise `SimulationDiverged` if a copy's position is not finite or beyond what a robot can reach."""
+        self.qpos()
+
     def tips(self) -> Array:
-        """Return the tips at the start of the last step, base frame, shape (copies, 3) [m]."""
+        """Return the tips at the start of the last step, base frame, shape (copies, 3) [m].
+
+        Raises:
+            SimulationDiverged: see `require_finite`.
+        """
+        self.require_finite()
         site = int(self._model.site("tip").id)
         return self._data.site_xpos.numpy()[:, site].astype(np.float64)
 
