@@ -39,15 +39,16 @@ LIGHTER = 1e3  # by which a quasi-static run makes the masses smaller and gravit
 FARTHEST_RAD = 20.0  # a hinge beyond has wound up
 FARTHEST_M = 10.0  # a slide beyond has flown off
 LARGEST_INPUT = 1e10  # beyond it MuJoCo puts zeros in the place of all inputs, with no more than a warning
-# What MuJoCo has to say of a step whose result is not to be trusted; it goes on all the same.
+# What MuJoCo has to say of a step whose result is not to be trusted; it goes on all the same. Causes stand
+# before what they lead to.
 _COMPLAINTS = {
+    mujoco.mjtWarning.mjWARN_BADCTRL: f"an input is not finite, or beyond {LARGEST_INPUT:g}; it ignored them all",
     mujoco.mjtWarning.mjWARN_INERTIA: "an inertia is singular",
     mujoco.mjtWarning.mjWARN_CONTACTFULL: "there are more contacts than it has room for",
     mujoco.mjtWarning.mjWARN_CNSTRFULL: "there are more constraints than it has room for",
     mujoco.mjtWarning.mjWARN_BADQPOS: "a position is not finite, or huge",
     mujoco.mjtWarning.mjWARN_BADQVEL: "a speed is not finite, or huge",
     mujoco.mjtWarning.mjWARN_BADQACC: "an acceleration is not finite, or huge",
-    mujoco.mjtWarning.mjWARN_BADCTRL: f"an input is not finite, or beyond {LARGEST_INPUT:g}: all were ignored",
 }
 SETTLE_BLOCK_S = 0.05  # simulated time between two looks whether the robot is at rest
 SETTLED_ANGLE_RAD = 2e-6  # at rest: what a hinge would still move in one relaxation time
@@ -299,8 +300,8 @@ class Simulator:
         """Take `count` steps under the present inputs.
 
         Raises:
-            SimulationDiverged: a law beside MuJoCo's own cannot be solved for a state that is not finite;
-                otherwise only `require_finite` looks.
+            SimulationDiverged: a law beside MuJoCo's own fails on a state that is not finite; otherwise
+                only `require_finite` looks.
         """
         try:
             if self._paths is None:
@@ -308,8 +309,8 @@ class Simulator:
                 return
             with self._paths.instead_of_the_engine():
                 self._step(count)
-        except np.linalg.LinAlgError:
-            self.require_finite()
+        except Exception:
+            self.require_finite()  # what failed may be no more than the first to meet a NaN
             raise
 
     def _step(self, count: int) -> None:
@@ -387,7 +388,8 @@ class Simulator:
         """
         reason = ""
         if self._warned.any():
-            reason = f" (MuJoCo: {_COMPLAINTS[mujoco.mjtWarning(int(np.argmax(self._warned > 0)))]})"
+            reason = next(text for kind, text in _COMPLAINTS.items() if self._warned[int(kind)])
+            reason = f" (MuJoCo: {reason})"
         elif (np.abs(self.data.qpos) <= self._farthest).all():  # false of what is not a number
             return
         raise SimulationDiverged(
