@@ -27,7 +27,8 @@ def run(options: argparse.Namespace) -> int:
     arguments.check_output_file(options.output)
     import mujoco
 
-    from catheter_sim.cli.driven import load, outside_the_model
+    from catheter_sim.cli.driven import load
+    from catheter_sim.effects.apply import outside_the_robot
     from catheter_sim.errors import InputError
     from catheter_sim.mjcf.build import build_mjcf
     from catheter_sim.tables import replaced_when_whole
@@ -42,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
         file.write(text)
     size = f"{model.nbody} bodies, {model.nv} degrees of freedom, {model.ntendon} tendons"
     print(f"wrote {options.output}: {size}")
-    outside = outside_the_model(specified)
+    outside = outside_the_robot(specified)
     if outside:
         print(f"not in the file, as they act on inputs or outputs: {', '.join(outside)}")
     return 0

@@ -46,14 +46,15 @@ class WarpBatch:
         """Put the copies on the device, at rest; the first step compiles, which takes minutes, once.
 
         Args:
-            robot: of any kind; its `effects` are not read.
+            robot: of any kind; such of its `effects` as act on the robot itself are built in.
             copies: at least 1.
             device: default: a GPU where there is one.
             gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
             actuation: "tension" or "displacement"; default: the robot's own.
 
         Raises:
-            InputError: MuJoCo Warp is not installed, or the device or the actuation does not exist.
+            InputError: MuJoCo Warp is not installed, the device or the actuation does not exist, or an
+                effect acts on inputs or outputs.
         """
         if copies < 1:
             raise InputError(f"copies = {copies}: at least 1 is needed")
@@ -61,8 +62,8 @@ class WarpBatch:
         if actuation not in actuations(robot):
             raise unknown("actuation", actuation, actuations(robot))
         self._mjw, self._wp = require_warp()
-        self.copies, self.robot = copies, robot
         simulator = Simulator(robot, actuation, gravity_mps2)
+        self.copies, self.robot = copies, simulator.robot
         self._model = simulator.model
         self._farthest = farthest(self._model)
         # MuJoCo Warp never resets a state by itself, and refuses the flag that says so.

@@ -9,7 +9,8 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from catheter_sim.errors import SimulationDiverged, unknown
+from catheter_sim.effects.apply import driven_by, wholly_built_in
+from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.mjcf.catheter_tube import tube_joint_names
 from catheter_sim.mjcf.remembered import remembered_mjcf
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
@@ -42,7 +43,7 @@ LARGEST_INPUT = 1e10  # beyond it MuJoCo puts zeros in the place of all inputs, 
 # What MuJoCo has to say of a step whose result is not to be trusted; it goes on all the same. Causes stand
 # before what they lead to.
 _COMPLAINTS = {
-    mujoco.mjtWarning.mjWARN_BADCTRL: f"an input is not finite, or beyond {LARGEST_INPUT:g}; it ignored them all",
+    mujoco.mjtWarning.mjWARN_BADCTRL: f"an input is not finite, or beyond {LARGEST_INPUT:g}; all ignored",
     mujoco.mjtWarning.mjWARN_INERTIA: "an inertia is singular",
     mujoco.mjtWarning.mjWARN_CONTACTFULL: "there are more contacts than it has room for",
     mujoco.mjtWarning.mjWARN_CNSTRFULL: "there are more constraints than it has room for",
@@ -74,7 +75,10 @@ def farthest(model: mujoco.MjModel) -> Array:
     Positions of other joints than hinges and slides may be anywhere.
     """
     limit = np.full(model.nq, np.inf)
-    for kind, most in ((mujoco.mjtJoint.mjJNT_HINGE, FARTHEST_RAD), (mujoco.mjtJoint.mjJNT_SLIDE, FARTHEST_M)):
+    for kind, most in (
+        (mujoco.mjtJoint.mjJNT_HINGE, FARTHEST_RAD),
+        (mujoco.mjtJoint.mjJNT_SLIDE, FARTHEST_M),
+    ):
         limit[model.jnt_qposadr[model.jnt_type == int(kind)]] = most
     return limit
 
@@ -120,7 +124,7 @@ class Simulator:
     """One robot's model and state.
 
     Attributes:
-        robot: what is simulated.
+        robot: what is simulated, effects built in.
         actuation: "tension" or "displacement".
         model, data: MuJoCo's, free to be read.
         tissue: the surroundings' regions and what they feel; None where none are.
@@ -139,7 +143,7 @@ class Simulator:
         """Build the model.
 
         Args:
-            robot: the robot; its `effects` are not read.
+            robot: the robot; such of its `effects` as act on the robot itself are built in.
             actuation: "tension" or "displacement"; default: the robot's own.
             gravity_mps2: gravity in the base frame [m/s^2].
             friction: "capstan" (shipped), "nested" (reference) or "none".
@@ -151,15 +155,20 @@ class Simulator:
                 stiffness; default: what contacts do is left to MuJoCo.
 
         Raises:
-            InputError: the robot cannot be built, `friction` is unknown, or not for this kind of robot.
+            InputError: the robot cannot be built, `friction` is unknown, or not for this kind of robot, or
+                an effect acts on inputs or outputs: that needs their whole history, which steps have not.
         """
         if friction not in FRICTION_ROUTES:
             raise unknown("friction route", friction, FRICTION_ROUTES)
+        self.actuation = actuation or robot.actuation
+        if robot.effects:
+            if model_text is not None:
+                raise InputError(f"{robot.name}: effects: build them in before the model's text is written")
+            robot = wholly_built_in(driven_by(robot, self.actuation))
         nested = friction == "nested" and robot.friction.mu > 0
         if nested:
             require_continuum(robot, "the nested reference of friction")
         self.robot = robot
-        self.actuation = actuation or robot.actuation
         text = remembered_mjcf(robot, self.actuation, nested) if model_text is None else model_text
         self.model = mujoco.MjModel.from_xml_string(text)
         self.model.opt.gravity[:] = gravity_mps2

@@ -74,7 +74,7 @@ def test_a_reset_forgets_what_mujoco_warned_of() -> None:
     simulator = Simulator(load_robot("neuroendoscope_section"))
     simulator.set_inputs(np.array([TOO_MUCH_N, 0.0]))
     simulator.step()
-    with pytest.raises(SimulationDiverged, match="diverged at 0.005 simulated seconds"):
+    with pytest.raises(SimulationDiverged, match=r"diverged at 0\.005 simulated seconds"):
         simulator.require_finite()
     simulator.set_inputs(np.zeros(2))
     with pytest.raises(SimulationDiverged):  # of an earlier step, too
