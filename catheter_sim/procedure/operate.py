@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.effects.apply import wholly_built_in
 from catheter_sim.mjcf.catheter_implant import ACTUATOR, ARMS
 from catheter_sim.mjcf.surroundings import INSERTION
-from catheter_sim.effects.apply import wholly_built_in
 from catheter_sim.procedure.contact import Contacts, Touch
 from catheter_sim.procedure.feedback import Corrections, Tracker, corrected, good_enough, measured
 from catheter_sim.procedure.frames import pose_error, transform
