@@ -23,6 +23,7 @@ from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.checks import check_robot
 from catheter_sim.robots.document import override, parse_override, to_document
 from catheter_sim.robots.kinds import Robot, complete_document, robot_from_document
+from catheter_sim.robots.links import with_enough_links
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
 
@@ -45,9 +46,14 @@ CATHETER_ROBOTS: Mapping[str, Callable[[], CatheterRobot]] = {
 }
 ROBOTS: Mapping[str, Callable[[], Robot]] = {**CONTINUUM_ROBOTS, **ROLLING_ROBOTS, **CATHETER_ROBOTS}
 
+_LINKS = "links_per_subsegment"
+
 
 def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) -> Robot:
     """Return the robot that `reference` names, with `settings` applied, checked.
+
+    A continuum robot whose file does not say `links_per_subsegment` gets enough of them
+    (`links.with_enough_links`).
 
     Args:
         reference: a robot id, or the path of a robot `.toml`.
@@ -57,16 +63,23 @@ def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) 
         InputError: unknown robot or key, unreadable file, impossible robot.
     """
     text = os.fspath(reference)
+    says_links = True
     if text.endswith(".toml"):
-        document = complete_document(read_toml(Path(text)), text)
+        given = read_toml(Path(text))
+        says_links = _LINKS in given
+        document = complete_document(given, text)
     elif text in ROBOTS:
         document = to_document(ROBOTS[text]())
     else:
         raise unknown("robot", text, [*ROBOTS, "a path to a .toml"])
     for setting in settings:
-        override(document, *parse_override(setting))
+        key, value = parse_override(setting)
+        override(document, key, value)
+        says_links |= key == _LINKS
     robot = robot_from_document(document, text)
     check_robot(robot, text)
+    if isinstance(robot, ContinuumRobot) and not says_links:
+        return with_enough_links(robot)
     return robot
 
 
