@@ -13,7 +13,7 @@ from catheter_sim.cli.main import main
 from catheter_sim.diagnosis.twin import twin_for
 from catheter_sim.errors import InputError
 from catheter_sim.mjcf.meshes import element_meshes
-from catheter_sim.robots.catalogue import ROBOTS, load_robot, robot_toml
+from catheter_sim.robots.catalogue import CONTINUUM_ROBOTS, load_robot, robot_toml
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.layout import hinge_places, links
 from catheter_sim.robots.links import LARGEST_ERROR, tip_error_m, with_enough_links
@@ -155,7 +155,9 @@ def test_whoever_says_a_number_keeps_it(tmp_path: Path) -> None:
     assert (stated.links_per_subsegment, stated.hinges) == (1, "even")
     assert load_robot(path, ["disks_per_segment=3"]).links_per_subsegment == 3
     for name in ("neuroendoscope", "neuroendoscope_section", "spacer_disk"):
-        assert load_robot(name) == ROBOTS[name]()
+        read, made = load_robot(name), CONTINUUM_ROBOTS[name]()
+        assert isinstance(read, ContinuumRobot)
+        assert (read.links_per_subsegment, read.hinges) == (made.links_per_subsegment, "even")
 
 
 def test_a_cell_is_one_flexure(tmp_path: Path) -> None:
@@ -197,8 +199,9 @@ def test_build_says_how_good_the_chain_is(tmp_path: Path, capsys: pytest.Capture
 def test_the_diagnosis_twin_stands_for_the_chain_of_the_default(axes: str) -> None:
     """Also of a robot that bends in a plane: its twin is no model of cells; within 0.2 %, as of more even links."""
     robot = own()
-    flat = tuple(replace(item, bending_axes=axes, torsion_stiffness_N_m2=math.inf) for item in robot.segments)
-    robot = with_enough_links(replace(robot, segments=flat))
+    change = {"bending_axes": axes, "torsion_stiffness_N_m2": math.inf}
+    segments = tuple(replace(item, **change) for item in robot.segments)
+    robot = with_enough_links(replace(robot, segments=segments))
     inputs, columns = pulled(robot, math.pi / 3.0), ["tip_x_mm", "tip_z_mm"]
     twin = twin_for(robot, "tension", columns, np.zeros(3))([robot], inputs, 1)[0, 0]
     posture = simulate(robot, inputs, np.zeros(3)).postures[0]
