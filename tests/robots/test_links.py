@@ -197,10 +197,11 @@ def test_build_says_how_good_the_chain_is(tmp_path: Path, capsys: pytest.Capture
 @pytest.mark.slow
 @pytest.mark.parametrize("axes", ["x", "xy"])
 def test_the_diagnosis_twin_stands_for_the_chain_of_the_default(axes: str) -> None:
-    """Also of a robot that bends in a plane: its twin is no model of cells; within 0.2 %, as of more even links."""
+    """Also of a robot that bends in a plane: its twin is no model of cells; within 0.2 %."""
     robot = own()
-    change = {"bending_axes": axes, "torsion_stiffness_N_m2": math.inf}
-    segments = tuple(replace(item, **change) for item in robot.segments)
+    segments = tuple(
+        replace(item, bending_axes=axes, torsion_stiffness_N_m2=math.inf) for item in robot.segments
+    )
     robot = with_enough_links(replace(robot, segments=segments))
     inputs, columns = pulled(robot, math.pi / 3.0), ["tip_x_mm", "tip_z_mm"]
     twin = twin_for(robot, "tension", columns, np.zeros(3))([robot], inputs, 1)[0, 0]
