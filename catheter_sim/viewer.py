@@ -241,10 +241,11 @@ def require_screen() -> None:
 
 
 def view(robot: Robot, gravity_mps2: tuple[float, float, float]) -> None:
-    """Open the viewer on `robot`, whose `effects` are not read, and return when it is closed.
+    """Open the viewer on `robot`, with such of its `effects` as act on it, and return when it is closed.
 
     Raises:
-        InputError: there is no screen, the viewer fails, or the robot cannot be driven.
+        InputError: there is no screen, the viewer fails, the robot cannot be driven, or an effect acts on
+            inputs or outputs.
     """
     require_screen()
     simulator = Simulator(robot, gravity_mps2=gravity_mps2)

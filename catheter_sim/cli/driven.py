@@ -10,13 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.cli import arguments
-from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed
-from catheter_sim.effects.face import same_robot
-from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.effects.apply import built_in, in_force
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs, check_output_channels, output_table, read_inputs
-from catheter_sim.robots.checks import check_robot
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.tables import Table, read_table, write_table
@@ -27,10 +24,10 @@ class Drive:
     """What a verb drives.
 
     Attributes:
-        specified: the robot as the user wrote it, effects named.
-        robot: the same with the effects built in, what a simulation or a static model takes.
+        specified: the robot as the user wrote it, effects named: what `simulate` and static models take.
+        robot: the same with the effects built in.
         table: the file of inputs.
-        commanded: the inputs in it.
+        commanded: the inputs in it: what `simulate` and static models take.
         arriving: what reaches the robot of them, through the effects.
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
         columns: the output columns that are wanted; None: all.
@@ -52,15 +49,7 @@ def load(reference: str, settings: Sequence[str]) -> tuple[Robot, Robot]:
         InputError: unknown robot, key or effect, or an impossible robot.
     """
     specified = load_robot(reference, settings, "--set")
-    check_effects(specified)
-    robot = embodied(specified)
-    check_robot(robot, reference)
-    return specified, robot
-
-
-def outside_the_model(specified: Robot) -> list[str]:
-    """Return the effects of a robot that no model of it can hold: they act on its inputs or outputs."""
-    return [name for name in specified.effects if EFFECTS[name].change_robot is same_robot]
+    return specified, built_in(specified, reference)
 
 
 def drive(options: argparse.Namespace) -> Drive:
@@ -69,19 +58,20 @@ def drive(options: argparse.Namespace) -> Drive:
     Raises:
         InputError: any of them is wrong.
     """
-    specified, robot = load(options.robot, options.settings)
+    specified = load_robot(options.robot, options.settings)
     gravity_mps2 = np.array(arguments.gravity(options.gravity))
     names = arguments.columns(getattr(options, "columns", None))
     if names is not None:
         check_output_channels(specified, names, "--columns")
     table = read_table(options.inputs)
     commanded = read_inputs(specified, table)
+    acting = in_force(specified, commanded, options.robot)
     return Drive(
-        specified=specified,
-        robot=robot,
+        specified=acting.specified,
+        robot=acting.robot,
         table=table,
         commanded=commanded,
-        arriving=arriving_inputs(specified, commanded),
+        arriving=acting.inputs,
         gravity_mps2=gravity_mps2,
         columns=names,
     )
@@ -97,9 +87,8 @@ def file_named(path: str, kind: type[InputError] = InputError) -> Iterator[None]
 
 
 def outputs(driven: Drive, postures: Sequence[Posture]) -> Table:
-    """Return the output columns of `postures`, the first rows of the drive, as they are observed."""
-    seen = observed(driven.specified, tuple(postures))
-    return output_table(driven.specified, driven.commanded.time_s, seen, driven.columns)
+    """Return the output columns of `postures`, the first rows of the drive as they are observed."""
+    return output_table(driven.specified, driven.commanded.time_s, postures, driven.columns)
 
 
 def write_outputs(driven: Drive, postures: Sequence[Posture], path: str) -> None:

@@ -41,8 +41,8 @@ def run(options: argparse.Namespace) -> int:
 
     driven = drive(options)
     result = simulate(
-        driven.robot,
-        driven.arriving,
+        driven.specified,
+        driven.commanded,
         driven.gravity_mps2,
         dynamic=options.dynamic,
         progress=True,

@@ -28,17 +28,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Solve every row and write them."""
     arguments.check_output_file(options.output)
-    from catheter_sim.cli.driven import drive, file_named, load, write_outputs
+    from catheter_sim.cli.driven import drive, file_named, write_outputs
     from catheter_sim.errors import unknown
     from catheter_sim.statics.models import STATIC_MODELS
 
-    _, robot = load(options.robot, options.settings)
-    fitting = [name for name, model in STATIC_MODELS.items() if model.applies_to(robot)]
+    driven = drive(options)
+    fitting = [name for name, model in STATIC_MODELS.items() if model.applies_to(driven.specified)]
     if options.model not in fitting:
         raise unknown("static model", options.model, fitting, options.robot)
-    driven = drive(options)
     with file_named(options.inputs):
-        result = STATIC_MODELS[options.model].solve(driven.robot, driven.arriving, driven.gravity_mps2)
+        result = STATIC_MODELS[options.model].solve(driven.specified, driven.commanded, driven.gravity_mps2)
     write_outputs(driven, result.postures, options.output)
     print(f"wrote {options.output}: {len(result.postures)} rows")
     return 0

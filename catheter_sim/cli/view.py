@@ -27,11 +27,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Open the viewer; return when it is closed."""
     gravity_mps2 = arguments.gravity(options.gravity)
-    from catheter_sim.cli.driven import load, outside_the_model
+    from catheter_sim.cli.driven import load
+    from catheter_sim.effects.apply import outside_the_robot
     from catheter_sim.viewer import view
 
     specified, robot = load(options.robot, options.settings)
-    outside = outside_the_model(specified)
+    outside = outside_the_robot(specified)
     if outside:
         print(f"not shown, as they act on inputs or outputs: {', '.join(outside)}", flush=True)
     view(robot, gravity_mps2)

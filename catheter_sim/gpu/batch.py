@@ -16,7 +16,7 @@ from catheter_sim.gpu.laws import laws_of
 from catheter_sim.robots.channels import actuations
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.simulation.simulator import LARGEST_INPUT, Simulator, farthest
 
 _ROWS = 64  # of constraints at least; the same for all robots, so that the same kernels serve them
 # What a step reads of the one before, besides the laws' own histories.
@@ -46,14 +46,15 @@ class WarpBatch:
         """Put the copies on the device, at rest; the first step compiles, which takes minutes, once.
 
         Args:
-            robot: of any kind; its `effects` are not read.
+            robot: of any kind; such of its `effects` as act on the robot itself are built in.
             copies: at least 1.
             device: default: a GPU where there is one.
             gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
             actuation: "tension" or "displacement"; default: the robot's own.
 
         Raises:
-            InputError: MuJoCo Warp is not installed, or the device or the actuation does not exist.
+            InputError: MuJoCo Warp is not installed, the device or the actuation does not exist, or an
+                effect acts on inputs or outputs.
         """
         if copies < 1:
             raise InputError(f"copies = {copies}: at least 1 is needed")
@@ -61,9 +62,10 @@ class WarpBatch:
         if actuation not in actuations(robot):
             raise unknown("actuation", actuation, actuations(robot))
         self._mjw, self._wp = require_warp()
-        self.copies, self.robot = copies, robot
         simulator = Simulator(robot, actuation, gravity_mps2)
+        self.copies, self.robot = copies, simulator.robot
         self._model = simulator.model
+        self._farthest = farthest(self._model)
         # MuJoCo Warp never resets a state by itself, and refuses the flag that says so.
         self._model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self._device = find_device(self._wp, device)
@@ -98,12 +100,15 @@ class WarpBatch:
         A catheter's displacements pass through their pairs' plays.
 
         Raises:
-            InputError: another shape, or a catheter's displacement beyond its joint's range.
+            InputError: another shape, a catheter's displacement beyond its joint's range, or an input
+                that MuJoCo does not take (`LARGEST_INPUT`).
         """
         wanted = (self.copies, len(self.robot.tendons))
         if np.shape(tendon) != wanted:
             raise InputError(f"inputs of shape {np.shape(tendon)}: {wanted} is needed (copies, tendons)")
         controls = np.asarray(tendon, dtype=float)
+        if not (np.abs(controls) <= LARGEST_INPUT).all():
+            raise InputError(f"{self.robot.name}: an input is not finite, or beyond {LARGEST_INPUT:g}")
         if self._catheter is not None:
             self._catheter.require_range(controls)
             self._arrived = self._catheter.through_play(self._arrived, controls)
@@ -138,15 +143,29 @@ class WarpBatch:
         """Return MuJoCo's positions of all copies, shape (copies, nq).
 
         Raises:
-            SimulationDiverged: one is not finite.
+            SimulationDiverged: see `require_finite`.
         """
         value = self._data.qpos.numpy().astype(np.float64)
-        if not np.isfinite(value).all():
-            raise SimulationDiverged(f"{self.robot.name}: the simulation on MuJoCo Warp diverged")
+        diverged = np.flatnonzero(~(np.abs(value) <= self._farthest).all(axis=1))
+        if len(diverged):
+            time_s = float(self._data.time.numpy()[diverged[0]])
+            raise SimulationDiverged(
+                f"{self.robot.name}: the simulation on MuJoCo Warp diverged within {time_s:.3f} simulated "
+                f"seconds, in {len(diverged)} of {self.copies} copies: the first is {diverged[0]}"
+            )
         return value
 
+    def require_finite(self) -> None:
+        """Raise `SimulationDiverged` if a copy's position is not finite or beyond what a robot can reach."""
+        self.qpos()
+
     def tips(self) -> Array:
-        """Return the tips at the start of the last step, base frame, shape (copies, 3) [m]."""
+        """Return the tips at the start of the last step, base frame, shape (copies, 3) [m].
+
+        Raises:
+            SimulationDiverged: see `require_finite`.
+        """
+        self.require_finite()
         site = int(self._model.site("tip").id)
         return self._data.site_xpos.numpy()[:, site].astype(np.float64)
 

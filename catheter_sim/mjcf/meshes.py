@@ -24,6 +24,7 @@ from catheter_sim.mjcf.cells import (
     tube,
     wire_guide,
 )
+from catheter_sim.robots.layout import hinge_places
 from catheter_sim.robots.specification import ContinuumRobot
 
 Colour = tuple[float, float, float, float]
@@ -69,7 +70,8 @@ def element_meshes(robot: ContinuumRobot) -> dict[str, trimesh.Trimesh]:
     """Return every mesh that `element_parts` names, by its key.
 
     `guide_<segment>` lies between two links of a segment, `guide_<segment>.end` on the border to the
-    next one, `guide.base` and `guide.tip` at the ends; a segment's name has no dot. `backbone` alike.
+    next one, `guide.base` and `guide.tip` at the ends; a segment's name has no dot. `backbone` alike; where
+    hinges are moved toward the disks, `backbone_<segment>.within` lies between two of a subsegment.
     """
     shapes = [cell_shape(robot, index) for index in range(len(robot.segments))]
     names = [segment.name for segment in robot.segments]
@@ -90,10 +92,16 @@ def element_meshes(robot: ContinuumRobot) -> dict[str, trimesh.Trimesh]:
         meshes["guide.tip"] = wire_guide(shapes[-1], None)
         meshes["backbone.tip"] = backbone_cell(shapes[-1], None)
         return meshes
-    meshes["backbone.base"] = tube(shapes[0], -shapes[0].length / 2.0, 0.0)
+    near = _hinge_to_disk(robot)
+    meshes["backbone.base"] = tube(shapes[0], -near * shapes[0].length, 0.0)
     for key, shape, beyond in stretches:
-        meshes[f"backbone_{key}"] = backbone_rod(shape, (shape.length + beyond.length) / 2.0)
-    meshes["backbone.tip"] = backbone_rod(shapes[-1], shapes[-1].length / 2.0)
+        meshes[f"backbone_{key}"] = backbone_rod(shape, near * (shape.length + beyond.length))
+    if robot.hinges == "rod" and robot.links_per_subsegment > 1:
+        links = robot.links_per_subsegment
+        apart = (links - 2.0 * near) / (links - 1)  # of the hinges between two disks, in links
+        for name, shape in zip(names, shapes, strict=True):
+            meshes[f"backbone_{name}.within"] = backbone_rod(shape, apart * shape.length)
+    meshes["backbone.tip"] = backbone_rod(shapes[-1], near * shapes[-1].length)
     for index, (name, shape) in enumerate(zip(names, shapes, strict=True)):
         meshes[f"disk_{name}"] = spacer_disk(shape, disk_thickness(robot, index))
     return meshes
@@ -108,7 +116,7 @@ def element_parts(robot: ContinuumRobot, element_index: int) -> tuple[Part, ...]
     """
     guides = robot.appearance == "wire_guides"
     if element_index == 0:
-        half = cell_shape(robot, 0).length / 2.0
+        half = cell_shape(robot, 0).length * _hinge_to_disk(robot)
         backbone = Part("backbone.base", "backbone", half, 0.0, NITI, "metal", True)
         if guides:
             return backbone, Part("guide.base", "guide", half, 0.0, FIXED, "plastic", False)
@@ -129,9 +137,19 @@ def element_parts(robot: ContinuumRobot, element_index: int) -> tuple[Part, ...]
         colour = PEEK_NEXT if other else PEEK
         return backbone, Part(f"guide{suffix}", "guide", 0.0, turn, colour, "plastic", False)
     if within % robot.links_per_subsegment:
+        if robot.hinges == "rod":
+            within_disks = f"backbone_{segment.name}.within"
+            return (Part(within_disks, "backbone", 0.0, 0.0, NITI, "metal", True),)
         return (backbone,)
     colour = DISK_NEXT if other else DISK
-    return backbone, Part(f"disk_{segment.name}", "disk", length / 2.0, turn, colour, "plastic", False)
+    return backbone, Part(
+        f"disk_{segment.name}", "disk", length * _hinge_to_disk(robot), turn, colour, "plastic", False
+    )
+
+
+def _hinge_to_disk(robot: ContinuumRobot) -> float:
+    """Return how far the hinge next to a disk is from it, in lengths of a link."""
+    return hinge_places(robot)[0] * robot.links_per_subsegment
 
 
 def inline(mesh: trimesh.Trimesh) -> tuple[str, str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.effects.apply import wholly_built_in
 from catheter_sim.mjcf.catheter_implant import ACTUATOR, ARMS
 from catheter_sim.mjcf.surroundings import INSERTION
 from catheter_sim.procedure.contact import Contacts, Touch
@@ -118,7 +119,7 @@ def operate(
     """Go through all steps and return how they ended.
 
     Args:
-        robot: the catheter; its `effects` are not read.
+        robot: the catheter; such of its `effects` as act on the robot itself are built in.
         plan: of `plan.plan`.
         rng: for the tracker's noise.
         known: what the controller takes the robot for; default: `ideal`, nothing of its drives' losses.
@@ -127,8 +128,10 @@ def operate(
         tracker, rule: of the corrections.
 
     Raises:
+        InputError: an effect acts on inputs or outputs.
         SimulationDiverged: the state is not finite.
     """
+    robot = wholly_built_in(robot)
     theatre = _Theatre(known or ideal(robot), build_scene(robot, plan), watch)
     corrects = not is_ideal(robot) if feedback is None else feedback
     tracker, rule = tracker or Tracker(), rule or Corrections()

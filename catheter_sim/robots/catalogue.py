@@ -23,8 +23,9 @@ from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.checks import check_robot
 from catheter_sim.robots.document import to_document
 from catheter_sim.robots.kinds import Robot, complete_document, robot_from_document
+from catheter_sim.robots.links import with_enough_links
 from catheter_sim.robots.rolling import RollingRobot
-from catheter_sim.robots.settings import SAID, Settings, set_all
+from catheter_sim.robots.settings import SAID, Settings, set_all, settings_table
 from catheter_sim.robots.specification import ContinuumRobot
 
 CONTINUUM_ROBOTS: Mapping[str, Callable[[], ContinuumRobot]] = {
@@ -46,9 +47,14 @@ CATHETER_ROBOTS: Mapping[str, Callable[[], CatheterRobot]] = {
 }
 ROBOTS: Mapping[str, Callable[[], Robot]] = {**CONTINUUM_ROBOTS, **ROLLING_ROBOTS, **CATHETER_ROBOTS}
 
+_LINKS = "links_per_subsegment"
+
 
 def load_robot(reference: str | os.PathLike[str], settings: Settings = (), said: str = SAID) -> Robot:
     """Return the robot that `reference` names, with `settings` applied, checked.
+
+    A continuum robot whose file does not say `links_per_subsegment` gets enough of them
+    (`links.with_enough_links`).
 
     Args:
         reference: a robot id, or the path of a robot `.toml`.
@@ -60,15 +66,21 @@ def load_robot(reference: str | os.PathLike[str], settings: Settings = (), said:
         InputError: unknown robot or key, unreadable file, impossible robot.
     """
     text = os.fspath(reference)
+    says_links = True
     if text.endswith(".toml"):
-        document = complete_document(read_toml(Path(text)), text)
+        given = read_toml(Path(text))
+        says_links = _LINKS in given
+        document = complete_document(given, text)
     elif text in ROBOTS:
         document = to_document(ROBOTS[text]())
     else:
         raise unknown("robot", text, [*ROBOTS, "a path to a .toml"])
     set_all(document, settings, said)
+    says_links |= _LINKS in settings_table(settings, said)
     robot = robot_from_document(document, text)
     check_robot(robot, text)
+    if isinstance(robot, ContinuumRobot) and not says_links:
+        return with_enough_links(robot)
     return robot
 
 

@@ -14,7 +14,7 @@ from catheter_sim.robots.rolling_checks import check_rolling_robot
 from catheter_sim.robots.shared_checks import check_shared
 from catheter_sim.robots.specification import ContinuumRobot, Segment, Tendon
 
-_MAX_LINKS = 2000  # beyond it MuJoCo's build takes minutes; no robot of this kind has as many
+MAX_LINKS = 2000  # beyond it MuJoCo's build takes minutes; no robot of this kind has as many
 
 
 def check_robot(robot: Robot, where: str) -> None:
@@ -46,11 +46,12 @@ def _check_continuum_robot(robot: ContinuumRobot, where: str) -> None:
     need(robot, "links_per_subsegment", top, lambda count: count >= 1, "must be 1 or more")
     need(robot, "disks_per_segment", top, lambda count: count >= 0, "must not be negative")
     count = sum(disks(robot, segment) for segment in robot.segments) * robot.links_per_subsegment
-    if count > _MAX_LINKS:
-        raise InputError(f"{top}disks times links_per_subsegment = {count}: more than {_MAX_LINKS} links")
+    if count > MAX_LINKS:
+        raise InputError(f"{top}disks times links_per_subsegment = {count}: more than {MAX_LINKS} links")
     for key, value, choices in (
         ("actuation", robot.actuation, ("tension", "displacement")),
         ("appearance", robot.appearance, ("spacer_disks", "wire_guides")),
+        ("hinges", robot.hinges, ("even", "rod")),
     ):
         if value not in choices:
             raise unknown(key, value, choices, where)

@@ -6,8 +6,10 @@ under the field's dotted file name (`segments.distal.length_mm`).
 
 Geometry. Along +z lie the segments, each cut into `disks` equal subsegments ("cells" where the
 robot is made of cells); a disk stands at the distal end of every subsegment, and one more, fixed,
-at z = 0. Each subsegment bends at `links_per_subsegment` hinges, at the middles of as many equal
-links, so that a hinge stands for one link's length of backbone.
+at z = 0. Each subsegment bends at `links_per_subsegment` hinges, each of which stands for an equal length
+of backbone: with `hinges` = "even" at the middles of as many equal links, with "rod" moved apart toward the
+disks, to where the chain between two disks shortens with its bend as a rod does (two hinges or more:
+`layout.hinge_places`).
 """
 
 from __future__ import annotations
@@ -96,6 +98,7 @@ class ContinuumRobot:
     channel_radius_m: float = 0.0  # of the free inner channel; 0: none
     stiffness_scale: float = 1.0  # multiplies every stiffness of every segment's backbone
     links_per_subsegment: int = 1
+    hinges: str = "even"  # where they are in a subsegment: "even" or "rod"
     disks_per_segment: int = 0  # 0: as each segment says; otherwise of every segment
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # in file units
     sources: Mapping[str, str] = field(default_factory=dict)  # dotted file name -> source

@@ -35,10 +35,11 @@ from catheter_sim.simulation.friction_copies import CapstanCopies
 from catheter_sim.simulation.path_copies import PathCopies, pathless
 from catheter_sim.simulation.rolling import RodElasticity
 from catheter_sim.simulation.simulator import (
-    FARTHEST_RAD,
+    LARGEST_INPUT,
     SETTLE_BLOCK_S,
     SETTLED_ANGLE_RAD,
     Simulator,
+    farthest,
 )
 from catheter_sim.simulation.site_tendons import applies
 
@@ -99,6 +100,7 @@ class Copies:
         self._length = batch.bind("ten_length")
         self._all = np.arange(count)
         self._failed = np.zeros(count, dtype=bool)
+        self._farthest = farthest(self._model)
         parts, expand = self._parts, batch.expand
         if parts.rolling is not None:
             self._hinges, self._links = expand("jnt_pos"), expand("body_pos")
@@ -131,6 +133,9 @@ class Copies:
 
     def ramp(self, copies: Index, before: Array, after: Array, duration_s: float) -> None:
         """Move the inputs of some copies linearly from `before` to `after`, shapes (k, t)."""
+        # On the line between two inputs nothing is larger than the larger one. MuJoCo's own complaint of it
+        # is not to be had from a batch, but for a copy of all its data.
+        self._failed[copies] |= ~(np.abs(after) <= LARGEST_INPUT).all(axis=1)
         steps = max(1, round(duration_s / self._timestep))
         size = max(1, _TOGETHER_DOFS // self._model.nv)
         for first in range(0, len(copies), size):
@@ -153,8 +158,8 @@ class Copies:
 
     def finite(self, copies: Index) -> np.ndarray:
         """Return which of some copies have not diverged; see `Simulator.require_finite`."""
-        angles = self.qpos[np.ix_(copies, self._parts.angles)]
-        return (np.abs(angles) <= FARTHEST_RAD).all(axis=1) & ~self._failed[copies]
+        near = (np.abs(self.qpos[copies]) <= self._farthest).all(axis=1)
+        return near & np.isfinite(self.qvel[copies]).all(axis=1) & ~self._failed[copies]
 
     def tips(self, copies: Index) -> tuple[Array, Array, Array]:
         """Return of some copies the tips' places, (k, 3) [m], orientations, (k, 3, 3), tensions, (k, t) [N].

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.effects.apply import in_force
 from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.progress import counted
 from catheter_sim.robots.channels import Inputs, slice_inputs
@@ -24,9 +25,9 @@ class SimulationRun:
     """Postures of a simulated robot along a history of inputs.
 
     Attributes:
-        inputs: the rows that were reached.
+        inputs: the rows that were reached, as commanded.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
-        postures: one per reached row.
+        postures: one per reached row, as observed.
         at_rest: whether the robot had come to rest at each reached row, shape (r,); all true in a
             dynamic run.
         failure: None, or the line that says at which row and time the simulation diverged.
@@ -50,37 +51,40 @@ def simulate(
     on_row: Callable[[Simulator, int], None] | None = None,
     others: Sequence[LinkForce] = (),
 ) -> SimulationRun:
-    """Return the robot's postures under `inputs`, starting from rest with zero inputs.
+    """Return what is observed of the robot under `inputs`, starting from rest with zero inputs.
 
     Args:
-        robot: the robot; its `effects` are not read.
+        robot: the robot as it is specified; its `effects` act on it, on the inputs and on what is observed.
         inputs: rows of inputs; they change linearly from row to row.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         dynamic: follow `time_s`; otherwise each row is approached in `ramp_s` and held until rest.
         friction: "capstan", "nested" or "none".
         ramp_s: simulated time from one held row to the next [s].
         progress: show on standard error how many rows are done.
-        on_row: called with the simulator and the row's index when a row is reached.
+        on_row: called with the simulator, whose robot has its effects built in, and the row's index when a
+            row is reached.
         others: further forces, at points of elements, steady from the start (`Simulator.set_inputs`).
 
     Raises:
-        InputError: the robot cannot be built, a force acts on an element that it does not have, or a
-            row asks for a displacement that its robot cannot follow.
+        InputError: the robot cannot be built, an effect is not possible, a force acts on an element that
+            it does not have, or a row asks for a displacement that its robot cannot follow.
 
     A simulation that diverges ends there; `failure` says at which row and time, and the rows before
     it are returned.
     """
-    simulator = Simulator(robot, inputs.actuation, gravity_mps2, friction, inertia=dynamic)
+    acting = in_force(robot, inputs)
+    arriving = acting.inputs
+    simulator = Simulator(acting.robot, arriving.actuation, gravity_mps2, friction, inertia=dynamic)
     gravity = np.asarray(gravity_mps2, dtype=float)
     postures: list[Posture] = []
     at_rest: list[bool] = []
     failure = None
-    wrench = np.concatenate([inputs.tendon, inputs.force_tip, inputs.moment_tip], axis=1)
+    wrench = np.concatenate([arriving.tendon, arriving.force_tip, arriving.moment_tip], axis=1)
     before = np.zeros(wrench.shape[1])
     for row in counted(range(len(inputs)), len(inputs), "simulating", "row", progress):
         duration = ramp_s
         if dynamic:
-            duration = float(inputs.time_s[row] - (inputs.time_s[row - 1] if row else inputs.time_s[0]))
+            duration = float(arriving.time_s[row] - arriving.time_s[max(row - 1, 0)])
         try:
             if row == 0 and (gravity.any() or others):
                 simulator.set_inputs(before[: len(robot.tendons)], others=others)
@@ -101,7 +105,7 @@ def simulate(
     return SimulationRun(
         slice_inputs(inputs, slice(0, done)),
         gravity,
-        tuple(postures),
+        acting.observed(tuple(postures)),
         np.array(at_rest[:done], bool),
         failure,
     )

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from catheter_sim.errors import SimulationDiverged, unknown
+from catheter_sim.effects.apply import driven_by, wholly_built_in
+from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.mjcf.catheter_tube import tube_joint_names
 from catheter_sim.mjcf.remembered import remembered_mjcf
 from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
@@ -37,6 +38,19 @@ FRICTION_ROUTES = ("capstan", "nested", "none")
 FRICTION_SOFTNESS = 0.01
 LIGHTER = 1e3  # by which a quasi-static run makes the masses smaller and gravity larger
 FARTHEST_RAD = 20.0  # a hinge beyond has wound up
+FARTHEST_M = 10.0  # a slide beyond has flown off
+LARGEST_INPUT = 1e10  # beyond it MuJoCo puts zeros in the place of all inputs, with no more than a warning
+# What MuJoCo has to say of a step whose result is not to be trusted; it goes on all the same. Causes stand
+# before what they lead to.
+_COMPLAINTS = {
+    mujoco.mjtWarning.mjWARN_BADCTRL: f"an input is not finite, or beyond {LARGEST_INPUT:g}; all ignored",
+    mujoco.mjtWarning.mjWARN_INERTIA: "an inertia is singular",
+    mujoco.mjtWarning.mjWARN_CONTACTFULL: "there are more contacts than it has room for",
+    mujoco.mjtWarning.mjWARN_CNSTRFULL: "there are more constraints than it has room for",
+    mujoco.mjtWarning.mjWARN_BADQPOS: "a position is not finite, or huge",
+    mujoco.mjtWarning.mjWARN_BADQVEL: "a speed is not finite, or huge",
+    mujoco.mjtWarning.mjWARN_BADQACC: "an acceleration is not finite, or huge",
+}
 SETTLE_BLOCK_S = 0.05  # simulated time between two looks whether the robot is at rest
 SETTLED_ANGLE_RAD = 2e-6  # at rest: what a hinge would still move in one relaxation time
 ZERO_WRENCH = (0.0, 0.0, 0.0)
@@ -53,6 +67,20 @@ def _take_inertia_away(model: mujoco.MjModel) -> None:
 def _slides(robot: CatheterRobot) -> list[CatheterSegment]:
     """Return the segments that are pushed out along their axes."""
     return [robot.segments[k] for k in moving(robot) if robot.segments[k].joint == "prismatic"]
+
+
+def farthest(model: mujoco.MjModel) -> Array:
+    """Return how far each position may be from zero in a robot that has not come apart, shape (nq,) [rad, m].
+
+    Positions of other joints than hinges and slides may be anywhere.
+    """
+    limit = np.full(model.nq, np.inf)
+    for kind, most in (
+        (mujoco.mjtJoint.mjJNT_HINGE, FARTHEST_RAD),
+        (mujoco.mjtJoint.mjJNT_SLIDE, FARTHEST_M),
+    ):
+        limit[model.jnt_qposadr[model.jnt_type == int(kind)]] = most
+    return limit
 
 
 def clamp_of_slack(force_before: Array) -> Array:
@@ -96,7 +124,7 @@ class Simulator:
     """One robot's model and state.
 
     Attributes:
-        robot: what is simulated.
+        robot: what is simulated, effects built in.
         actuation: "tension" or "displacement".
         model, data: MuJoCo's, free to be read.
         tissue: the surroundings' regions and what they feel; None where none are.
@@ -115,7 +143,7 @@ class Simulator:
         """Build the model.
 
         Args:
-            robot: the robot; its `effects` are not read.
+            robot: the robot; such of its `effects` as act on the robot itself are built in.
             actuation: "tension" or "displacement"; default: the robot's own.
             gravity_mps2: gravity in the base frame [m/s^2].
             friction: "capstan" (shipped), "nested" (reference) or "none".
@@ -127,15 +155,20 @@ class Simulator:
                 stiffness; default: what contacts do is left to MuJoCo.
 
         Raises:
-            InputError: the robot cannot be built, `friction` is unknown, or not for this kind of robot.
+            InputError: the robot cannot be built, `friction` is unknown, or not for this kind of robot, or
+                an effect acts on inputs or outputs: that needs their whole history, which steps have not.
         """
         if friction not in FRICTION_ROUTES:
             raise unknown("friction route", friction, FRICTION_ROUTES)
+        self.actuation = actuation or robot.actuation
+        if robot.effects:
+            if model_text is not None:
+                raise InputError(f"{robot.name}: effects: build them in before the model's text is written")
+            robot = wholly_built_in(driven_by(robot, self.actuation))
         nested = friction == "nested" and robot.friction.mu > 0
         if nested:
             require_continuum(robot, "the nested reference of friction")
         self.robot = robot
-        self.actuation = actuation or robot.actuation
         text = remembered_mjcf(robot, self.actuation, nested) if model_text is None else model_text
         self.model = mujoco.MjModel.from_xml_string(text)
         self.model.opt.gravity[:] = gravity_mps2
@@ -145,6 +178,8 @@ class Simulator:
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.model.tendon_invweight0[:] *= FRICTION_SOFTNESS
         self.data = mujoco.MjData(self.model)
+        self._farthest = farthest(self.model)
+        self._warned: NDArray[np.int32] = self.data.warning.number  # a view: MuJoCo counts on
         self._tension_driven = self.actuation == "tension"
         names = joint_names(robot)
         self._angles = np.array([self.model.joint(name).qposadr[0] for name in names])
@@ -271,12 +306,21 @@ class Simulator:
         )
 
     def step(self, count: int = 1) -> None:
-        """Take `count` steps under the present inputs."""
-        if self._paths is None:
-            self._step(count)
-            return
-        with self._paths.instead_of_the_engine():
-            self._step(count)
+        """Take `count` steps under the present inputs.
+
+        Raises:
+            SimulationDiverged: a law beside MuJoCo's own fails on a state that is not finite; otherwise
+                only `require_finite` looks.
+        """
+        try:
+            if self._paths is None:
+                self._step(count)
+                return
+            with self._paths.instead_of_the_engine():
+                self._step(count)
+        except Exception:
+            self.require_finite()  # what failed may be no more than the first to meet a NaN
+            raise
 
     def _step(self, count: int) -> None:
         model, data, friction = self.model, self.data, self._friction
@@ -345,12 +389,21 @@ class Simulator:
         return -force
 
     def require_finite(self) -> None:
-        """Raise `SimulationDiverged` if the state is not finite, or a hinge has wound up."""
-        state = self.data.qpos[self._angles]
-        if not np.isfinite(state).all() or np.abs(state).max() > FARTHEST_RAD:
-            raise SimulationDiverged(
-                f"{self.robot.name}: the simulation diverged at {self.data.time:.3f} simulated seconds"
-            )
+        """Raise `SimulationDiverged` if the state is not to be trusted, and say since when and why.
+
+        So it is where a position is not finite, a hinge has wound up or a slide has flown off, and where
+        MuJoCo has warned in any step since `reset`: it warns and goes on, having put zeros in the place of
+        an input that it finds too large, say.
+        """
+        reason = ""
+        if self._warned.any():
+            reason = next(text for kind, text in _COMPLAINTS.items() if self._warned[int(kind)])
+            reason = f" (MuJoCo: {reason})"
+        elif (np.abs(self.data.qpos) <= self._farthest).all():  # false of what is not a number
+            return
+        raise SimulationDiverged(
+            f"{self.robot.name}: the simulation diverged at {self.data.time:.3f} simulated seconds{reason}"
+        )
 
     def settle(self, longest_s: float = 5.0) -> bool:
         """Step under the present inputs until the robot is at rest; return whether it came to rest.

@@ -10,8 +10,8 @@ loaded backbone is no arc, so that loads are where this model errs).
 
 `straight_between_disks` adds what a tendon that runs straight from disk to disk gains over one held
 everywhere: over a subsegment of length h bent by t the chord is shorter by h t^2 / 24 for an arc
-and, for a chain of K hinges per subsegment, by h t^2 / 24 (1 + 2 / K^2), to second order in t. With
-it the model is the analytic twin of the simulated chain.
+and, for a chain of K hinges per subsegment at the middles of equal links, by h t^2 / 24 (1 + 2 / K^2), to
+second order in t (`layout.hinge_places`). With it the model is the analytic twin of the simulated chain.
 """
 
 from __future__ import annotations
@@ -84,6 +84,8 @@ def arc_robots(robots: Sequence[ContinuumRobot], straight_between_disks: bool = 
         for s, segment in enumerate(first.segments):
             count = disks(first, segment)
             hinges = 1.0 + 2.0 / first.links_per_subsegment**2
+            if first.hinges == "rod" and first.links_per_subsegment > 1:
+                hinges = 1.0  # as an arc
             chord[:, :, s] = runs[:, s] * (length[:, s] / (12.0 * count**2) * hinges)[:, None]
     return ArcRobots(
         length=length,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from catheter_sim.effects.apply import embodied, in_force
 from catheter_sim.robots.channels import Inputs
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
@@ -37,14 +38,37 @@ class StaticModel:
     Attributes:
         name: as on the command line.
         summary: what it is and where it comes from, one line.
-        solve: robot, inputs and gravity (shape (3,) [m/s^2]) to the postures, row after row.
-        applies_to: whether it knows a robot.
+        law: robot, arriving inputs and gravity (shape (3,) [m/s^2]) to the postures, row after row; the
+            robot's `effects` are not read.
+        carries: whether it knows a robot whose effects are built in.
     """
 
     name: str
     summary: str
-    solve: Callable[[Any, Inputs, Array], StaticRun]  # takes the kind of robot that it applies to
-    applies_to: Callable[[Robot], bool]
+    law: Callable[[Any, Inputs, Array], StaticRun]  # takes the kind of robot that it applies to
+    carries: Callable[[Robot], bool]
+
+    def applies_to(self, robot: Robot) -> bool:
+        """Return whether the model knows `robot`, its effects included."""
+        return self.carries(embodied(robot) if robot.effects else robot)
+
+    def solve(self, robot: Robot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+        """Return what is observed of `robot` with its effects, row after row, as inputs are commanded.
+
+        Args:
+            robot: as it is specified, of a kind that the model applies to.
+            inputs: as commanded; `inputs` of the result are those, too.
+            gravity_mps2: in the base frame, shape (3,) [m/s^2].
+
+        Raises:
+            InputError: an effect is not possible, the model does not carry the robot, or a row has no
+                balance.
+        """
+        acting = in_force(robot, inputs)
+        run = self.law(acting.robot, acting.inputs, gravity_mps2)
+        if not robot.effects:
+            return run
+        return replace(run, inputs=inputs, postures=acting.observed(run.postures))
 
 
 _MODELS = (

@@ -79,10 +79,12 @@ class Drive:
 
 
 def bends_in_plane(robot: Robot) -> bool:
-    """Return whether `robot` is a continuum robot whose every segment bends in the xz plane only."""
-    return isinstance(robot, ContinuumRobot) and all(
-        segment.bending_axes == "x" for segment in robot.segments
-    )
+    """Return whether `robot` is a continuum robot that bends in the xz plane only, one hinge a cell."""
+    return isinstance(robot, ContinuumRobot) and _in_plane(robot) and robot.links_per_subsegment == 1
+
+
+def _in_plane(robot: ContinuumRobot) -> bool:
+    return all(segment.bending_axes == "x" for segment in robot.segments)
 
 
 def planar_chain(robot: ContinuumRobot, model: str) -> PlanarChain:
@@ -95,7 +97,7 @@ def planar_chain(robot: ContinuumRobot, model: str) -> PlanarChain:
     Raises:
         InputError: the robot does not bend in one plane, or a cell has more than one hinge.
     """
-    if not bends_in_plane(robot):
+    if not _in_plane(robot):
         raise InputError(
             f"static model {model!r}: robot {robot.name!r} bends out of the xz plane; "
             "every segment needs bending_axes = 'x'"

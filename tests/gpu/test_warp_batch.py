@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catheter_sim.errors import InputError
+from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.gpu.batch import WarpBatch
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.simulation.simulator import Simulator
@@ -143,3 +143,20 @@ def test_bad_inputs_are_refused() -> None:
         batch.set_inputs(np.zeros(4))
     with pytest.raises(InputError, match=r"displacement_bending_distal_mm: beyond its joint's range"):
         batch.set_inputs(np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]))
+
+
+@pytest.mark.slow
+def test_a_copy_that_diverges_is_named() -> None:
+    """A pull of 1e9 N on the second copy is no answer for either; one beyond what MuJoCo takes is refused."""
+    pytest.importorskip("mujoco_warp", reason="needs the extra gpu")
+    batch = WarpBatch(load_robot("neuroendoscope_section", ["friction.mu=0"]), 2, "cpu")
+    with pytest.raises(InputError, match=r"neuroendoscope_section: an input is not finite, or beyond 1e\+10"):
+        batch.set_inputs(np.array([[0.0, 0.0], [1e13, 0.0]]))
+    batch.set_inputs(np.array([[0.1, 0.0], [1e9, 0.0]]))
+    batch.step(50)
+    for look in (batch.qpos, batch.tips, batch.require_finite):
+        with pytest.raises(SimulationDiverged, match=r"within 0\.250 simulated seconds, in 1 of 2 copies"):
+            look()
+    batch.reset()
+    batch.step(1)
+    assert batch.tips() == pytest.approx(np.array([[0.0, 0.0, 0.06]] * 2), abs=1e-6)

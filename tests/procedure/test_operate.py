@@ -12,9 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from catheter_sim.errors import SimulationDiverged
 from catheter_sim.procedure.anatomy import median_anatomy
-from catheter_sim.procedure.operate import Outcome, operate
+from catheter_sim.procedure.operate import Outcome, _Theatre, operate
 from catheter_sim.procedure.plan import plan
+from catheter_sim.procedure.scene import build_scene
 from catheter_sim.procedure.series import run_series, write_series
 from catheter_sim.robots.mitral import mitral_transseptal, mitral_transseptal_tube
 from catheter_sim.validation.mitral_procedure import validate_procedure
@@ -113,3 +115,13 @@ def test_script_tells_bad_input_in_a_line(tmp_path: Path, arguments: list[str], 
     assert done.returncode == 2
     assert told in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def test_a_command_that_mujoco_ignores_ends_the_procedure() -> None:
+    """A base that is told to be 1e13 m away stays where it is; that is no place reached, but a divergence."""
+    robot = mitral_transseptal()
+    theatre = _Theatre(robot, build_scene(robot, plan(robot, median_anatomy())), None)
+    theatre.hold(0.01)
+    theatre.place = replace(theatre.place, insertion_m=1e13)
+    with pytest.raises(SimulationDiverged, match="MuJoCo: an input is not finite, or beyond 1e\\+10"):
+        theatre.hold(0.01)

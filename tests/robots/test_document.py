@@ -78,6 +78,7 @@ def robots(draw: st.DrawFn) -> ContinuumRobot:
         channel_radius_m=draw(_size(0, 1e-3)),
         stiffness_scale=draw(_size(0.1, 10)),
         links_per_subsegment=draw(st.integers(1, 5)),
+        hinges=draw(st.sampled_from(["even", "rod"])),
         disks_per_segment=draw(st.integers(0, 20)),
         effects=draw(st.dictionaries(_NAMES, st.dictionaries(_NAMES, _size(-9, 9), max_size=2), max_size=2)),
         sources=draw(st.dictionaries(_NAMES, st.text(max_size=9), max_size=2)),

@@ -157,18 +157,3 @@ def load(rod: Problem, inputs: Inputs, gravity_mps2: Array) -> Load:
     if inputs.actuation != "tension":
         tension[:] = 0.0
     return Load(tension_N=tension, force_N=force, moment_N_m=moment)
-
-
-def distributed(rod: Problem, force_N_per_m: Array) -> Array:
-    """Return a uniform force per length of backbone as forces on the disks, shape (n, 3) [N].
-
-    A disk takes the force on the near halves of its subsegments; what falls on disk 0 is the base's.
-
-    Args:
-        rod: the robot.
-        force_N_per_m: in the base frame, shape (3,) [N/m].
-    """
-    length = rod.length_m
-    share = 0.5 * length
-    share[:-1] += 0.5 * length[1:]
-    return share[:, None] * np.asarray(force_N_per_m, dtype=float)
