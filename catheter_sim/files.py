@@ -1,6 +1,6 @@
 """Files that appear whole or not at all, and the removal of what a killed run left of one.
 
-A new file is written beside its target, as `.NAME.XXXXXXXX.unfinished.SUFFIX`, and renamed once it is whole.
+A new file is written beside its target, as `.NAME.X….unfinished.SUFFIX`, and renamed once it is whole.
 Whoever writes it holds a lock on it, which the system lets go when that process ends, however it ends. So a
 file of such a name that nobody holds was left by a process that was killed: the next one that writes into
 the folder removes it.
@@ -27,7 +27,7 @@ except ImportError:  # no POSIX: nothing is locked, so nothing is ever taken for
 from catheter_sim.errors import InputError
 
 _MARK = "unfinished"
-_LEFT = re.compile(rf"\..*\.[0-9a-f]{{8}}\.{_MARK}(\..*)?", re.DOTALL)
+_LEFT = re.compile(rf"\..*\.[0-9a-f]{{16}}\.{_MARK}(\..*)?", re.DOTALL)
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _LONGEST_STEM = 40  # characters of the target's name that are repeated: a name has its limit
 
@@ -68,27 +68,30 @@ def placed_when_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
 @contextmanager
 def _reserved(target: Path, path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give an empty file beside `target`, held as long as it is written, and gone at the end in any case."""
-    while True:
-        stem = target.stem[:_LONGEST_STEM]
-        temporary = target.with_name(f".{stem}.{secrets.token_hex(4)}.{_MARK}{target.suffix}")
-        try:  # before the file is there: a signal may interrupt anywhere
+    temporary: Path | None = None
+    held = None
+    try:  # before the file is there: a signal may interrupt anywhere
+        while held is None:
+            name = f".{target.stem[:_LONGEST_STEM]}.{secrets.token_hex(8)}.{_MARK}{target.suffix}"
+            temporary = target.with_name(name)
             try:
                 held = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
-            except FileExistsError:
-                continue
             except OSError as error:
                 raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
-            try:
-                if fcntl is not None:
-                    with suppress(OSError):  # a file system without locks
-                        fcntl.flock(held, fcntl.LOCK_EX)
-                if not temporary.exists():  # swept by another process before the lock was had
-                    continue
-                yield temporary
-                return
-            finally:
+            if fcntl is None:
                 os.close(held)
-        finally:
+                break
+            with suppress(OSError):  # a file system without locks
+                fcntl.flock(held, fcntl.LOCK_EX)
+            if not temporary.exists():  # swept by another process before it was held
+                os.close(held)
+                held = None
+        assert temporary is not None
+        yield temporary
+    finally:
+        if held is not None and fcntl is not None:
+            os.close(held)
+        if temporary is not None:
             with suppress(OSError):  # gone to its place, or never made
                 temporary.unlink()
 

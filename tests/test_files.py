@@ -87,14 +87,23 @@ def test_what_another_process_is_writing_stays(tmp_path: Path, writer: subproces
 
 def test_only_files_of_ours_are_removed(tmp_path: Path) -> None:
     """Of hidden files those alone go that bear our mark; links, folders and pipes stay."""
-    stay = [".out.csv", ".out.unfinished.csv", ".out.0123abcd.csv", "out.0123abcd.unfinished.csv"]
-    for name in [*stay, ".out.0123abcd.unfinished.csv", ".x.ffffffff.unfinished"]:
+    stay = [
+        ".out.csv",
+        ".out.unfinished.csv",
+        ".out.0123456789abcdef.csv",
+        "out.0123456789abcdef.unfinished.csv",
+    ]
+    for name in [*stay, ".out.0123456789abcdef.unfinished.csv", ".x.ffffffffffffffff.unfinished"]:
         (tmp_path / name).write_text("")
-    (tmp_path / ".link.0123abcd.unfinished.csv").symlink_to(".out.csv")
-    (tmp_path / ".folder.0123abcd.unfinished").mkdir()
-    os.mkfifo(tmp_path / ".pipe.0123abcd.unfinished")
+    (tmp_path / ".link.0123456789abcdef.unfinished.csv").symlink_to(".out.csv")
+    (tmp_path / ".folder.0123456789abcdef.unfinished").mkdir()
+    os.mkfifo(tmp_path / ".pipe.0123456789abcdef.unfinished")
     remove_abandoned(tmp_path)
-    stay += [".folder.0123abcd.unfinished", ".link.0123abcd.unfinished.csv", ".pipe.0123abcd.unfinished"]
+    stay += [
+        ".folder.0123456789abcdef.unfinished",
+        ".link.0123456789abcdef.unfinished.csv",
+        ".pipe.0123456789abcdef.unfinished",
+    ]
     assert sorted(os.listdir(tmp_path)) == sorted(stay)
 
 

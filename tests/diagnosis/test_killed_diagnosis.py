@@ -29,21 +29,25 @@ WHOLE = re.compile(r"\.unfinished|[0-9a-f]{40}\.npz|[^.]*\.[a-z]+")  # names of 
 
 @dataclass(frozen=True)
 class Undisturbed:
-    """A data set, what a run that nobody ended made of it, and how long that took [s]."""
+    """A data set, and a run of it that nobody ended: its files, how many results it kept, its time [s]."""
 
     data: Path
     files: dict[str, bytes]
+    kept: int
     seconds: float
 
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Undisturbed:
     folder = tmp_path_factory.mktemp("undisturbed")
-    data = written_data(folder / "data")
-    start = time.monotonic()
-    with started(data, folder / "out") as program:
-        assert program.wait() == 0
-    return Undisturbed(data, files_below(folder / "out"), time.monotonic() - start)
+    data, output = written_data(folder / "data"), folder / "out"
+    start, kept = time.monotonic(), 0
+    with started(data, output) as program:
+        while program.poll() is None:
+            kept = max(kept, kept_in(output))
+            time.sleep(0.05)
+    assert program.returncode == 0
+    return Undisturbed(data, files_below(output), kept, time.monotonic() - start)
 
 
 def written_data(folder: Path) -> Path:
@@ -97,42 +101,37 @@ def temporary(output: Path, process: int) -> set[str]:
 def test_a_diagnosis_killed_again_and_again_ends_as_if_nothing_had_been(
     seed: int, undisturbed: Undisturbed, tmp_path: Path
 ) -> None:
-    """Five times SIGTERM or SIGKILL at a random moment; each run takes up what the last one had finished.
+    """Five times SIGTERM or SIGKILL at random; each run takes up what the last one had finished.
 
     Every file of a run that comes to its end is that of an undisturbed one, byte by byte, and there is no
     other. After SIGTERM nothing temporary is there at once, after SIGKILL once the next run has ended.
     """
     generator = random.Random(seed)
-    numbers = [signal.SIGTERM, signal.SIGKILL] * KILLS
-    kills = ends = 0
-    for turn in range(10 * KILLS):
+    moments = sorted(generator.randrange(undisturbed.kept + 1) for _ in range(KILLS))  # results kept
+    ends = 0
+    for turn, moment in enumerate([*moments, None]):
         output = tmp_path / f"out_{ends}"
         before = temporary(output, 0)  # of a run that was killed
+        number = (signal.SIGTERM, signal.SIGKILL)[(seed + turn) % 2]
         with started(undisturbed.data, output) as program:
+            while moment is not None and program.poll() is None and kept_in(output) < moment:
+                time.sleep(0.01)
             with suppress(subprocess.TimeoutExpired):
-                alone = kills == KILLS
-                program.wait(None if alone else generator.uniform(0.0, 1.1 * undisturbed.seconds))
-            number = numbers[(seed + kills) % 2]
-            ended = program.poll() is not None
-            if not ended:
-                os.kill(program.pid, number)
+                later = generator.uniform(0.0, 0.1 * undisturbed.seconds)
+                program.wait(None if moment is None else later)
+            if program.poll() is None:
+                program.send_signal(number)
             status = program.wait(60.0)
         wait_until_none_runs(program.pid)
-        if ended:
-            assert status == 0
-            assert files_below(output) == undisturbed.files, f"seed {seed}, turn {turn}"
+        print(f"seed {seed}: wanted {moment}, kept {kept_in(output)}, {number.name}, status {status}")
+        if status == 0:  # not killed, or when it was just done
             ends += 1
-            if kills == KILLS:
-                return
-        elif status == 0:  # it was just done
-            continue
+            assert files_below(output) == undisturbed.files
         else:
-            kills += 1
-            print(f"seed {seed}, turn {turn}: {number.name}, {kept_in(output)} results kept")
             assert status in (-number, 128 + number)
             if number == signal.SIGTERM:
                 assert temporary(output, program.pid) <= before
-    pytest.fail("no run came to its end")
+    assert status == 0
 
 
 def kept_in(output: Path) -> int:

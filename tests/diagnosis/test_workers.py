@@ -63,7 +63,7 @@ def test_half_a_file_is_no_result(tmp_path):
     place = Workers(kept=tmp_path)
     each(place, square, [(2.0,)])
     (whole,) = tmp_path.iterdir()
-    whole.rename(tmp_path / f".{whole.stem}.0123abcd.unfinished.npz")
+    whole.rename(tmp_path / f".{whole.stem}.0123456789abcdef.unfinished.npz")
     assert each(place, square, [(2.0,)]) == [4.0]
 
 
