@@ -72,7 +72,7 @@ def unpacked(content: bytes, asked: str, kind: Any = Any) -> Any:
     except Unusable:
         raise
     except Exception as error:  # bytes from anywhere: NumPy, zipfile and JSON have many ways to refuse them
-        reason = " ".join(str(error).split())[:80] or type(error).__name__
+        reason = " ".join(str(error).split()).partition(". ")[0][:80] or type(error).__name__
         raise Unusable(f"no kept result: {reason}") from None
     if misfit:
         raise Unusable(misfit)
