@@ -88,8 +88,8 @@ def workers(place: Workers) -> Iterator[Workers]:
                     "loky",
                     n_jobs=place.jobs,
                     inner_max_num_threads=1,
-                    max_nbytes=None,  # no arrays in shared memory: a killed run would leave them there,
-                    temp_folder=place.kept,  # and in a folder of the system its temporary ones
+                    max_nbytes=None,  # no arrays in shared memory: a killed run would leave them there
+                    temp_folder=_folder_for_joblib(place),
                     initializer=end_with,
                     initargs=(os.getpid(),),
                 )
@@ -149,6 +149,16 @@ def end_with(starter: int) -> None:
         os._exit(1)
 
     Thread(target=watch, daemon=True).start()
+
+
+def _folder_for_joblib(place: Workers) -> Path | None:
+    """Return where joblib makes its temporary folders, None for the system's.
+
+    Among the kept results they go with these, also where a run was killed with all its processes.
+    """
+    if place.kept is None or not place.kept.exists():
+        return place.kept
+    return place.kept if place.kept.is_dir() and os.access(place.kept, os.W_OK | os.X_OK) else None
 
 
 def _run(

@@ -117,10 +117,11 @@ def test_files_of_others_among_the_kept_are_said_and_not_read(tmp_path, capsys):
     assert not (tmp_path / "ran").exists()
 
 
-def test_where_nothing_can_be_kept_the_work_goes_on(tmp_path, capsys):
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_where_nothing_can_be_kept_the_work_goes_on(tmp_path, capsys, jobs):
     """A file where the folder should be costs the resumption, not the answer."""
     (tmp_path / "kept").write_text("")
-    with workers(Workers(kept=tmp_path / "kept")) as pool:
+    with workers(Workers(jobs, kept=tmp_path / "kept")) as pool:
         assert each(pool, square, NUMBERS) == SQUARES
     assert capsys.readouterr().err.startswith("note: a finished result cannot be kept: ")
 
