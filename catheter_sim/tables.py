@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.errors import InputError
+from catheter_sim.files import placed_when_whole
 
 Array = NDArray[np.float64]
 
@@ -122,36 +122,19 @@ def replaced_when_whole(path: str | os.PathLike[str], binary: bool = False) -> I
     device such as /dev/null) is written to directly: it must not be replaced by a file.
 
     Raises:
-        InputError: the folder does not exist or cannot be written.
+        InputError: the folder does not exist or cannot be written, or no room is left.
     """
     target = Path(path)
-    if target.is_dir():
-        raise InputError(f"{path}: is a folder, a file name is needed")
-    if target.exists() and not target.is_file():
-        with open(target, "wb") if binary else open(target, "w", newline="", encoding="utf-8") as direct:
+    if target.exists() and not (target.is_file() or target.is_dir()):
+        with _opened(target, binary) as direct:
             yield direct
         return
-    target = Path(os.path.realpath(target))
-    try:
-        descriptor, temporary = tempfile.mkstemp(
-            dir=target.parent, prefix=f".{target.stem}.", suffix=target.suffix
-        )
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
-    try:
-        if binary:
-            stream: IO = os.fdopen(descriptor, "wb")
-        else:
-            stream = os.fdopen(descriptor, "w", newline="", encoding="utf-8")
-        with stream as file:
-            yield file
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)
-        os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with placed_when_whole(path) as temporary, _opened(temporary, binary) as file:
+        yield file
+
+
+def _opened(path: Path, binary: bool) -> IO:
+    return open(path, "wb") if binary else open(path, "w", newline="", encoding="utf-8")
 
 
 def write_table(table: Table, path: str | os.PathLike[str]) -> None:

@@ -1,7 +1,7 @@
 """Entry point of `catheter-sim`: parses, calls the verb, and turns every error into one line.
 
-Exit status: 0 done, 1 a check failed, 2 bad usage or bad input. A broken pipe ends silently with
-141 and Ctrl-C with 130, as shells expect of a program that those signals stop.
+Exit status: 0 done, 1 a check failed, 2 bad usage or bad input. A broken pipe ends silently with 141, and
+Ctrl-C with 130, SIGTERM with 143, SIGHUP with 129, as shells expect of a program that those signals stop.
 
 The verbs' files import nothing heavy at their top, so that `--help` answers at once.
 """
@@ -15,13 +15,14 @@ import os
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import ModuleType
 from typing import NoReturn
 
 from catheter_sim import __version__
 from catheter_sim.cli import bench, build, diagnose, list_verb, render, simulate, statics, validate, view
 from catheter_sim.cli.arguments import split_settings
+from catheter_sim.cli.signals import Stopped, unwound_by_signals
 from catheter_sim.errors import InputError
 from catheter_sim.progress import compilations_told
 
@@ -85,15 +86,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a sign that the terminal has not is no error
     try:
-        status = _run(sys.argv[1:] if argv is None else argv)
-        sys.stdout.flush()
-        return status
+        with unwound_by_signals():
+            status = _run(sys.argv[1:] if argv is None else argv)
+            sys.stdout.flush()
+            return status
     except InputError as error:
         return _fail(str(error))
     except BrokenPipeError:
         # The reader of our output has left; without this Python complains once more at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
+    except Stopped as stopped:
+        with suppress(OSError):  # the terminal may be what has gone
+            _fail(str(stopped))
+        return 128 + stopped.number
     except KeyboardInterrupt:
         _fail("interrupted")
         return 130

@@ -34,6 +34,7 @@ class Replay:
     measured: Array
     failure: str | None
     restless: int
+    SHAPES = "outputs:ro measured:ro"  # of what is read (`kept`)
 
 
 def replays(

@@ -57,6 +57,7 @@ class Fit:
     held: np.ndarray
     block: np.ndarray
     left_out: Array
+    SHAPES = "frees:p x:p residual:n jacobian:np held:p block:n left_out:n"  # of what is read (`kept`)
 
     @property
     def causes(self) -> tuple[str, ...]:

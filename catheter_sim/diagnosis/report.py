@@ -27,7 +27,7 @@ from catheter_sim.diagnosis.result import (
     StructureTest,
     TrialFit,
     UnitResult,
-    fit_file,
+    fit_files,
 )
 from catheter_sim.diagnosis.structure import TESTS
 from catheter_sim.diagnosis.trials import unit_of
@@ -144,7 +144,7 @@ def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any
         "next_words": diagnosis.next_experiment.words,
         "next_file": NEXT_EXPERIMENT_FILE if diagnosis.next_experiment.inputs is not None else "",
         "gravity": listed([f"{value:g}" for value in diagnosis.dataset.gravity_mps2]),
-        "fit_files": [fit_file(fit) for fit in diagnosis.fits],
+        "fit_files": fit_files(diagnosis.fits),
     }
 
 

@@ -9,9 +9,10 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from itertools import chain, count
+from pathlib import Path, PurePath
 from typing import Any
 
 from catheter_sim.diagnosis.trials import Dataset
@@ -25,6 +26,7 @@ VERDICTS = (CAUSE_FOUND, "no_discrepancy", "unexplained", DATA_SUSPECT)
 NEXT_EXPERIMENT_FILE = "next_experiment.csv"
 SIGNIFICANT = 0.01  # p-value of a test of residuals
 _DIGITS = 6  # significant, in diagnosis.json
+_LONGEST_NAME = 200  # of a trial, in the name of a file [bytes]; systems allow some 255 in all
 
 
 @dataclass(frozen=True)
@@ -329,8 +331,7 @@ def write_results(diagnosis: Diagnosis, folder: str | os.PathLike[str], model_xm
     pictures = figures(diagnosis)
     put("robot.toml", robot_toml(diagnosis.extended_robot))
     put("model.xml", model_xml)
-    for fit in diagnosis.fits:
-        name = fit_file(fit)
+    for fit, name in zip(diagnosis.fits, fit_files(diagnosis.fits), strict=True):
         write_table(fit_table(fit), target / name)
         written.append(target / name)
     if diagnosis.next_experiment.inputs is not None:
@@ -343,9 +344,25 @@ def write_results(diagnosis: Diagnosis, folder: str | os.PathLike[str], model_xm
     return tuple(written)
 
 
-def fit_file(fit: TrialFit) -> str:
-    """Return the name of the CSV file that holds the fitted series of one trial."""
-    return f"fitted_{fit.role}_{Path(fit.file).stem}.csv" if fit.role else f"fitted_{Path(fit.file).stem}.csv"
+def fit_files(fits: Sequence[TrialFit]) -> tuple[str, ...]:
+    """Return the names of the CSV files that hold the fitted series of trials, no two alike.
+
+    `fitted_<role>_<trial>.csv`: the trial's file without its ending, its folders before it with `_` between
+    (`a/t.csv` held out: `fitted_heldout_a_t.csv`). Where two trials would still have one name, on a system
+    that takes capitals for small letters too, those that `dataset.toml` lists later get `_2`, `_3` ….
+    """
+    names: list[str] = []
+    for fit in fits:
+        path = PurePath(fit.file)
+        parts = [part for part in (*path.parent.parts, path.stem) if part not in (path.anchor, "..")]
+        trial = "_".join(parts)
+        while len(os.fsencode(trial)) > _LONGEST_NAME:
+            trial = trial[1:]
+        name = "_".join(("fitted", *filter(None, [fit.role]), trial))
+        taken = {other.lower() for other in names}
+        numbers = (f"{name}_{number}" for number in count(2))
+        names.append(next(item for item in chain([name], numbers) if item.lower() not in taken))
+    return tuple(f"{name}.csv" for name in names)
 
 
 def fit_table(fit: TrialFit) -> Table:
@@ -353,7 +370,7 @@ def fit_table(fit: TrialFit) -> Table:
     columns = dict(fit.measured.columns)
     for prefix, table in (("before", fit.before), ("after", fit.after)):
         columns |= {f"{prefix}_{name}": table.columns[name] for name in fit.measured.columns}
-    return Table(fit.time_s, columns, fit_file(fit))
+    return Table(fit.time_s, columns, fit.file)
 
 
 def _parameters(parameters: Mapping[str, FittedParameter]) -> dict[str, Any]:

@@ -52,8 +52,10 @@ def diagnose_elsewhere(dataset: Path, output: Path, limit_s: float) -> str:
         )
     except subprocess.TimeoutExpired:
         return f"out of time, {limit_s:g} s"
-    if done.returncode < 0:  # somebody ended it: that says nothing about the diagnosis
-        raise InterruptedError(f"{dataset.name}: the diagnosis was ended by signal {-done.returncode}")
+    # Somebody ended it, which it says with 128 + n where it could: that tells nothing about the diagnosis.
+    number = -done.returncode if done.returncode < 0 else done.returncode - 128
+    if number > 0:
+        raise InterruptedError(f"{dataset.name}: the diagnosis was ended by signal {number}")
     lines = done.stderr.strip().splitlines()
     return "" if done.returncode == 0 else f"exit status {done.returncode}: {lines[-1] if lines else ''}"
 

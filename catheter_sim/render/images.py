@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
+import signal
+import subprocess
 from collections.abc import Iterable
+from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Any
+from threading import Thread
 
-import imageio.v2 as imageio
 import numpy as np
+from imageio_ffmpeg import count_frames_and_secs, get_ffmpeg_exe
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.files import placed_when_whole
 from catheter_sim.progress import counted
 from catheter_sim.tables import replaced_when_whole
 
 Picture = NDArray[np.uint8]  # shape (height, width, 3)
 
 PICTURE, VIDEO = ".png", ".mp4"
+_LOSS = 10  # of the encoder, 0 (none) to 51
 _INK = (40, 48, 60)
 
 
@@ -65,28 +68,107 @@ def write_video(
         progress: show on standard error how many frames are done.
 
     Raises:
-        InputError: a size is odd, or the file cannot be written.
+        InputError: a size is odd, there are no frames, or the file cannot be written, read and counted.
     """
     shown = counted(frames, count, "drawing", "frame", progress)
-    # The encoder needs a file that it can seek in; only the finished one goes to its place.
-    with replaced_when_whole(path, binary=True) as file, tempfile.TemporaryDirectory() as folder:
-        encoded = Path(folder) / f"video{VIDEO}"
-        writer: Any  # imageio does not type its plug-ins
-        with imageio.get_writer(
-            encoded,
-            format="FFMPEG",  # type: ignore[arg-type]
-            fps=fps,
-            codec="libx264",
-            pixelformat="yuv420p",
-            quality=8,
-            macro_block_size=2,
-            ffmpeg_log_level="error",
-        ) as writer:
-            for frame in shown:
-                require_even(path, frame.shape[1], frame.shape[0])
-                writer.append_data(frame)
-        with encoded.open("rb") as done:
-            shutil.copyfileobj(done, file)
+    with placed_when_whole(path) as encoded:  # the encoder needs a file that it can seek in
+        written, complaint = _encoded(path, shown, fps, encoded)
+        if not complaint and _frames_in(encoded) != written:
+            complaint = f"not all of its {written} frames are in the file"
+        if complaint:
+            raise InputError(f"{path}: the video cannot be written: {complaint}")
+
+
+def _encoded(
+    path: str | os.PathLike[str], frames: Iterable[Picture], fps: int, encoded: Path
+) -> tuple[int, str]:
+    """Write `frames` to the file `encoded`; return how many, and the encoder's complaint, "" for none.
+
+    imageio's own writer asks neither for the encoder's exit status nor for its words.
+    """
+    encoder: _Encoder | None = None
+    written = 0
+    with ExitStack() as opened:
+        for frame in frames:
+            height, width = frame.shape[:2]
+            if encoder is None:
+                require_even(path, width, height)
+                encoder = opened.enter_context(_Encoder(width, height, fps, encoded))
+            if (width, height) != encoder.size:
+                raise ValueError(f"frame {written + 1} is {width} x {height}, others are {encoder.size}")
+            if not encoder.took(frame):
+                break
+            written += 1
+        return written, encoder.ended() if encoder else "it has no frames"
+
+
+class _Encoder:
+    """A process that encodes the pictures which it is given; at the end of its context it is gone.
+
+    Attributes:
+        size: width and height of the pictures [pixels].
+    """
+
+    def __init__(self, width: int, height: int, fps: int, encoded: Path) -> None:
+        self.size = (width, height)
+        picture = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps}"]
+        coding = ["-an", "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", f"{_LOSS}", "-f", "mp4"]
+        command = [get_ffmpeg_exe(), "-y", "-v", "error", *picture, "-i", "-", *coding, os.fspath(encoded)]
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            start_new_session=True,  # Ctrl-C is for us, who end it
+        )
+        assert self._process.stdin is not None
+        assert self._process.stderr is not None
+        self._given, self._said = self._process.stdin, self._process.stderr
+        self._words = b""
+        self._reader = Thread(target=self._listen, daemon=True)
+
+    def __enter__(self) -> _Encoder:
+        self._reader.start()  # at once: who is not listened to waits
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._reader.join()
+        for pipe in (self._given, self._said):
+            with suppress(BrokenPipeError):
+                pipe.close()
+
+    def took(self, frame: Picture) -> bool:
+        """Hand over a picture; return whether the process was still there to take it."""
+        try:
+            self._given.write(np.ascontiguousarray(frame).data)
+        except BrokenPipeError:
+            return False
+        return True
+
+    def ended(self) -> str:
+        """Wait for the end of the process; return its complaint, "" where all went well."""
+        with suppress(BrokenPipeError):
+            self._given.close()
+        self._reader.join()
+        status = self._process.wait()
+        if status == 0:
+            return ""
+        lines = self._words.decode(errors="replace").strip().splitlines()
+        ended = f"by {signal.Signals(-status).name}" if status < 0 else f"with status {status}"
+        return lines[-1].rpartition("] ")[2] if lines else f"the encoder ended {ended}"
+
+    def _listen(self) -> None:
+        self._words = self._said.read()
+
+
+def _frames_in(video: Path) -> int:
+    """Return how many frames of a video can be decoded, 0 if it is none."""
+    try:
+        return int(count_frames_and_secs(video)[0] or 0)
+    except RuntimeError:
+        return 0
 
 
 def with_inset(image: Picture, inset: Picture, corner: tuple[int, int]) -> Picture:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from pathlib import Path
 
 
@@ -25,4 +26,11 @@ def die_once(number: float, mark: Path) -> float:
 def always_die(number: float) -> float:
     """Kill the own process."""
     os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def say_and_sleep(number: float, folder: str) -> float:
+    """Leave a mark that the call has begun, and take long."""
+    Path(folder, f"{number}").touch()
+    time.sleep(600.0)
     return number

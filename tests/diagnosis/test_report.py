@@ -23,6 +23,7 @@ from catheter_sim.diagnosis.result import (
     Suspicion,
     TrialFit,
     UnitResult,
+    fit_files,
     to_json,
     write_results,
 )
@@ -103,6 +104,38 @@ def made_up(verdict: str = "cause_found", **changes: Any) -> Diagnosis:
         extra={"tip_rmse_aligned_after_mm": 0.85},
     )
     return replace(result, **changes)
+
+
+@pytest.mark.parametrize(
+    ("files", "names"),
+    [
+        (("a/t.csv", "b/t.csv"), ("a_t", "b_t")),
+        (("t.csv", "a/t.csv", "a_t.csv"), ("t", "a_t", "a_t_2")),
+        (("t.csv", "T.csv", "t.dat", "t_2.csv"), ("t", "T_2", "t_3", "t_2_2")),
+        (("../a/t.csv", "/a/t.csv"), ("a_t", "a_t_2")),
+        (("x" * 300 + "/t.csv",), ("x" * 198 + "_t",)),
+    ],
+)
+def test_no_two_trials_share_a_file(files: tuple[str, ...], names: tuple[str, ...]) -> None:
+    """A trial's folders stand in the name of its series; what would still be alike is numbered."""
+    fits = [trial_fit(file, "train", 1.0)[1] for file in files]
+    assert fit_files(fits) == tuple(f"fitted_train_{name}.csv" for name in names)
+
+
+@pytest.mark.slow
+def test_two_trials_of_one_name_keep_their_series(tmp_path: Path) -> None:
+    """Two trials of one name in two folders have two files; the report lists both."""
+    made = [trial_fit(file, "heldout", size) for file, size in (("a/t.csv", 1.0), ("b/t.csv", 2.0))]
+    trials, fits = zip(*made, strict=True)
+    plain = made_up()
+    diagnosis = replace(plain, fits=fits, dataset=replace(plain.dataset, trials=trials))
+    write_results(diagnosis, tmp_path, "<mujoco/>")
+    page = report_html(diagnosis, BLANK)
+    for fit, name in zip(fits, ("fitted_heldout_a_t.csv", "fitted_heldout_b_t.csv"), strict=True):
+        series = read_table(tmp_path / name).columns["tip_x_mm"]
+        np.testing.assert_allclose(series, fit.measured.columns["tip_x_mm"], rtol=1e-8)
+        assert name in page
+    assert len(list(tmp_path.glob("fitted_*"))) == 2
 
 
 def test_json_keeps_the_contract() -> None:

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import json
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
 
+import numpy as np
 import pytest
 from killed import always_die, die_once, square
 from planted import small_data
 
 from catheter_sim.diagnosis import workers as module
+from catheter_sim.diagnosis.kept import packed
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.result import to_json
 from catheter_sim.diagnosis.workers import HERE, Workers, each, workers
@@ -53,8 +63,109 @@ def test_half_a_file_is_no_result(tmp_path):
     place = Workers(kept=tmp_path)
     each(place, square, [(2.0,)])
     (whole,) = tmp_path.iterdir()
-    whole.rename(tmp_path / f".{whole.stem}.abc.pickle")
+    whole.rename(tmp_path / f".{whole.stem}.0123456789abcdef.unfinished.npz")
     assert each(place, square, [(2.0,)]) == [4.0]
+
+
+class Trap:
+    """What a pickle may do: it makes a folder when it is read."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return os.mkdir, (str(self.path),)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda path, trap: path.write_bytes(pickle.dumps(trap)),
+        lambda path, trap: np.savez(path, skeleton=np.array([trap], dtype=object)),
+        lambda path, trap: path.write_bytes(path.read_bytes()[:-40]),
+        lambda path, trap: path.write_bytes(b""),
+        lambda path, trap: path.write_bytes(packed(5.0, "another.npz")),
+        lambda path, trap: path.write_bytes(packed("four", path.name)),
+        lambda path, trap: path.unlink() or path.mkdir(),
+    ],
+    ids=["pickle", "objects", "cut", "empty", "another's", "text", "folder"],
+)
+def test_a_bad_kept_file_is_said_and_made_again(tmp_path, capsys, spoil):
+    """A folder of kept results from elsewhere runs nothing and ends nothing: a note, the same answer."""
+    kept = tmp_path / "kept"
+    each(Workers(kept=kept), square, NUMBERS)
+    assert capsys.readouterr().err == ""
+    for path in sorted(kept.iterdir())[:3]:
+        spoil(path, Trap(tmp_path / "ran"))
+    assert each(Workers(kept=kept), square, NUMBERS) == SQUARES
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1, said
+    assert said.startswith("note: ")
+    assert str(kept) in said
+    assert not (tmp_path / "ran").exists()
+    if not any(path.is_dir() for path in kept.iterdir()):
+        assert each(Workers(kept=kept), square, NUMBERS) == SQUARES
+        assert capsys.readouterr().err == ""
+
+
+def test_files_of_others_among_the_kept_are_said_and_not_read(tmp_path, capsys):
+    """A pickle of an earlier version, say."""
+    (tmp_path / "0123.pickle").write_bytes(pickle.dumps(Trap(tmp_path / "ran")))
+    with workers(Workers(kept=tmp_path)) as pool:
+        assert each(pool, square, NUMBERS) == SQUARES
+    assert "1 of its files are no kept results and are not read, '0123.pickle'" in capsys.readouterr().err
+    assert not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_where_nothing_can_be_kept_the_work_goes_on(tmp_path, capsys, jobs):
+    """A file where the folder should be costs the resumption, not the answer."""
+    (tmp_path / "kept").write_text("")
+    with workers(Workers(jobs, kept=tmp_path / "kept")) as pool:
+        assert each(pool, square, NUMBERS) == SQUARES
+    assert capsys.readouterr().err.startswith("note: a finished result cannot be kept: ")
+
+
+PARENT = """
+import sys, time
+from catheter_sim.diagnosis.workers import Workers, each, workers
+from killed import say_and_sleep
+
+with workers(Workers(2)) as pool:
+    each(pool, say_and_sleep, [(float(number), sys.argv[1]) for number in range(5)])
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM], ids=["SIGKILL", "SIGTERM"])
+def test_a_killed_parent_leaves_no_process(tmp_path, number):
+    """Busy or not, workers and their trackers end by themselves, however their parent was ended."""
+    with subprocess.Popen(
+        [sys.executable, "-c", PARENT, str(tmp_path)], cwd=Path(__file__).parent, start_new_session=True
+    ) as parent:
+        wait_for(lambda: len(list(tmp_path.iterdir())) == 2, 120.0)
+        assert len(processes_of(parent.pid)) >= 3
+        os.kill(parent.pid, number)
+    wait_for(lambda: not processes_of(parent.pid), 30.0)
+
+
+def processes_of(session):
+    """Return the ids of the processes of a session that run."""
+    found = []
+    for folder in Path("/proc").iterdir():
+        with suppress(OSError):
+            words = (folder / "stat").read_text().rpartition(")")[2].split()
+            if words[3] == str(session) and words[0] != "Z":
+                found.append(int(folder.name))
+    return found
+
+
+def wait_for(happened, seconds):
+    """Wait until something has happened."""
+    end = time.monotonic() + seconds
+    while not happened():
+        assert time.monotonic() < end
+        time.sleep(0.05)
 
 
 @pytest.mark.slow

@@ -124,6 +124,15 @@ def test_diagnosis_out_of_time_is_a_failure(tmp_path):
     assert "out of time" in bench.diagnose_elsewhere(tmp_path, tmp_path / "out", 0.05)
 
 
+@pytest.mark.parametrize("status", [-signal.SIGTERM, 128 + signal.SIGTERM])
+def test_diagnosis_that_somebody_ended_is_none(tmp_path, monkeypatch, status):
+    """Whether the signal ended it or it ended itself at a signal: that is no answer, and is asked again."""
+    ended = subprocess.CompletedProcess([], status, "", "catheter-sim: error: stopped by SIGTERM\n")
+    monkeypatch.setattr(bench.subprocess, "run", lambda *_, **__: ended)
+    with pytest.raises(InterruptedError, match="ended by signal 15"):
+        bench.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
+
+
 @pytest.mark.slow
 def test_bad_data_set_is_a_failure(tmp_path):
     """What the command line refuses is a failure with its line."""

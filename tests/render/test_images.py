@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import resource
+import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import imageio.v2 as imageio
@@ -67,6 +70,75 @@ def test_odd_size_and_missing_folder_are_one_line(tmp_path: Path) -> None:
         images.write_video(tmp_path / "a.mp4", colour_frames(1, height=47), fps=25, count=1)
     with pytest.raises(InputError, match=r"nowhere/a\.png: cannot be written"):
         images.write_picture(tmp_path / "nowhere" / "a.png", next(colour_frames(1)))
+    assert list(tmp_path.iterdir()) == []
+
+
+@contextmanager
+def room(size: int) -> Iterator[None]:
+    """Let no file of this process and of those that it starts grow beyond `size` bytes."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.png"])
+def test_no_room_is_one_line_and_leaves_nothing(tmp_path: Path, name: str) -> None:
+    """A disk that is full ends in an error that names the file; half a video or picture is none."""
+    frames = np.random.default_rng(7).integers(0, 256, (20, 96, 128, 3), dtype=np.uint8)
+
+    def write() -> None:
+        with room(4000):
+            if name == "a.mp4":
+                images.write_video(tmp_path / name, frames, fps=25, count=20)
+            else:
+                images.write_picture(tmp_path / name, frames[0])
+
+    with pytest.raises(InputError, match=rf"{name}: .*cannot be written: ") as caught:
+        write()
+    assert "\n" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_temporary_folder_does_not_matter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A video is encoded where it is to lie; the system's temporary folder is not used."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
+    images.write_video(tmp_path / "a.mp4", colour_frames(3), fps=25, count=3)
+    with imageio.get_reader(tmp_path / "a.mp4") as reader:
+        assert sum(1 for _ in reader) == 3
+
+
+@pytest.mark.parametrize(
+    ("encoder", "message"),
+    [
+        ("cat > /dev/null", "not all of its 3 frames are in the file"),
+        ("head -c 100 > /dev/null; echo '[x @ 0x1] broken' >&2; exit 3", "broken"),
+        ("exit 4", "the encoder ended with status 4"),
+        ("kill -9 $$", "the encoder ended by SIGKILL"),
+    ],
+)
+def test_what_the_encoder_leaves_is_checked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, encoder: str, message: str
+) -> None:
+    """An encoder that fails, or that says nothing and writes nothing: one line, and no video."""
+    program = tmp_path / "encoder"
+    program.write_text(f"#!/bin/sh\n{encoder}\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(images, "get_ffmpeg_exe", lambda: str(program))
+    with pytest.raises(InputError, match=rf"a\.mp4: the video cannot be written: {message}$"):
+        images.write_video(tmp_path / "a.mp4", colour_frames(3), fps=25, count=3)
+    assert [path.name for path in tmp_path.iterdir()] == ["encoder"]
+
+
+def test_frames_of_two_sizes_make_no_video(tmp_path: Path) -> None:
+    """Frames are raw bytes to the encoder, which would take a wrong size for noise."""
+    frames = [*colour_frames(1), *colour_frames(1, width=32)]
+    with pytest.raises(ValueError, match="frame 2 is 32 x 48"):
+        images.write_video(tmp_path / "a.mp4", frames, fps=25, count=2)
+    with pytest.raises(InputError, match="it has no frames"):
+        images.write_video(tmp_path / "a.mp4", [], fps=25, count=0)
     assert list(tmp_path.iterdir()) == []
 
 

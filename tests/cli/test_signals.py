@@ -1,0 +1,119 @@
+"""Signals that ask the program to end: it takes away what it began, and says so by its exit status."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from catheter_sim.cli.main import VERBS, main
+from catheter_sim.cli.signals import Stopped, unwound_by_signals
+
+NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_signal_unwinds_the_verb(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What is under way is left through its `finally`; asked twice, it is still left in order."""
+    left = []
+
+    def stopped(_: object) -> int:
+        try:
+            signal.raise_signal(number)
+        finally:
+            for again in NUMBERS:
+                signal.raise_signal(again)
+            left.append("in order")
+        return 0
+
+    before = [signal.getsignal(item) for item in NUMBERS]
+    monkeypatch.setattr(VERBS["list"], "run", stopped)
+    assert main(["list"]) == 128 + number
+    assert left == ["in order"]
+    word = "interrupted" if number == signal.SIGINT else f"stopped by {number.name}"
+    assert capsys.readouterr().err == f"catheter-sim: error: {word}\n"
+    assert [signal.getsignal(item) for item in NUMBERS] == before
+
+
+def test_a_signal_that_was_ignored_stays_ignored() -> None:
+    """`nohup catheter-sim …` goes on when the terminal is closed."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with unwound_by_signals():
+            signal.raise_signal(signal.SIGHUP)
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_clean_up_that_hangs_is_ended_by_the_system() -> None:
+    """A watch is set while things are taken away, and taken back afterwards."""
+
+    def stopped() -> None:
+        with unwound_by_signals():
+            try:
+                signal.raise_signal(signal.SIGTERM)
+            finally:
+                assert 0 < signal.getitimer(signal.ITIMER_REAL)[0] <= 30
+
+    with pytest.raises(Stopped):
+        stopped()
+    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
+
+
+def processes_of(session: int, folder: Path) -> list[str]:
+    """Return the commands that run in a session, or that name a folder, as an encoder's does."""
+    found = []
+    for process in Path("/proc").iterdir():
+        with suppress(OSError):
+            words = (process / "stat").read_text().rpartition(")")[2].split()
+            command = (process / "cmdline").read_text()
+            if words[0] != "Z" and (words[3] == str(session) or str(folder) in command):
+                found.append(command)
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [*NUMBERS, signal.SIGKILL])
+def test_a_stopped_render_leaves_nothing(number: signal.Signals, tmp_path: Path) -> None:
+    """No half video, no temporary file, no encoder; what SIGKILL leaves, the next run takes away."""
+    rows = "".join(f"{row},{0.3 * (row % 2)}\n" for row in range(9))
+    (tmp_path / "in.csv").write_text(f"time_s,tension_right_N\n{rows}")
+    (tmp_path / "out.mp4").write_bytes(b"old")
+    words = ["render", "neuroendoscope_section", "--inputs", "in.csv", "-o", "out.mp4"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "catheter_sim", *words],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as program:
+        end = time.monotonic() + 240
+        while not any("ffmpeg" in command for command in processes_of(program.pid, tmp_path)):
+            assert time.monotonic() < end
+            assert program.poll() is None
+            time.sleep(0.02)
+        os.kill(program.pid, number)
+        said = program.communicate()[1]
+    killed = number == signal.SIGKILL
+    assert program.returncode == (-number if killed else 128 + number), said
+    assert said.count("\n") == (0 if killed else 1), said
+    end = time.monotonic() + 30
+    while processes_of(program.pid, tmp_path):
+        assert time.monotonic() < end, processes_of(program.pid, tmp_path)
+        time.sleep(0.05)
+    if killed:
+        assert len(os.listdir(tmp_path)) == 3
+        picture = ["render", "neuroendoscope_section", "--inputs", "in.csv", "-o", "out.png"]
+        subprocess.run([sys.executable, "-m", "catheter_sim", *picture], cwd=tmp_path, check=True)
+        (tmp_path / "out.png").unlink()
+    assert sorted(os.listdir(tmp_path)) == ["in.csv", "out.mp4"]
+    assert (tmp_path / "out.mp4").read_bytes() == b"old"
