@@ -87,3 +87,28 @@ def test_driven_tendon_pulls_with_its_pretension(pretension: float) -> None:
     assert simulator.actuator_tension() == pytest.approx([pretension, pretension], abs=1e-6)
     simulator.step(20)
     assert simulator.actuator_tension() == pytest.approx([pretension, pretension], abs=1e-6)
+
+
+def test_friction_tails_run_from_their_hole_to_the_tendons_end() -> None:
+    """Tail k of a straight robot of five cells is 10 - 2 k mm long."""
+    robot = continuum("neuroendoscope_section", *SHORT)
+    model = mujoco.MjModel.from_xml_string(build_mjcf(robot, "tension", True))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for name in ("right", "left"):
+        lengths = [data.ten_length[model.tendon(f"tail_{name}_{k}").id] for k in range(5)]
+        assert lengths == pytest.approx([10e-3, 8e-3, 6e-3, 4e-3, 2e-3], abs=1e-9)
+
+
+@pytest.mark.parametrize(("joint", "axis"), [("x1", 0), ("y2", 1)])
+@pytest.mark.parametrize("turn", [0.02, -0.02])
+def test_rolling_joints_bend_toward_their_side(joint: str, axis: int, turn: float) -> None:
+    """A positive angle of joint x<k> of the full robot leans what is beyond toward +x, of y<k> toward +y."""
+    robot = load_robot("chest_tube", ("segments.middle.bending_axes=xy", "segments.base.bending_axes=xy"))
+    model = mujoco.MjModel.from_xml_string(build_mjcf(robot))
+    data = mujoco.MjData(model)
+    data.qpos[model.joint(joint).qposadr[0]] = turn
+    mujoco.mj_forward(model, data)
+    lean = data.site("tip").xmat.reshape(3, 3)[:, 2]
+    assert lean[axis] == pytest.approx(np.sin(turn), abs=1e-9)
+    assert lean[1 - axis] == pytest.approx(0.0, abs=1e-9)
