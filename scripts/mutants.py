@@ -276,7 +276,8 @@ class Baselines:
 def run_tests(folder: Path, tests: Sequence[str], mark: str, limit_s: float | None) -> Outcome:
     """Return how pytest ends in `folder`; what it started is ended with it at the time limit."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", MARKS[mark]]
-    environment = os.environ | {"PYTHONPATH": str(folder)}
+    path = os.pathsep.join(filter(None, (str(folder), os.environ.get("PYTHONPATH"))))
+    environment = os.environ | {"PYTHONPATH": path}
     started = time.monotonic()
     process = subprocess.Popen(
         [*command, *tests],
