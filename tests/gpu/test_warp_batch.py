@@ -45,6 +45,17 @@ LOOPS = (
         (3.0, 0.0, 3.0, 0.0),
         settings=("friction.mu=0.2", "disks_per_segment=4", "links_per_subsegment=1"),
     ),
+    Loop(  # an elastic law of the curvature vector, of which MuJoCo's hinges hold a part alone
+        "spacer_disk",
+        (3.0, 0.0, 3.0, 0.0),
+        settings=(
+            "disks_per_segment=2",
+            "links_per_subsegment=1",
+            "segments.first.stiffness_quintic_mm4=2e5",
+            "segments.second.stiffness_cubic_mm2=300",
+        ),
+        opens=False,
+    ),
     Loop("chest_tube_section", (8.0,)),
     Loop("chest_tube_section@prototype", (15.0,), gravity_mps2=GRAVITY_MPS2),
     Loop(
