@@ -412,7 +412,7 @@ def table(mutants: list[Mutant], found: dict[str, dict[str, Any]]) -> str:
             reason = mutant.survives or entry["told"] or "no reason is stated"
             lines.append(f"not killed: {mutant.name} ({mutant.fault}): {entry['verdict']}: {reason}")
         elif mutant.survives:
-            lines.append(f"{mutant.name} is killed, yet its file says why it cannot be: {mutant.survives}")
+            lines.append(f"killed here: {mutant.name}, of which its file says: {mutant.survives}")
     return "\n".join(lines)
 
 

@@ -44,3 +44,15 @@ def test_diaphragm_lies_away_from_the_apex() -> None:
     """The lung's middle lies toward +x; the dome begins so far on the other side of the channel."""
     anatomy = median_chest()
     assert diaphragm(anatomy)[0] + anatomy.diaphragm_radius_m == pytest.approx(-anatomy.diaphragm_away_m)
+
+
+def test_ventricles_cross_section_has_its_ellipses_area() -> None:
+    """Where the sheath ends, the wall's inner polygon holds pi times the ventricle's radius squared."""
+    anatomy = random_ventricles(np.random.default_rng(8))
+    part = ventricle_wall(anatomy)
+    around = 1 + max(part.cells[0][1] - part.cells[0][0], part.cells[0][-1] - part.cells[0][0] - 1)
+    ring = part.inner[:around]
+    middle = ring.mean(axis=0)
+    after = np.roll(ring, -1, axis=0)
+    area = 0.5 * np.linalg.norm(np.cross(ring - middle, after - middle).sum(axis=0))
+    assert area == pytest.approx(np.pi * anatomy.lateral_radius_m**2, rel=1e-9)

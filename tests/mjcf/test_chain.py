@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import mujoco
 import numpy as np
 import pytest
@@ -100,12 +102,18 @@ def test_friction_tails_run_from_their_hole_to_the_tendons_end() -> None:
         assert lengths == pytest.approx([10e-3, 8e-3, 6e-3, 4e-3, 2e-3], abs=1e-9)
 
 
+@cache
+def two_planes() -> mujoco.MjModel:
+    """Return the full robot of rolling joints, whose every segment bends in both planes."""
+    settings = [f"segments.{name}.bending_axes=xy" for name in ("base", "middle")]
+    return mujoco.MjModel.from_xml_string(build_mjcf(load_robot("chest_tube", settings)))
+
+
 @pytest.mark.parametrize(("joint", "axis"), [("x1", 0), ("y2", 1)])
 @pytest.mark.parametrize("turn", [0.02, -0.02])
 def test_rolling_joints_bend_toward_their_side(joint: str, axis: int, turn: float) -> None:
     """A positive angle of joint x<k> of the full robot leans what is beyond toward +x, of y<k> toward +y."""
-    robot = load_robot("chest_tube", ("segments.middle.bending_axes=xy", "segments.base.bending_axes=xy"))
-    model = mujoco.MjModel.from_xml_string(build_mjcf(robot))
+    model = two_planes()
     data = mujoco.MjData(model)
     data.qpos[model.joint(joint).qposadr[0]] = turn
     mujoco.mj_forward(model, data)

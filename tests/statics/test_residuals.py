@@ -96,13 +96,11 @@ def test_unsolvable_tension_of_a_batch_is_named(place: int) -> None:
         solve_loaded(rolling_chain(section()), batch, HANGING, np.array([0.0, 0.0, -1.0]))
 
 
-@pytest.mark.parametrize("row", [1, 3])
-def test_unsolvable_row_of_the_printed_balance_is_named(row: int) -> None:
+def test_unsolvable_row_of_the_printed_balance_is_named() -> None:
     """10 kN has no posture close by; 10 and 20 N have one."""
-    tension = np.insert(np.array([10.0, 20.0]), row - 1, 1e4)
     robot = section("segments.section.joints=3", "segments.section.length_mm=45")
-    with pytest.raises(InputError, match=rf"^row {row} \(time_s = {row - 1}\): static model 'printed'"):
-        STATIC_MODELS["printed"].solve(robot, pulls(tension), NO_GRAVITY)
+    with pytest.raises(InputError, match=r"^row 3 \(time_s = 2\): static model 'printed'"):
+        STATIC_MODELS["printed"].solve(robot, pulls([10.0, 20.0, 1e4]), NO_GRAVITY)
 
 
 # --- robots of tendons and disks ---
