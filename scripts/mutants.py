@@ -17,6 +17,7 @@ import argparse
 import dataclasses
 import hashlib
 import json
+import math
 import os
 import re
 import signal
@@ -45,6 +46,7 @@ NOT_COUNTED = ("unknown",)  # of --fast-only: noticed by no fast test, slow ones
 # pytest's exit statuses
 PASSED, FAILED, NO_TESTS = 0, 1, 5
 TIME_LIMIT_S, TIME_FACTOR = 240.0, 6.0  # kernels of a mutant's file are compiled anew; times the tests' own
+_LOOK_S = 1.0  # between two looks whether a run has taken too long
 SHOWN = 100  # characters of a failed test's name
 
 
@@ -194,30 +196,37 @@ def run_all(
     root: Path, mutants: list[Mutant], jobs: int, fast_only: bool, output: Path | None
 ) -> dict[str, dict[str, Any]]:
     """Return, by name of the fault, its verdict and what told it; known ones are not run again."""
-    record = Record(output)
+    record, stopped = Record(output), threading.Event()
     package = digest(sorted((root / PACKAGE).rglob("*.py")))
     keys = {mutant.name: key_of(mutant, root, package) for mutant in mutants}
     verdicts: dict[str, dict[str, Any]] = {}
-    baselines = Baselines(root, package, record)
+    baselines = Baselines(root, package, record, stopped)
 
     def one(mutant: Mutant) -> dict[str, Any]:
         entry = record.entries.get(keys[mutant.name])
         if entry is None or (entry["verdict"] in NOT_COUNTED and not fast_only):
-            entry = {"name": mutant.name, **verdict(mutant, root, baselines, fast_only)}
+            entry = {"name": mutant.name, **verdict(mutant, root, baselines, fast_only, stopped)}
             record.keep(keys[mutant.name], entry)
         return entry
 
     with ThreadPoolExecutor(max(jobs, 1)) as pool:
         waiting = {pool.submit(one, mutant): mutant.name for mutant in mutants}
-        for number, done in enumerate(as_completed(waiting), start=1):
-            name, entry = waiting[done], done.result()
-            verdicts[name] = entry
-            told = f"{entry['verdict']:12} {entry['seconds']:5.0f} s  {name}"
-            print(f"{number}/{len(mutants)} {told}", file=sys.stderr, flush=True)
+        try:
+            for number, done in enumerate(as_completed(waiting), start=1):
+                name, entry = waiting[done], done.result()
+                verdicts[name] = entry
+                told = f"{entry['verdict']:12} {entry['seconds']:5.0f} s  {name}"
+                print(f"{number}/{len(mutants)} {told}", file=sys.stderr, flush=True)
+        except BaseException:  # what runs is ended, and its copies go
+            stopped.set()
+            pool.shutdown(cancel_futures=True)
+            raise
     return verdicts
 
 
-def verdict(mutant: Mutant, root: Path, baselines: Baselines, fast_only: bool) -> dict[str, Any]:
+def verdict(
+    mutant: Mutant, root: Path, baselines: Baselines, fast_only: bool, stopped: threading.Event
+) -> dict[str, Any]:
     """Return what becomes of the fault: `verdict`, the test that noticed or the reason, seconds."""
     started = time.monotonic()
 
@@ -236,7 +245,8 @@ def verdict(mutant: Mutant, root: Path, baselines: Baselines, fast_only: bool) -
             return entry("red", f"unmutated: {unmutated.told or f'pytest ended with {unmutated.status}'}")
         with copy_of(root) as copy:
             plant(copy, mutant.file, text)
-            outcome = run_tests(copy, mutant.tests, mark, TIME_LIMIT_S + TIME_FACTOR * unmutated.seconds)
+            limit_s = TIME_LIMIT_S + TIME_FACTOR * unmutated.seconds
+            outcome = run_tests(copy, mutant.tests, mark, limit_s, stopped)
         if outcome.status is None:
             return entry(f"killed_{mark}", "by its time")
         if outcome.status == FAILED:
@@ -249,8 +259,8 @@ def verdict(mutant: Mutant, root: Path, baselines: Baselines, fast_only: bool) -
 class Baselines:
     """How tests end without a fault; each set of tests runs once."""
 
-    def __init__(self, root: Path, package: str, record: Record) -> None:
-        self._root, self._package, self._record = root, package, record
+    def __init__(self, root: Path, package: str, record: Record, stopped: threading.Event) -> None:
+        self._root, self._package, self._record, self._stopped = root, package, record, stopped
         self._red: dict[str, dict[str, Any]] = {}  # for this run only: tests may be mended
         self._locks: dict[str, threading.Lock] = {}
         self._lock = threading.Lock()
@@ -264,7 +274,7 @@ class Baselines:
             kept = self._record.entries.get(key) or self._red.get(key)
             if kept is None:
                 # In the tree itself, so that kernels compiled on the way serve the mutants too.
-                outcome = run_tests(self._root, tests, mark, None)
+                outcome = run_tests(self._root, tests, mark, math.inf, self._stopped)
                 kept = {"name": " ".join(tests), "verdict": mark, **dataclasses.asdict(outcome)}
                 if outcome.status in (PASSED, NO_TESTS):
                     self._record.keep(key, kept)
@@ -273,8 +283,14 @@ class Baselines:
             return Outcome(kept["status"], kept["told"], kept["seconds"])
 
 
-def run_tests(folder: Path, tests: Sequence[str], mark: str, limit_s: float | None) -> Outcome:
-    """Return how pytest ends in `folder`; what it started is ended with it at the time limit."""
+def run_tests(
+    folder: Path, tests: Sequence[str], mark: str, limit_s: float, stopped: threading.Event
+) -> Outcome:
+    """Return how pytest ends in `folder`; what it started is ended with it at the time limit.
+
+    Raises:
+        MutantError: all runs were stopped.
+    """
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", MARKS[mark]]
     path = os.pathsep.join(filter(None, (str(folder), os.environ.get("PYTHONPATH"))))
     environment = os.environ | {"PYTHONPATH": path}
@@ -290,15 +306,19 @@ def run_tests(folder: Path, tests: Sequence[str], mark: str, limit_s: float | No
         errors="replace",
         start_new_session=True,
     )
+    printed, status = "", None
     try:
-        printed, _ = process.communicate(timeout=limit_s)
-        status: int | None = process.returncode
-    except subprocess.TimeoutExpired:
-        printed, status = "", None
+        while time.monotonic() - started < limit_s and not stopped.is_set():
+            with suppress(subprocess.TimeoutExpired):
+                printed, _ = process.communicate(timeout=_LOOK_S)
+                status = process.returncode
+                break
     finally:  # also what tests left behind
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
+    if stopped.is_set():
+        raise MutantError("stopped")
     failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", printed, flags=re.MULTILINE)
     return Outcome(status, failed[0][:SHOWN] if failed else "", round(time.monotonic() - started, 1))
 
@@ -425,4 +445,5 @@ def _totals(name: str, found: dict[str, dict[str, Any]]) -> str:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     sys.exit(main())

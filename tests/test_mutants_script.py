@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
+import signal
+import subprocess
 import sys
+import time
 from pathlib import Path
 from types import ModuleType
 
@@ -123,6 +127,24 @@ def test_endless_loop_is_noticed_by_its_time(toy, monkeypatch):
     endless = mutant("endless", "while True: pass", old="return mass * gravity")
     (toy / "tests" / "mutants" / "toy.toml").write_text(endless)
     assert verdicts(toy) == (0, {"endless": "killed_fast"})
+
+
+@pytest.mark.slow
+def test_stopped_it_leaves_nothing_behind(toy, tmp_path_factory):
+    """Told to end while tests run: they end too, their copy goes, and nothing is kept of them."""
+    endless = mutant("endless", "while True: pass", old="return mass * gravity")
+    (toy / "tests" / "mutants" / "toy.toml").write_text(endless)
+    temporary = tmp_path_factory.mktemp("copies")
+    script = [sys.executable, str(ROOT / "scripts" / "mutants.py"), "--root", str(toy), "-o", "out.json"]
+    process = subprocess.Popen(script, cwd=toy, env=os.environ | {"TMPDIR": str(temporary)})
+    until = time.monotonic() + 120.0
+    while not list(temporary.glob("mutant_*/tests")) and time.monotonic() < until:
+        time.sleep(0.2)
+    time.sleep(2.0)
+    process.terminate()
+    assert process.wait(60.0) == 128 + signal.SIGTERM
+    assert not list(temporary.glob("mutant_*"))
+    assert "endless" not in (toy / "out.json").read_text()
 
 
 @pytest.mark.parametrize(
