@@ -53,6 +53,8 @@ LOOPS = (
             "links_per_subsegment=1",
             "segments.first.stiffness_quintic_mm4=2e8",  # a fifth more moment at the peak
             "segments.second.stiffness_quintic_mm4=2e8",
+            "tendons.1.angle_deg=50",  # bends about both hinges
+            "tendons.3.angle_deg=50",
         ),
         opens=False,
     ),
