@@ -45,6 +45,19 @@ LOOPS = (
         (3.0, 0.0, 3.0, 0.0),
         settings=("friction.mu=0.2", "disks_per_segment=4", "links_per_subsegment=1"),
     ),
+    Loop(  # an elastic law of which MuJoCo's hinges hold a part alone
+        "spacer_disk",
+        (3.0, 0.0, 3.0, 0.0),
+        settings=(
+            "disks_per_segment=2",
+            "links_per_subsegment=1",
+            "segments.first.stiffness_quintic_mm4=2e8",  # a fifth more moment at the peak
+            "segments.second.stiffness_quintic_mm4=2e8",
+            "tendons.1.angle_deg=50",  # bends about both hinges
+            "tendons.3.angle_deg=50",
+        ),
+        opens=False,
+    ),
     Loop("chest_tube_section", (8.0,)),
     Loop("chest_tube_section@prototype", (15.0,), gravity_mps2=GRAVITY_MPS2),
     Loop(

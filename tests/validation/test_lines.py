@@ -1,0 +1,60 @@
+"""Claims about a validation's lines and measures that need no long run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from catheter_sim.robots.neuroendoscope import neuroendoscope_section
+from catheter_sim.robots.specification import Friction
+from catheter_sim.statics.exact_arm import fkm_exact_arm
+from catheter_sim.validation.coulomb import violations
+from catheter_sim.validation.drives import history, loop_area
+from catheter_sim.validation.lines import Line, Validation
+
+
+def line(error: float, tolerance: float | None = 1.0) -> Line:
+    return Line("robot", "tip", "mm", error, tolerance, "a test")
+
+
+@pytest.mark.parametrize(
+    ("error", "tolerance", "passes"),
+    [(1.0, 1.0, True), (1.01, 1.0, False), (math.nan, 1.0, False), (math.inf, 1.0, False), (5.0, None, True)],
+)
+def test_a_line_passes_within_its_tolerance_and_never_undefined(
+    error: float, tolerance: float | None, passes: bool
+) -> None:
+    assert line(error, tolerance).passed is passes
+
+
+def test_every_line_must_pass_and_there_must_be_one() -> None:
+    assert Validation((line(0.5), line(0.2)), ()).passed
+    assert not Validation((line(0.5), line(2.0)), ()).passed
+    assert not Validation((line(2.0), line(0.5)), ()).passed
+    assert not Validation((), ()).passed
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_area_inside_a_triangle(reverse: bool) -> None:
+    """Legs of 3 and 4: an area of 6, whichever way round."""
+    x, y = np.array([0.0, 3.0, 0.0]), np.array([1.0, 1.0, 5.0])
+    way = slice(None, None, -1 if reverse else 1)
+    assert loop_area(x[way], y[way]) == pytest.approx(6.0)
+
+
+def test_history_ends_in_its_last_corner_and_keeps_its_step() -> None:
+    """0, 0.3, 0.1 in steps of at most 0.1: six rows, all corners among them."""
+    rows = history([(0.0, 0.2), (0.3, 0.2), (0.1, 0.2)], 0.1).tendon
+    assert rows[:, 0] == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.2, 0.1])
+    assert rows[:, 1] == pytest.approx(np.full(6, 0.2))
+
+
+def test_slipping_without_full_friction_is_counted() -> None:
+    """Loading with mu = 0.2: every eyelet slips by just that capstan factor, less than mu = 0.3 asks."""
+    robot = replace(neuroendoscope_section(), friction=Friction(0.2))
+    postures = fkm_exact_arm(robot, history(((0.1, 0), (0.2, 0)), 0.1), np.zeros(3)).postures
+    assert violations(postures, 0.2) == 0
+    assert violations(postures, 0.3) > 20
