@@ -22,7 +22,7 @@ from typing import NoReturn
 from catheter_sim import __version__
 from catheter_sim.cli import bench, build, diagnose, list_verb, render, simulate, statics, validate, view
 from catheter_sim.cli.arguments import split_settings
-from catheter_sim.errors import InputError
+from catheter_sim.errors import LONGEST_MESSAGE, InputError, cut
 
 VERBS: dict[str, ModuleType] = {
     "list": list_verb,
@@ -81,6 +81,8 @@ def parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `catheter-sim` with `argv` (default: the process's arguments); return its exit status."""
+    if sys.stdout is None:  # closed by `>&-`: the next file opened would take its place and get our prints
+        return _fail("standard output is closed; send it to /dev/null where it is not wanted")
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a sign that the terminal has not is no error
     try:
@@ -137,7 +139,8 @@ def _errors_alone_on_stderr() -> Iterator[None]:
 
 
 def _fail(message: str) -> int:
-    print(f"catheter-sim: error: {' '.join(message.split())}", file=sys.stderr)
+    if sys.stderr is not None:
+        print(f"catheter-sim: error: {cut(' '.join(message.split()), LONGEST_MESSAGE)}", file=sys.stderr)
     return 2
 
 

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Solve every row and write them."""
     arguments.check_output_file(options.output)
-    from catheter_sim.cli.driven import drive, file_named, load, write_outputs
+    from catheter_sim.cli.driven import drive, lines_named, load, write_outputs
     from catheter_sim.errors import unknown
     from catheter_sim.statics.models import STATIC_MODELS
 
@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     if options.model not in fitting:
         raise unknown("static model", options.model, fitting, options.robot)
     driven = drive(options)
-    with file_named(options.inputs):
+    with lines_named(driven.table, always=True):
         result = STATIC_MODELS[options.model].solve(driven.robot, driven.arriving, driven.gravity_mps2)
     write_outputs(driven, result.postures, options.output)
     print(f"wrote {options.output}: {len(result.postures)} rows")

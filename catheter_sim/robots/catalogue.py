@@ -21,7 +21,7 @@ from catheter_sim.robots import neuroendoscope as _neuroendoscope
 from catheter_sim.robots import spacer_disk as _spacer_disk
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.checks import check_robot
-from catheter_sim.robots.document import override, parse_override, to_document
+from catheter_sim.robots.document import check_depth, override, parse_override, to_document
 from catheter_sim.robots.kinds import Robot, complete_document, robot_from_document
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
@@ -78,13 +78,17 @@ def read_toml(path: Path) -> dict[str, Any]:
     """
     try:
         with path.open("rb") as file:
-            return tomllib.load(file)
+            document = tomllib.load(file)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise InputError(f"{path}: not valid TOML: nested too deeply") from None
+    except ValueError as error:  # tomllib's own, and Python's of a number of thousands of digits
         raise InputError(f"{path}: not valid TOML: {error}") from None
+    check_depth(document, str(path))
+    return document
 
 
 def robot_toml(robot: Robot) -> str:

@@ -14,10 +14,13 @@ import typing
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from catheter_sim.errors import InputError, unknown
+from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.units import file_name
 
 Document = dict[str, Any]
+
+_DEEPEST = 16  # levels of tables and lists; no document of ours has half as many
+_LARGEST_WHOLE = 10**9  # of what is counted: disks, joints, rings
 
 
 def to_document(value: Any) -> Document:
@@ -54,12 +57,21 @@ def from_document(kind: type, document: Any, where: str) -> Any:
         InputError: a key is unknown or missing, or a value has the wrong type or is not a number.
     """
     if not isinstance(document, Mapping):
-        raise InputError(f"{where}: a table is needed, not {document!r}")
+        raise InputError(f"{where}: a table is needed, not {shown(document)}")
     hints = typing.get_type_hints(kind)
     keys = {file_name(item.name)[0]: item for item in dataclasses.fields(kind)}
     for key in document:
         if key not in keys:
-            raise unknown("key", key, sorted(keys), where)
+            raise unknown("key", str(key), sorted(keys), where)
+    missing = [
+        key
+        for key, item in keys.items()
+        if key not in document
+        and item.default is dataclasses.MISSING
+        and item.default_factory is dataclasses.MISSING
+    ]
+    if missing:
+        raise InputError(f"{where}: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing")
     values: dict[str, Any] = {}
     for key, item in keys.items():
         if key in document:
@@ -67,8 +79,6 @@ def from_document(kind: type, document: Any, where: str) -> Any:
             if item.default == () and document[key] in ([], ()):
                 continue
             values[item.name] = _typed(hints[item.name], document[key], factor, f"{where}: {key}")
-        elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
-            raise InputError(f"{where}: {key} is missing")
     return kind(**values)
 
 
@@ -85,20 +95,43 @@ def _typed(hint: Any, value: Any, factor: float, where: str) -> Any:
         )
     if origin in (dict, types.MappingProxyType) or (isinstance(origin, type) and issubclass(origin, Mapping)):
         if not isinstance(value, Mapping):
-            raise InputError(f"{where}: a table is needed, not {value!r}")
+            raise InputError(f"{where}: a table is needed, not {shown(value)}")
         kind = typing.get_args(hint)[1]
         return {str(key): _typed(kind, item, 1.0, f"{where}.{key}") for key, item in value.items()}
     if hint is float:
         if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
-            raise InputError(f"{where}: a number is needed, not {value!r}")
-        return float(value) / factor
+            raise InputError(f"{where}: a number is needed, not {shown(value)}")
+        return _as_float(value, where) / factor
     if hint is int:
         if isinstance(value, bool) or not isinstance(value, int):
-            raise InputError(f"{where}: a whole number is needed, not {value!r}")
+            raise InputError(f"{where}: a whole number is needed, not {shown(value)}")
+        if abs(value) > _LARGEST_WHOLE:
+            raise InputError(f"{where} = {shown(value)}: must lie within {_LARGEST_WHOLE:g}")
         return value
     if not isinstance(value, str):
-        raise InputError(f"{where}: a text is needed, not {value!r}")
+        raise InputError(f"{where}: a text is needed, not {shown(value)}")
     return value
+
+
+def _as_float(value: float, where: str) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(f"{where} = {shown(value)}: too large a number") from None
+
+
+def check_depth(document: Document, where: str) -> None:
+    """Raise `InputError` where tables and lists are nested deeper than any document of ours.
+
+    Everything else here goes down into a document by calling itself.
+    """
+    level: list[Any] = [document]
+    for _ in range(_DEEPEST):
+        holders = (item.values() if isinstance(item, Mapping) else item for item in level)
+        level = [item for holder in holders for item in holder if isinstance(item, Mapping | list | tuple)]
+        if not level:
+            return
+    raise InputError(f"{where}: tables or lists are nested deeper than {_DEEPEST} levels")
 
 
 def _label(item: Any, index: int) -> str:
@@ -109,18 +142,22 @@ def parse_override(text: str) -> tuple[str, Any]:
     """Return the key and value of `KEY=VALUE`; a value that reads as a number is one.
 
     Raises:
-        InputError: there is no `=`, or no key before it.
+        InputError: there is no `=`, no key before it, or a number that is too large.
     """
     key, separator, value = text.partition("=")
     if not separator or not key.strip():
-        raise InputError(f"--set {text}: KEY=VALUE is needed, as in friction.mu=0.2")
+        raise InputError(f"--set {cut(text, 100)}: KEY=VALUE is needed, as in friction.mu=0.2")
     raw = value.strip()
-    for convert in (int, float):
-        try:
-            return key.strip(), convert(raw)
-        except ValueError:
-            continue
-    return key.strip(), raw
+    try:
+        number = float(raw)
+    except ValueError:
+        return key.strip(), raw
+    if math.isinf(number) and "inf" not in raw.lower():
+        raise InputError(f"--set {cut(text, 100)}: too large a number")
+    try:
+        return key.strip(), int(raw)
+    except ValueError:
+        return key.strip(), number
 
 
 def override(document: Document, key: str, value: Any) -> None:
@@ -133,7 +170,7 @@ def override(document: Document, key: str, value: Any) -> None:
         InputError: no such key; the message names the choices at the level where it fails.
     """
     *path, last = key.split(".")
-    where = f"--set {key}"
+    where = f"--set {cut(key, 100)}"
     below_effects = path[:1] == ["effects"]
     if below_effects and (len(path) != 2 or not all([*path, last])):
         raise InputError(f"{where}: an effect is set as effects.NAME.PARAMETER=VALUE")
@@ -141,14 +178,14 @@ def override(document: Document, key: str, value: Any) -> None:
     for depth, part in enumerate(path):
         table = _descend(table, part, where, create=depth > 0 and below_effects)
     if isinstance(table, list):
-        raise InputError(f"{where}: names a whole table; choices: {', '.join(_names(table))}")
+        raise InputError(f"{where}: names a whole table; choices: {cut(', '.join(_names(table)), 200)}")
     if not isinstance(table, dict):
         raise InputError(f"{where}: {'.'.join(path)} is a value, it has no keys")
     if last not in table and not below_effects:
         raise unknown("key", last, sorted(table), where)
     current = table.get(last)
     if isinstance(current, Mapping | list):
-        raise InputError(f"{where}: names a whole table; choices: {', '.join(_names(current))}")
+        raise InputError(f"{where}: names a whole table; choices: {cut(', '.join(_names(current)), 200)}")
     if isinstance(current, str):  # a name may look like a number
         value = str(value)
     table[last] = float(value) if isinstance(current, float) and isinstance(value, int) else value
