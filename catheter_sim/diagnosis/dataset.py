@@ -172,7 +172,7 @@ def _trial_entries(value: Any, root: Path, where: str) -> list[tuple[str, str]]:
         if file in named:
             raise InputError(f"{place}.file: {shown(file)} stands twice")
         named.add(file)
-        if not (root / file).is_file():
+        if not _is_file(root / file):
             raise InputError(f"{place}.file: {root / file}: no such file")
         found = (root / file).stat()
         first = places.setdefault((found.st_dev, found.st_ino), index)
@@ -183,6 +183,13 @@ def _trial_entries(value: Any, root: Path, where: str) -> list[tuple[str, str]]:
     if all(role == "heldout" for _, role in entries):
         raise InputError(f"{where}: trials: every trial is held out; at least one must train")
     return entries
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long for any file
+        return False
 
 
 def _read_trial(

@@ -21,7 +21,7 @@ from catheter_sim.robots import neuroendoscope as _neuroendoscope
 from catheter_sim.robots import spacer_disk as _spacer_disk
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.checks import check_robot
-from catheter_sim.robots.document import check_depth, override, parse_override, to_document
+from catheter_sim.robots.document import check_plain, override, parse_override, to_document
 from catheter_sim.robots.kinds import Robot, complete_document, robot_from_document
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
@@ -76,6 +76,8 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises:
         InputError: the file cannot be read or is not TOML.
     """
+    if "\0" in str(path):
+        raise InputError(f"{path}: no such file")
     try:
         with path.open("rb") as file:
             document = tomllib.load(file)
@@ -85,9 +87,11 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: cannot be read: {error}") from None
     except RecursionError:
         raise InputError(f"{path}: not valid TOML: nested too deeply") from None
-    except ValueError as error:  # tomllib's own, and Python's of a number of thousands of digits
+    except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
-    check_depth(document, str(path))
+    except ValueError:  # Python's, of a whole number beyond 4300 digits
+        raise InputError(f"{path}: not valid TOML: a whole number has thousands of digits") from None
+    check_plain(document, str(path))
     return document
 
 

@@ -20,6 +20,7 @@ from catheter_sim.units import file_name
 Document = dict[str, Any]
 
 _DEEPEST = 16  # levels of tables and lists; no document of ours has half as many
+_BEYOND_64_BITS = 2**63
 _LARGEST_WHOLE = 10**9  # of what is counted: disks, joints, rings
 
 
@@ -99,9 +100,12 @@ def _typed(hint: Any, value: Any, factor: float, where: str) -> Any:
         kind = typing.get_args(hint)[1]
         return {str(key): _typed(kind, item, 1.0, f"{where}.{key}") for key, item in value.items()}
     if hint is float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
+        if isinstance(value, bool) or not isinstance(value, int | float):
             raise InputError(f"{where}: a number is needed, not {shown(value)}")
-        return _as_float(value, where) / factor
+        number = _as_float(value, where)
+        if math.isnan(number):
+            raise InputError(f"{where}: a number is needed, not nan")
+        return number / factor
     if hint is int:
         if isinstance(value, bool) or not isinstance(value, int):
             raise InputError(f"{where}: a whole number is needed, not {shown(value)}")
@@ -120,18 +124,25 @@ def _as_float(value: float, where: str) -> float:
         raise InputError(f"{where} = {shown(value)}: too large a number") from None
 
 
-def check_depth(document: Document, where: str) -> None:
-    """Raise `InputError` where tables and lists are nested deeper than any document of ours.
+def check_plain(document: Document, where: str) -> None:
+    """Raise `InputError` where a document from a file holds what TOML allows and no document of ours has.
 
-    Everything else here goes down into a document by calling itself.
+    These are tables and lists nested so deep that what goes down into them by calling itself fails, and
+    whole numbers of more than 64 bits, which are no floats.
     """
-    level: list[Any] = [document]
+    level: list[tuple[str, Any]] = [("", document)]
     for _ in range(_DEEPEST):
-        holders = (item.values() if isinstance(item, Mapping) else item for item in level)
-        level = [item for holder in holders for item in holder if isinstance(item, Mapping | list | tuple)]
+        below: list[tuple[str, Any]] = []
+        for path, holder in level:
+            named = holder.items() if isinstance(holder, Mapping) else enumerate(holder)
+            below += [(f"{path}.{key}" if path else str(key), item) for key, item in named]
+        for path, item in below:
+            if isinstance(item, int) and abs(item) >= _BEYOND_64_BITS:
+                raise InputError(f"{where}: {cut(path, 100)}: a whole number of more than 64 bits")
+        level = [(path, item) for path, item in below if isinstance(item, Mapping | list | tuple)]
         if not level:
             return
-    raise InputError(f"{where}: tables or lists are nested deeper than {_DEEPEST} levels")
+    raise InputError(f"{where}: {cut(level[0][0], 100)}: tables or lists nested deeper than {_DEEPEST}")
 
 
 def _label(item: Any, index: int) -> str:

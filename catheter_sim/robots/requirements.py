@@ -11,6 +11,7 @@ from catheter_sim.units import file_name
 
 MAX_LINKS = 400  # in a row: MuJoCo reads files nested 500 deep at most
 MAX_TENDONS = 100
+_SMALLEST, _LARGEST = 1e-18, 1e18  # in SI units, of what must be above zero
 _LONGEST_NAME = 60  # characters; names stand in columns
 
 
@@ -24,9 +25,14 @@ def need(holder: Any, name: str, prefix: str, holds: Callable[[Any], bool], what
 
 
 def positive(holder: Any, name: str, prefix: str, finite: bool = True) -> None:
-    """Raise `InputError` unless the field is above zero, and finite where that is asked."""
+    """Raise `InputError` unless the field is above zero, and finite where that is asked.
+
+    A finite number whose square or fourth power would be no number any more is refused as well.
+    """
     what = "must be above zero and finite" if finite else "must be above zero"
     need(holder, name, prefix, lambda value: value > 0 and (not finite or math.isfinite(value)), what)
+    what = "too small or too large to compute with"
+    need(holder, name, prefix, lambda value: math.isinf(value) or _SMALLEST <= value <= _LARGEST, what)
 
 
 def check_name(name: str, what: str) -> None:

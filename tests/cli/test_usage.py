@@ -97,7 +97,7 @@ def test_help_imports_nothing_heavy() -> None:
         (["diagnose", "data", "-o", "out", "--jobs", "0"], "'0': a whole number from 1"),
         (["diagnose", "data", "-o", "out", "--jobs", "two"], "'two': a whole number from 1"),
         (["bench", "--turns", "-3"], "'-3': a whole number from 1"),
-        (["list", "a\nb"], "unrecognized arguments: a b"),
+        (["bench", "a\nb"], "unrecognized arguments: a b"),
     ],
 )  # fmt: skip
 def test_wrong_usage_is_one_line(words: list[str], message: str, run: Run, folder: Path) -> None:

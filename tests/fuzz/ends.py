@@ -7,6 +7,7 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from pathlib import Path
 from types import FrameType
 
 from catheter_sim.cli.main import main
@@ -22,15 +23,18 @@ class TooLong(BaseException):
 
 @dataclass(frozen=True)
 class End:
-    """How a case ended: its exit status and what it wrote on standard error."""
+    """How a case ended: its exit status, what it wrote on standard error, and whether an output is empty."""
 
     status: int
     err: str
+    undefined: bool = False
 
     def fault(self) -> str:
         """Return what is wrong with this end, "" for nothing."""
         if self.status not in (0, 1, 2):
             return f"exit status {self.status}"
+        if self.undefined:
+            return "an empty cell among the outputs"
         lines = self.err.splitlines()
         if len(lines) > MOST_LINES:
             return f"{len(lines)} lines on standard error"
@@ -59,11 +63,18 @@ def time_limit(seconds: int = LIMIT_S) -> Iterator[None]:
 
 
 def end_of_command(words: list[str]) -> End:
-    """Run the command line in this process."""
+    """Run the command line in this process; what it wrote to the file `out` must be whole."""
     out, err = io.StringIO(), io.StringIO()
+    written = Path("out")
+    written.unlink(missing_ok=True)
     with time_limit(), redirect_stdout(out), redirect_stderr(err):
         status = main(words)
-    return End(status, err.getvalue())
+    undefined = status == 0 and words[0] in ("statics", "simulate") and _has_gap(written.read_text())
+    return End(status, err.getvalue(), undefined)
+
+
+def _has_gap(text: str) -> bool:
+    return any(",," in line or line.endswith(",") or "inf" in line for line in text.splitlines()[1:])
 
 
 def end_of_call(call: Callable[[], object]) -> End:

@@ -33,9 +33,10 @@ VALUES = (
     "'''\nlines\n'''",
 )
 PIECES = (
-    "\x00", "\n", "\r", "\t", ",", ";", '"', "'", "[", "]", "[[", "]]", "=", ".", "#", "\ufeff", "é", "中文", "\u202e",
-    "😀", "/", "\\", "%s", "{0}", "-", "e", "time_s", "[effects.rate]\nlag_s = 0.2\n", "a." * 2000 + "b = 1\n", "x" * 2000,
-    "[[segments]]\n", "[[tendons]]\n", "[friction]\n", "kind = 'rolling'\n", "kind = 'catheter'\n", "0" * 300,
+    "\x00", "\n", "\r", "\t", ",", ";", '"', "'", "[", "]", "[[", "]]", "=", ".", "#", "/", "\\", "%s", "{0}",
+    "\ufeff", "é", "中文", "\u202e", "😀", "time_s", "a." * 2000 + "b = 1\n", "x" * 2000, "0" * 300,
+    "[effects.rate]\nlag_s = 0.2\n", "[[segments]]\n", "[[tendons]]\n", "[friction]\n",
+    "kind = 'rolling'\n", "kind = 'catheter'\n",
 )  # fmt: skip
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.])")
 _WORD = re.compile(r"\w+")

@@ -24,14 +24,15 @@ CASES = 2000  # of each kind
 FIRST = 60
 _PARTS = 4
 # Small robots of each kind, so that a case takes milliseconds, and a static model of each.
+_THREE_JOINTS = ("segments.section.joints=3", "segments.section.length_mm=45")
 SMALL = (
     ("neuroendoscope_section", ("disks_per_segment=4",), "fkm_sliding"),
     ("spacer_disk", ("disks_per_segment=3", "links_per_subsegment=1"), "CC"),
-    ("chest_tube_section", ("segments.section.joints=3", "segments.section.length_mm=45"), "pcc"),
-    ("chest_tube_section@prototype", ("segments.section.joints=3", "segments.section.length_mm=45"), "complete"),
+    ("chest_tube_section", _THREE_JOINTS, "pcc"),
+    ("chest_tube_section@prototype", _THREE_JOINTS, "complete"),
     ("mitral_4dof", (), "pk"),
     ("mitral_transseptal@tube", (), "balance"),
-)  # fmt: skip
+)
 DATASET = """\
 [dataset]
 name = "loops"
@@ -111,8 +112,8 @@ def settings_case(draw: random.Random) -> list[Callable[[], End]]:
     index = draw.randrange(len(SMALL))
     reference, settings, model = SMALL[index]
     keys = [key for key, _ in leaves(to_document(load_robot(reference, settings)))]
-    keys += ["effects.rate.lag_s", "effects.actuation_gain.scale", "effects.payload.force_x_N", "name", "sources"]
-    keys += ["actuation", "kind", "effects", "segments", "tendons.0.name", "description"]
+    keys += [f"effects.{key}" for key in ("rate.lag_s", "actuation_gain.scale", "payload.force_x_N")]
+    keys += ["name", "sources", "actuation", "kind", "effects", "segments", "tendons.0.name", "description"]
     valid = f"{draw.choice(keys)}={draw.choice([*NUMBERS, '0.1', '1', '2', 'x'])}"
     text = valid if draw.random() < 0.6 else mutated(valid, draw).decode("utf-8", "surrogateescape")
     text = text.replace("\x00", "")  # no argument of a program holds it
