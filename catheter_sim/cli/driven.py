@@ -170,6 +170,15 @@ def with_lines(message: str, table: Table) -> str:
     return f"{table.where}: {changed}" if count else message
 
 
+def finite_rows(postures: Sequence[Posture]) -> int:
+    """Return how many postures come before the first one with a position or turn that is no number."""
+    for row, posture in enumerate(postures):
+        parts = (posture.p_w, posture.R_w, posture.joint_angles)
+        if not all(np.isfinite(part).all() for part in parts):
+            return row
+    return len(postures)
+
+
 def outputs(driven: Drive, postures: Sequence[Posture]) -> Table:
     """Return the output columns of `postures`, the first rows of the drive, as they are observed."""
     seen = observed(driven.specified, tuple(postures))

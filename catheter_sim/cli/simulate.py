@@ -36,7 +36,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Simulate; write every row that was reached."""
     arguments.check_output_file(options.output)
-    from catheter_sim.cli.driven import check_steps, drive, lines_named, with_lines, write_outputs
+    from catheter_sim.cli.driven import (
+        check_steps,
+        drive,
+        finite_rows,
+        lines_named,
+        with_lines,
+        write_outputs,
+    )
     from catheter_sim.errors import SimulationDiverged
     from catheter_sim.simulation.replay import simulate
 
@@ -51,11 +58,12 @@ def run(options: argparse.Namespace) -> int:
             dynamic=options.dynamic,
             progress=arguments.show_progress(),
         )
-    write_outputs(driven, result.postures, options.output)
-    if result.failure is not None:
-        rows = len(result.postures)
+    rows = finite_rows(result.postures)
+    write_outputs(driven, result.postures[:rows], options.output)
+    if rows < len(result.postures) or result.failure is not None:
         kept = f"rows before it in {options.output}: {rows}"
-        failure = with_lines(result.failure, driven.table).removeprefix(f"{driven.table.where}: ")
+        what = result.failure or "the simulation diverged: no finite posture"
+        failure = with_lines(what, driven.table).removeprefix(f"{driven.table.where}: ")
         raise SimulationDiverged(f"{driven.table.row(rows)}: {failure}; {kept}")
     print(f"wrote {options.output}: {len(result.postures)} rows")
     return 0

@@ -28,6 +28,7 @@ from catheter_sim.units import si_factor
 FORCE_CHANNELS = ("force_tip_x_N", "force_tip_y_N", "force_tip_z_N")
 MOMENT_CHANNELS = ("moment_tip_x_Nm", "moment_tip_y_Nm", "moment_tip_z_Nm")
 _QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
+_LARGEST_INPUT = 1e15  # in the column's unit; squares of what lies far beyond are no numbers any more
 _UNIT = {"tension": "N", "displacement": "mm"}
 
 
@@ -196,7 +197,7 @@ def read_inputs(robot: Robot, table: Table) -> Inputs:
     inputs' own, from zero: stamps in epoch seconds mean what the same rows mean from zero.
 
     Raises:
-        InputError: unknown or mixed channels, a missing value, a tension below zero, an advance
+        InputError: unknown or mixed channels, a missing or huge value, a tension below zero, an advance
             beyond its stroke, or time that does not increase; the message names the file and the row.
     """
     kinds = {kind: input_channels(robot, kind) for kind in _UNIT}
@@ -210,6 +211,13 @@ def read_inputs(robot: Robot, table: Table) -> Inputs:
     kind = used[0] if used else robot.actuation
     table.require_complete()
     table.require_increasing_time()
+    for name, values in table.columns.items():
+        beyond = np.abs(values) > _LARGEST_INPUT
+        if beyond.any():
+            row = int(np.argmax(beyond))
+            raise InputError(
+                f"{table.row(row)}: {name} = {values[row]:g}: must lie within {_LARGEST_INPUT:g}"
+            )
     rows = len(table.time_s)
 
     def column(name: str) -> Array:
