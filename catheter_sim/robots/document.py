@@ -20,6 +20,7 @@ from catheter_sim.units import file_name
 Document = dict[str, Any]
 
 _DEEPEST = 16  # levels of tables and lists; no document of ours has half as many
+_MOST_ENTRIES = 1000  # of a list; checked again, more closely, where a robot is
 _BEYOND_64_BITS = 2**63
 _LARGEST_WHOLE = 10**9  # of what is counted: disks, joints, rings
 
@@ -90,6 +91,8 @@ def _typed(hint: Any, value: Any, factor: float, where: str) -> Any:
     if origin is tuple:
         if not isinstance(value, list | tuple) or not value:
             raise InputError(f"{where}: a list with at least one entry is needed")
+        if len(value) > _MOST_ENTRIES:
+            raise InputError(f"{where}: {len(value)} entries: more than {_MOST_ENTRIES}")
         kind = typing.get_args(hint)[0]
         return tuple(
             _typed(kind, item, factor, f"{where}.{_label(item, index)}") for index, item in enumerate(value)

@@ -150,16 +150,16 @@ def test_more_tendons_and_holes_than_can_be_built_are_refused() -> None:
 
 @pytest.mark.slow
 def test_twenty_thousand_tendons_end_in_one_line(tmp_path: Path) -> None:
-    """In seconds, and without looking at each of them against each other."""
+    """In seconds, without looking at each of them against each other."""
     text = robot_toml(ROBOTS["neuroendoscope_section"]())
     start = text.index("[[tendons]]")
     tendon = text[start : text.index("[[tendons]]", start + 1)]
     many = "\n".join(tendon.replace('"right"', f'"t{k}"', 1) for k in range(20_000))
     (tmp_path / "many.toml").write_text(text[:start] + many + "\n" + text[start:])
-    before = time.perf_counter()
-    with pytest.raises(InputError, match="20002 tendons: more than 100"):
+    before = time.process_time()
+    with pytest.raises(InputError, match=r"many\.toml: tendons: 20002 entries: more than 1000"):
         load_robot(tmp_path / "many.toml")
-    assert time.perf_counter() - before < 60.0
+    assert time.process_time() - before < 20.0
 
 
 @pytest.mark.parametrize(
