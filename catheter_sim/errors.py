@@ -21,7 +21,8 @@ class InputError(ValueError):
     """Bad usage or bad input: one line that names the file, row or key, and the choices."""
 
     def __init__(self, message: str) -> None:
-        super().__init__(cut(message, LONGEST_MESSAGE))
+        lines = message.splitlines()  # a name may hold a line's end
+        super().__init__(cut(message if len(lines) < 2 else " ".join(message.split()), LONGEST_MESSAGE))
 
 
 class SimulationDiverged(InputError):

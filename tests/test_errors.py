@@ -16,6 +16,7 @@ def test_a_long_message_keeps_both_its_ends() -> None:
     assert message.startswith("in.csv: line 3: xxx")
     assert message.endswith("xxx: a number is needed")
     assert str(InputError("short")) == "short"
+    assert str(InputError("a\n\nname of\u2028lines")) == "a name of lines"
     assert cut("a" * 20, 20) == "a" * 20
     assert len(cut("a" * 21, 20)) <= 20
 

@@ -252,7 +252,7 @@ def test_columns_that_are_not_asked_for_may_hold_anything(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    "content", ["w" * 10**6, "time_s,a\n0," + "w" * 10**5, "w" * 10**5 + ",time_s\nx,0\n"]
+    "content", ["w" * 10**6, "time_s,a\n0," + "w" * 10**5, "w" * 10**5 + ",time_s\nx,0\n"], ids=len
 )
 def test_a_file_of_one_endless_word_gets_a_short_answer(tmp_path: Path, content: str) -> None:
     """A message never shows a whole cell or header."""

@@ -52,8 +52,8 @@ def test_built_in_robots_are_possible(reference: str) -> None:
         ("mount.axial_stiffness_N_per_mm=0", "mount.axial_stiffness_N_per_mm = 0: must be above zero"),
         ("dynamics.timestep_s=0", "dynamics.timestep_s = 0: must be above zero"),
         ("dynamics.timestep_s=1e-9", "dynamics.timestep_s = 1e-09: must lie in 1e-05 to 0.1 s"),
-        ("dynamics.timestep_s=1e300", "dynamics.timestep_s = 1e+300: must lie in 1e-05 to 0.1 s"),
-        ("dynamics.relaxation_time_s=1e300", "dynamics.relaxation_time_s = 1e+300: must be at most 1000 s"),
+        ("dynamics.timestep_s=1", "dynamics.timestep_s = 1: must lie in 1e-05 to 0.1 s"),
+        ("dynamics.relaxation_time_s=1e5", "dynamics.relaxation_time_s = 100000: must be at most 1000 s"),
         ("disks_per_segment=1000000000", "disks times links_per_subsegment = 8000000000: more than 400"),
         ("name=", "name = '': 1 to 100 characters that can be printed are needed"),
         ("name=\u200b", "name = '\\u200b': 1 to 100 characters that can be printed are needed"),
@@ -174,6 +174,7 @@ def test_twenty_thousand_tendons_end_in_one_line(tmp_path: Path) -> None:
         ("segments = [{disks = 0x" + "f" * 5000 + "}]", "segments.0.disks: a whole number of more than 64"),
         ('name = "' + "x" * 100_000 + '"', "are missing"),
     ],
+    ids=lambda text: text[:30],
 )  # fmt: skip
 def test_file_beyond_all_measure_is_one_line(tmp_path: Path, content: str, message: str) -> None:
     """Depth and size that Python's own readers give up on are the file's fault, with its key."""
@@ -185,7 +186,7 @@ def test_file_beyond_all_measure_is_one_line(tmp_path: Path, content: str, messa
     assert len(str(caught.value)) <= 500
 
 
-@pytest.mark.parametrize("value", ["1" + "0" * 400, "1" + "0" * 5000, "-1e400"])
+@pytest.mark.parametrize("value", ["1" + "0" * 400, "1" + "0" * 5000, "-1e400"], ids=len)
 @pytest.mark.parametrize("key", ["segments.first.length_mm", "disks_per_segment", "name"])
 def test_setting_beyond_all_measure_is_one_line(key: str, value: str) -> None:
     """A number that no float holds is called that; infinity has to be written as such."""
