@@ -30,7 +30,7 @@ from catheter_sim.robots.channels import (
 )
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.tables import Table, read_table
+from catheter_sim.tables import read_table
 
 __all__ = ["Dataset", "Trial", "cycles", "is_repeat", "load_dataset", "split", "unit_of"]
 
@@ -81,7 +81,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
         output_channels=outputs,
         trials=trials,
         calibration=calibration_numbers(document.get("calibration", {}), robot, str(path)),
-        notes=tuple(note for _, note in read if note),
+        notes=_notes_on_ignored(robot, {trial.file: ignored for trial, ignored in read if ignored}),
     )
     _check_copies(dataset, str(path))
     return dataset
@@ -194,8 +194,8 @@ def _is_file(path: Path) -> bool:
 
 def _read_trial(
     robot: Robot, root: Path, file: str, role: str, inputs: Sequence[str], outputs: Sequence[str]
-) -> tuple[Trial, str]:
-    """Return the trial in `file`, and a note on the columns that are passed over, "" for none."""
+) -> tuple[Trial, tuple[str, ...]]:
+    """Return the trial in `file`, and the names of the file's columns that are passed over."""
     table = read_table(root / file, only=(*inputs, *outputs))
     for name in (*inputs, *outputs):
         if name not in table.columns:
@@ -207,20 +207,22 @@ def _read_trial(
     if all(np.isnan(values).all() for values in measured.columns.values()):
         raise InputError(f"{table.where}: every value of the outputs is missing")
     commanded = replace(table, columns={name: table.columns[name] for name in inputs})
-    return Trial(file, role, read_inputs(robot, commanded), measured), _note_on_ignored(robot, file, table)
+    return Trial(file, role, read_inputs(robot, commanded), measured), table.ignored
 
 
-def _note_on_ignored(robot: Robot, file: str, table: Table) -> str:
-    """Return a sentence on the columns of a trial's file that `dataset.toml` does not list."""
-    if not table.ignored:
-        return ""
-    names = ", ".join(name or "(a column without a name)" for name in dict.fromkeys(table.ignored))
-    note = f"{file}: not listed in dataset.toml and ignored: {cut(names, 250)}."
+def _notes_on_ignored(robot: Robot, ignored: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
+    """Return a sentence for each set of columns that `dataset.toml` does not list, with its files."""
     known = _known_inputs(robot)
-    inputs = [name for name in table.ignored if name in known]
-    if inputs:
-        note += f" Of these the robot's own inputs are taken as zero: {cut(', '.join(inputs), 250)}."
-    return note
+    notes = []
+    for columns in dict.fromkeys(ignored.values()):
+        files = ", ".join(file for file, names in ignored.items() if names == columns)
+        names = ", ".join(name or "(a column without a name)" for name in dict.fromkeys(columns))
+        note = f"{cut(files, 150)}: not listed in dataset.toml and ignored: {cut(names, 250)}."
+        inputs = ", ".join(name for name in columns if name in known)
+        if inputs:
+            note += f" Of these the robot's own inputs are taken as zero: {cut(inputs, 250)}."
+        notes.append(note)
+    return tuple(notes)
 
 
 def _check_copies(dataset: Dataset, where: str) -> None:

@@ -208,6 +208,9 @@ def test_columns_not_listed_are_ignored_with_a_note(folder: Path) -> None:
         "a.csv: not listed in dataset.toml and ignored: pattern, (a column without a name), force_tip_x_N. "
         "Of these the robot's own inputs are taken as zero: force_tip_x_N.",
     )
+    (folder / "b.csv").write_bytes((folder / "a.csv").read_bytes().replace(b"0.4", b"0.35"))
+    (note,) = load_dataset(folder).notes  # one for both
+    assert note.startswith("a.csv, b.csv: not listed in dataset.toml and ignored: pattern, ")
     for old, new in zip(before.trials, dataset.trials, strict=True):
         assert new.outputs.columns.keys() == old.outputs.columns.keys()
         assert not new.inputs.force_tip.any()

@@ -24,7 +24,7 @@ from catheter_sim.robots.document import leaves, to_document
 from catheter_sim.tables import read_table
 
 CASES = 2000  # of each kind
-FIRST = 60
+FIRST = 40
 _PARTS = 4
 # Small robots of each kind, so that a case takes milliseconds, and a static model of each.
 _THREE_JOINTS = ("segments.section.joints=3", "segments.section.length_mm=45")
@@ -49,7 +49,7 @@ inputs = ["tension_right_N", "tension_left_N"]
 outputs = ["tip_x_mm", "tip_z_mm", "joint_x1_deg"]
 [calibration]
 friction.mu = [0.0, 0.5]
-segments.section.bending_stiffness_N_mm2 = [1.0, inf]
+mount.axial_stiffness_N_per_mm = [1.0, inf]
 [[trials]]
 file = "a.csv"
 role = "train"
