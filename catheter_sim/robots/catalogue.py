@@ -7,6 +7,7 @@ A robot with several published parameter sets has an id for each, its name and t
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -45,6 +46,9 @@ CATHETER_ROBOTS: Mapping[str, Callable[[], CatheterRobot]] = {
 }
 ROBOTS: Mapping[str, Callable[[], Robot]] = {**CONTINUUM_ROBOTS, **ROLLING_ROBOTS, **CATHETER_ROBOTS}
 
+_LARGEST_FILE = 10_000_000  # bytes
+_ENDLESS_KEY = re.compile(r"""(?<![\w"'.-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){100}""")
+
 
 def load_robot(reference: str | os.PathLike[str], settings: Sequence[str] = ()) -> Robot:
     """Return the robot that `reference` names, with `settings` applied, checked.
@@ -76,15 +80,11 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises:
         InputError: the file cannot be read or is not TOML.
     """
-    if "\0" in str(path):
-        raise InputError(f"{path}: no such file")
+    text = _text_of(path)
+    if _ENDLESS_KEY.search(text):  # tomllib's time grows with the square of a key's parts
+        raise InputError(f"{path}: not valid TOML: a key has more than 100 parts")
     try:
-        with path.open("rb") as file:
-            document = tomllib.load(file)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read: {error}") from None
+        document = tomllib.loads(text)
     except RecursionError:
         raise InputError(f"{path}: not valid TOML: nested too deeply") from None
     except tomllib.TOMLDecodeError as error:
@@ -93,6 +93,22 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: not valid TOML: a whole number has thousands of digits") from None
     check_plain(document, str(path))
     return document
+
+
+def _text_of(path: Path) -> str:
+    if "\0" in str(path):
+        raise InputError(f"{path}: no such file")
+    try:
+        with path.open("rb") as file:
+            data = file.read(_LARGEST_FILE + 1)
+        text = data.decode("utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    if len(data) > _LARGEST_FILE:
+        raise InputError(f"{path}: larger than {_LARGEST_FILE / 1e6:g} MB, so neither a robot nor a data set")
+    return text
 
 
 def robot_toml(robot: Robot) -> str:
