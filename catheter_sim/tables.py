@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,10 +18,13 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.errors import InputError
+from catheter_sim.errors import InputError, cut, shown
 from catheter_sim.files import placed_when_whole
 
 Array = NDArray[np.float64]
+
+MAX_ROWS = 100_000  # of a file; held rows would take an hour and more
+_LATEST_S = 1e11  # three thousand years: epoch seconds lie below, epoch milliseconds above
 
 
 @dataclass(frozen=True)
@@ -32,12 +36,14 @@ class Table:
         columns: name (with its unit) to values of shape (r,); NaN is a missing value.
         where: what to call the table in errors, usually its file.
         lines: line of the file on which each row ends; empty: rows follow the header line by line.
+        ignored: names of the file's columns that were not asked for.
     """
 
     time_s: Array
     columns: dict[str, Array]
     where: str = "inputs"
     lines: tuple[int, ...] = ()
+    ignored: tuple[str, ...] = ()
 
     def row(self, index: int) -> str:
         """Return the name of a row for errors; line 1 of a file is its header."""
@@ -51,27 +57,86 @@ class Table:
                 raise InputError(f"{self.row(int(np.argmax(bad)))}: {name}: a number is needed")
 
     def require_increasing_time(self) -> None:
-        """Raise `InputError` where `time_s` does not increase."""
+        """Raise `InputError` where `time_s` does not increase, or is too large to be seconds."""
+        bad = np.abs(self.time_s) > _LATEST_S
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise InputError(
+                f"{self.row(row)}: time_s = {time_text(self.time_s[row])}: must lie within {_LATEST_S:g} s; "
+                "is the column in seconds?"
+            )
         bad = np.diff(self.time_s) <= 0
         if bad.any():
             row = int(np.argmax(bad)) + 1
-            raise InputError(
-                f"{self.row(row)}: time_s = {self.time_s[row]:g} does not come after {self.time_s[row - 1]:g}"
-            )
+            now, before = (time_text(self.time_s[index]) for index in (row, row - 1))
+            raise InputError(f"{self.row(row)}: time_s = {now} does not come after {before}")
 
 
-def read_table(path: str | os.PathLike[str]) -> Table:
+def own_clock(time_s: Array) -> Array:
+    """Return the time since the first row, shape (r,) [s].
+
+    A double holds epoch seconds to a quarter of a microsecond only, so that a difference of two of them
+    is no round number where the file's were. It is rounded to the decimals that stamps of this size
+    have, unless rows would fall together.
+    """
+    if not len(time_s) or time_s[0] == 0.0:
+        return time_s
+    elapsed = time_s - time_s[0]
+    decimals = int(np.floor(-np.log10(np.spacing(np.abs(time_s).max()))))
+    rounded: Array = np.round(elapsed, min(decimals, 12))
+    return elapsed if (np.diff(rounded) <= 0).any() else rounded
+
+
+def read_table(path: str | os.PathLike[str], only: Collection[str] | None = None) -> Table:
     """Return the table in the CSV file `path`; an empty cell is a missing value (NaN).
 
+    Args:
+        path: the file.
+        only: the columns to read besides `time_s`; others may hold anything, and are named in `ignored`.
+            None: every column.
+
     Raises:
-        InputError: the file cannot be read, is empty, ragged, has a column twice, lacks `time_s`,
-            or holds something that is not a finite number.
+        InputError: the file cannot be read, is empty, ragged, has a column twice, lacks `time_s`, has
+            more than `MAX_ROWS` rows, or holds something that is not a finite number.
     """
     where = os.fspath(path)
+    lines, rows = _cells(where)
+    header = [name.strip() for name in rows[0]]
+    if "time_s" not in header:
+        raise InputError(f"{where}: no column time_s; columns: {cut(', '.join(header), 200)}")
+    read = [only is None or name == "time_s" or name in only for name in header]
+    for name, count in Counter(name for name, wanted in zip(header, read, strict=True) if wanted).items():
+        if count > 1:
+            raise InputError(f"{where}: column {shown(name)} stands twice")
+    if len(rows) == 1:
+        raise InputError(f"{where}: a header without rows")
+    places = [(index, name) for index, name in enumerate(header) if read[index]]
+    values = np.empty((len(rows) - 1, len(places)))
+    for index, row in enumerate(rows[1:]):
+        line = f"{where}: line {lines[index + 1]}"
+        if len(row) != len(header):
+            raise InputError(f"{line}: {len(row)} cells where the header has {len(header)}")
+        values[index] = [_number(row[place], line, name) for place, name in places]
+    columns = {name: values[:, index].copy() for index, (_, name) in enumerate(places)}
+    time_s = columns.pop("time_s")
+    ignored = tuple(name for name, wanted in zip(header, read, strict=True) if not wanted)
+    table = Table(time_s, columns, where, lines[1:], ignored)
+    if np.isnan(time_s).any():
+        raise InputError(f"{table.row(int(np.argmax(np.isnan(time_s))))}: time_s: a number is needed")
+    return table
+
+
+def _cells(where: str) -> tuple[tuple[int, ...], tuple[list[str], ...]]:
+    """Return the rows of the CSV file `where` that are not empty, its header first, and their lines."""
+    numbered: list[tuple[int, list[str]]] = []
     try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
+        with open(where, newline="", encoding="utf-8-sig") as file:
             reader = csv.reader(file, strict=True)
-            numbered = [(reader.line_num, row) for row in reader if row]  # empty lines are passed over
+            for row in reader:
+                if row:  # empty lines are passed over
+                    numbered.append((reader.line_num, row))
+                if len(numbered) > MAX_ROWS + 1:
+                    raise InputError(f"{where}: more than {MAX_ROWS} rows; thin them out")
     except FileNotFoundError:
         raise InputError(f"{where}: no such file") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
@@ -79,38 +144,21 @@ def read_table(path: str | os.PathLike[str]) -> Table:
     if not numbered:
         raise InputError(f"{where}: the file is empty; a header with time_s is needed")
     lines, rows = zip(*numbered, strict=True)
-    header = [name.strip() for name in rows[0]]
-    if "time_s" not in header:
-        raise InputError(f"{where}: no column time_s; columns: {', '.join(header)}")
-    for name in header:
-        if header.count(name) > 1:
-            raise InputError(f"{where}: column {name!r} stands twice")
-    if len(rows) == 1:
-        raise InputError(f"{where}: a header without rows")
-    values = np.empty((len(rows) - 1, len(header)))
-    for index, row in enumerate(rows[1:]):
-        line = f"{where}: line {lines[index + 1]}"
-        if len(row) != len(header):
-            raise InputError(f"{line}: {len(row)} cells where the header has {len(header)}")
-        values[index] = [_number(cell, f"{line}: {name}") for cell, name in zip(row, header, strict=True)]
-    columns = {name: values[:, index].copy() for index, name in enumerate(header)}
-    time_s = columns.pop("time_s")
-    table = Table(time_s, columns, where, lines[1:])
-    if np.isnan(time_s).any():
-        raise InputError(f"{table.row(int(np.argmax(np.isnan(time_s))))}: time_s: a number is needed")
-    return table
+    return lines, rows
 
 
-def _number(cell: str, where: str) -> float:
+def _number(cell: str, line: str, name: str) -> float:
     text = cell.strip()
     if not text:
         return float("nan")
     try:
         value = float(text.replace("_", " "))  # Python would read 1_000 as a thousand
     except ValueError:
-        raise InputError(f"{where} = {text!r}: not a number") from None
+        raise InputError(f"{line}: {cut(name, 60)} = {shown(text)}: not a number") from None
     if not np.isfinite(value):
-        raise InputError(f"{where} = {text}: not a finite number (leave a missing value empty)")
+        raise InputError(
+            f"{line}: {cut(name, 60)} = {cut(text, 60)}: not a finite number (leave a missing value empty)"
+        )
     return value
 
 
@@ -140,6 +188,9 @@ def _opened(path: Path, binary: bool) -> IO:
 def write_table(table: Table, path: str | os.PathLike[str]) -> None:
     """Write `table` as CSV, nine significant digits; NaN becomes an empty cell.
 
+    `time_s` has as many digits as it takes to read the same time back: nine would not tell the rows of
+    epoch seconds apart.
+
     Raises:
         InputError: the folder does not exist or cannot be written.
     """
@@ -148,4 +199,9 @@ def write_table(table: Table, path: str | os.PathLike[str]) -> None:
         writer.writerow(["time_s", *table.columns])
         for index, time_s in enumerate(table.time_s):
             cells = (column[index] for column in table.columns.values())
-            writer.writerow([f"{time_s:.9g}", *("" if np.isnan(cell) else f"{cell:.9g}" for cell in cells)])
+            writer.writerow([time_text(time_s), *("" if np.isnan(cell) else f"{cell:.9g}" for cell in cells)])
+
+
+def time_text(time_s: float) -> str:
+    """Return a time [s] in the fewest digits that read back to the same number."""
+    return repr(float(time_s)).removesuffix(".0")

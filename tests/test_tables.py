@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from catheter_sim.errors import InputError
-from catheter_sim.tables import Table, read_table, replaced_when_whole, write_table
+from catheter_sim.tables import MAX_ROWS, Table, own_clock, read_table, replaced_when_whole, write_table
 
 _FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64)
 _CELL = st.one_of(_FINITE, st.just(float("nan")))
@@ -35,12 +35,12 @@ def tables(draw: st.DrawFn) -> Table:
 @settings(max_examples=150, deadline=None)
 @given(table=tables())
 def test_written_table_reads_back(table: Table, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Names come back as they were, values to nine digits, a missing value as missing."""
+    """Names come back as they were, values to nine digits, times exactly, a missing value as missing."""
     path = tmp_path_factory.mktemp("tables") / "table.csv"
     write_table(table, path)
     again = read_table(path)
     assert list(again.columns) == list(table.columns)
-    np.testing.assert_allclose(again.time_s, table.time_s, rtol=5e-9)
+    np.testing.assert_array_equal(again.time_s, table.time_s)
     for name, values in table.columns.items():
         np.testing.assert_allclose(again.columns[name], values, rtol=5e-9)
 
@@ -173,3 +173,90 @@ def test_unwritable_target_is_an_input_error(tmp_path: Path, target: str) -> Non
         write_table(Table(np.zeros(1), {}), tmp_path / target)
     assert "\n" not in str(caught.value)
     assert os.listdir(tmp_path) == ["file"]
+
+
+def test_epoch_seconds_keep_their_rows(tmp_path: Path) -> None:
+    """Stamps of a thousand rows a second, in epoch seconds, are written and read back as they were."""
+    (tmp_path / "in.csv").write_text("time_s,a\n1778538602.521,1\n1778538602.522,2\n1778538602.523,3\n")
+    table = read_table(tmp_path / "in.csv")
+    write_table(table, tmp_path / "out.csv")
+    again = read_table(tmp_path / "out.csv")
+    again.require_increasing_time()
+    np.testing.assert_array_equal(again.time_s, table.time_s)
+    assert (tmp_path / "out.csv").read_text() == (tmp_path / "in.csv").read_text()
+
+
+def test_times_are_written_in_the_fewest_digits(tmp_path: Path) -> None:
+    """Whole seconds have no fraction, and a number that no decimal meets has as many digits as it needs."""
+    write_table(Table(np.array([0.0, 0.1, 1 / 3, 2.0, 1e22]), {}), tmp_path / "out.csv")
+    assert (tmp_path / "out.csv").read_text().split() == [
+        "time_s", "0", "0.1", "0.3333333333333333", "2", "1e+22",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("start", [0.1, -3.0, 23.75, 86400.5, 1.7e9, 1778538602.521])
+def test_a_clock_of_its_own_has_lost_no_millisecond(start: float) -> None:
+    """Whenever a trial began, its own clock shows the times of the same trial begun at zero."""
+    texts = [f"{0.0025 * row:.4f}" for row in range(400)]
+    stamps = np.array([float(f"{start + float(text):.4f}") for text in texts])
+    np.testing.assert_allclose(own_clock(stamps), [float(text) for text in texts], rtol=1e-14, atol=1e-14)
+
+
+def test_a_clock_that_starts_at_zero_is_left_alone() -> None:
+    """Not a bit of it changes; and rows that lie closer than stamps of their size can tell stay apart."""
+    time_s = np.cumsum(np.full(100, 0.1)) - 0.1
+    assert own_clock(time_s) is time_s
+    close = 1.7e9 + np.spacing(1.7e9) * np.arange(5)
+    assert (np.diff(own_clock(close)) > 0).all()
+    assert own_clock(np.zeros(0)).tolist() == []
+
+
+@pytest.mark.parametrize("time", [1e308, -1e308, 1778538602521.0])
+def test_a_time_that_is_no_seconds_is_refused(time: float) -> None:
+    """Milliseconds since 1970 and numbers that overflow are named with their line."""
+    with pytest.raises(
+        InputError, match=r"line 3: time_s = .*must lie within 1e\+11 s; is the column in sec"
+    ):
+        Table(np.array([0.0, time]), {}).require_increasing_time()
+
+
+def test_equal_epoch_seconds_are_shown_with_all_digits() -> None:
+    """The two times that a message compares can be told apart, or seen to be equal."""
+    with pytest.raises(InputError, match=r"time_s = 1700000000.5 does not come after 1700000000.75"):
+        Table(np.array([1700000000.75, 1700000000.5]), {}).require_increasing_time()
+
+
+@pytest.mark.slow
+def test_too_many_rows_are_refused(tmp_path: Path) -> None:
+    """Half a million rows end in one line, as many as are taken are read."""
+    rows = [f"{row},0" for row in range(500_000)]
+    for count, wrong in ((500_000, True), (MAX_ROWS + 1, True), (MAX_ROWS, False)):
+        (tmp_path / "in.csv").write_text("\n".join(["time_s,a", *rows[:count]]))
+        if wrong:
+            with pytest.raises(InputError, match=r"in\.csv: more than 100000 rows; thin them out"):
+                read_table(tmp_path / "in.csv")
+        else:
+            assert len(read_table(tmp_path / "in.csv").time_s) == MAX_ROWS
+
+
+def test_columns_that_are_not_asked_for_may_hold_anything(tmp_path: Path) -> None:
+    """They are named and not read: labels, twice the same name, none at all."""
+    (tmp_path / "in.csv").write_text("label,time_s,a,b,b,\nrest,0,1,x,y,\npull,1,2,,,\n")
+    table = read_table(tmp_path / "in.csv", only=["a"])
+    assert table.ignored == ("label", "b", "b", "")
+    assert {name: values.tolist() for name, values in table.columns.items()} == {"a": [1, 2]}
+    with pytest.raises(InputError, match="line 2: label = 'rest': not a number"):
+        read_table(tmp_path / "in.csv", only=["a", "label"])
+    with pytest.raises(InputError, match="column 'b' stands twice"):
+        read_table(tmp_path / "in.csv", only=["b"])
+
+
+@pytest.mark.parametrize(
+    "content", ["w" * 10**6, "time_s,a\n0," + "w" * 10**5, "w" * 10**5 + ",time_s\nx,0\n"], ids=len
+)
+def test_a_file_of_one_endless_word_gets_a_short_answer(tmp_path: Path, content: str) -> None:
+    """A message never shows a whole cell or header."""
+    (tmp_path / "in.csv").write_text(content)
+    with pytest.raises(InputError) as caught:
+        read_table(tmp_path / "in.csv")
+    assert len(str(caught.value)) <= 500

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from catheter_sim.errors import InputError
+from catheter_sim.errors import InputError, cut
 
 _SETTING = re.compile(r"[A-Za-z_][\w.]*=")
 
@@ -112,10 +112,23 @@ def whole_number(lower: int, upper: int) -> Callable[[str], int]:
         except ValueError:
             value = lower - 1
         if not lower <= value <= upper:
-            raise argparse.ArgumentTypeError(f"{text!r}: a whole number from {lower} to {upper} is needed")
+            raise argparse.ArgumentTypeError(
+                f"{cut(text, 60)!r}: a whole number from {lower} to {upper} is needed"
+            )
         return value
 
     return read
+
+
+def number(text: str) -> float:
+    """Return the finite number that `text` states; an argparse type."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{cut(text, 60)!r}: a finite number is needed")
+    return value
 
 
 def check_output_file(path: str) -> None:

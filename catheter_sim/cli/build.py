@@ -7,6 +7,8 @@ The file is in SI units, as MJCF is; the robot stands along +z. Effects that act
 the file; effects on the way to or from it (a gain, a tracker's frame) cannot be, and are named.
 A rod between disks is a chain of links_per_subsegment links; it is said how far its tip is from a rod's.
 A .toml that does not say their number gets as many as keep it within 0.1 % of the length.
+limits: 400 links, joints or rings in a row, 100 tendons, 10000 holes for them; dynamics.timestep_s from
+1e-05 to 0.1.
 settings: --set KEY=VALUE with the dotted keys of the robot's .toml form, units in the names:
 segments.section.length_mm=55, stiffness_scale=1.1, effects.precurvature.x_per_m=2.
 """

@@ -5,8 +5,17 @@ example:
 
 DATASET is a folder with dataset.toml (robot, conditions, channels, trials) and one CSV per trial:
 time_s [s] and channels whose names end in their unit; an empty cell is a missing value.
-A table [calibration] in dataset.toml, friction.mu = [0.0, 0.5] say, names numbers of the robot that are
-fitted within these bounds before anything is called wrong; their 95 % intervals are reported.
+dataset.toml needs (texts, unless said otherwise):
+  [dataset]     name, robot (an id, or the path of a robot .toml beside it), source, licence
+  [conditions]  gravity_mps2: three numbers in the base frame [m/s^2]
+  [channels]    inputs, outputs: lists of column names; other columns are ignored, with a note
+  [[trials]]    file: one such entry for each CSV
+and may have:
+  [[trials]]    role: "train" or "heldout". If no trial is held out, the last trials without a role are,
+                about 30 % of the rows; a single trial is cut between two of its cycles
+  [calibration] numbers of the robot with bounds, friction.mu = [0.0, 0.5] say: fitted within them
+                before anything is called wrong; their 95 % intervals are reported
+A file has at most 100000 rows. Stamps in epoch seconds will do: each trial's clock starts at its first row.
 The output folder gets diagnosis.json, report.html (opens without a network), model.xml and
 robot.toml (the extended robot, accepted wherever a robot id is), and the fitted series as CSV.
 Errors are in mm or deg on trials held out from the fit.
@@ -86,6 +95,6 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
         yield f"not to be told apart on these data: {', '.join(group)}"
     for name, value in diagnosis.extra.items():
         yield f"{name} = {rounded(value)}"
-    for note in diagnosis.notes:
+    for note in dict.fromkeys((*diagnosis.dataset.notes, *diagnosis.notes)):
         yield f"note: {note}"
     yield f"next experiment: {diagnosis.next_experiment.words}"

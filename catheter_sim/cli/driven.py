@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,10 +14,19 @@ from catheter_sim.cli import arguments
 from catheter_sim.effects.apply import built_in, in_force
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs, check_output_channels, output_table, read_inputs
+from catheter_sim.robots.channels import (
+    Inputs,
+    check_output_channels,
+    output_table,
+    read_inputs,
+    slice_inputs,
+)
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.tables import Table, read_table, write_table
+from catheter_sim.tables import Table, read_table, time_text, write_table
+
+MAX_STEPS = 10_000_000  # of a dynamic run: fourteen hours of motion in steps of 5 ms, an hour of computing
+_ROW = re.compile(r"row (\d+) \(time_s = [^)]*\)")  # as models and the simulation name a row of inputs
 
 
 @dataclass(frozen=True)
@@ -77,18 +87,91 @@ def drive(options: argparse.Namespace) -> Drive:
     )
 
 
+def inputs_until(driven: Drive, row: int | None, time_s: float | None) -> Inputs:
+    """Return what arrives at the robot up to a row of the file, or up to a time of its clock.
+
+    Args:
+        driven: what a verb drives.
+        row: the last row, 1 for the first; None: as `time_s` says.
+        time_s: where the inputs end, on the line between two rows [s]; None: at the last row.
+
+    Raises:
+        InputError: the file has no such row or time.
+    """
+    where, clock = driven.table.where, driven.table.time_s
+    if row is not None:
+        if row > len(clock):
+            raise InputError(f"--row {row}: {where} has rows 1 to {len(clock)}")
+        return slice_inputs(driven.arriving, slice(0, row))
+    if time_s is None:
+        return driven.arriving
+    if not clock[0] <= time_s <= clock[-1]:
+        first, last = time_text(clock[0]), time_text(clock[-1])
+        raise InputError(f"--time {time_text(time_s)}: {where} runs from time_s = {first} to {last}")
+    from catheter_sim.render.offscreen import resampled  # brings what draws
+
+    own = driven.arriving.time_s
+    end = min(time_s - clock[0], own[-1])
+    return resampled(driven.arriving, np.append(own[own < end], end))
+
+
+def check_steps(robot: Robot, table: Table) -> None:
+    """Raise `InputError` where the clock of `table` is too long to be followed step by step."""
+    seconds = float(table.time_s[-1] - table.time_s[0])
+    if seconds / robot.dynamics.timestep_s > MAX_STEPS:
+        longest_s = MAX_STEPS * robot.dynamics.timestep_s
+        raise InputError(
+            f"{table.where}: time_s runs over {seconds:g} s, with --dynamic at most {longest_s:g} s: "
+            f"{MAX_STEPS:.0e} steps of dynamics.timestep_s = {robot.dynamics.timestep_s:g}"
+        )
+
+
 @contextmanager
-def file_named(path: str, kind: type[InputError] = InputError) -> Iterator[None]:
-    """Put the file of inputs before an error of `kind`, one that tells of one of its rows."""
+def lines_named(table: Table, always: bool = False) -> Iterator[None]:
+    """Put the file and its line into an error that tells of a row of the inputs in `table`.
+
+    Args:
+        table: the file of inputs.
+        always: put the file before every other error too.
+    """
     try:
         yield
-    except kind as error:
-        raise InputError(f"{path}: {error}") from None
+    except InputError as error:
+        message = with_lines(str(error), table)
+        if always and message == str(error):
+            message = f"{table.where}: {message}"
+        raise type(error)(message) from None
+
+
+def with_lines(message: str, table: Table) -> str:
+    """Return `message` with the rows that it names as lines of the table's file, after the file's name.
+
+    Time is the file's there; the robot's own clock starts at the first row.
+    """
+
+    def line(found: re.Match[str]) -> str:
+        row = int(found[1]) - 1
+        if row >= len(table.time_s):
+            return found[0]
+        name = table.row(row).removeprefix(f"{table.where}: ")
+        return f"{name} (time_s = {time_text(table.time_s[row])})"
+
+    changed, count = _ROW.subn(line, message)
+    return f"{table.where}: {changed}" if count else message
+
+
+def finite_rows(postures: Sequence[Posture]) -> int:
+    """Return how many postures come before the first one with a position or turn that is no number."""
+    for row, posture in enumerate(postures):
+        parts = (posture.p_w, posture.R_w, posture.joint_angles)
+        if not all(np.isfinite(part).all() for part in parts):
+            return row
+    return len(postures)
 
 
 def outputs(driven: Drive, postures: Sequence[Posture]) -> Table:
     """Return the output columns of `postures`, the first rows of the drive as they are observed."""
-    return output_table(driven.specified, driven.commanded.time_s, postures, driven.columns)
+    return output_table(driven.specified, driven.table.time_s, postures, driven.columns)
 
 
 def write_outputs(driven: Drive, postures: Sequence[Posture], path: str) -> None:

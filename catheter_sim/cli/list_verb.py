@@ -1,13 +1,16 @@
-"""List the robots, static models, environments and effects.
+"""List the robots, static models, environments and effects, or what one robot takes and gives.
 
 example:
   catheter-sim list
   catheter-sim list --json
+  catheter-sim list chest_tube
+  catheter-sim list my_robot.toml --json
 
 A robot's static models are those that `statics ROBOT --model NAME` takes. Effects are set as
---set effects.NAME.PARAMETER=VALUE, in the unit that the parameter's name ends in; their parameters
-are shown for the neuroendoscope_section, and per robot in the JSON, as some of them carry the names
-of the robot's channels.
+--set effects.NAME.PARAMETER=VALUE, in the unit that the parameter's name ends in; without ROBOT their
+parameters are shown for the neuroendoscope_section, and per robot in the JSON, as some of them carry
+the names of the robot's channels. With ROBOT: its inputs, outputs, static models and effects; every
+robot also takes forces and moments on its tip.
 """
 
 from __future__ import annotations
@@ -15,24 +18,32 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import re
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from catheter_sim.effects.face import Effect
+    from catheter_sim.robots.kinds import Robot
 
 _EXAMPLE_ROBOT = "neuroendoscope_section"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
+    parser.add_argument(
+        "robot", metavar="ROBOT", nargs="?", help="robot id or path of a robot .toml; default: all there is"
+    )
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the listing."""
-    content = listing()
+    content = listing() if options.robot is None else robot_listing(options.robot)
     if options.json:
         print(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False))
     else:
-        print("\n".join(_lines(content)))
+        print("\n".join(_lines(content) if options.robot is None else _robot_lines(content)))
     return 0
 
 
@@ -40,7 +51,6 @@ def listing() -> dict[str, list[dict[str, Any]]]:
     """Return what the package offers, from its own registries, ready for JSON."""
     import gymnasium
 
-    from catheter_sim.effects.apply import parameters_of
     from catheter_sim.effects.registry import EFFECTS
     from catheter_sim.robots.catalogue import ROBOTS, load_robot
     from catheter_sim.robots.channels import input_channels
@@ -54,7 +64,7 @@ def listing() -> dict[str, list[dict[str, Any]]]:
                 "id": reference,
                 "description": robot.description,
                 "inputs": input_channels(robot),
-                "parameter_sets": [name for name in ROBOTS if name.startswith(f"{reference}@")],
+                "parameter_sets": _parameter_sets(reference),
                 "static_models": [name for name, model in STATIC_MODELS.items() if model.applies_to(robot)],
             }
             for reference, robot in robots.items()
@@ -67,22 +77,79 @@ def listing() -> dict[str, list[dict[str, Any]]]:
             {
                 "name": name,
                 "summary": effect.summary,
-                "parameters": {
-                    reference: [
-                        {
-                            "name": item.name,
-                            "no_effect": _plain(item.null),
-                            "lower": _plain(item.lower),
-                            "upper": _plain(item.upper),
-                        }
-                        for item in parameters_of(robot, effect)
-                    ]
-                    for reference, robot in robots.items()
-                },
+                "parameters": {reference: _parameters(robot, effect) for reference, robot in robots.items()},
             }
             for name, effect in EFFECTS.items()
         ],
     }
+
+
+def robot_listing(reference: str) -> dict[str, Any]:
+    """Return what one robot takes and gives, ready for JSON.
+
+    Args:
+        reference: a robot id or the path of a robot `.toml`.
+
+    Raises:
+        InputError: unknown robot, unreadable file, impossible robot.
+    """
+    from catheter_sim.cli.driven import load
+    from catheter_sim.effects.registry import EFFECTS
+    from catheter_sim.robots.channels import (
+        FORCE_CHANNELS,
+        MOMENT_CHANNELS,
+        actuations,
+        input_channels,
+        output_channels,
+    )
+    from catheter_sim.statics.models import STATIC_MODELS
+
+    specified, robot = load(reference, ())
+    return {
+        "id": reference,
+        "name": specified.name,
+        "description": specified.description,
+        "parameter_sets": _parameter_sets(reference),
+        "actuation": specified.actuation,
+        "inputs": {kind: input_channels(specified, kind) for kind in actuations(specified)},
+        "optional_inputs": [*FORCE_CHANNELS, *MOMENT_CHANNELS],
+        "outputs": output_channels(specified),
+        "static_models": [
+            {"name": name, "summary": model.summary}
+            for name, model in STATIC_MODELS.items()
+            if model.applies_to(robot)
+        ],
+        "effects": [
+            {
+                "name": name,
+                "summary": effect.summary,
+                "parameters": parameters,
+                "set": {key: _plain(value) for key, value in specified.effects.get(name, {}).items()},
+            }
+            for name, effect in EFFECTS.items()
+            if (parameters := _parameters(specified, effect))
+        ],
+    }
+
+
+def _parameter_sets(reference: str) -> list[str]:
+    from catheter_sim.robots.catalogue import ROBOTS
+
+    return [name for name in ROBOTS if name.startswith(f"{reference}@")]
+
+
+def _parameters(robot: Robot, effect: Effect) -> list[dict[str, Any]]:
+    from catheter_sim.effects.apply import parameters_of
+
+    return [
+        {
+            "name": item.name,
+            "no_effect": _plain(item.null),
+            "lower": _plain(item.lower),
+            "upper": _plain(item.upper),
+        }
+        for item in parameters_of(robot, effect)
+    ]
 
 
 def _plain(value: float) -> float | str:
@@ -107,6 +174,48 @@ def _lines(content: dict[str, list[dict[str, Any]]]) -> Iterator[str]:
     yield f"effects (parameters as for {_EXAMPLE_ROBOT}, with value of no effect and bounds)"
     for effect in content["effects"]:
         yield f"  {effect['name']:<24} {effect['summary']}"
-        for item in effect["parameters"].get(_EXAMPLE_ROBOT, []):
-            value, low, high = (float(item[key]) for key in ("no_effect", "lower", "upper"))
-            yield f"  {'':<24} {item['name']} = {value:.4g} ({low:.4g} to {high:.4g})"
+        yield from _parameter_lines(effect["parameters"].get(_EXAMPLE_ROBOT, []))
+
+
+def _robot_lines(content: dict[str, Any]) -> Iterator[str]:
+    yield f"{content['id']}: {content['description']}"
+    for name in content["parameter_sets"]:
+        yield f"  parameter set: {name}"
+    for kind, names in content["inputs"].items():
+        default = ", if the file has no other" if len(content["inputs"]) > 1 else ""
+        yield f"inputs, {kind}{default if kind == content['actuation'] else ''}: {', '.join(names)}"
+    yield f"optional inputs: {', '.join(content['optional_inputs'])}"
+    yield f"outputs: {', '.join(_shortened(content['outputs']))}"
+    yield "static models"
+    for model in content["static_models"] or [{"name": "(none)", "summary": ""}]:
+        yield f"  {model['name']:<24} {model['summary']}".rstrip()
+    yield "effects (parameters with value of no effect and bounds; set: in the robot's file)"
+    for effect in content["effects"]:
+        yield f"  {effect['name']:<24} {effect['summary']}"
+        yield from _parameter_lines(effect["parameters"], effect["set"])
+
+
+def _parameter_lines(parameters: list[dict[str, Any]], given: dict[str, Any] | None = None) -> Iterator[str]:
+    for item in parameters:
+        value, low, high = (float(item[key]) for key in ("no_effect", "lower", "upper"))
+        text = f"  {'':<24} {item['name']} = {value:.4g} ({low:.4g} to {high:.4g})"
+        yield f"{text}, set: {given[item['name']]}" if given and item["name"] in given else text
+
+
+def _shortened(names: list[str]) -> Iterator[str]:
+    """Yield output columns, of the bodies and joints the first and the last only."""
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        body = re.fullmatch(r"body_\d+_x_mm|(body)_\d+_[yz]_mm", name)
+        kind = "body" if body else "joint" if name.startswith("joint_") else name
+        if not (body and body[1]):
+            groups.setdefault(kind, []).append(name)
+    for kind, members in groups.items():
+        yield members[0]
+        if kind == "body":
+            yield members[0].replace("_x_", "_y_")
+            yield members[0].replace("_x_", "_z_")
+        if len(members) > 2:
+            yield "..."
+        if len(members) > 1:
+            yield members[-1].replace("_x_", "_z_") if kind == "body" else members[-1]

@@ -23,7 +23,7 @@ from catheter_sim import __version__
 from catheter_sim.cli import bench, build, diagnose, list_verb, render, simulate, statics, validate, view
 from catheter_sim.cli.arguments import split_settings
 from catheter_sim.cli.signals import Stopped, unwound_by_signals
-from catheter_sim.errors import InputError
+from catheter_sim.errors import LONGEST_MESSAGE, InputError, cut
 from catheter_sim.progress import compilations_told
 
 VERBS: dict[str, ModuleType] = {
@@ -83,6 +83,8 @@ def parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `catheter-sim` with `argv` (default: the process's arguments); return its exit status."""
+    if sys.stdout is None:  # closed by `>&-`: the next file opened would take its place and get our prints
+        return _fail("standard output is closed; send it to /dev/null where it is not wanted")
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a sign that the terminal has not is no error
     try:
@@ -144,7 +146,8 @@ def _errors_alone_on_stderr() -> Iterator[None]:
 
 
 def _fail(message: str) -> int:
-    print(f"catheter-sim: error: {' '.join(message.split())}", file=sys.stderr)
+    if sys.stderr is not None:
+        print(f"catheter-sim: error: {cut(' '.join(message.split()), LONGEST_MESSAGE)}", file=sys.stderr)
     return 2
 
 

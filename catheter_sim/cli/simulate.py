@@ -6,10 +6,11 @@ example:
 
 inputs: a CSV with a header: time_s [s] and the robot's channels, each with its unit in its name
 (tension_right_N, displacement_3_mm), force_tip_x_N ..., moment_tip_x_Nm ...; a channel that is left
-out is zero. The robot starts at rest, without history; inputs move linearly from row to row.
+out is zero. The robot starts at rest, without history; inputs move linearly from row to row. At most
+100000 rows; time_s may start anywhere (epoch seconds, say): the robot's clock starts at the first row.
 A row is held until the robot has come to rest; with --dynamic the time between rows counts instead.
 outputs: time_s and tip [mm], tip_qw.. (quaternion), body_<k> [mm], joint_<name> [deg],
-tension_<tendon> [N]; see `catheter-sim list` for the inputs of each robot.
+tension_<tendon> [N]; `catheter-sim list ROBOT` shows the inputs and outputs of a robot.
 settings: --set KEY=VALUE with the dotted keys of the robot's .toml form, or of an effect:
 effects.tendon_friction.mu=0.1. A simulation that diverges leaves the rows before it.
 """
@@ -35,22 +36,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Simulate; write every row that was reached."""
     arguments.check_output_file(options.output)
-    from catheter_sim.cli.driven import drive, write_outputs
+    from catheter_sim.cli.driven import (
+        check_steps,
+        drive,
+        finite_rows,
+        lines_named,
+        with_lines,
+        write_outputs,
+    )
     from catheter_sim.errors import SimulationDiverged
     from catheter_sim.simulation.replay import simulate
 
     driven = drive(options)
-    result = simulate(
-        driven.specified,
-        driven.commanded,
-        driven.gravity_mps2,
-        dynamic=options.dynamic,
-        progress=True,
-    )
-    write_outputs(driven, result.postures, options.output)
-    if result.failure is not None:
-        rows = len(result.postures)
+    if options.dynamic:
+        check_steps(driven.robot, driven.table)
+    with lines_named(driven.table):
+        result = simulate(
+            driven.specified,
+            driven.commanded,
+            driven.gravity_mps2,
+            dynamic=options.dynamic,
+            progress=True,
+        )
+    rows = finite_rows(result.postures)
+    write_outputs(driven, result.postures[:rows], options.output)
+    if rows < len(result.postures) or result.failure is not None:
         kept = f"rows before it in {options.output}: {rows}"
-        raise SimulationDiverged(f"{driven.table.row(rows)}: {result.failure}; {kept}")
+        what = result.failure or "the simulation diverged: no finite posture"
+        failure = with_lines(what, driven.table).removeprefix(f"{driven.table.where}: ")
+        raise SimulationDiverged(f"{driven.table.row(rows)}: {failure}; {kept}")
     print(f"wrote {options.output}: {len(result.postures)} rows")
     return 0

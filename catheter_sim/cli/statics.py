@@ -28,16 +28,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Solve every row and write them."""
     arguments.check_output_file(options.output)
-    from catheter_sim.cli.driven import drive, file_named, write_outputs
-    from catheter_sim.errors import unknown
+    from catheter_sim.cli.driven import drive, finite_rows, lines_named, write_outputs
+    from catheter_sim.errors import InputError, unknown
     from catheter_sim.statics.models import STATIC_MODELS
 
     driven = drive(options)
     fitting = [name for name, model in STATIC_MODELS.items() if model.applies_to(driven.specified)]
     if options.model not in fitting:
         raise unknown("static model", options.model, fitting, options.robot)
-    with file_named(options.inputs):
+    with lines_named(driven.table, always=True):
         result = STATIC_MODELS[options.model].solve(driven.specified, driven.commanded, driven.gravity_mps2)
+    row = finite_rows(result.postures)
+    if row < len(result.postures):
+        raise InputError(f"{driven.table.row(row)}: static model {options.model!r} gives no finite posture")
     write_outputs(driven, result.postures, options.output)
     print(f"wrote {options.output}: {len(result.postures)} rows")
     return 0

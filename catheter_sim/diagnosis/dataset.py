@@ -7,6 +7,7 @@ columns with NaN for a missing value.
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,14 +19,13 @@ import numpy as np
 
 from catheter_sim.diagnosis.nuisance import calibration_numbers
 from catheter_sim.diagnosis.trials import Dataset, Trial, cycles, is_repeat, split, unit_of
-from catheter_sim.errors import InputError, unknown
+from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.robots.catalogue import load_robot, read_toml
 from catheter_sim.robots.channels import (
     FORCE_CHANNELS,
     MOMENT_CHANNELS,
     check_output_channels,
     input_channels,
-    output_channels,
     read_inputs,
 )
 from catheter_sim.robots.kinds import Robot
@@ -67,9 +67,10 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     outputs = _channels(document["channels"]["outputs"], f"{path}: channels.outputs")
     _check_channels(robot, inputs, outputs, str(path))
     entries = _trial_entries(document["trials"], root, str(path))
-    trials = tuple(_read_trial(robot, root, file, role, inputs, outputs) for file, role in entries)
+    read = [_read_trial(robot, root, file, role, inputs, outputs) for file, role in entries]
+    trials = tuple(trial for trial, _ in read)
     _check_outputs(robot, trials, outputs, str(path))
-    return Dataset(
+    dataset = Dataset(
         folder=root,
         name=name,
         robot=robot,
@@ -81,7 +82,10 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
         output_channels=outputs,
         trials=trials,
         calibration=calibration_numbers(document.get("calibration", {}), robot, str(path)),
+        notes=_notes_on_ignored(robot, {trial.file: ignored for trial, ignored in read if ignored}),
     )
+    _check_copies(dataset, str(path))
+    return dataset
 
 
 def _check_keys(document: Mapping[str, Any], where: str) -> None:
@@ -89,32 +93,32 @@ def _check_keys(document: Mapping[str, Any], where: str) -> None:
     for table in document:
         if table not in (*tables, "calibration"):
             raise unknown("table", table, (*tables, "calibration"), where)
-    for table in tables:
-        if table not in document:
-            raise InputError(f"{where}: the table [{table}] is missing")
+    missing = [f"the table [{table}]" for table in tables if table not in document]
     for table, keys in _KEYS.items():
+        if table not in document:
+            continue
         if not isinstance(document[table], Mapping):
-            raise InputError(f"{where}: {table}: a table is needed, not {document[table]!r}")
+            raise InputError(f"{where}: {table}: a table is needed, not {shown(document[table])}")
         for key in document[table]:
             if key not in keys:
                 raise unknown("key", key, keys, f"{where}: [{table}]")
-        for key in keys:
-            if key not in document[table]:
-                raise InputError(f"{where}: {table}.{key} is missing")
+        missing += [f"{table}.{key}" for key in keys if key not in document[table]]
+    if missing:
+        raise InputError(f"{where}: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing")
 
 
 def _text(value: Any, where: str) -> str:
     if not isinstance(value, str) or not value.strip():
-        raise InputError(f"{where}: a text is needed, not {value!r}")
+        raise InputError(f"{where}: a text is needed, not {shown(value)}")
     return value
 
 
 def _gravity(value: Any, where: str) -> Array:
     if not isinstance(value, list) or len(value) != 3:
-        raise InputError(f"{where}: a list of three numbers is needed, not {value!r}")
+        raise InputError(f"{where}: a list of three numbers is needed, not {shown(value)}")
     for item in value:
         if isinstance(item, bool) or not isinstance(item, int | float) or not math.isfinite(item):
-            raise InputError(f"{where}: a list of three finite numbers is needed, not {value!r}")
+            raise InputError(f"{where}: a list of three finite numbers is needed, not {shown(value)}")
     return np.array(value, dtype=float)
 
 
@@ -124,10 +128,10 @@ def _robot_path(root: Path, reference: str) -> str:
 
 def _channels(value: Any, where: str) -> tuple[str, ...]:
     if not isinstance(value, list) or not value or not all(isinstance(name, str) for name in value):
-        raise InputError(f"{where}: a list of channel names is needed, not {value!r}")
+        raise InputError(f"{where}: a list of channel names is needed, not {shown(value)}")
     for name in value:
         if value.count(name) > 1:
-            raise InputError(f"{where}: {name!r} stands twice")
+            raise InputError(f"{where}: {shown(name)} stands twice")
     return tuple(value)
 
 
@@ -151,10 +155,12 @@ def _trial_entries(value: Any, root: Path, where: str) -> list[tuple[str, str]]:
     if not isinstance(value, list) or not value:
         raise InputError(f"{where}: at least one [[trials]] entry is needed")
     entries: list[tuple[str, str]] = []
+    named: set[str] = set()
+    places: dict[tuple[int, int], int] = {}  # of a file on its disk, whatever it is called: links, `./`
     for index, entry in enumerate(value):
         place = f"{where}: trials[{index}]"
         if not isinstance(entry, Mapping):
-            raise InputError(f"{place}: a table is needed, not {entry!r}")
+            raise InputError(f"{place}: a table is needed, not {shown(entry)}")
         for key in entry:
             if key not in ("file", "role"):
                 raise unknown("key", key, ("file", "role"), place)
@@ -164,35 +170,83 @@ def _trial_entries(value: Any, root: Path, where: str) -> list[tuple[str, str]]:
         role = entry.get("role", "")
         if "role" in entry and role not in ROLES:
             raise unknown("role", str(role), ROLES, place)
-        if file in (name for name, _ in entries):
-            raise InputError(f"{place}.file: {file!r} stands twice")
-        if not (root / file).is_file():
+        if file in named:
+            raise InputError(f"{place}.file: {shown(file)} stands twice")
+        named.add(file)
+        if not _is_file(root / file):
             raise InputError(f"{place}.file: {root / file}: no such file")
+        found = (root / file).stat()
+        first = places.setdefault((found.st_dev, found.st_ino), index)
+        if first != index:
+            other = f"trials[{first}].file, {shown(entries[first][0])}"
+            raise InputError(f"{place}.file: {shown(file)} is the same file as {other}")
         entries.append((file, role))
     if all(role == "heldout" for _, role in entries):
         raise InputError(f"{where}: trials: every trial is held out; at least one must train")
     return entries
 
 
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long for any file
+        return False
+
+
 def _read_trial(
     robot: Robot, root: Path, file: str, role: str, inputs: Sequence[str], outputs: Sequence[str]
-) -> Trial:
-    table = read_table(root / file)
+) -> tuple[Trial, tuple[str, ...]]:
+    """Return the trial in `file`, and the names of the file's columns that are passed over."""
+    table = read_table(root / file, only=(*inputs, *outputs))
     for name in (*inputs, *outputs):
         if name not in table.columns:
+            columns = ", ".join(("time_s", *table.columns, *table.ignored))
             raise InputError(
-                f"{table.where}: no column {name}, which dataset.toml lists; "
-                f"columns: {', '.join(('time_s', *table.columns))}"
+                f"{table.where}: no column {name}, which dataset.toml lists; columns: {cut(columns, 250)}"
             )
-    known = {*_known_inputs(robot), *output_channels(robot)}
-    for name in table.columns:
-        if name not in known and name not in (*inputs, *outputs):
-            raise unknown("column", name, (*inputs, *outputs), table.where)
     measured = replace(table, columns={name: table.columns[name] for name in outputs})
     if all(np.isnan(values).all() for values in measured.columns.values()):
         raise InputError(f"{table.where}: every value of the outputs is missing")
     commanded = replace(table, columns={name: table.columns[name] for name in inputs})
-    return Trial(file, role, read_inputs(robot, commanded), measured)
+    return Trial(file, role, read_inputs(robot, commanded), measured), table.ignored
+
+
+def _notes_on_ignored(robot: Robot, ignored: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
+    """Return a sentence for each set of columns that `dataset.toml` does not list, with its files."""
+    known = _known_inputs(robot)
+    notes = []
+    for columns in dict.fromkeys(ignored.values()):
+        files = ", ".join(file for file, names in ignored.items() if names == columns)
+        names = ", ".join(name or "(a column without a name)" for name in dict.fromkeys(columns))
+        note = f"{cut(files, 150)}: not listed in dataset.toml and ignored: {cut(names, 250)}."
+        inputs = ", ".join(name for name in columns if name in known)
+        if inputs:
+            note += f" Of these the robot's own inputs are taken as zero: {cut(inputs, 250)}."
+        notes.append(note)
+    return tuple(notes)
+
+
+def _check_copies(dataset: Dataset, where: str) -> None:
+    """Refuse a held-out trial that is a training trial's file once more, byte for byte.
+
+    Measured data never repeat to the last digit, so that such a file was copied: what is fitted to it
+    would be tested on it. A repeated measurement is no copy.
+    """
+    first: dict[bytes, str] = {}
+    copies: dict[str, str] = {}
+    for trial in dataset.trials:
+        digest = hashlib.sha256((dataset.folder / trial.file).read_bytes()).digest()
+        if first.setdefault(digest, trial.file) != trial.file:
+            copies[trial.file] = first[digest]
+    if not copies or all(trial.role == "train" for trial in dataset.trials):
+        return
+    roles = {trial.file: trial.role for part in split(dataset) for trial in part}
+    for copy, original in copies.items():
+        if roles[copy] != roles[original]:
+            raise InputError(
+                f"{where}: trials: {shown(copy)} is a copy of {shown(original)}, byte for byte, and one of "
+                "them trains while the other is held out; leave one of them out"
+            )
 
 
 def _check_outputs(robot: Robot, trials: Iterable[Trial], outputs: Sequence[str], where: str) -> None:

@@ -264,5 +264,5 @@ def _trial_fit(problem: Problem, trial: Trial, before: Fit, after: Fit) -> Trial
     for result in (before, after):
         values = outputs_of(problem, trial, result)
         columns = {name: values[:, index] for index, name in enumerate(problem.columns)}
-        tables.append(Table(trial.inputs.time_s, columns, trial.file))
-    return TrialFit(trial.file, trial.role, trial.inputs.time_s, trial.outputs, tables[0], tables[1])
+        tables.append(Table(trial.outputs.time_s, columns, trial.file))
+    return TrialFit(trial.file, trial.role, trial.outputs.time_s, trial.outputs, tables[0], tables[1])

@@ -183,6 +183,7 @@ def diagnose_dataset(
         }
         notes = [
             *(f"{SUSPECTED}: {item.words}" for item in suspected),
+            *dataset.notes,
             *frozen,
             *registration_notes(registration, frame),
         ]

@@ -55,6 +55,7 @@ class Dataset:
         input_channels, output_channels: the columns that the data set declares.
         trials: in the order of `dataset.toml`.
         calibration: numbers of the specimen that it wants calibrated; (): those that are known to vary.
+        notes: what a reader of a diagnosis must know of the files, a sentence each.
     """
 
     folder: Path
@@ -68,6 +69,7 @@ class Dataset:
     output_channels: tuple[str, ...]
     trials: tuple[Trial, ...]
     calibration: tuple[Nuisance, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def split(dataset: Dataset) -> tuple[tuple[Trial, ...], tuple[Trial, ...]]:

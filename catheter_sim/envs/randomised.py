@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.envs.arguments import checked_pair
-from catheter_sim.errors import InputError
-from catheter_sim.shown import shown
+from catheter_sim.errors import InputError, shown
 
 Randomised = Mapping[str, tuple[float, float]]  # dotted key of a setting -> bounds, in the key's unit
 RANDOMISED = "randomised"  # what errors call such a setting

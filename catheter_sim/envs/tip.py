@@ -27,7 +27,7 @@ from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.randomised import RANDOMISED, check_randomised, drawn_settings, end_settings
 from catheter_sim.envs.surroundings import Surround
 from catheter_sim.envs.targets import frictionless_reach
-from catheter_sim.errors import InputError, SimulationDiverged
+from catheter_sim.errors import InputError, SimulationDiverged, shown
 from catheter_sim.mjcf.scene import View, views
 from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
@@ -36,7 +36,6 @@ from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.settings import SAID, Settings, settings_table
-from catheter_sim.shown import shown
 
 Action = NDArray[np.float32]
 OBSERVATIONS = ("state", "pixels")

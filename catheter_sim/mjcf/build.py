@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import mujoco
 
 from catheter_sim.errors import InputError
@@ -19,6 +23,7 @@ from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.specification import ContinuumRobot
 
+_DEEPEST_CALLS = 5000  # a few for each of the 400 links that a robot may have
 MAX_TENSION_N = 100.0  # control range of a tension actuator
 
 
@@ -72,9 +77,21 @@ def build_mjcf(robot: Robot, actuation: str | None = None, friction_tails: bool 
             root.actuator.add("motor", name=name, tendon=name, gear=(-1,), ctrlrange=(0, MAX_TENSION_N))
     elif isinstance(robot, ContinuumRobot):
         add_displacement_actuators(root, robot)
-    text = root.to_xml_string(precision=9)
+    with _deep_enough():
+        text = root.to_xml_string(precision=9)
     try:
         mujoco.MjModel.from_xml_string(text)
     except ValueError as error:
         raise InputError(f"{robot.name}: MuJoCo refuses the model: {' '.join(str(error).split())}") from None
     return text
+
+
+@contextmanager
+def _deep_enough() -> Iterator[None]:
+    """Let Python call itself as deep as a robot's longest row of links: PyMJCF writes one inside another."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _DEEPEST_CALLS))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)

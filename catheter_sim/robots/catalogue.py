@@ -7,6 +7,7 @@ A robot with several published parameter sets has an id for each, its name and t
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -21,7 +22,7 @@ from catheter_sim.robots import neuroendoscope as _neuroendoscope
 from catheter_sim.robots import spacer_disk as _spacer_disk
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.checks import check_robot
-from catheter_sim.robots.document import to_document
+from catheter_sim.robots.document import check_plain, to_document
 from catheter_sim.robots.kinds import Robot, complete_document, robot_from_document
 from catheter_sim.robots.links import with_enough_links
 from catheter_sim.robots.rolling import RollingRobot
@@ -48,6 +49,8 @@ CATHETER_ROBOTS: Mapping[str, Callable[[], CatheterRobot]] = {
 ROBOTS: Mapping[str, Callable[[], Robot]] = {**CONTINUUM_ROBOTS, **ROLLING_ROBOTS, **CATHETER_ROBOTS}
 
 _LINKS = "links_per_subsegment"
+_LARGEST_FILE = 10_000_000  # bytes
+_ENDLESS_KEY = re.compile(r"""(?<![\w"'.-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){100}""")
 
 
 def load_robot(reference: str | os.PathLike[str], settings: Settings = (), said: str = SAID) -> Robot:
@@ -90,15 +93,35 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises:
         InputError: the file cannot be read or is not TOML.
     """
+    text = _text_of(path)
+    if _ENDLESS_KEY.search(text):  # tomllib's time grows with the square of a key's parts
+        raise InputError(f"{path}: not valid TOML: a key has more than 100 parts")
+    try:
+        document = tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{path}: not valid TOML: nested too deeply") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+    except ValueError:  # Python's, of a whole number beyond 4300 digits
+        raise InputError(f"{path}: not valid TOML: a whole number has thousands of digits") from None
+    check_plain(document, str(path))
+    return document
+
+
+def _text_of(path: Path) -> str:
+    if "\0" in str(path):
+        raise InputError(f"{path}: no such file")
     try:
         with path.open("rb") as file:
-            return tomllib.load(file)
+            data = file.read(_LARGEST_FILE + 1)
+        text = data.decode("utf-8")
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
+    if len(data) > _LARGEST_FILE:
+        raise InputError(f"{path}: larger than {_LARGEST_FILE / 1e6:g} MB, so neither a robot nor a data set")
+    return text
 
 
 def robot_toml(robot: Robot) -> str:

@@ -8,10 +8,9 @@ from functools import partial
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.catheter import RESISTANCES, TENDON_LAWS, CatheterRobot, CatheterSegment, TendonPair
 from catheter_sim.robots.catheter_layout import closing_angle_rad
-from catheter_sim.robots.requirements import check_name, need, positive
+from catheter_sim.robots.requirements import MAX_LINKS, check_counts, check_name, need, positive
 from catheter_sim.robots.shared_checks import check_shared
 
-_MAX_RINGS = 500  # no robot of this kind has as many
 # What each kind of joint has besides a length, an outer radius and a mass.
 _NUMBERS = {
     "torsion": ("limit_rad", "tendon_radius_m", "wrap_rad", "wrap_height_m"),
@@ -45,10 +44,14 @@ def check_catheter_robot(robot: CatheterRobot, where: str) -> None:
         raise InputError(f"{top}kind = {robot.kind!r}: must be catheter; it cannot be set")
     if robot.actuation != "displacement":
         raise unknown("actuation", robot.actuation, ("displacement",), where)
+    check_counts(robot.segments, robot.tendons, where)
     _check_names(robot, where)
     need(robot, "path_rad", top, lambda turn: 0 <= turn < math.inf, "must not be negative")
     for segment in robot.segments:
         _check_segment(segment, f"{top}segments.{segment.name}.")
+    rings = sum(segment.rings for segment in robot.segments)
+    if rings > MAX_LINKS:
+        raise InputError(f"{top}rings = {rings} in all: more than {MAX_LINKS}")
     for pair in robot.tendons:
         _check_pair(pair, robot, f"{top}tendons.{pair.name}.")
     for segment in robot.segments:
@@ -101,7 +104,7 @@ def _check_segment(segment: CatheterSegment, prefix: str) -> None:
 
 
 def _check_bending(segment: CatheterSegment, prefix: str) -> None:
-    need(segment, "rings", prefix, lambda count: count <= _MAX_RINGS, f"more than {_MAX_RINGS}")
+    need(segment, "rings", prefix, lambda count: count <= MAX_LINKS, f"more than {MAX_LINKS}")
     gaps_m = 2.0 * segment.half_gap_m * (segment.rings + 1)
     what = f"nothing is left for the rings between gaps of {gaps_m * 1e3:g} mm in all"
     need(segment, "length_m", prefix, lambda length: length > gaps_m, what)

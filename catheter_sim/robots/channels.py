@@ -22,12 +22,13 @@ from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.rolling_layout import rolling_joints
 from catheter_sim.robots.specification import ContinuumRobot
-from catheter_sim.tables import Table
+from catheter_sim.tables import Table, own_clock
 from catheter_sim.units import si_factor
 
 FORCE_CHANNELS = ("force_tip_x_N", "force_tip_y_N", "force_tip_z_N")
 MOMENT_CHANNELS = ("moment_tip_x_Nm", "moment_tip_y_Nm", "moment_tip_z_Nm")
 _QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
+_LARGEST_INPUT = 1e15  # in the column's unit; squares of what lies far beyond are no numbers any more
 _UNIT = {"tension": "N", "displacement": "mm"}
 
 
@@ -36,7 +37,7 @@ class Inputs:
     """What drives a robot, row by row, in SI units.
 
     Attributes:
-        time_s: shape (r,), strictly increasing.
+        time_s: since the first row, shape (r,), strictly increasing.
         actuation: "tension" or "displacement".
         tendon: tension [N] or displacement [m] of each tendon in the robot's order, shape (r, t); of
             a catheter each pair's displacement and the tube's advance.
@@ -192,10 +193,11 @@ def output_channels(robot: Robot) -> list[str]:
 def read_inputs(robot: Robot, table: Table) -> Inputs:
     """Return the rows of `table` as SI inputs of `robot`.
 
-    A tendon whose channel the table leaves out has tension or displacement zero.
+    A tendon whose channel the table leaves out has tension or displacement zero. The clock is the
+    inputs' own, from zero: stamps in epoch seconds mean what the same rows mean from zero.
 
     Raises:
-        InputError: unknown or mixed channels, a missing value, a tension below zero, an advance
+        InputError: unknown or mixed channels, a missing or huge value, a tension below zero, an advance
             beyond its stroke, or time that does not increase; the message names the file and the row.
     """
     kinds = {kind: input_channels(robot, kind) for kind in _UNIT}
@@ -209,6 +211,13 @@ def read_inputs(robot: Robot, table: Table) -> Inputs:
     kind = used[0] if used else robot.actuation
     table.require_complete()
     table.require_increasing_time()
+    for name, values in table.columns.items():
+        beyond = np.abs(values) > _LARGEST_INPUT
+        if beyond.any():
+            row = int(np.argmax(beyond))
+            raise InputError(
+                f"{table.row(row)}: {name} = {values[row]:g}: must lie within {_LARGEST_INPUT:g}"
+            )
     rows = len(table.time_s)
 
     def column(name: str) -> Array:
@@ -232,7 +241,7 @@ def read_inputs(robot: Robot, table: Table) -> Inputs:
             shown = f"{columns[index]} = {tendon[row, index] * 1e3:g}"
             raise InputError(f"{table.row(row)}: {shown}: must lie in 0 to the stroke, {stroke_m * 1e3:g} mm")
     return Inputs(
-        time_s=table.time_s,
+        time_s=own_clock(table.time_s),
         actuation=kind,
         tendon=tendon,
         force_tip=np.stack([column(name) for name in FORCE_CHANNELS], axis=1),

@@ -8,13 +8,13 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.catheter_checks import check_catheter_robot
 from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.requirements import check_name, need, positive
+from catheter_sim.robots.requirements import MAX_LINKS, check_counts, check_name, need, positive
 from catheter_sim.robots.rolling import RollingRobot
 from catheter_sim.robots.rolling_checks import check_rolling_robot
 from catheter_sim.robots.shared_checks import check_shared
 from catheter_sim.robots.specification import ContinuumRobot, Segment, Tendon
 
-MAX_LINKS = 2000  # beyond it MuJoCo's build takes minutes; no robot of this kind has as many
+_MAX_HOLES = 10_000  # of all tendons in all links; beyond it the model takes minutes to build
 
 
 def check_robot(robot: Robot, where: str) -> None:
@@ -33,6 +33,7 @@ def check_robot(robot: Robot, where: str) -> None:
 
 
 def _check_continuum_robot(robot: ContinuumRobot, where: str) -> None:
+    check_counts(robot.segments, robot.tendons, where)
     _check_names(robot, where)
     for segment in robot.segments:
         _check_segment(segment, f"{where}: segments.{segment.name}.")
@@ -48,6 +49,9 @@ def _check_continuum_robot(robot: ContinuumRobot, where: str) -> None:
     count = sum(disks(robot, segment) for segment in robot.segments) * robot.links_per_subsegment
     if count > MAX_LINKS:
         raise InputError(f"{top}disks times links_per_subsegment = {count}: more than {MAX_LINKS} links")
+    holes = count * len(robot.tendons)
+    if holes > _MAX_HOLES:
+        raise InputError(f"{top}links times tendons = {holes}: more than {_MAX_HOLES} holes")
     for key, value, choices in (
         ("actuation", robot.actuation, ("tension", "displacement")),
         ("appearance", robot.appearance, ("spacer_disks", "wire_guides")),

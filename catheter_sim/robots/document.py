@@ -14,10 +14,15 @@ import typing
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from catheter_sim.errors import InputError, unknown
+from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.units import file_name
 
 Document = dict[str, Any]
+
+_DEEPEST = 16  # levels of tables and lists; no document of ours has half as many
+_MOST_ENTRIES = 1000  # of a list; checked again, more closely, where a robot is
+_BEYOND_64_BITS = 2**63
+_LARGEST_WHOLE = 10**9  # of what is counted: disks, joints, rings
 
 
 def to_document(value: Any) -> Document:
@@ -54,12 +59,21 @@ def from_document(kind: type, document: Any, where: str) -> Any:
         InputError: a key is unknown or missing, or a value has the wrong type or is not a number.
     """
     if not isinstance(document, Mapping):
-        raise InputError(f"{where}: a table is needed, not {document!r}")
+        raise InputError(f"{where}: a table is needed, not {shown(document)}")
     hints = typing.get_type_hints(kind)
     keys = {file_name(item.name)[0]: item for item in dataclasses.fields(kind)}
     for key in document:
         if key not in keys:
-            raise unknown("key", key, sorted(keys), where)
+            raise unknown("key", str(key), sorted(keys), where)
+    missing = [
+        key
+        for key, item in keys.items()
+        if key not in document
+        and item.default is dataclasses.MISSING
+        and item.default_factory is dataclasses.MISSING
+    ]
+    if missing:
+        raise InputError(f"{where}: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing")
     values: dict[str, Any] = {}
     for key, item in keys.items():
         if key in document:
@@ -67,8 +81,6 @@ def from_document(kind: type, document: Any, where: str) -> Any:
             if item.default == () and document[key] in ([], ()):
                 continue
             values[item.name] = _typed(hints[item.name], document[key], factor, f"{where}: {key}")
-        elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
-            raise InputError(f"{where}: {key} is missing")
     return kind(**values)
 
 
@@ -79,26 +91,61 @@ def _typed(hint: Any, value: Any, factor: float, where: str) -> Any:
     if origin is tuple:
         if not isinstance(value, list | tuple) or not value:
             raise InputError(f"{where}: a list with at least one entry is needed")
+        if len(value) > _MOST_ENTRIES:
+            raise InputError(f"{where}: {len(value)} entries: more than {_MOST_ENTRIES}")
         kind = typing.get_args(hint)[0]
         return tuple(
             _typed(kind, item, factor, f"{where}.{_label(item, index)}") for index, item in enumerate(value)
         )
     if origin in (dict, types.MappingProxyType) or (isinstance(origin, type) and issubclass(origin, Mapping)):
         if not isinstance(value, Mapping):
-            raise InputError(f"{where}: a table is needed, not {value!r}")
+            raise InputError(f"{where}: a table is needed, not {shown(value)}")
         kind = typing.get_args(hint)[1]
         return {str(key): _typed(kind, item, 1.0, f"{where}.{key}") for key, item in value.items()}
     if hint is float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
-            raise InputError(f"{where}: a number is needed, not {value!r}")
-        return float(value) / factor
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise InputError(f"{where}: a number is needed, not {shown(value)}")
+        number = _as_float(value, where)
+        if math.isnan(number):
+            raise InputError(f"{where}: a number is needed, not nan")
+        return number / factor
     if hint is int:
         if isinstance(value, bool) or not isinstance(value, int):
-            raise InputError(f"{where}: a whole number is needed, not {value!r}")
+            raise InputError(f"{where}: a whole number is needed, not {shown(value)}")
+        if abs(value) > _LARGEST_WHOLE:
+            raise InputError(f"{where} = {shown(value)}: must lie within {_LARGEST_WHOLE:g}")
         return value
     if not isinstance(value, str):
-        raise InputError(f"{where}: a text is needed, not {value!r}")
+        raise InputError(f"{where}: a text is needed, not {shown(value)}")
     return value
+
+
+def _as_float(value: float, where: str) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(f"{where} = {shown(value)}: too large a number") from None
+
+
+def check_plain(document: Document, where: str) -> None:
+    """Raise `InputError` where a document from a file holds what TOML allows and no document of ours has.
+
+    These are tables and lists nested so deep that what goes down into them by calling itself fails, and
+    whole numbers of more than 64 bits, which are no floats.
+    """
+    level: list[tuple[str, Any]] = [("", document)]
+    for _ in range(_DEEPEST):
+        below: list[tuple[str, Any]] = []
+        for path, holder in level:
+            named = holder.items() if isinstance(holder, Mapping) else enumerate(holder)
+            below += [(f"{path}.{key}" if path else str(key), item) for key, item in named]
+        for path, item in below:
+            if isinstance(item, int) and abs(item) >= _BEYOND_64_BITS:
+                raise InputError(f"{where}: {cut(path, 100)}: a whole number of more than 64 bits")
+        level = [(path, item) for path, item in below if isinstance(item, Mapping | list | tuple)]
+        if not level:
+            return
+    raise InputError(f"{where}: {cut(level[0][0], 100)}: tables or lists nested deeper than {_DEEPEST}")
 
 
 def _label(item: Any, index: int) -> str:
@@ -113,18 +160,22 @@ def parse_override(text: str, said: str = "--set") -> tuple[str, Any]:
         said: what errors call it.
 
     Raises:
-        InputError: there is no `=`, or no key before it.
+        InputError: there is no `=`, no key before it, or a number that is too large.
     """
     key, separator, value = text.partition("=")
     if not separator or not key.strip():
-        raise InputError(f"{said} {text}: KEY=VALUE is needed, as in friction.mu=0.2")
+        raise InputError(f"{said} {cut(text, 100)}: KEY=VALUE is needed, as in friction.mu=0.2")
     raw = value.strip()
-    for convert in (int, float):
-        try:
-            return key.strip(), convert(raw)
-        except ValueError:
-            continue
-    return key.strip(), raw
+    try:
+        number = float(raw)
+    except ValueError:
+        return key.strip(), raw
+    if math.isinf(number) and "inf" not in raw.lower():
+        raise InputError(f"{said} {cut(text, 100)}: too large a number")
+    try:
+        return key.strip(), int(raw)
+    except ValueError:
+        return key.strip(), number
 
 
 def override(document: Document, key: str, value: Any, said: str = "--set", names_too: bool = True) -> None:
@@ -144,7 +195,7 @@ def override(document: Document, key: str, value: Any, said: str = "--set", name
         InputError: no such key; the message names the choices at the level where it fails.
     """
     *path, last = key.split(".")
-    where = f"{said} {key}"
+    where = f"{said} {cut(key, 100)}"
     below_effects = path[:1] == ["effects"]
     if below_effects and (len(path) != 2 or not all([*path, last])):
         raise InputError(f"{where}: an effect is set as effects.NAME.PARAMETER=VALUE")
@@ -152,14 +203,14 @@ def override(document: Document, key: str, value: Any, said: str = "--set", name
     for depth, part in enumerate(path):
         table = _descend(table, part, where, create=depth > 0 and below_effects)
     if isinstance(table, list):
-        raise InputError(f"{where}: names a whole table; choices: {', '.join(_names(table))}")
+        raise InputError(f"{where}: names a whole table; choices: {cut(', '.join(_names(table)), 200)}")
     if not isinstance(table, dict):
         raise InputError(f"{where}: {'.'.join(path)} is a value, it has no keys")
     if last not in table and not below_effects:
         raise unknown("key", last, sorted(table), where)
     current = table.get(last)
     if isinstance(current, Mapping | list):
-        raise InputError(f"{where}: names a whole table; choices: {', '.join(_names(current))}")
+        raise InputError(f"{where}: names a whole table; choices: {cut(', '.join(_names(current)), 200)}")
     if names_too and isinstance(current, str):  # a name may look like a number
         value = str(value)
     table[last] = float(value) if isinstance(current, float) and isinstance(value, int) else value

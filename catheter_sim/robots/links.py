@@ -21,8 +21,9 @@ from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 
-from catheter_sim.robots.checks import MAX_LINKS, disks
+from catheter_sim.robots.checks import disks
 from catheter_sim.robots.layout import hinge_places
+from catheter_sim.robots.requirements import MAX_LINKS
 from catheter_sim.robots.specification import ContinuumRobot
 
 BEND_RAD = 0.5 * math.pi  # of every segment, toward the same side: the shape at which the error is stated

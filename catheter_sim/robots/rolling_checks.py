@@ -9,12 +9,10 @@ from functools import partial
 import numpy as np
 
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.robots.requirements import check_name, need, positive
+from catheter_sim.robots.requirements import MAX_LINKS, check_counts, check_name, need, positive
 from catheter_sim.robots.rolling import Rod, RollingRobot, RollingSegment
 from catheter_sim.robots.rolling_layout import hole_position, last_joint, rolling_joints
 from catheter_sim.robots.shared_checks import check_shared
-
-_MAX_JOINTS = 500  # no robot of this kind has as many
 
 
 def check_rolling_robot(robot: RollingRobot, where: str) -> None:
@@ -29,10 +27,11 @@ def check_rolling_robot(robot: RollingRobot, where: str) -> None:
         raise InputError(f"{top}kind = {robot.kind!r}: must be rolling; it cannot be set")
     if robot.actuation != "tension":
         raise unknown("actuation", robot.actuation, ("tension",), where)
+    check_counts(robot.segments, (*robot.tendons, *robot.passive_rods), where)
     _check_names(robot, where)
     count = sum(segment.joints for segment in robot.segments)
-    if count > _MAX_JOINTS:
-        raise InputError(f"{top}joints = {count} in all: more than {_MAX_JOINTS}")
+    if count > MAX_LINKS:
+        raise InputError(f"{top}joints = {count} in all: more than {MAX_LINKS}")
     for segment in robot.segments:
         _check_segment(segment, f"{top}segments.{segment.name}.")
     smallest_m = min(segment.outer_radius_m for segment in robot.segments)

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any
 
-from catheter_sim.errors import InputError
+from catheter_sim.errors import InputError, shown
 from catheter_sim.robots.document import Document, override, parse_override
-from catheter_sim.shown import shown
 
 # "friction.mu=0", ["friction.mu=0", "mount.stiffness_N_per_m=1e4"] or {"friction.mu": 0}
 Settings = str | Sequence[str] | Mapping[str, Any]

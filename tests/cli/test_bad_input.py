@@ -206,3 +206,91 @@ def test_divergence_at_the_first_row_leaves_a_header(run: Run, folder: Path) -> 
     message = run("simulate", ROBOT, "--inputs", "in.csv", "-o", "out.csv", "--columns", "tip_x_mm").error()
     assert message.startswith("in.csv: line 2: ")
     assert (folder / "out.csv").read_text() == "time_s,tip_x_mm\n"
+
+
+@pytest.mark.parametrize(
+    "words", [["simulate"], ["statics", "--model", "pk"], ["statics", "--model", "balance"], ["render"]]
+)
+def test_a_catheters_command_out_of_range_is_named_with_its_line(
+    words: list[str], run: Run, folder: Path
+) -> None:
+    """The file, its line (empty ones counted) and its own time stand before what is wrong."""
+    (folder / "in.csv").write_text("time_s,displacement_bending_mm\n1700000000.001,0\n\n1700000001.5,100\n")
+    message = run(*words, "mitral_transseptal", "--inputs", "in.csv", *output_of(words)).error()
+    assert message.startswith("in.csv: line 4 (time_s = 1700000001.5): ")
+    assert "displacement_bending_mm" in message
+    assert "beyond" in message
+    assert "row" not in message
+    assert os.listdir(folder) == ["in.csv"]
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (["--row", "3"], "--row 3: in.csv has rows 1 to 2"),
+        (["--row", "0"], "'0': a whole number from 1"),
+        (["--row", "last"], "'last': a whole number from 1"),
+        (["--time", "-0.1"], "--time -0.1: in.csv runs from time_s = 0 to 1"),
+        (["--time", "1.01"], "--time 1.01: in.csv runs from time_s = 0 to 1"),
+        (["--time", "nan"], "'nan': a finite number is needed"),
+        (["--time", "1", "--row", "1"], "not allowed with argument"),
+        (["--row", "1", "-o", "out.mp4"], "out.mp4: --row and --time choose what a picture shows; choices:"),
+    ],
+)  # fmt: skip
+def test_a_row_or_time_that_is_not_there(option: list[str], message: str, run: Run, folder: Path) -> None:
+    """What a picture cannot show is refused with what there is."""
+    (folder / "in.csv").write_text(GOOD)
+    assert message in run("render", ROBOT, "--inputs", "in.csv", "-o", "out.png", *option).error()
+    assert os.listdir(folder) == ["in.csv"]
+
+
+LONG = "x" * 100_000
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [LONG],
+        ["list", LONG],
+        ["list", LONG + ".toml"],
+        ["list", "--" + LONG],
+        ["build", ROBOT, "-o", LONG],
+        ["build", ROBOT, "-o", "m.xml", "--set", LONG],
+        ["build", ROBOT, "-o", "m.xml", "--set", f"{LONG}=1"],
+        ["build", ROBOT, "-o", "m.xml", "--set", f"friction.{LONG}=1"],
+        ["build", ROBOT, "-o", "m.xml", "--set", f"friction.mu={LONG}"],
+        ["build", ROBOT, "-o", "m.xml", "--set", f"friction.mu={'1' * 100_000}"],
+        ["build", ROBOT, "-o", "m.xml", "--set", f"effects.{LONG}.a=1"],
+        ["build", ROBOT, "-o", "m.xml", "--set", f"tendons.0.name={LONG}"],
+        ["build", ROBOT, "-o", "m.xml", "--set", f"name={LONG}"],
+        ["simulate", ROBOT, "--inputs", LONG, "-o", "o.csv"],
+        ["simulate", ROBOT, "--inputs", "in.csv", "-o", "o.csv", "--gravity", LONG],
+        ["simulate", ROBOT, "--inputs", "in.csv", "-o", "o.csv", "--columns", LONG],
+        ["statics", ROBOT, "--inputs", "in.csv", "-o", "o.csv", "--model", LONG],
+        ["render", ROBOT, "--inputs", "in.csv", "-o", "o.png", "--width", LONG],
+        ["diagnose", LONG, "-o", "out"],
+    ],
+    ids=lambda words: " ".join(words).replace(LONG, "LONG")[:60],
+)
+def test_no_message_is_endless(words: list[str], run: Run, folder: Path) -> None:
+    """A hundred thousand characters in, some hundred out, on one line."""
+    (folder / "in.csv").write_text(GOOD)
+    assert len(run(*words).error()) <= 500
+    assert os.listdir(folder) == ["in.csv"]
+
+
+def test_a_dynamic_run_of_years_is_refused(run: Run, folder: Path) -> None:
+    """Time that would take days to step through is named before the first step; held rows do not care."""
+    (folder / "in.csv").write_text("time_s,tension_right_N\n0,0\n1e9,0.1\n")
+    words = ["simulate", ROBOT, "--inputs", "in.csv", "-o", "out.csv"]
+    message = run(*words, "--dynamic").error()
+    assert message.startswith("in.csv: time_s runs over 1e+09 s, with --dynamic at most 50000 s")
+    assert os.listdir(folder) == ["in.csv"]
+    assert run(*words).status == 0
+
+
+def test_an_input_that_no_number_can_square_is_refused(run: Run, folder: Path) -> None:
+    """It is named with its line, not met as a matrix without singular values."""
+    (folder / "in.csv").write_text("time_s,tension_1_N,force_tip_x_N\n0,0,0\n1,0,1e308\n")
+    words = ["statics", "spacer_disk", "--model", "CC", "--inputs", "in.csv", "-o", "out.csv"]
+    assert run(*words).error() == "in.csv: line 3: force_tip_x_N = 1e+308: must lie within 1e+15"

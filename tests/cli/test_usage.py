@@ -97,7 +97,7 @@ def test_help_imports_nothing_heavy() -> None:
         (["diagnose", "data", "-o", "out", "--jobs", "0"], "'0': a whole number from 1"),
         (["diagnose", "data", "-o", "out", "--jobs", "two"], "'two': a whole number from 1"),
         (["bench", "--turns", "-3"], "'-3': a whole number from 1"),
-        (["list", "a\nb"], "unrecognized arguments: a b"),
+        (["bench", "a\nb"], "unrecognized arguments: a b"),
     ],
 )  # fmt: skip
 def test_wrong_usage_is_one_line(words: list[str], message: str, run: Run, folder: Path) -> None:
@@ -276,3 +276,40 @@ def test_a_real_process_exits_2(tmp_path: Path) -> None:
     assert ended.stderr.startswith("catheter-sim: error: unknown robot 'no_robot'; choices: neuroendoscope")
     assert ended.stderr.count("\n") == 1
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("closed", "words", "said"),
+    [
+        (">&-", ["list"], "standard output is closed"),
+        (">&-", ["build", "spacer_disk", "-o", "m.xml"], "standard output is closed"),
+        (">&- 2>&-", ["list"], ""),
+        ("2>&-", ["build", "no_robot", "-o", "m.xml"], ""),
+        ("<&-", ["build", "no_robot", "-o", "m.xml"], "unknown robot 'no_robot'"),
+    ],
+)
+def test_closed_streams_are_no_defect(closed: str, words: list[str], said: str, tmp_path: Path) -> None:
+    """Exit 2 and at most one line, before a file takes the place of what is closed."""
+    script = ["sh", "-c", f'exec "$@" {closed}', "sh", *COMMAND, *words]
+    ended = subprocess.run(script, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stdout == ""
+    assert said in ended.stderr
+    assert ended.stderr.count("\n") == (1 if said else 0)
+    assert "internal error" not in ended.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_diagnose_help_tells_every_key() -> None:
+    """The tables and keys of dataset.toml, the optional ones among them, and the limit on rows."""
+    from catheter_sim.cli import diagnose
+    from catheter_sim.diagnosis import dataset
+    from catheter_sim.tables import MAX_ROWS
+
+    text = diagnose.__doc__ or ""
+    for table, keys in dataset._KEYS.items():
+        assert f"[{table}]" in text
+        assert all(key in text for key in keys)
+    for word in ("[[trials]]", "file", "role", "[calibration]", f"{MAX_ROWS} rows", *dataset.ROLES):
+        assert word in text

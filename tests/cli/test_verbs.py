@@ -13,7 +13,14 @@ import pytest
 from cli_command import Run
 
 from catheter_sim.robots.catalogue import ROBOTS, load_robot, robot_toml
-from catheter_sim.robots.channels import output_channels, read_inputs
+from catheter_sim.robots.channels import (
+    FORCE_CHANNELS,
+    MOMENT_CHANNELS,
+    Inputs,
+    input_channels,
+    output_channels,
+    read_inputs,
+)
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.statics.models import STATIC_MODELS
 from catheter_sim.tables import read_table
@@ -331,3 +338,95 @@ def test_output_may_go_to_a_device(run: Run, folder: Path, inputs: str) -> None:
     """Output to /dev/null is written there; the device stays a device."""
     assert run("simulate", ROBOT, "--inputs", inputs, "-o", "/dev/null").status == 0
     assert Path("/dev/null").is_char_device()
+
+
+def test_list_shows_what_a_robots_file_takes_and_gives(run: Run, folder: Path) -> None:
+    """Its inputs of each kind, every output column, its models, and its effects with what the file sets."""
+    robot = load_robot("spacer_disk", ["disks_per_segment=2", "effects.tendon_friction.mu=0.1"])
+    (folder / "my.toml").write_text(robot_toml(robot))
+    content = json.loads(run("list", "my.toml", "--json").out)
+    assert content["inputs"] == {kind: input_channels(robot, kind) for kind in ("tension", "displacement")}
+    assert content["optional_inputs"] == [*FORCE_CHANNELS, *MOMENT_CHANNELS]
+    assert content["outputs"] == output_channels(robot)
+    models = [model["name"] for model in content["static_models"]]
+    assert models == [name for name, model in STATIC_MODELS.items() if model.applies_to(robot)]
+    effects = {effect["name"]: effect for effect in content["effects"]}
+    assert effects["tendon_friction"]["set"] == {"mu": 0.1}
+    assert {"scale_1", "scale_4"} <= {item["name"] for item in effects["actuation_gain"]["parameters"]}
+    text = run("list", "my.toml").out
+    assert text.startswith(f"my.toml: {robot.description}\n")
+    for word in ("displacement_3_mm", "force_tip_z_N", "body_1_x_mm", "body_4_z_mm", "tension_4_N", *effects):
+        assert word in text
+    assert "mu = 0 (0 to 1.5), set: 0.1" in text
+
+
+@pytest.mark.parametrize("reference", ROBOTS)
+def test_list_knows_every_robot(reference: str, run: Run) -> None:
+    """Ids and parameter sets alike; the text names each static model and effect once."""
+    content = json.loads(run("list", reference, "--json").out)
+    assert content["outputs"] == output_channels(load_robot(reference))
+    text = run("list", reference).out
+    for kind in ("static_models", "effects"):
+        for item in content[kind]:
+            assert text.count(f"\n  {item['name']:<24} ") == 1
+
+
+def test_list_refuses_what_is_no_robot(run: Run, folder: Path) -> None:
+    """In the words of every other verb."""
+    assert "unknown robot 'my'; choices: " in run("list", "my").error()
+    assert "my.toml: no such file" in run("list", "my.toml").error()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["simulate", "--dynamic"],
+        ["simulate", "--set", "effects.rate.lag_s=0.3"],
+        ["statics", "--model", "fkm_exact_arm", "--set", "effects.rate.delay_s=0.35"],
+        ["statics", "--model", "fkm_exact_arm", "--set", "effects.drift.zero_N_per_min=2"],
+    ],
+    ids=lambda words: words[-1],
+)
+def test_the_year_of_a_measurement_changes_nothing(words: list[str], run: Run, folder: Path) -> None:
+    """Rows in epoch seconds give what the same rows from zero give, at their own times."""
+    pulls = 0.1 + 0.1 * np.sin(np.arange(60) / 6.0)
+    for name, start in (("zero", 0.0), ("epoch", 1.7e9)):
+        rows = [f"{start + 0.0125 * row:.4f},{pull:.3f}" for row, pull in enumerate(pulls)]
+        (folder / f"{name}.csv").write_text("\n".join(["time_s,tension_right_N", *rows]))
+        assert run(*words, ROBOT, "--inputs", f"{name}.csv", "-o", f"{name}_out.csv").status == 0
+    zero, epoch = read_table("zero_out.csv"), read_table("epoch_out.csv")
+    np.testing.assert_array_equal(epoch.time_s, read_table("epoch.csv").time_s)
+    for name, values in zero.columns.items():
+        np.testing.assert_allclose(epoch.columns[name], values, rtol=0, atol=1e-6, err_msg=name)
+    assert np.ptp(zero.columns["tip_x_mm"]) > 1.0
+
+
+@pytest.mark.parametrize(
+    ("option", "time_s", "pull"),
+    [
+        ([], 3.0, 0.1),
+        (["--row", "1"], 0.0, 0.0),
+        (["--row", "3"], 2.0, 0.2),
+        (["--time", "1700000001"], 1.0, 0.1),
+        (["--time", "1700000001.25"], 1.25, 0.125),
+        (["--time", "1700000003"], 3.0, 0.1),
+    ],
+)
+def test_a_picture_shows_the_row_or_time_asked_for(
+    option: list[str], time_s: float, pull: float, run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The robot after all rows before it, under the inputs of that row or on the line between two."""
+    from catheter_sim.render import offscreen
+
+    seen: list[Inputs] = []
+    monkeypatch.setattr(offscreen, "render", lambda robot, inputs, *rest, **named: seen.append(inputs))
+    rows = [f"{1.7e9 + row},{pull}" for row, pull in enumerate([0, 0.1, 0.2, 0.1])]
+    (folder / "in.csv").write_text("\n".join(["time_s,tension_right_N", *rows]))
+    ran = run("render", ROBOT, "--inputs", "in.csv", "-o", "out.png", *option)
+    assert ran.status == 0, ran.err
+    (inputs,) = seen
+    assert inputs.time_s[-1] == pytest.approx(time_s)
+    assert inputs.tendon[-1, 0] == pytest.approx(pull)
+    assert inputs.tendon[0, 0] == 0.0
+    assert len(inputs) == int(np.floor(time_s)) + (1 if time_s % 1 == 0 else 2)

@@ -195,14 +195,106 @@ def test_missing_folder(tmp_path: Path) -> None:
         load_dataset(tmp_path / "nothing")
 
 
-def test_unknown_column_names_the_choices(folder: Path) -> None:
-    """A column that is no channel of the robot is an error, not a thing to overlook."""
+def test_columns_not_listed_are_ignored_with_a_note(folder: Path) -> None:
+    """Whatever they hold, and whether or not the robot knows them; a robot's own input counts as zero."""
+    before = load_dataset(folder)
+    assert before.notes == ()
     lines = CSV.splitlines()
-    (folder / "a.csv").write_text(
-        "\n".join([lines[0] + ",pressure_bar", *(line + ",1" for line in lines[1:])])
+    head = lines[0] + ",pattern,,pattern,force_tip_x_N"
+    (folder / "a.csv").write_text("\n".join([head, *(line + ",pull,,x,3" for line in lines[1:])]))
+    dataset = load_dataset(folder)
+    assert dataset.notes == (
+        "a.csv: not listed in dataset.toml and ignored: pattern, (a column without a name), force_tip_x_N. "
+        "Of these the robot's own inputs are taken as zero: force_tip_x_N.",
     )
-    with pytest.raises(InputError, match=r"unknown column 'pressure_bar'; choices: tension_right_N"):
+    (folder / "b.csv").write_bytes((folder / "a.csv").read_bytes().replace(b"0.4", b"0.35"))
+    (note,) = load_dataset(folder).notes  # one for both
+    assert note.startswith("a.csv, b.csv: not listed in dataset.toml and ignored: pattern, ")
+    for old, new in zip(before.trials, dataset.trials, strict=True):
+        assert new.outputs.columns.keys() == old.outputs.columns.keys()
+        assert not new.inputs.force_tip.any()
+        assert (new.inputs.tendon == old.inputs.tendon).all()
+
+
+def test_a_typo_of_a_listed_column_is_an_error(folder: Path) -> None:
+    """It is not ignored, as the listed one is not there."""
+    csv("tip_z_mm", "tip_Z_mm")(folder)
+    with pytest.raises(InputError, match=r"a.csv: no column tip_z_mm, .*; columns: .*tip_Z_mm"):
         load_dataset(folder)
+
+
+@pytest.mark.parametrize("spelling", ["./a.csv", "sub/../a.csv", "link.csv", "hard.csv", "sub/link.csv"])
+def test_one_file_under_two_names_is_one_file(folder: Path, spelling: str) -> None:
+    """What trains is not held out under another spelling, through a link or a folder."""
+    (folder / "sub").mkdir()
+    (folder / "link.csv").symlink_to(folder / "a.csv")
+    (folder / "sub" / "link.csv").symlink_to(folder / "link.csv")
+    (folder / "hard.csv").hardlink_to(folder / "a.csv")
+    toml('"b.csv"', f'"{spelling}"')(folder)
+    with pytest.raises(InputError) as caught:
+        load_dataset(folder)
+    assert str(caught.value).endswith(
+        f"dataset.toml: trials[1].file: '{spelling}' is the same file as trials[0].file, 'a.csv'"
+    )
+
+
+@pytest.mark.parametrize(
+    ("roles", "refused"),
+    [
+        (("train", "heldout", "heldout"), True),
+        (("train", "heldout", "train"), False),  # it only weighs more
+        (("train", "train", "train"), False),  # refused elsewhere: nothing is held out
+        ((None, None, None), False),  # the tool keeps repeats in training
+        ((None, "heldout", "heldout"), True),
+        ((None, "heldout", None), False),
+        (("heldout", "train", None), True),
+    ],
+)
+def test_a_copy_of_a_trial_tests_nothing(folder: Path, roles: tuple[str | None, ...], refused: bool) -> None:
+    """Byte for byte the same file cannot train and be held out, whoever chose the roles."""
+    (folder / "copy.csv").write_bytes((folder / "a.csv").read_bytes())
+    entries = [
+        f'[[trials]]\nfile = "{file}"\n' + (f'role = "{role}"\n' if role else "")
+        for file, role in zip(("a.csv", "b.csv", "copy.csv"), roles, strict=True)
+    ]
+    (folder / "dataset.toml").write_text(TOML.split("[[trials]]")[0] + "".join(entries))
+    if refused:
+        with pytest.raises(InputError, match=r"'copy.csv' is a copy of 'a.csv', byte for byte, and one of"):
+            load_dataset(folder)
+    else:
+        assert len(load_dataset(folder).trials) == 3
+
+
+def test_a_repeat_is_no_copy(folder: Path) -> None:
+    """The same inputs measured again are a legal test, in other digits by one."""
+    (folder / "b.csv").write_text(CSV.replace("59.9", "59.8"))
+    train, heldout = split(load_dataset(folder))
+    assert is_repeat(train[0], heldout[0])
+
+
+def test_a_repeat_is_one_whenever_it_was_recorded(folder: Path) -> None:
+    """Two trials of one session, stamped in epoch seconds, repeat one another."""
+    lines = CSV.splitlines()
+    for name, start in (("a.csv", 1778538602.521), ("b.csv", 1778539017.043)):
+        rows = [line.split(",") for line in lines[1:]]
+        stamped = [",".join([f"{start + float(row[0]):.3f}", *row[1:]]) for row in rows]
+        (folder / name).write_text("\n".join([lines[0], *stamped]))
+    first, second = load_dataset(folder).trials
+    assert is_repeat(first, second)
+    assert first.inputs.time_s.tolist() == [0, 1, 2, 3, 4]
+    assert first.outputs.time_s[1] == 1778538603.521  # as in the file
+
+
+def test_missing_keys_are_told_all_at_once(folder: Path) -> None:
+    """A table and keys of two others that are missing stand in one line."""
+    text = TOML.replace("[conditions]\ngravity_mps2 = [0.0, 0.0, 0.0]\n", "")
+    text = text.replace('licence = "MIT"\n', "").replace('outputs = ["tip_x_mm", "tip_z_mm"]\n', "")
+    (folder / "dataset.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_dataset(folder)
+    assert str(caught.value).endswith(
+        "dataset.toml: the table [conditions], dataset.licence, channels.outputs are missing"
+    )
 
 
 def test_roles_rule_the_split(folder: Path) -> None:

@@ -147,7 +147,7 @@ def test_file_says_its_kind(reference: str, tmp_path: Path) -> None:
         ("segments.bending.joint=torsion", "segments.bending.tendon_radius_mm = 0: must be above zero"),
         ("segments.advance.rings=3", "segments.advance.rings = 3: must be 0 for a prismatic joint"),
         ("segments.bending.rings=0", "segments.bending.rings = 0: must be above zero"),
-        ("segments.bending.rings=501", "segments.bending.rings = 501: more than 500"),
+        ("segments.bending.rings=501", "segments.bending.rings = 501: more than 400"),
         ("segments.bending.length_mm=11", "nothing is left for the rings between gaps of 11.44 mm in all"),
         ("segments.bending.arm_mm=3", "segments.bending.arm_mm = 3: lies outside the rings"),
         ("segments.bending.arm_mm=2.6", "segments.bending.arm_mm = 2.6: lies outside rim_radius_mm"),

@@ -210,3 +210,13 @@ def test_a_run_that_stopped_early_gives_the_rows_it_has() -> None:
     assert empty.time_s.shape == (0,)
     assert list(empty.columns) == output_channels(robot)
     assert all(values.shape == (0,) for values in empty.columns.values())
+
+
+@pytest.mark.parametrize("start", [0.0, -2.5, 1778538602.521])
+def test_the_clock_of_inputs_starts_at_their_first_row(start: float) -> None:
+    """Rows mean the same whenever they were recorded: seconds since the first one, to the last digit."""
+    robot = load_robot("neuroendoscope_section")
+    own = np.array([0.0, 0.0125, 0.025, 1.25])
+    stamps = np.array([float(f"{start + time:.4f}") for time in own])
+    inputs = read_inputs(robot, Table(stamps, {"tension_right_N": own}))
+    np.testing.assert_allclose(inputs.time_s, own, rtol=1e-15, atol=1e-15)

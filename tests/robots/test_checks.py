@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catalogue import ROBOTS, load_robot, robot_toml
 from catheter_sim.robots.checks import check_robot, disks
+from catheter_sim.robots.specification import ContinuumRobot
 
 
 @pytest.mark.parametrize("reference", ROBOTS)
@@ -49,11 +51,20 @@ def test_built_in_robots_are_possible(reference: str) -> None:
         ("friction.mu=inf", "friction.mu = inf: must lie in 0 to 10"),
         ("mount.axial_stiffness_N_per_mm=0", "mount.axial_stiffness_N_per_mm = 0: must be above zero"),
         ("dynamics.timestep_s=0", "dynamics.timestep_s = 0: must be above zero"),
+        ("dynamics.timestep_s=1e-9", "dynamics.timestep_s = 1e-09: must lie in 1e-05 to 0.1 s"),
+        ("dynamics.timestep_s=1", "dynamics.timestep_s = 1: must lie in 1e-05 to 0.1 s"),
+        ("dynamics.relaxation_time_s=1e5", "dynamics.relaxation_time_s = 100000: must be at most 1000 s"),
+        ("disks_per_segment=1000000000", "disks times links_per_subsegment = 8000000000: more than 400"),
+        ("name=", "name = '': 1 to 100 characters that can be printed are needed"),
+        ("name=\u200b", "name = '\\u200b': 1 to 100 characters that can be printed are needed"),
+        ("segments.first.name=" + "s" * 61, "a name has at most 60 characters"),
+        ("segments.first.length_mm=1e-300", "length_mm = 1e-300: too small or too large to compute with"),
+        ("segments.first.mass_g=1e300", "segments.first.mass_g = 1e+300: too small or too large to compute"),
         ("stiffness_scale=0", "stiffness_scale = 0: must be above zero"),
         ("channel_radius_mm=-1", "channel_radius_mm = -1: must lie in 0 to the smallest outer radius"),
         ("channel_radius_mm=8.5", "the tendon lies in the free channel (radius 8.5 mm)"),
         ("links_per_subsegment=0", "links_per_subsegment = 0: must be 1 or more"),
-        ("links_per_subsegment=1000000", "disks times links_per_subsegment = 20000000: more than 2000 links"),
+        ("links_per_subsegment=1000000", "disks times links_per_subsegment = 20000000: more than 400 links"),
         ("disks_per_segment=-1", "disks_per_segment = -1: must not be negative"),
         ("actuation=push", "unknown actuation 'push'; choices: tension, displacement"),
         ("appearance=shiny", "unknown appearance 'shiny'; choices: spacer_disks, wire_guides"),
@@ -110,7 +121,7 @@ def test_file_that_is_no_robot_is_named(tmp_path: Path) -> None:
         ("no.toml", "no such file"),
         ("broken.toml", "not valid TOML"),
         ("binary.toml", "cannot be read"),
-        ("empty.toml", "name is missing"),
+        ("empty.toml", "name, description, segments, tendons, friction are missing"),
         ("folder.toml", "cannot be read"),
         ("flat.toml", "segments.first.length_mm = 0: must be above zero"),
     ):
@@ -119,3 +130,69 @@ def test_file_that_is_no_robot_is_named(tmp_path: Path) -> None:
         assert str(caught.value).startswith(str(tmp_path / name)), name
         assert message in str(caught.value)
         assert "\n" not in str(caught.value)
+
+
+def test_more_tendons_and_holes_than_can_be_built_are_refused() -> None:
+    """A hundred tendons are taken, one more is not; nor are more than ten thousand holes."""
+    robot = load_robot("spacer_disk")
+    assert isinstance(robot, ContinuumRobot)
+    for count, message in ((100, ""), (101, "r: 101 tendons: more than 100")):
+        tendons = tuple(dataclasses.replace(robot.tendons[0], name=f"t{k}") for k in range(count))
+        many = dataclasses.replace(robot, tendons=tendons, disks_per_segment=10)
+        if message:
+            with pytest.raises(InputError, match=message):
+                check_robot(many, "r")
+        else:
+            check_robot(many, "r")
+            with pytest.raises(InputError, match="links times tendons = 12000: more than 10000 holes"):
+                check_robot(dataclasses.replace(many, disks_per_segment=60, links_per_subsegment=1), "r")
+
+
+@pytest.mark.slow
+def test_twenty_thousand_tendons_end_in_one_line(tmp_path: Path) -> None:
+    """In seconds, without looking at each of them against each other."""
+    text = robot_toml(ROBOTS["neuroendoscope_section"]())
+    start = text.index("[[tendons]]")
+    tendon = text[start : text.index("[[tendons]]", start + 1)]
+    many = "\n".join(tendon.replace('"right"', f'"t{k}"', 1) for k in range(20_000))
+    (tmp_path / "many.toml").write_text(text[:start] + many + "\n" + text[start:])
+    before = time.process_time()
+    with pytest.raises(InputError, match=r"many\.toml: tendons: 20002 entries: more than 1000"):
+        load_robot(tmp_path / "many.toml")
+    assert time.process_time() - before < 20.0
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("name = " + "[" * 1000 + "]" * 1000, "not valid TOML: nested too deeply"),
+        ("name = " + "[" * 200 + "]" * 200, "name.0.0.0.0.0.0.0.0.0.0.0.0.0.0.0: tables or lists nested"),
+        (".".join("a" * 50) + " = 1", "tables or lists nested deeper than 16"),
+        (".".join("a" * 100_000) + " = 1", "not valid TOML: a key has more than 100 parts"),
+        ("name = 'a'\n" + "# comment\n" * 1_000_001, "larger than 10 MB, so neither a robot nor a data set"),
+        ("disks_per_segment = 1" + "0" * 400, "disks_per_segment: a whole number of more than 64 bits"),
+        ("stiffness_scale = 1" + "0" * 400, "stiffness_scale: a whole number of more than 64 bits"),
+        ("stiffness_scale = 1" + "0" * 5000, "a whole number has thousands of digits"),
+        ("segments = [{disks = 0x" + "f" * 5000 + "}]", "segments.0.disks: a whole number of more than 64"),
+        ('name = "' + "x" * 100_000 + '"', "are missing"),
+    ],
+    ids=lambda text: text[:30],
+)  # fmt: skip
+def test_file_beyond_all_measure_is_one_line(tmp_path: Path, content: str, message: str) -> None:
+    """Depth and size that Python's own readers give up on are the file's fault, with its key."""
+    (tmp_path / "robot.toml").write_text(content)
+    with pytest.raises(InputError) as caught:
+        load_robot(tmp_path / "robot.toml")
+    assert str(caught.value).startswith(f"{tmp_path / 'robot.toml'}: ")
+    assert message in str(caught.value)
+    assert len(str(caught.value)) <= 500
+
+
+@pytest.mark.parametrize("value", ["1" + "0" * 400, "1" + "0" * 5000, "-1e400"], ids=len)
+@pytest.mark.parametrize("key", ["segments.first.length_mm", "disks_per_segment", "name"])
+def test_setting_beyond_all_measure_is_one_line(key: str, value: str) -> None:
+    """A number that no float holds is called that; infinity has to be written as such."""
+    with pytest.raises(InputError, match=f"--set {key}=.*: too large a number") as caught:
+        load_robot("spacer_disk", [f"{key}={value}"])
+    assert len(str(caught.value)) <= 200
+    load_robot("spacer_disk", ["segments.first.torsion_stiffness_N_mm2=inf"])

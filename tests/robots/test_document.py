@@ -266,3 +266,12 @@ def test_missing_key_is_named() -> None:
     del document["segments"][0]["length_mm"]
     with pytest.raises(InputError, match=r"r: segments\.section: length_mm is missing"):
         from_document(ContinuumRobot, document, "r")
+
+
+def test_missing_keys_are_named_together() -> None:
+    """Who left out three keys need not ask three times."""
+    document = to_document(ROBOTS["spacer_disk"]())
+    for key in ("length_mm", "disks", "mass_g"):
+        del document["segments"][1][key]
+    with pytest.raises(InputError, match=r"segments\.second: length_mm, disks, mass_g are missing"):
+        from_document(ContinuumRobot, document, "robot.toml")

@@ -147,7 +147,7 @@ def test_kind_cannot_be_set(reference: str) -> None:
     [
         ("segments.section.length_mm=0", "segments.section.length_mm = 0: must be above zero"),
         ("segments.section.joints=0", "segments.section.joints = 0: must be 1 or more"),
-        ("segments.section.joints=1000", "joints = 1000 in all: more than 500"),
+        ("segments.section.joints=1000", "joints = 1000 in all: more than 400"),
         ("segments.section.mass_g=-1", "segments.section.mass_g = -1: must be above zero"),
         ("segments.section.centre_of_mass_depth_mm=16", "depth_mm = 16: must lie in 0 to the links' length"),
         ("segments.section.larger_arm_mm=7", "larger_arm_mm = 7: must be below its arc's radius, 6.7 mm"),

@@ -13,14 +13,13 @@ from catheter_sim.envs.arguments import checked_options
 from catheter_sim.envs.observation import Bounds, Observation
 from catheter_sim.envs.surroundings import Surround, Surroundings
 from catheter_sim.envs.tip import DIVERGED_REWARD, Action, TipEnv
-from catheter_sim.errors import InputError
+from catheter_sim.errors import InputError, shown
 from catheter_sim.mjcf.scene import View
 from catheter_sim.mjcf.surroundings import INSERTION
 from catheter_sim.render.framing import fitted_view
 from catheter_sim.render.images import Picture
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
-from catheter_sim.shown import shown
 from catheter_sim.simulation.tissue import Tissue
 from catheter_sim.units import in_file_units
 

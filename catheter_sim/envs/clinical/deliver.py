@@ -22,7 +22,7 @@ from catheter_sim.envs.clinical.heart import (
 from catheter_sim.envs.observation import Bounds
 from catheter_sim.envs.surroundings import Surroundings
 from catheter_sim.envs.tip import CONTROL_STEP_S
-from catheter_sim.errors import InputError
+from catheter_sim.errors import InputError, shown
 from catheter_sim.mjcf.catheter_implant import IMPLANT_M, holder_length_m
 from catheter_sim.mjcf.scene import View
 from catheter_sim.mjcf.surroundings import INSERTION
@@ -38,7 +38,6 @@ from catheter_sim.robots.catheter import CatheterRobot
 from catheter_sim.robots.kinds import Robot
 from catheter_sim.robots.posture import Array
 from catheter_sim.robots.settings import Settings
-from catheter_sim.shown import shown
 from catheter_sim.units import in_file_units
 
 # Matsuda 2016, doi 10.1007/s00380-015-0763-0: of a catheter's tip on the atrium's wall, 40 g are excessive;
