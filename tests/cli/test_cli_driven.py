@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from cli_command import Run
 
+from catheter_sim.cli.arguments import whole_number
 from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.tables import Table, read_table
@@ -144,3 +146,16 @@ def test_bench_takes_as_many_turns_as_it_is_told(run: Run, monkeypatch: pytest.M
     assert run("bench", "--json", "--turns", "2").status == 0
     assert run("bench", "--json").status == 0
     assert asked == [2, 9]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("1", 1), ("256", 256), ("0", None), ("257", None), ("2.0", None)]
+)
+def test_whole_numbers_have_both_their_bounds(text: str, value: int | None) -> None:
+    """Both ends are taken, what lies beyond either is refused in words that name both."""
+    read = whole_number(1, 256)
+    if value is not None:
+        assert read(text) == value
+    else:
+        with pytest.raises(argparse.ArgumentTypeError, match="a whole number from 1 to 256 is needed"):
+            read(text)
