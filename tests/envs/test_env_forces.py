@@ -36,7 +36,8 @@ def pressed(env: TumourEnv, **shares: float) -> tuple[float, bool, dict[str, Any
     """Return reward, end and info of a step at rest in which regions felt these shares of the limit."""
     tissue = env.plant.simulator.tissue
     assert tissue is not None
-    tissue.peak_N = np.array([shares.get(name, 0.0) * LIMIT_N for name in tissue.regions])
+    if shares:  # otherwise what the simulation takes down stands: nothing, if what was before is forgotten
+        tissue.peak_N = np.array([shares.get(name, 0.0) * LIMIT_N for name in tissue.regions])
     _, reward, terminated, _, info = env.step(STILL)
     return float(reward), terminated, info
 
