@@ -21,7 +21,7 @@ from catheter_sim.hidden.histories import history
 from catheter_sim.hidden.make import MISSING, _measured
 from catheter_sim.hidden.outside import KinkedCell
 from catheter_sim.hidden.robots import BENCH_ROBOTS, bench_robot
-from catheter_sim.hidden.score import score
+from catheter_sim.hidden.score import _coverage, score
 from catheter_sim.hidden.table import summary
 from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.robots.channels import Inputs, channel_of, read_inputs
@@ -172,6 +172,15 @@ def test_coverage_counts_what_can_be_compared():
     ]
     found = line(summary([draw(coverage=rows)]), "true parameter in its 95 % interval")
     assert (found["count"], found["of"]) == (2, 3)
+
+
+@pytest.mark.parametrize(("true", "inside"), [(0.79, False), (0.81, True), (0.99, True), (1.01, False)])
+def test_an_interval_has_two_ends(true, inside):
+    """A true value a little below it is missed, and so is one a little above it."""
+    cause = {"name": "stiffness", "parameters": {"scale": {"value": 0.9, "ci95": [0.8, 1.0]}}}
+    (row,) = _coverage({"stiffness": {"scale": true}}, [cause])
+    assert row["comparable"] is True
+    assert row["inside"] is inside
 
 
 def test_seeds_and_blocks_deal_in_another_order():
