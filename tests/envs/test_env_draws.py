@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pytest
@@ -101,10 +102,16 @@ def test_a_way_begins_and_ends_gently(plant: Plant) -> None:
     assert np.median(ends, axis=0).max() < 0.1
 
 
+def values_of(settings: Mapping[str, float] | Sequence[str]) -> dict[str, float]:
+    """Return settings, a mapping or texts `KEY=VALUE`, as numbers by key."""
+    pairs = settings.items() if isinstance(settings, Mapping) else (text.split("=") for text in settings)
+    return {key: float(value) for key, value in pairs}
+
+
 def test_settings_are_drawn_evenly_between_their_bounds() -> None:
-    """Texts `KEY=VALUE`, each of its own bounds; equal bounds give that value."""
+    """By their keys, each of its own bounds; equal bounds give that value."""
     bounds = check_randomised({"friction.mu": (0.1, 0.5), "stiffness_scale": (2.0, 2.0)})
     rng = np.random.default_rng(3)
-    drawn = [dict(item.split("=") for item in drawn_settings(bounds, rng)) for _ in range(1000)]
-    assert kstest([(float(item["friction.mu"]) - 0.1) / 0.4 for item in drawn], "uniform").pvalue > 0.001
-    assert {float(item["stiffness_scale"]) for item in drawn} == {2.0}
+    drawn = [values_of(drawn_settings(bounds, rng)) for _ in range(1000)]
+    assert kstest([(item["friction.mu"] - 0.1) / 0.4 for item in drawn], "uniform").pvalue > 0.001
+    assert {item["stiffness_scale"] for item in drawn} == {2.0}
