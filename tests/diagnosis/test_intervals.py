@@ -11,7 +11,7 @@ from planted import as_inputs, small_robot
 from scipy.stats import t as student
 
 from catheter_sim.diagnosis.fit import fit
-from catheter_sim.diagnosis.hypothesis import Problem
+from catheter_sim.diagnosis.hypothesis import Problem, blocks_of
 from catheter_sim.diagnosis.intervals import (
     TRUSTED,
     intervals,
@@ -86,6 +86,23 @@ def test_profile_of_a_straight_line_is_its_parabola():
     for name in ("stiffness_scale", "friction.mu"):
         straight, along = intervals(found)["", name], profile_interval(problem, found, name)
         assert along == pytest.approx(straight, abs=0.03 * (straight[1] - straight[0]))
+
+
+def test_profile_of_rows_that_hang_together_is_as_wide_as_their_blocks_say():
+    """Errors common to stretches of rows: the linear model's profile is its interval by blocks, which is far
+    wider than that of white residuals."""
+    generator = np.random.default_rng(7)
+    problem = problem_of(noisy(generator, 2.0, 3.0, line), line)
+    block = blocks_of(problem)
+    common = 0.3 * generator.normal(size=block.max() + 1)[block]
+    problem = problem_of(noisy(generator, 2.0, 3.0, line) + common, line)
+    found = fit(problem, (), cross_validate=False, thorough=True)
+    error = np.sqrt(np.mean(found.residual**2) * np.diag(np.linalg.inv(found.jacobian.T @ found.jacobian)))
+    for index, name in enumerate(("stiffness_scale", "friction.mu")):
+        straight, along = intervals(found)["", name], profile_interval(problem, found, name)
+        assert along == pytest.approx(straight, abs=0.03 * (straight[1] - straight[0]))
+        white = 2.0 * 1.98 * error[index] * found.frees[index].parameter.scale
+        assert along[1] - along[0] > 1.5 * white
 
 
 @pytest.mark.slow

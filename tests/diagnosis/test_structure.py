@@ -8,7 +8,7 @@ from made_up import pulled_by
 
 from catheter_sim.diagnosis.residuals import turning_points
 from catheter_sim.diagnosis.result import TrialFit
-from catheter_sim.diagnosis.structure import TESTS, structure_tests
+from catheter_sim.diagnosis.structure import DRAWS, TESTS, _tested, structure_tests
 from catheter_sim.tables import Table
 
 CYCLES, ROWS = 16, 24
@@ -121,3 +121,22 @@ def test_twist_is_found_out_of_the_plane_and_not_as_direction():
     found = judged(turned)
     assert found["out of plane"].significant
     assert not found["direction"].significant
+
+
+def test_strongest_of_many_coordinates_is_judged_as_one_of_many():
+    """Noise, and twenty coordinates that it might hang on: the strongest is below 5 % in 5 of 100 draws, and
+    its p-values are spread evenly; one that had been asked for alone would be below it in 64."""
+    generator = np.random.default_rng(8)
+    blocks, groups, draws = 12, 4, 120
+    found = []
+    for _ in range(draws):
+        signs = generator.choice([-1.0, 1.0], size=(blocks, DRAWS))
+        sums = {
+            f"coordinate {k}": [(generator.normal(size=(groups, blocks)), np.full(groups, float(blocks)))]
+            for k in range(20)
+        }
+        test = _tested("input", sums, signs, 1e3)
+        assert test is not None
+        found.append(test.p_value)
+    assert np.mean(np.array(found) <= 0.05) <= 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / draws)
+    assert np.mean(found) == pytest.approx(0.5, abs=4.0 * np.sqrt(1.0 / 12.0 / draws))

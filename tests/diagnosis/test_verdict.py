@@ -139,6 +139,8 @@ def fitted(backlash: float, gain: float) -> Fit:
     [
         (2.0, 2.0, ()),
         (0.1, 2.0, ("backlash",)),
+        (0.2, 2.0, ("backlash",)),  # the noise alone reaches to 0.14
+        (0.35, 2.0, ()),
         (2.0, 0.95, ("actuation_gain",)),
         (0.1, 1.1, ("backlash", "actuation_gain")),
     ],
