@@ -81,15 +81,18 @@ def simulate(
     failure = None
     wrench = np.concatenate([arriving.tendon, arriving.force_tip, arriving.moment_tip], axis=1)
     before = np.zeros(wrench.shape[1])
+    timestep_s = simulator.model.opt.timestep
+    held_steps, done_steps = round(ramp_s / timestep_s), 0
     for row in counted(range(len(inputs)), len(inputs), "simulating", "row", progress):
-        duration = ramp_s
-        if dynamic:
-            duration = float(arriving.time_s[row] - arriving.time_s[max(row - 1, 0)])
+        steps = held_steps
+        if dynamic:  # of the time since the first row, so that rows closer than a step do not stand still
+            steps = round(float(arriving.time_s[row] - arriving.time_s[0]) / timestep_s) - done_steps
+            done_steps += steps
         try:
             if row == 0 and (gravity.any() or others):
                 simulator.set_inputs(before[: len(robot.tendons)], others=others)
                 simulator.settle()
-            _ramp(simulator, before, wrench[row], others, duration, eased=not dynamic)
+            _ramp(simulator, before, wrench[row], others, steps, eased=not dynamic)
             at_rest.append(True if dynamic else simulator.settle())
             simulator.require_finite()
         except SimulationDiverged as error:
@@ -116,16 +119,15 @@ def _ramp(
     start: Array,
     end: Array,
     others: Sequence[LinkForce],
-    duration_s: float,
+    steps: int,
     eased: bool,
 ) -> None:
-    """Move the inputs along the straight line from `start` to `end`.
+    """Move the inputs along the straight line from `start` to `end` in so many steps.
 
     Eased, they slow down toward the end, so that the robot has caught up with them when they stop: dry
     friction would remember by how much it lagged.
     """
     tendons = len(simulator.robot.tendons)
-    steps = round(duration_s / simulator.model.opt.timestep)
     for i in range(1, steps + 1):
         share = 1.0 - (1.0 - i / steps) ** 3 if eased else i / steps
         now = start + (end - start) * share

@@ -218,3 +218,18 @@ def test_dynamic_run_follows_the_clock():
     quick = tips_mm(simulate(section(), inputs, NO_GRAVITY, dynamic=True))
     held = tips_mm(simulate(section(), inputs, NO_GRAVITY))
     assert 0.5 < quick[1, 0] < 0.8 * held[1, 0]
+
+
+@pytest.mark.parametrize("rate_hz", [150.0, 400.0, 1000.0])
+def test_rows_closer_than_a_step_move_the_robot_as_the_clock_says(rate_hz):
+    """A pull that rises for half a second bends the robot as far, however finely it was recorded."""
+    robot = load_robot("neuroendoscope_section")
+
+    def end_mm(rate):
+        time_s = np.arange(round(0.5 * rate) + 1) / rate
+        inputs = rows_to_inputs(np.column_stack([0.6 * time_s, 0.0 * time_s]))
+        inputs = dataclasses.replace(inputs, time_s=time_s)
+        return tips_mm(simulate(robot, inputs, np.zeros(3), dynamic=True))[-1]
+
+    assert end_mm(rate_hz) == pytest.approx(end_mm(20.0), abs=0.5)
+    assert end_mm(20.0)[0] > 5.0
