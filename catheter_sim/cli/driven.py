@@ -68,7 +68,7 @@ def drive(options: argparse.Namespace) -> Drive:
     Raises:
         InputError: any of them is wrong.
     """
-    specified = load_robot(options.robot, options.settings)
+    specified = load_robot(options.robot, options.settings, "--set")
     gravity_mps2 = np.array(arguments.gravity(options.gravity))
     names = arguments.columns(getattr(options, "columns", None))
     if names is not None:

@@ -192,7 +192,7 @@ def test_file_beyond_all_measure_is_one_line(tmp_path: Path, content: str, messa
 @pytest.mark.parametrize("key", ["segments.first.length_mm", "disks_per_segment", "name"])
 def test_setting_beyond_all_measure_is_one_line(key: str, value: str) -> None:
     """A number that no float holds is called that; infinity has to be written as such."""
-    with pytest.raises(InputError, match=f"--set {key}=.*: too large a number") as caught:
+    with pytest.raises(InputError, match=f"settings {key}=.*: too large a number") as caught:
         load_robot("spacer_disk", [f"{key}={value}"])
     assert len(str(caught.value)) <= 200
     load_robot("spacer_disk", ["segments.first.torsion_stiffness_N_mm2=inf"])
