@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 
 import numpy as np
@@ -180,3 +181,19 @@ def test_pulls_before_rest_are_of_the_other_side() -> None:
     there, mirrored = (bends_deg(robot, pulls(0, sign * 5.0, -sign * 4.0), "bending") for sign in (1, -1))
     assert there == pytest.approx(-mirrored, abs=1e-9)
     assert float(pulled_m(robot.segments[1], math.radians(there[10]))) < 5e-3 - robot.tendons[0].slack_m
+
+
+def test_a_sprung_joint_off_its_balance_shows_in_the_residual(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To rounding where it balances; a joint bent five percent too far leaves a part of its moment over."""
+    module = importlib.import_module("catheter_sim.statics.catheter.balance")
+    robot = catheter("mitral_transseptal", "tendons.bending.stiffness_N_per_mm=20", "friction.mu=0.2")
+    pair = [item.name for item in robot.tendons].index("bending")
+    inputs = pulls(pair, 2.5, 1.0, -2.0, 3.0)
+    angles, tension, residual = module.balanced_joints(robot, inputs)
+    moment = 5.6e-3 * np.abs(angles[:, pair]).max()
+    assert tension.max() > 0.5
+    assert residual.max() < 1e-6 * moment
+    branch = module._branch
+    monkeypatch.setattr(module, "_branch", lambda *arguments: 1.05 * branch(*arguments))
+    _, _, spoiled = module.balanced_joints(robot, inputs)
+    assert spoiled.max() > 1e-2 * moment

@@ -126,7 +126,7 @@ def _balanced(robot: CatheterRobot, inputs: Inputs, pair: int, path: Array) -> t
 
 
 def _sprung(robot: CatheterRobot, inputs: Inputs, pair: int, path: Array) -> tuple[Array, Array, Array]:
-    """Return the same for springs and friction: the angle stays between two branches, as in a play.
+    """Return the same for springs and friction, what is left over in N m: as in a play, between two branches.
 
     With the drawn way d, the tendon's stiffness k and the joint's K, friction exp(-+ mu turn) gives
 
@@ -146,7 +146,12 @@ def _sprung(robot: CatheterRobot, inputs: Inputs, pair: int, path: Array) -> tup
         angle[row] = now = min(max(now, least), most)
     stretch = np.abs(drawn) - np.abs(pulled_m(segment, angle))
     tension = np.maximum(item.stiffness_N_per_m * stretch, 0.0)
-    return angle, tension, np.zeros(len(drawn))
+    # The moment beyond what friction can hold, from the tension and the angle alone [N m].
+    needed = joint_stiffness(robot, segment) * np.abs(angle - segment.rest_rad)
+    rubbed = np.exp(robot.friction.mu * (path + 0.5 * np.abs(angle)))
+    given = tension * arm_m(segment, angle)
+    left = np.maximum(np.maximum(needed - given * rubbed, given / rubbed - needed), 0.0)
+    return angle, tension, left
 
 
 def _branch(
