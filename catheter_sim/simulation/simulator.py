@@ -395,9 +395,8 @@ class Simulator:
         MuJoCo has warned in any step since `reset`: it warns and goes on, having put zeros in the place of
         an input that it finds too large, say.
         """
-        reason = ""
-        if self._warned.any():
-            reason = next(text for kind, text in _COMPLAINTS.items() if self._warned[int(kind)])
+        reason = next((text for kind, text in _COMPLAINTS.items() if self._warned[int(kind)]), "")
+        if reason:  # a scene with too many geoms to draw is warned of, too, and is no matter here
             reason = f" (MuJoCo: {reason})"
         elif (np.abs(self.data.qpos) <= self._farthest).all():  # false of what is not a number
             return
