@@ -47,12 +47,13 @@ def test_a_jump_that_stays_is_found_at_its_row(row):
 
 
 def test_what_goes_back_or_comes_slowly_is_no_bump():
-    """An outlier of a row, a stretch that returns, a drift, a dead-band, a model that errs, noise alone."""
+    """An outlier, a stretch that returns, a jump that dies away, a drift, a dead-band, a wrong model, noise."""
     rows = np.arange(ROWS)[:, None]
     direction = np.sign(np.gradient(PULL))[:, None]
     for error in (
         5.0 * (rows == 60),
         5.0 * ((rows >= 50) & (rows < 56)),
+        5.0 * np.exp(-np.maximum(rows - 60, 0) / 6.0) * (rows >= 60),
         0.05 * rows,
         1.5 * direction,
         0.3 * MODEL,
