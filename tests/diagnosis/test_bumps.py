@@ -47,7 +47,7 @@ def test_a_jump_that_stays_is_found_at_its_row(row):
 
 
 def test_what_goes_back_or_comes_slowly_is_no_bump():
-    """An outlier, a stretch that returns, a jump that dies away, a drift, a dead-band, a wrong model, noise."""
+    """An outlier, a stretch that returns, a jump that dies away, a drift, a dead-band, a wrong model."""
     rows = np.arange(ROWS)[:, None]
     direction = np.sign(np.gradient(PULL))[:, None]
     for error in (
