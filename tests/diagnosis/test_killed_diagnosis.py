@@ -1,4 +1,7 @@
-"""A diagnosis in several processes that is ended at any moment leaves nothing running and loses nothing."""
+"""A diagnosis in several processes that is ended at any moment leaves nothing running and loses nothing.
+
+The suite ends five runs; with CATHETER_SIM_KILL_SEEDS=4 in the environment it ends twenty.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +27,7 @@ from catheter_sim.tables import Table, write_table
 
 pytestmark = pytest.mark.slow
 KILLS = 5  # of one chain of runs
+SEEDS = int(os.environ.get("CATHETER_SIM_KILL_SEEDS", "1"))
 WHOLE = re.compile(r"\.unfinished|[0-9a-f]{40}\.npz|[^.]*\.[a-z]+")  # names of what a run leaves
 
 
@@ -97,7 +101,7 @@ def temporary(output: Path, process: int) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(SEEDS))
 def test_a_diagnosis_killed_again_and_again_ends_as_if_nothing_had_been(
     seed: int, undisturbed: Undisturbed, tmp_path: Path
 ) -> None:
