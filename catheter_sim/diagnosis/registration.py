@@ -39,6 +39,7 @@ from catheter_sim.robots.posture import Array
 
 CAUSE = "measurement_frame"  # what stands for a tracker that is slightly off
 CONVINCING = 0.35  # error left by a turn over the error without it, from which the turn is taken
+LIKELIER = 0.75  # the same where no turn at all would leave the points farther off than a slight shift
 SLIGHT_DEG = 30.0  # beyond an exchange of axes
 SLIGHT_SHIFT_MM = 50.0  # the bound of `measurement_frame`
 _LEAST_SHARE = 0.05  # of the points, that may be off by less where the whole tracker is shifted
@@ -310,7 +311,8 @@ def _turn(computed: Array, measured: Array, best: Array, axes: str) -> tuple[Arr
     turns = _exchanges(axes)
     errors = [_error(computed, measured, R_tb) for R_tb in turns]
     taken, error, least = turns[0], errors[0], min(errors)
-    if least < CONVINCING * error:
+    offset = np.linalg.norm(measured.mean(axis=0) - computed.mean(axis=0))
+    if least < (LIKELIER if offset > SLIGHT_SHIFT_MM else CONVINCING) * error:
         # Of turns that do as well the least one: points on a line leave the turn about it open.
         index = next(k for k, item in enumerate(errors) if item <= 1.05 * least)
         taken, error = turns[index], errors[index]

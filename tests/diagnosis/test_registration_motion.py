@@ -81,3 +81,12 @@ def test_only_metres_are_put_right(factor):
     """A thousandth of the size is a file in metres; inches, centimetres and half the motion are not."""
     registration = found(factor * CLOUD)
     assert registration.factor == (1000.0 if factor == 1e-3 else 1.0)
+
+
+def test_a_model_that_errs_by_half_its_motion_shows_the_turn_all_the_same():
+    """Beside the right exchange of axes no other is nearly as good; and in the base frame none is taken."""
+    spread = (CLOUD - CLOUD.mean(axis=0)).std(axis=0)
+    erring = CLOUD + 0.6 * spread * np.random.default_rng(5).normal(size=CLOUD.shape)
+    R = Rotation.from_euler("y", 90.0, degrees=True).as_matrix()
+    assert found(erring @ R.T).R_bt @ R == pytest.approx(np.eye(3), abs=1e-9)
+    assert not found(erring).applied
