@@ -74,7 +74,9 @@ def test_shares_add_up_and_none_is_none() -> None:
 def test_wrong_deviations_are_named() -> None:
     """An unknown parameter names the choices; a deviation below zero is refused."""
     robot = load_robot("chest_tube_section")
-    with pytest.raises(InputError, match=r"unknown parameter 'friction\.nu'; choices: friction\.mu, segments\."):
+    with pytest.raises(
+        InputError, match=r"unknown parameter 'friction\.nu'; choices: friction\.mu, segments\."
+    ):
         sense_shape(robot, pulls([1.0]), NO_GRAVITY, 0.1, {"friction.nu": 0.1})
     with pytest.raises(InputError, match="tension_deviation_N: a standard deviation of -1"):
         sense_shape(robot, pulls([1.0]), NO_GRAVITY, -1.0)
