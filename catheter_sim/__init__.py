@@ -1,10 +1,71 @@
 """Simulation of tendon- and rod-driven medical continuum robots in MuJoCo, checked against theory.
 
+`import catheter_sim as cs` is the public face: every name below is here, and imported when it is first used.
 Importing the package registers its Gymnasium environments (`catheter_sim/<Robot><Task>-v0`).
 """
 
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from catheter_sim.envs import register_environments
+from catheter_sim.errors import InputError, SimulationDiverged
+
+if TYPE_CHECKING:
+    from catheter_sim.modelling.attach import attach
+    from catheter_sim.public.data import dataset, inputs, load_dataset, load_robot, read_inputs
+    from catheter_sim.public.diagnoses import Diagnosis, diagnose
+    from catheter_sim.public.offers import list_effects, list_environments, list_models, list_robots
+    from catheter_sim.public.runs import Run, build, render, simulate, statics
+    from catheter_sim.simulation.simulator import Simulator
 
 __version__ = "0.1.0"
+
+_HOME = {
+    "catheter_sim.modelling.attach": ("attach",),
+    "catheter_sim.public.data": ("dataset", "inputs", "load_dataset", "load_robot", "read_inputs"),
+    "catheter_sim.public.diagnoses": ("Diagnosis", "diagnose"),
+    "catheter_sim.public.offers": ("list_effects", "list_environments", "list_models", "list_robots"),
+    "catheter_sim.public.runs": ("Run", "build", "render", "simulate", "statics"),
+    "catheter_sim.simulation.simulator": ("Simulator",),
+}
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+
+__all__ = [
+    "Diagnosis",
+    "InputError",
+    "Run",
+    "SimulationDiverged",
+    "Simulator",
+    "attach",
+    "build",
+    "dataset",
+    "diagnose",
+    "inputs",
+    "list_effects",
+    "list_environments",
+    "list_models",
+    "list_robots",
+    "load_dataset",
+    "load_robot",
+    "read_inputs",
+    "render",
+    "simulate",
+    "statics",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(_MODULE_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__all__", "__doc__", "__version__"])
+
 
 register_environments()

@@ -114,3 +114,34 @@ def remove_abandoned(folder: Path) -> None:
                     os.unlink(path)
             finally:
                 os.close(descriptor)
+
+
+def check_output_file(path: str | os.PathLike[str]) -> None:
+    """Raise `InputError` if a file cannot be written at `path`, before the long work starts."""
+    target = Path(path)
+    if target.is_dir():
+        raise InputError(f"{path}: is a folder, a file name is needed")
+    folder = target.parent
+    if not folder.is_dir():
+        raise InputError(f"{path}: cannot be written: no folder {folder}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: cannot be written: no permission to write in {folder}")
+
+
+def check_output_folder(path: str | os.PathLike[str]) -> Path:
+    """Return the folder `path`, which need not exist yet.
+
+    Nothing is made here: bad input found later must not leave an empty folder behind.
+
+    Raises:
+        InputError: it is a file, or could not be made or written.
+    """
+    folder = Path(path)
+    existing = folder.absolute()
+    while not existing.exists():
+        existing = existing.parent
+    if not existing.is_dir():
+        raise InputError(f"{path}: cannot be made a folder: {existing} is a file")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: cannot be written: no permission to write in {existing}")
+    return folder

@@ -37,6 +37,7 @@ class Table:
         where: what to call the table in errors, usually its file.
         lines: line of the file on which each row ends; empty: rows follow the header line by line.
         ignored: names of the file's columns that were not asked for.
+        row_noun: what a row is called in errors: a file's is its line.
     """
 
     time_s: Array
@@ -44,10 +45,11 @@ class Table:
     where: str = "inputs"
     lines: tuple[int, ...] = ()
     ignored: tuple[str, ...] = ()
+    row_noun: str = "line"
 
     def row(self, index: int) -> str:
         """Return the name of a row for errors; line 1 of a file is its header."""
-        return f"{self.where}: line {self.lines[index] if index < len(self.lines) else index + 2}"
+        return f"{self.where}: {self.row_noun} {self.lines[index] if index < len(self.lines) else index + 2}"
 
     def require_complete(self) -> None:
         """Raise `InputError` at the first missing or infinite value."""

@@ -18,10 +18,11 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.quick_model import input_range, quick_model
 from catheter_sim.errors import InputError
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
+from catheter_sim.mjcf.names import tendon as tendon_name
 from catheter_sim.simulation.simulator import Simulator
 
 FRAME_S = 1.0 / 30.0
@@ -76,7 +77,7 @@ class Ranges:
     full_tension: Array
 
 
-def slider_ranges(robot: Robot, actuation: str) -> Ranges:
+def slider_ranges(robot: RobotSpec, actuation: str) -> Ranges:
     """Return the inputs that bend each segment alone by 90 deg; of a catheter, its joints' own limits.
 
     Tensions start at slack; displacements go to either side as far as all segments together ask.
@@ -143,7 +144,7 @@ class TendonPaint:
             for actuator in pulling
             if sites[model.actuator_trnid[actuator, 0]]
         ]
-        names = [f"tendon_{tendon.name}" for tendon in simulator.robot.tendons]
+        names = [tendon_name(tendon.name) for tendon in simulator.robot.tendons]
         self._rows = [
             names.index(name) if name in names else -1
             for name in (model.tendon(tendon).name for _, tendon in self._pulls)
@@ -240,7 +241,7 @@ def require_screen() -> None:
         raise InputError(f"no screen: no window can be opened; {_ELSEWHERE}")
 
 
-def view(robot: Robot, gravity_mps2: tuple[float, float, float]) -> None:
+def view(robot: RobotSpec, gravity_mps2: tuple[float, float, float]) -> None:
     """Open the viewer on `robot`, with such of its `effects` as act on it, and return when it is closed.
 
     Raises:

@@ -28,14 +28,14 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.blind_bench.folders import write_dataset
+from catheter_sim.blind_bench.histories import history
+from catheter_sim.blind_bench.makers import CannotMake, simulated
+from catheter_sim.blind_bench.robots import BENCH_ROBOTS, BenchRobot, bench_robot
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.diagnosis.pipeline import diagnose
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.errors import InputError
-from catheter_sim.hidden.folders import write_dataset
-from catheter_sim.hidden.histories import history
-from catheter_sim.hidden.makers import CannotMake, simulated
-from catheter_sim.hidden.robots import BENCH_ROBOTS, BenchRobot, bench_robot
 from catheter_sim.tables import Array, read_table, write_table
 
 NOISE_MM = 0.1
@@ -130,8 +130,8 @@ def _copy(data: Path, elsewhere: Path, change: Callable[[Rows], Rows]) -> None:
 def _make(folder: Path, bench: BenchRobot, rows: int, trials: int, generator: np.random.Generator) -> int:
     """Write a data set and return its rows."""
     robot = with_effects(bench.robot, HIDDEN)
-    columns = [f"tip_{axis}_mm" for axis in bench.axes]
-    longer = replace(bench, rows=round(rows / trials))
+    columns = [f"tip_{axis}_mm" for axis in bench.trials.axes]
+    longer = replace(bench, trials=replace(bench.trials, rows=round(rows / trials)))
     made = []
     for number in range(trials):
         inputs = history(longer, generator, rich=True)

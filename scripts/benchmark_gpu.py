@@ -17,13 +17,13 @@ import time
 
 import numpy as np
 
-from catheter_sim.benchmark import FRICTION_MU
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.robot import Friction
 from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.errors import InputError
-from catheter_sim.gpu.batch import WarpBatch
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.specification import Friction
+from catheter_sim.simulation.gpu.batch import WarpBatch
 from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.speed.benchmark import FRICTION_MU
 
 STEPS = 20  # in one replay
 

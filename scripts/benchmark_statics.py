@@ -17,13 +17,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.spacer_disk import spacer_disk
-from catheter_sim.statics.models import STATIC_MODELS
-from catheter_sim.statics.tdcr import cc, lumped, rods
-from catheter_sim.statics.tdcr.lumped_kernel import ARC, LINKS, LINKS_MIDDLE
-from catheter_sim.statics.tdcr.problem import Problem, load, problem
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
+from catheter_sim.kinds.continuum.theory.tdcr import cc, lumped, rods
+from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, LINKS, LINKS_MIDDLE
+from catheter_sim.kinds.continuum.theory.tdcr.problem import Problem, load, problem
+from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation.drives import given
 
 FULL_PULL_N = 5.55329741  # Rao 2021, Eq. 55

@@ -10,8 +10,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from catheter_sim.mjcf.build import build_mjcf
-from catheter_sim.robots.catalogue import ROBOTS, load_robot
+from catheter_sim.catalogue import ROBOTS, load_robot
+from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.tables import replaced_when_whole
 
 MODELS = Path(__file__).resolve().parent.parent / "models"

@@ -14,12 +14,12 @@ import gymnasium
 import numpy as np
 
 import catheter_sim  # noqa: F401 - registers the environments
-from catheter_sim.diagnosis.twin import twin_for
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.kinds import Robot
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.models import STATIC_MODELS
+from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.run import STATIC_MODELS
 
 STATICS = {
     "spacer_disk": ("CC", "CC_sub", "PRB", "VC", "VC_ref"),
@@ -42,7 +42,7 @@ TISSUE_STEPS = 40  # at most; before these the robot touches
 GRAVITY = np.zeros(3)
 
 
-def short(robot: Robot, actuation: str | None = None) -> Inputs:
+def short(robot: RobotSpec, actuation: str | None = None) -> Inputs:
     """Return two rows: rest, and a small pull of the first channel."""
     actuation = actuation or robot.actuation
     tendon = np.zeros((2, len(robot.tendons)))
@@ -50,7 +50,7 @@ def short(robot: Robot, actuation: str | None = None) -> Inputs:
     return Inputs(np.array([0.0, 1.0]), actuation, tendon, np.zeros((2, 3)), np.zeros((2, 3)))
 
 
-def follow(robot: Robot) -> None:
+def follow(robot: RobotSpec) -> None:
     """Run the robot's twin over two rows."""
     twin_for(robot, robot.actuation, ["tip_x_mm", "tip_z_mm"], GRAVITY)([robot], short(robot), 1)
 

@@ -18,12 +18,12 @@ import argparse
 import sys
 from pathlib import Path
 
+from catheter_sim.blind_bench.bench import run_bench
+from catheter_sim.blind_bench.folders import write_json
+from catheter_sim.blind_bench.robots import BENCH_ROBOTS
+from catheter_sim.blind_bench.table import as_text, miss_text, summary
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.hidden.bench import run_bench
-from catheter_sim.hidden.folders import write_json
-from catheter_sim.hidden.robots import BENCH_ROBOTS
-from catheter_sim.hidden.table import as_text, miss_text, summary
 from catheter_sim.tables import replaced_when_whole
 
 

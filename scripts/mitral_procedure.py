@@ -19,13 +19,13 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.catalogue import load_robot
 from catheter_sim.errors import InputError
+from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.procedure.anatomy import random_anatomy
 from catheter_sim.procedure.plan import plan
 from catheter_sim.procedure.series import run_series, summary_text, write_series
 from catheter_sim.procedure.video import film
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.catheter import CatheterRobot
 
 TRANSSEPTAL_ROBOTS = ("mitral_transseptal", "mitral_transseptal@tube")
 NEEDED = 0.95  # share of anatomies

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import output_table
+from catheter_sim.catalogue import load_robot
+from catheter_sim.columns import output_table
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.models import STATIC_MODELS
 from catheter_sim.tables import Table, write_table
+from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation.drives import NO_GRAVITY, history, largest_distance, tips_mm
 
 STATICS = ("printed", "complete", "pcc")

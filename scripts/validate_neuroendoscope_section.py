@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.catalogue import load_robot
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.models import STATIC_MODELS
+from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation.drives import history, largest_distance, tips_mm
 from catheter_sim.validation.run import validate
 

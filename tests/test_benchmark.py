@@ -9,25 +9,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim import benchmark
-from catheter_sim.benchmark import as_dict, input_cycle, measure, table_text
-from catheter_sim.benchmark_chain import CELLS, chain, exponent, with_cells
+from catheter_sim.catalogue import load_robot, robots_of
 from catheter_sim.cli.main import main
-from catheter_sim.robots.catalogue import CATHETER_ROBOTS, CONTINUUM_ROBOTS, ROLLING_ROBOTS, load_robot
-from catheter_sim.robots.catheter_layout import moving
-from catheter_sim.robots.specification import Friction
-from catheter_sim.statics.rolling.chain import rolling_chain
-from catheter_sim.statics.rolling.complete import solve_loaded
+from catheter_sim.core.robot import Friction
+from catheter_sim.kinds.catheter.layout import moving
+from catheter_sim.kinds.rolling.theory.chain import rolling_chain
+from catheter_sim.kinds.rolling.theory.complete import solve_loaded
+from catheter_sim.speed import benchmark
+from catheter_sim.speed.benchmark import as_dict, input_cycle, measure, table_text
+from catheter_sim.speed.chain import CELLS, chain, exponent, with_cells
 
 pytestmark = pytest.mark.slow
 
 ROBOT = "neuroendoscope_section"
 
 
-@pytest.mark.parametrize("reference", [name for name in benchmark.ROBOTS if name in CONTINUUM_ROBOTS])
+@pytest.mark.parametrize("reference", [name for name in benchmark.ROBOTS if name in robots_of("continuum")])
 def test_tensions_bend_by_a_radian_to_and_fro(reference: str) -> None:
     """No tendon pushes, antagonists take turns, and a peak asks a radian of its last segment."""
-    robot = CONTINUUM_ROBOTS[reference]()
+    robot = robots_of("continuum")[reference]()
     cycle = input_cycle(robot)
     assert cycle.min() == 0.0
     segments = {segment.name: segment for segment in robot.segments}
@@ -43,7 +43,7 @@ def test_tensions_bend_by_a_radian_to_and_fro(reference: str) -> None:
 @pytest.mark.parametrize("reference", ["chest_tube_section", "chest_tube"])
 def test_tensions_of_rolling_joints_bend_by_a_radian_in_first_order(reference: str) -> None:
     """At a thousandth of its peak a rod alone bends its last segment by a thousandth of a radian."""
-    robot = ROLLING_ROBOTS[reference]()
+    robot = robots_of("rolling")[reference]()
     cycle = input_cycle(robot)
     assert cycle.min() == 0.0
     chain = rolling_chain(replace(robot, friction=Friction(0.0)))
@@ -64,7 +64,7 @@ MITRAL = ("mitral_transseptal", "mitral_4dof")
 @pytest.mark.parametrize("reference", MITRAL)
 def test_displacements_turn_a_catheters_joints_by_a_radian_to_either_side(reference: str) -> None:
     """At the cycle's peaks the simulated joints are a radian from rest, and the tube is out by its stroke."""
-    robot = CATHETER_ROBOTS[reference]()
+    robot = robots_of("catheter")[reference]()
     cycle = input_cycle(robot)
     assert cycle[:, 3].min() >= 0.0
     assert cycle[benchmark._LEVELS // 2, 3] == pytest.approx(60e-3, rel=1e-12)
@@ -241,7 +241,7 @@ def test_more_cells_are_more_of_the_same_cell() -> None:
     assert long.length_m / short.length_m == pytest.approx(12.0)
     assert long.mass_kg / short.mass_kg == pytest.approx(12.0)
     assert long.bending_stiffness_N_m2 == short.bending_stiffness_N_m2
-    assert with_cells(30, 0.3) == replace(CONTINUUM_ROBOTS[ROBOT](), friction=Friction(0.3))
+    assert with_cells(30, 0.3) == replace(robots_of("continuum")[ROBOT](), friction=Friction(0.3))
 
 
 def test_growth_is_measured_and_shown(monkeypatch: pytest.MonkeyPatch) -> None:

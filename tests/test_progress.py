@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from catheter_sim.cli.main import VERBS, main
-from catheter_sim.compiled import compiled
 from catheter_sim.errors import InputError
+from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.progress import (
     Stages,
     compilation_begins,
@@ -140,7 +140,8 @@ def test_a_kernel_that_is_kept_on_disk_is_not_announced(
     """The second program to use it finds it there."""
     file = tmp_path / "kernel_on_disk.py"
     file.write_text(
-        "from catheter_sim.compiled import compiled\n\n\n@compiled\ndef twice(x):\n    return 2.0 * x\n"
+        "from catheter_sim.mechanics.compiled import compiled\n\n\n"
+        "@compiled\ndef twice(x):\n    return 2.0 * x\n"
     )
     said = []
     for _ in range(2):

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import re
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from catheter_sim.errors import InputError, cut
 
@@ -129,34 +127,3 @@ def number(text: str) -> float:
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{cut(text, 60)!r}: a finite number is needed")
     return value
-
-
-def check_output_file(path: str) -> None:
-    """Raise `InputError` if a file cannot be written at `path`, before the long work starts."""
-    target = Path(path)
-    if target.is_dir():
-        raise InputError(f"{path}: is a folder, a file name is needed")
-    folder = target.parent
-    if not folder.is_dir():
-        raise InputError(f"{path}: cannot be written: no folder {folder}")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: cannot be written: no permission to write in {folder}")
-
-
-def check_output_folder(path: str) -> Path:
-    """Return the folder `path`, which need not exist yet.
-
-    Nothing is made here: bad input found later must not leave an empty folder behind.
-
-    Raises:
-        InputError: it is a file, or could not be made or written.
-    """
-    folder = Path(path)
-    existing = folder.absolute()
-    while not existing.exists():
-        existing = existing.parent
-    if not existing.is_dir():
-        raise InputError(f"{path}: cannot be made a folder: {existing} is a file")
-    if not os.access(existing, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: cannot be written: no permission to write in {existing}")
-    return folder

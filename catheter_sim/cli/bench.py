@@ -47,9 +47,9 @@ def run(options: argparse.Namespace) -> int:
     """Measure and print."""
     import json
 
-    from catheter_sim.benchmark import ROBOTS, as_dict, measure, measure_growth, table_text
-    from catheter_sim.benchmark_chain import GROWTH_ROBOT
     from catheter_sim.progress import EVERY_S, Stages
+    from catheter_sim.speed.benchmark import ROBOTS, as_dict, measure, measure_growth, table_text
+    from catheter_sim.speed.chain import GROWTH_ROBOT
 
     speeds = []
     with Stages("bench", True, EVERY_S) as stages:

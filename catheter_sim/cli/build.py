@@ -16,13 +16,9 @@ segments.section.length_mm=55, stiffness_scale=1.1, effects.precurvature.x_per_m
 from __future__ import annotations
 
 import argparse
-import math
-from typing import TYPE_CHECKING
 
 from catheter_sim.cli import arguments
-
-if TYPE_CHECKING:
-    from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.files import check_output_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,15 +29,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Build, try the text in MuJoCo, then write it."""
-    arguments.check_output_file(options.output)
+    check_output_file(options.output)
     import mujoco
 
     from catheter_sim.cli.driven import load
     from catheter_sim.effects.apply import outside_the_robot
     from catheter_sim.errors import InputError
-    from catheter_sim.mjcf.build import build_mjcf
-    from catheter_sim.robots.links import tip_error_m
-    from catheter_sim.robots.specification import ContinuumRobot
+    from catheter_sim.kinds import kind_of
+    from catheter_sim.modelling.build import build_mjcf
     from catheter_sim.tables import replaced_when_whole
 
     specified, robot = load(options.robot, options.settings)
@@ -54,22 +49,9 @@ def run(options: argparse.Namespace) -> int:
         file.write(text)
     size = f"{model.nbody} bodies, {model.nv} degrees of freedom, {model.ntendon} tendons"
     print(f"wrote {options.output}: {size}")
-    if isinstance(robot, ContinuumRobot) and tip_error_m(robot) > 0.0:
-        print(_links_line(robot))
+    for remark in kind_of(robot).model.remarks(robot):
+        print(remark)
     outside = outside_the_robot(specified)
     if outside:
         print(f"not in the file, as they act on inputs or outputs: {', '.join(outside)}")
     return 0
-
-
-def _links_line(robot: ContinuumRobot) -> str:
-    """Return what is printed on how well the chain of links stands for a rod."""
-    from catheter_sim.robots.layout import links
-    from catheter_sim.robots.links import BEND_RAD, tip_error_m
-
-    error_m, length_m = tip_error_m(robot), sum(segment.length_m for segment in robot.segments)
-    return (
-        f"links: {robot.links_per_subsegment} per subsegment, {len(links(robot))} in all; with every segment "
-        f"bent by {math.degrees(BEND_RAD):.0f} deg by its tendons alone the tip is {error_m * 1e3:.2g} mm "
-        f"({100.0 * error_m / length_m:.1g} % of the length) off a rod's"
-    )

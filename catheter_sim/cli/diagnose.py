@@ -30,9 +30,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from catheter_sim.cli import arguments
+from catheter_sim.files import check_output_folder
 
 if TYPE_CHECKING:
-    from catheter_sim.diagnosis.result import Diagnosis
+    from catheter_sim.diagnosis.report.result import Diagnosis
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Diagnose, then print the verdict and its figures."""
-    folder = arguments.check_output_folder(options.output)
+    folder = check_output_folder(options.output)
     from catheter_sim.diagnosis.pipeline import diagnose
 
     diagnosis = diagnose(
@@ -73,8 +74,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _lines(diagnosis: Diagnosis) -> Iterator[str]:
     """Yield the verdict in a sentence, then the figures behind it."""
-    from catheter_sim.diagnosis.report import sentence
-    from catheter_sim.diagnosis.wording import interval, rounded
+    from catheter_sim.diagnosis.report.html import sentence
+    from catheter_sim.diagnosis.report.wording import interval, rounded
 
     yield sentence(diagnosis)
     yield f"verdict: {diagnosis.verdict}"

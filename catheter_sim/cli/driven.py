@@ -10,19 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import check_output_channels, read_inputs
 from catheter_sim.cli import arguments
+from catheter_sim.columns import output_table
+from catheter_sim.core.inputs import Inputs, slice_inputs
+from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in, in_force
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import (
-    Inputs,
-    check_output_channels,
-    output_table,
-    read_inputs,
-    slice_inputs,
-)
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.tables import Table, read_table, time_text, write_table
 
 MAX_STEPS = 10_000_000  # of a dynamic run: fourteen hours of motion in steps of 5 ms, an hour of computing
@@ -43,8 +39,8 @@ class Drive:
         columns: the output columns that are wanted; None: all.
     """
 
-    specified: Robot
-    robot: Robot
+    specified: RobotSpec
+    robot: RobotSpec
     table: Table
     commanded: Inputs
     arriving: Inputs
@@ -52,7 +48,7 @@ class Drive:
     columns: Sequence[str] | None
 
 
-def load(reference: str, settings: Sequence[str]) -> tuple[Robot, Robot]:
+def load(reference: str, settings: Sequence[str]) -> tuple[RobotSpec, RobotSpec]:
     """Return the robot as specified, and with its effects built in; both checked.
 
     Raises:
@@ -108,14 +104,14 @@ def inputs_until(driven: Drive, row: int | None, time_s: float | None) -> Inputs
     if not clock[0] <= time_s <= clock[-1]:
         first, last = time_text(clock[0]), time_text(clock[-1])
         raise InputError(f"--time {time_text(time_s)}: {where} runs from time_s = {first} to {last}")
-    from catheter_sim.render.offscreen import resampled  # brings what draws
+    from catheter_sim.pictures.offscreen import resampled  # brings what draws
 
     own = driven.arriving.time_s
     end = min(time_s - clock[0], own[-1])
     return resampled(driven.arriving, np.append(own[own < end], end))
 
 
-def check_steps(robot: Robot, table: Table) -> None:
+def check_steps(robot: RobotSpec, table: Table) -> None:
     """Raise `InputError` where the clock of `table` is too long to be followed step by step."""
     seconds = float(table.time_s[-1] - table.time_s[0])
     if seconds / robot.dynamics.timestep_s > MAX_STEPS:
@@ -158,15 +154,6 @@ def with_lines(message: str, table: Table) -> str:
 
     changed, count = _ROW.subn(line, message)
     return f"{table.where}: {changed}" if count else message
-
-
-def finite_rows(postures: Sequence[Posture]) -> int:
-    """Return how many postures come before the first one with a position or turn that is no number."""
-    for row, posture in enumerate(postures):
-        parts = (posture.p_w, posture.R_w, posture.joint_angles)
-        if not all(np.isfinite(part).all() for part in parts):
-            return row
-    return len(postures)
 
 
 def outputs(driven: Drive, postures: Sequence[Posture]) -> Table:

@@ -9,7 +9,8 @@ example:
 A robot's static models are those that `statics ROBOT --model NAME` takes. Effects are set as
 --set effects.NAME.PARAMETER=VALUE, in the unit that the parameter's name ends in; without ROBOT their
 parameters are shown for the neuroendoscope_section, and per robot in the JSON, as some of them carry
-the names of the robot's channels. With ROBOT: its inputs, outputs, static models and effects; every
+the names of the robot's channels. A form of an effect is on where its numbers are not those of no effect.
+With ROBOT: its inputs, outputs, static models and effects; every
 robot also takes forces and moments on its tip.
 """
 
@@ -17,14 +18,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from catheter_sim.effects.face import Effect
-    from catheter_sim.robots.kinds import Robot
+    from catheter_sim.core.effect import Form
 
 _EXAMPLE_ROBOT = "neuroendoscope_section"
 
@@ -49,35 +48,25 @@ def run(options: argparse.Namespace) -> int:
 
 def listing() -> dict[str, list[dict[str, Any]]]:
     """Return what the package offers, from its own registries, ready for JSON."""
-    import gymnasium
+    from catheter_sim.effects import EFFECTS
+    from catheter_sim.public.offers import list_effects, list_environments, list_models, list_robots
 
-    from catheter_sim.effects.registry import EFFECTS
-    from catheter_sim.robots.catalogue import ROBOTS, load_robot
-    from catheter_sim.robots.channels import input_channels
-    from catheter_sim.statics.models import STATIC_MODELS
-
-    ids = [reference for reference in ROBOTS if "@" not in reference]
-    robots = {reference: load_robot(reference) for reference in ids}
+    robots = list_robots()
+    parameters = {reference: list_effects(reference) for reference in robots.column("id")}
+    kept = ("id", "description", "inputs", "parameter_sets", "static_models")
     return {
-        "robots": [
-            {
-                "id": reference,
-                "description": robot.description,
-                "inputs": input_channels(robot),
-                "parameter_sets": _parameter_sets(reference),
-                "static_models": [name for name, model in STATIC_MODELS.items() if model.applies_to(robot)],
-            }
-            for reference, robot in robots.items()
-        ],
-        "static_models": [{"name": name, "summary": model.summary} for name, model in STATIC_MODELS.items()],
-        "environments": [
-            {"id": name} for name in sorted(gymnasium.registry) if name.startswith("catheter_sim/")
-        ],
+        "robots": [_cells(row, kept) for row in robots],
+        "static_models": [_cells(row) for row in list_models()],
+        "environments": [_cells(row, ("id",)) for row in list_environments()],
         "effects": [
             {
                 "name": name,
                 "summary": effect.summary,
-                "parameters": {reference: _parameters(robot, effect) for reference, robot in robots.items()},
+                "forms": [_form(form) for form in effect.forms],
+                "parameters": {
+                    reference: [_parameter(row) for row in rows if row["effect"] == name]
+                    for reference, rows in parameters.items()
+                },
             }
             for name, effect in EFFECTS.items()
         ],
@@ -93,68 +82,70 @@ def robot_listing(reference: str) -> dict[str, Any]:
     Raises:
         InputError: unknown robot, unreadable file, impossible robot.
     """
-    from catheter_sim.cli.driven import load
-    from catheter_sim.effects.registry import EFFECTS
-    from catheter_sim.robots.channels import (
+    from catheter_sim.channels import (
         FORCE_CHANNELS,
         MOMENT_CHANNELS,
         actuations,
         input_channels,
         output_channels,
     )
-    from catheter_sim.statics.models import STATIC_MODELS
+    from catheter_sim.cli.driven import load
+    from catheter_sim.public.listing import plain
+    from catheter_sim.public.offers import list_effects, list_models, parameter_sets
 
-    specified, robot = load(reference, ())
+    specified, _ = load(reference, ())
+    by_effect: dict[str, list[Mapping[str, Any]]] = {}
+    for row in list_effects(specified):
+        by_effect.setdefault(row["effect"], []).append(row)
     return {
         "id": reference,
         "name": specified.name,
         "description": specified.description,
-        "parameter_sets": _parameter_sets(reference),
+        "parameter_sets": list(parameter_sets(reference)),
         "actuation": specified.actuation,
         "inputs": {kind: input_channels(specified, kind) for kind in actuations(specified)},
         "optional_inputs": [*FORCE_CHANNELS, *MOMENT_CHANNELS],
         "outputs": output_channels(specified),
-        "static_models": [
-            {"name": name, "summary": model.summary}
-            for name, model in STATIC_MODELS.items()
-            if model.applies_to(robot)
-        ],
+        "static_models": [_cells(row) for row in list_models(specified)],
         "effects": [
             {
                 "name": name,
-                "summary": effect.summary,
-                "parameters": parameters,
-                "set": {key: _plain(value) for key, value in specified.effects.get(name, {}).items()},
+                "summary": rows[0]["summary"],
+                "forms": _forms_with_parameters(rows),
+                "parameters": [_parameter(row) for row in rows],
+                "set": {key: plain(value) for key, value in specified.effects.get(name, {}).items()},
             }
-            for name, effect in EFFECTS.items()
-            if (parameters := _parameters(specified, effect))
+            for name, rows in by_effect.items()
         ],
     }
 
 
-def _parameter_sets(reference: str) -> list[str]:
-    from catheter_sim.robots.catalogue import ROBOTS
+def _cells(row: Mapping[str, Any], names: Iterable[str] | None = None) -> dict[str, Any]:
+    """Return the cells of a listing's row, all or those of the columns `names`, as JSON can hold them."""
+    from catheter_sim.public.listing import plain
 
-    return [name for name in ROBOTS if name.startswith(f"{reference}@")]
-
-
-def _parameters(robot: Robot, effect: Effect) -> list[dict[str, Any]]:
-    from catheter_sim.effects.apply import parameters_of
-
-    return [
-        {
-            "name": item.name,
-            "no_effect": _plain(item.null),
-            "lower": _plain(item.lower),
-            "upper": _plain(item.upper),
-        }
-        for item in parameters_of(robot, effect)
-    ]
+    return {name: plain(row[name]) for name in (row if names is None else names)}
 
 
-def _plain(value: float) -> float | str:
-    """Return `value` as JSON can hold it: an infinite one as TOML and --set write it."""
-    return value if math.isfinite(value) else str(value)
+def _parameter(row: Mapping[str, Any]) -> dict[str, Any]:
+    return {"name": row["parameter"], **_cells(row, ("no_effect", "lower", "upper"))}
+
+
+def _forms_with_parameters(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the forms of one effect's parameters, each with the names of its own."""
+    from catheter_sim.effects import EFFECTS
+
+    names: dict[str, list[str]] = {}
+    effect = ""
+    for row in rows:
+        effect = row["effect"]
+        names.setdefault(row["form"], []).append(row["parameter"])
+    forms = {form.name: form for form in EFFECTS[effect].forms}
+    return [{**_form(forms[name]), "parameters": parameters} for name, parameters in names.items()]
+
+
+def _form(form: Form) -> dict[str, Any]:
+    return {"name": form.name, "acts": form.stage.value, "equation": form.equation}
 
 
 def _lines(content: dict[str, list[dict[str, Any]]]) -> Iterator[str]:
@@ -174,6 +165,7 @@ def _lines(content: dict[str, list[dict[str, Any]]]) -> Iterator[str]:
     yield f"effects (parameters as for {_EXAMPLE_ROBOT}, with value of no effect and bounds)"
     for effect in content["effects"]:
         yield f"  {effect['name']:<24} {effect['summary']}"
+        yield from _form_lines(effect["forms"])
         yield from _parameter_lines(effect["parameters"].get(_EXAMPLE_ROBOT, []))
 
 
@@ -192,7 +184,13 @@ def _robot_lines(content: dict[str, Any]) -> Iterator[str]:
     yield "effects (parameters with value of no effect and bounds; set: in the robot's file)"
     for effect in content["effects"]:
         yield f"  {effect['name']:<24} {effect['summary']}"
+        yield from _form_lines(effect["forms"])
         yield from _parameter_lines(effect["parameters"], effect["set"])
+
+
+def _form_lines(forms: list[dict[str, Any]]) -> Iterator[str]:
+    for form in forms:
+        yield f"  {'':<24} form {form['name']}, {form['acts']}: {form['equation']}"
 
 
 def _parameter_lines(parameters: list[dict[str, Any]], given: dict[str, Any] | None = None) -> Iterator[str]:

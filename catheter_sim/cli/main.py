@@ -123,7 +123,7 @@ def _run(argv: Sequence[str]) -> int:
         raise InputError(f"a verb is needed; choices: {', '.join(VERBS)}")
     with _errors_alone_on_stderr(), compilations_told():
         # Here and not in each verb: every one of them uses MuJoCo sooner or later.
-        from catheter_sim.render.backend import require_mujoco
+        from catheter_sim.pictures.backend import require_mujoco
 
         require_mujoco()
         return int(VERBS[arguments.verb].run(arguments))

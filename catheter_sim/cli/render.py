@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 
 from catheter_sim.cli import arguments
+from catheter_sim.files import check_output_file
 
 CAMERAS = ("overview", "side")
 
@@ -40,11 +41,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Simulate and render."""
-    arguments.check_output_file(options.output)
+    check_output_file(options.output)
     from catheter_sim.cli.driven import drive, inputs_until, lines_named
     from catheter_sim.errors import InputError
-    from catheter_sim.render.images import PICTURE, suffix_of
-    from catheter_sim.render.offscreen import render
+    from catheter_sim.pictures.images import PICTURE, suffix_of
+    from catheter_sim.pictures.offscreen import render
 
     moment = (options.row, options.time)
     if suffix_of(options.output) != PICTURE and moment != (None, None):

@@ -20,6 +20,7 @@ from __future__ import annotations
 import argparse
 
 from catheter_sim.cli import arguments
+from catheter_sim.files import check_output_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,15 +36,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Simulate; write every row that was reached."""
-    arguments.check_output_file(options.output)
+    check_output_file(options.output)
     from catheter_sim.cli.driven import (
         check_steps,
         drive,
-        finite_rows,
         lines_named,
         with_lines,
         write_outputs,
     )
+    from catheter_sim.core.posture import finite_rows
     from catheter_sim.errors import SimulationDiverged
     from catheter_sim.simulation.replay import simulate
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 
 from catheter_sim.cli import arguments
+from catheter_sim.files import check_output_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,10 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Solve every row and write them."""
-    arguments.check_output_file(options.output)
-    from catheter_sim.cli.driven import drive, finite_rows, lines_named, write_outputs
+    check_output_file(options.output)
+    from catheter_sim.cli.driven import drive, lines_named, write_outputs
+    from catheter_sim.core.posture import finite_rows
     from catheter_sim.errors import InputError, unknown
-    from catheter_sim.statics.models import STATIC_MODELS
+    from catheter_sim.theory.run import STATIC_MODELS
 
     driven = drive(options)
     fitting = [name for name, model in STATIC_MODELS.items() if model.applies_to(driven.specified)]

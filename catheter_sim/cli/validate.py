@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 
 from catheter_sim.cli import arguments
+from catheter_sim.files import check_output_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Validate, print the table; 1 where a line is out of tolerance."""
-    folder = arguments.check_output_folder(options.output)
+    folder = check_output_folder(options.output)
     from catheter_sim.validation.run import validate
 
     validation = validate(list(options.robots), folder, progress=True)

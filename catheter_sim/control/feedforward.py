@@ -16,26 +16,24 @@ from typing import Protocol
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
-from catheter_sim.robots.catheter_layout import moved_segment
-from catheter_sim.robots.posture import Array
-from catheter_sim.statics.catheter.corrected import is_transseptal
-from catheter_sim.statics.catheter.modified import (
+from catheter_sim.kinds.catheter.layout import is_four_dof, is_transseptal, moved_segment
+from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
+from catheter_sim.kinds.catheter.theory.modified import (
     BENDING,
     TORSION_DISTAL,
     TORSION_PROXIMAL,
     BendingCalibration,
     TorsionCalibration,
 )
-from catheter_sim.statics.catheter.stretching import (
+from catheter_sim.kinds.catheter.theory.stretching import (
     Side,
     StretchingJoint,
     bent_to,
-    is_four_dof,
     stretching_joints,
 )
-from catheter_sim.statics.catheter.tendons import pulled_m
+from catheter_sim.kinds.catheter.theory.tendons import pulled_m
 
 MODELS = ("pk", "te", "mk")
 

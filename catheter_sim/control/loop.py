@@ -12,16 +12,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from catheter_sim.control import motor
 from catheter_sim.control.pid import RATE_HZ, Pid
+from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import hinge_names, moved_segment
-from catheter_sim.robots.posture import Array
+from catheter_sim.kinds import KINDS, kind_of
 from catheter_sim.simulation.simulator import Simulator
 
 _WHOLE = 1e-6  # share of a period by which a tick may miss the simulation's steps
@@ -80,7 +80,9 @@ class Tracker:
 
 def joint_values(simulator: Simulator) -> Array:
     """Return the values of the joints in the order of the pairs, shape (t,) [rad or m]."""
-    return _addresses(_catheter(simulator), simulator) @ simulator.data.qpos
+    return np.asarray(
+        _joints_of(simulator).joint_matrix(simulator.robot, simulator.model) @ simulator.data.qpos
+    )
 
 
 def run(
@@ -109,7 +111,7 @@ def run(
         InputError: the robot is no catheter, a name is not one of its pairs, shapes or rates do not
             fit, or a displacement is beyond a joint's range.
     """
-    robot = _catheter(simulator)
+    robot, face = simulator.robot, _joints_of(simulator)
     names = [pair.name for pair in robot.tendons]
     controllers, motors = dict(feedback or {}), dict(servos or {})
     for name in [*controllers, *motors]:
@@ -127,7 +129,7 @@ def run(
     simulator.reset()
     for controller in controllers.values():
         controller.reset()
-    addresses = _addresses(robot, simulator)
+    addresses = face.joint_matrix(robot, simulator.model)
     states = {name: motor.at_rest() for name in motors}
     before = np.zeros(len(names))
     reached, feedback_m, displaced_m = (np.zeros(desired.shape) for _ in range(3))
@@ -151,15 +153,18 @@ def run(
         before = asked
         displaced_m[row] = displaced
         simulator.require_finite()
-    joints = tuple(robot.segments[moved_segment(robot, k)].joint for k in range(len(names)))
     ticks = np.arange(len(desired)) / rate_hz
+    joints = face.joint_kinds(robot)
     return ControlRun(robot.name, joints, ticks, desired, reached, model_m, feedback_m, displaced_m)
 
 
-def _catheter(simulator: Simulator) -> CatheterRobot:
-    if not isinstance(simulator.robot, CatheterRobot):
-        raise InputError(f"{simulator.robot.name}: joint control is of robots of kind 'catheter' alone")
-    return simulator.robot
+def _joints_of(simulator: Simulator) -> Any:
+    kind = kind_of(simulator.robot)
+    if not kind.has("joint_control"):
+        having = [name for name, other in KINDS.items() if other.has("joint_control")]
+        kinds = " and ".join(repr(name) for name in having)
+        raise InputError(f"{simulator.robot.name}: joint control is of robots of kind {kinds} alone")
+    return kind.face("joint_control", "joint control")
 
 
 def _fitting(whole_s: float, part_s: float, what: str) -> int:
@@ -168,19 +173,6 @@ def _fitting(whole_s: float, part_s: float, what: str) -> int:
     if count < 1 or not math.isclose(count * part_s, whole_s, rel_tol=_WHOLE):
         raise InputError(f"{what} is {whole_s * 1e3:g} ms: must be a whole number of {part_s * 1e3:g} ms")
     return count
-
-
-def _addresses(robot: CatheterRobot, simulator: Simulator) -> Array:
-    """Return the matrix from qpos to the joint values in the order of the pairs, shape (t, nq)."""
-    model, hinges = simulator.model, hinge_names(robot)
-    matrix = np.zeros((len(robot.tendons), model.nq))
-    for k in range(len(robot.tendons)):
-        segment = robot.segments[moved_segment(robot, k)]
-        own = [segment.name]
-        if segment.joint == "bending":
-            own = [name for name in hinges if name.rpartition("_")[0] == segment.name]
-        matrix[k, [model.joint(name).qposadr[0] for name in own]] = 1.0
-    return matrix
 
 
 def _load_Nm(simulator: Simulator, pair: int, displacement_m: float) -> float:

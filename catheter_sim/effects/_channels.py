@@ -8,22 +8,22 @@ from functools import lru_cache
 
 import numpy as np
 
-from catheter_sim.effects._scales import tension_N
-from catheter_sim.effects.face import Parameter, Values
-from catheter_sim.robots.channels import Inputs, channel_of
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
+from catheter_sim.channels import channel_of
+from catheter_sim.core.drive import Quantity, quantity_of
+from catheter_sim.core.effect import Parameter, Values
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.effects._places import sizes
 
-UNIT = {"tension": "N", "displacement": "mm"}
 TO_SI = {"N": 1.0, "mm": 1e-3}
 
 
-def channels(robot: Robot) -> list[str]:
+def channels(robot: RobotSpec) -> list[str]:
     """Return the robot's actuator channels, each once."""
     return list(dict.fromkeys(channel_of(robot)))
 
 
-def common_and_each(robot: Robot, common: Parameter, each: str) -> tuple[Parameter, ...]:
+def common_and_each(robot: RobotSpec, common: Parameter, each: str) -> tuple[Parameter, ...]:
     """Return the common parameter, and for several channels the same named by `each` (with `{}`)."""
     return _common_and_each(tuple(channels(robot)), common, each)
 
@@ -35,7 +35,7 @@ def _common_and_each(names: tuple[str, ...], common: Parameter, each: str) -> tu
     return (common, *(replace(common, name=each.format(name)) for name in names))
 
 
-def common_then_each(robot: Robot, common: str, each: str) -> tuple[tuple[str, ...], ...]:
+def common_then_each(robot: RobotSpec, common: str, each: str) -> tuple[tuple[str, ...], ...]:
     """Return the variants: the common parameter alone, or one for each channel."""
     names = channels(robot)
     if len(names) == 1:
@@ -43,22 +43,26 @@ def common_then_each(robot: Robot, common: str, each: str) -> tuple[tuple[str, .
     return ((common,), tuple(each.format(name) for name in names))
 
 
-def per_tendon(robot: Robot, each: str, values: Values, null: float) -> Array:
+def per_tendon(robot: RobotSpec, each: str, values: Values, null: float) -> Array:
     """Return each tendon's own channel value, `null` where none is given, shape (t,)."""
     return np.array([values.get(each.format(name), null) for name in channel_of(robot)])
 
 
-def actuation_unit(robot: Robot) -> float:
+def actuation_unit(robot: RobotSpec) -> float:
     """Return 1 mm, or the tension that bends the robot by a radian [N], to one digit: what drives it."""
-    return float(f"{tension_N(robot):.1g}") if robot.actuation == "tension" else 1.0
+    return float(f"{sizes(robot).tension_N:.1g}") if _tensioned(robot) else 1.0
 
 
-def scale_of(robot: Robot) -> str:
+def _tensioned(robot: RobotSpec) -> bool:
+    return quantity_of(robot.actuation) is Quantity.TENSION
+
+
+def scale_of(robot: RobotSpec) -> str:
     """Return the unit in files of the robot's actuator inputs."""
-    return UNIT[robot.actuation]
+    return quantity_of(robot.actuation).file_unit
 
 
-def sized_parameter(robot: Robot, name: str, size: Mapping[str, tuple[float, float]]) -> Parameter:
+def sized_parameter(robot: RobotSpec, name: str, size: Mapping[str, tuple[float, float]]) -> Parameter:
     """Return a parameter that does nothing at zero, with bounds on both sides of it.
 
     Args:
@@ -77,9 +81,13 @@ def sized_parameter(robot: Robot, name: str, size: Mapping[str, tuple[float, flo
     return Parameter(name, null=0.0, lower=-bound, upper=bound, scale=scale, start=start)
 
 
-def added(inputs: Inputs, extra: Array) -> Inputs:
-    """Return `inputs` with `extra` on the tendons, SI units, shape (r, t) or (t,); a tendon cannot push."""
-    tendon = inputs.tendon + extra
-    if inputs.actuation == "tension":
-        tendon = np.maximum(tendon, 0.0)
-    return replace(inputs, tendon=tendon)
+def in_si(robot: RobotSpec, names: tuple[str, str], values: Values) -> Array:
+    """Return each tendon's value, the common one and its channel's own added up, SI, shape (t,).
+
+    Args:
+        robot: in whose actuator inputs' unit the values are.
+        names: of the common parameter, and of each channel's (with `{}`).
+        values: of the parameters; what is not given is zero.
+    """
+    common, each = names
+    return (values.get(common, 0.0) + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)]

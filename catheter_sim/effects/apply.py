@@ -1,15 +1,16 @@
-"""Puts a robot's `effects` into effect: checked, built in, on its inputs and on its outputs.
+"""Puts a robot's `effects` into effect, stage by stage: on its inputs, in the robot, on what is observed.
 
 `robot.effects` holds values by effect and parameter name, in file units. Effects act in the order
-of the registry, whatever the order in which they were written. Whoever drives a robot along a history of
+of the list, whatever the order in which they were written. Whoever drives a robot along a history of
 inputs takes the robot as it is specified and puts its effects `in_force`: `simulate` and the static models
-do. A robot whose effects are built in has none left, so that nothing acts twice.
+do; whoever drives it step by step, `steps.Commands` and `steps.Sight`. A robot whose effects are built in
+has none left, so that nothing acts twice.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -17,26 +18,22 @@ from typing import Generic, cast
 
 import numpy as np
 
-from catheter_sim.effects.face import Effect, Parameter, same_postures
-from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.core.drive import driven_by, pulls_alone, quantity_of
+from catheter_sim.core.effect import Form, Memory, Stage, Values
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array, Observed, Posture
+from catheter_sim.core.robot import R, RobotSpec
+from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.checks import check_robot
-from catheter_sim.robots.kinds import R, Robot
-from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.kinds import check_robot
 
 
-def parameters_of(robot: Robot, effect: Effect) -> tuple[Parameter, ...]:
-    """Return the parameters that `effect` has for `robot`; none where it makes no sense for it."""
-    return effect.parameters(robot)
-
-
-def check_effects(robot: Robot) -> None:
+def check_effects(robot: RobotSpec) -> None:
     """Raise `InputError` if an effect of `robot` or one of its values is not possible."""
     for name, values in robot.effects.items():
         if name not in EFFECTS:
             raise unknown("effect", name, EFFECTS, f"{robot.name}: effects")
-        parameters = {item.name: item for item in parameters_of(robot, EFFECTS[name])}
+        parameters = {item.name: item for item in EFFECTS[name].parameters(robot)}
         if not parameters:
             raise InputError(f"{robot.name}: effects.{name}: makes no sense for this robot")
         for key, value in values.items():
@@ -53,7 +50,7 @@ def check_effects(robot: Robot) -> None:
 class _Itself:
     """A robot as a key of what is remembered: it equals nothing but itself."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotSpec) -> None:
         self.robot = robot
 
     def __hash__(self) -> int:
@@ -63,55 +60,158 @@ class _Itself:
         return isinstance(other, _Itself) and other.robot is self.robot
 
 
-def active(robot: Robot) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
-    """Return the effects of `robot` with every parameter's value, in the order in which they act."""
-    return _active(_Itself(robot)) if robot.effects else ()
+@dataclass(frozen=True)
+class Act:
+    """A form of one of a robot's effects, with the values that are given for the effect."""
+
+    effect: str
+    form: Form
+    values: Values
+
+
+def acts(robot: RobotSpec, stage: Stage) -> tuple[Act, ...]:
+    """Return the forms of the effects of `robot` that act at a stage, in the order in which they act.
+
+    Of forms with the same memory there is one.
+    """
+    return _acts(_Itself(robot)).get(stage, ()) if robot.effects else ()
 
 
 @lru_cache(maxsize=256)  # a diagnosis asks for a few dozen robots again and again, trial by trial
-def _active(key: _Itself) -> tuple[tuple[Effect, Mapping[str, float]], ...]:
-    robot = key.robot
-    return tuple(
-        (effect, MappingProxyType(effect.complete(robot, robot.effects[name])))
-        for name, effect in EFFECTS.items()
-        if name in robot.effects
-    )
+def _acts(key: _Itself) -> Mapping[Stage, tuple[Act, ...]]:
+    given = key.robot.effects
+    found: dict[Stage, tuple[Act, ...]] = {}
+    for name, effect in EFFECTS.items():
+        if name not in given:
+            continue
+        values = MappingProxyType({item: float(value) for item, value in given[name].items()})
+        memories: list[Memory] = []
+        for form in effect.forms:
+            if form.memory is not None:
+                if form.memory in memories:
+                    continue
+                memories.append(form.memory)
+            found[form.stage] = (*found.get(form.stage, ()), Act(name, form, values))
+    return found
 
 
 def embodied(robot: R) -> R:
     """Return `robot` with its effects put into the specification, and none left to apply.
 
-    What acts on inputs and outputs is not in it: see `arriving_inputs` and `observed`.
+    What acts on inputs and on what is observed is not in it: see `arriving_inputs` and `observed`.
     """
-    changed: Robot = robot
-    for effect, values in active(robot):
-        changed = effect.change_robot(changed, values)
+    changed = robot
+    for act in (*acts(robot, Stage.SPECIFICATION), *acts(robot, Stage.LAW)):
+        if act.form.specify is not None:
+            changed = act.form.specify(changed, act.values)
     return cast(R, replace(changed, effects={}))
 
 
-def arriving_inputs(robot: Robot, inputs: Inputs) -> Inputs:
-    """Return what arrives at the robot when `inputs` are commanded."""
-    for effect, values in active(robot):
-        inputs = effect.change_inputs(robot, inputs, values)
+def arriving_inputs(robot: RobotSpec, inputs: Inputs) -> Inputs:
+    """Return what arrives at the robot when `inputs` are commanded.
+
+    Raises:
+        InputError: time stands still, and an effect that needs it is in force.
+    """
+    rest = np.zeros(inputs.tendon.shape[1:])
+    for act in acts(robot, Stage.COMMAND):
+        if act.form.command is not None:
+            inputs = pulled_only(act.form.command(robot, inputs, act.values))
+        memory = act.form.memory
+        if memory is not None and memory.start(robot, act.values, rest) is not None:
+            time_s = _elapsed_s(inputs.time_s, act.effect) if memory.timed else inputs.time_s
+            tendon = memory.series(robot, act.values, rest, time_s, inputs.tendon)
+            inputs = pulled_only(replace(inputs, tendon=tendon))
     return inputs
 
 
-def observed(robot: Robot, postures: tuple[Posture, ...]) -> tuple[Posture, ...]:
-    """Return what is measured when the robot is in `postures`."""
-    for effect, values in active(robot):
-        postures = effect.change_postures(robot, postures, values)
-    return postures
+def pulled_only(inputs: Inputs) -> Inputs:
+    """Return `inputs` without tensions below zero: a tendon cannot push."""
+    return replace(inputs, tendon=pulls_alone(inputs.actuation, inputs.tendon))
 
 
-def observed_frames(robot: Robot, p_w: Array, R_w: Array) -> tuple[Array, Array]:
-    """Return what is measured of bare positions (..., 3) [m] and orientations (..., 3, 3).
+def _elapsed_s(time_s: Array, effect: str) -> Array:
+    """Return the time since the trial's start, its first row, shape (r,) [s].
 
-    These may belong to different frames.
+    Raises:
+        InputError: the clock stands still or runs back.
     """
-    for effect, values in active(robot):
-        if effect.change_frames is not None:
-            p_w, R_w = effect.change_frames(values, p_w, R_w)
-    return p_w, R_w
+    stands = np.diff(time_s) <= 0.0
+    if stands.any():
+        row = int(np.argmax(stands)) + 1
+        raise InputError(
+            f"effects.{effect}: time_s = {time_s[row]:g} at row {row + 1} does not increase: "
+            "this effect needs the time of every row"
+        )
+    return time_s - time_s[0]
+
+
+def sees_otherwise(robot: RobotSpec) -> bool:
+    """Return whether an effect acts on what is measured of `robot`."""
+    return bool(acts(robot, Stage.OBSERVATION))
+
+
+def remembers_what_was_seen(robot: RobotSpec) -> bool:
+    """Return whether what is observed depends on earlier rows, so that none may be left out before."""
+    nothing = np.zeros(1)
+    return any(
+        act.form.memory is not None and act.form.memory.start(robot, act.values, nothing) is not None
+        for act in acts(robot, Stage.OBSERVATION)
+    )
+
+
+def seen(robot: RobotSpec, true: Observed) -> Observed:
+    """Return what is measured of the robot when `true` is the case, row after row.
+
+    What remembers has watched long enough before the first row to show it as it is. Orientations that are
+    mixed from those before are the rotations nearest to the mean of their matrices. Tensions are measured
+    at the actuators, with the inputs, and stay as they are.
+
+    Raises:
+        InputError: time stands still, and an effect that needs it is in force.
+    """
+    if not len(true.time_s):
+        return true
+    for act in acts(robot, Stage.OBSERVATION):
+        if act.form.observe is not None:
+            true = act.form.observe(true, act.values)
+        memory = act.form.memory
+        if (
+            memory is not None
+            and memory.start(robot, act.values, np.zeros(1)) is not None
+            and len(true.time_s)
+        ):
+            time_s = _elapsed_s(true.time_s, act.effect) if memory.timed else true.time_s
+            p_w, R_w, angles = (
+                memory.series(robot, act.values, rows[0], time_s, rows)
+                for rows in (true.p_w, true.R_w, true.joint_angles)
+            )
+            true = replace(true, p_w=p_w, R_w=nearest_rotations(R_w), joint_angles=angles)
+    return true
+
+
+def nearest_rotations(matrices: Array) -> Array:
+    """Return the rotations nearest to matrices (..., 3, 3), by their entries; NaN where one is not finite."""
+    result = np.full(matrices.shape, np.nan)
+    finite = np.isfinite(matrices).all(axis=(-2, -1))
+    left, _, right = np.linalg.svd(matrices[finite])
+    turned = np.linalg.det(left @ right) < 0.0
+    left[turned, :, -1] *= -1.0
+    result[finite] = left @ right
+    return result
+
+
+def observed(robot: RobotSpec, time_s: Array, postures: tuple[Posture, ...]) -> tuple[Posture, ...]:
+    """Return what is measured when the robot is in `postures`, one at each of the times (r,) [s]."""
+    if not postures or not sees_otherwise(robot):
+        return postures
+    names = ("p_w", "R_w", "joint_angles", "actuator_tension")
+    rows = [np.array([getattr(posture, name) for posture in postures]) for name in names]
+    now = seen(robot, Observed(time_s[: len(postures)], *rows))
+    return tuple(
+        replace(posture, p_w=now.p_w[row], R_w=now.R_w[row], joint_angles=now.joint_angles[row])
+        for row, posture in enumerate(postures)
+    )
 
 
 @dataclass(frozen=True)
@@ -129,8 +229,8 @@ class InForce(Generic[R]):
     inputs: Inputs
 
     def observed(self, postures: tuple[Posture, ...]) -> tuple[Posture, ...]:
-        """Return what is measured when the robot is in `postures`."""
-        return observed(self.specified, postures)
+        """Return what is measured when the robot is in `postures`, one for each of the first rows."""
+        return observed(self.specified, self.inputs.time_s, postures)
 
 
 def in_force(robot: R, inputs: Inputs, where: str = "") -> InForce[R]:
@@ -146,11 +246,6 @@ def in_force(robot: R, inputs: Inputs, where: str = "") -> InForce[R]:
         return InForce(robot, robot, inputs)
     specified = driven_by(robot, inputs.actuation)
     return InForce(specified, built_in(specified, where), arriving_inputs(specified, inputs))
-
-
-def driven_by(robot: R, actuation: str) -> R:
-    """Return `robot` driven by "tension" or "displacement": the units of its effects are those."""
-    return robot if robot.actuation == actuation else cast(R, replace(robot, actuation=actuation))
 
 
 def built_in(robot: R, where: str = "") -> R:
@@ -184,30 +279,35 @@ def wholly_built_in(robot: R) -> R:
     return changed
 
 
-def outside_the_robot(robot: Robot) -> list[str]:
+def outside_the_robot(robot: RobotSpec) -> list[str]:
     """Return the effects that `embodied` leaves out, in part or whole: they act on inputs or outputs.
 
     Tried out on a history of inputs in which every tendon moves, and on a frame.
     """
     rows, tendons = 4, len(robot.tendons)
-    unit = 1.0 if robot.actuation == "tension" else 1e-3
+    unit = quantity_of(robot.actuation).file_size
     moved = unit * np.linspace(1.0, 2.0, rows * tendons).reshape(rows, tendons)
     still = np.zeros((rows, 3))
     probe = Inputs(np.arange(float(rows)), robot.actuation, moved, still, still)
-    p_w, R_w = np.array([0.1, 0.2, 0.3]), np.eye(3)
-    found = []
-    for effect, values in active(robot):
-        arrived = effect.change_inputs(robot, probe, values)
-        outside = any(
-            not np.array_equal(getattr(arrived, name), getattr(probe, name))
-            for name in ("time_s", "tendon", "force_tip", "moment_tip")
-        )
-        if effect.change_frames is not None:
-            seen = effect.change_frames(values, p_w, R_w)
-            outside |= not (np.array_equal(seen[0], p_w) and np.array_equal(seen[1], R_w))
-        if outside or (effect.change_frames is None and effect.change_postures is not same_postures):
-            found.append(effect.name)
-    return found
+    frames = np.tile([0.1, 0.2, 0.3], (rows, 1, 1)), np.tile(np.eye(3), (rows, 1, 1, 1))
+    look = Observed(probe.time_s, *frames, np.zeros((rows, 1)), moved)
+    found: dict[str, None] = {}
+    for act in (*acts(robot, Stage.COMMAND), *acts(robot, Stage.OBSERVATION)):
+        form, memory = act.form, act.form.memory
+        changes = memory is not None and memory.start(robot, act.values, moved[0]) is not None
+        if form.command is not None:
+            changes = _differ(form.command(robot, probe, act.values), probe)
+        if form.observe is not None:
+            changes = _differ(form.observe(look, act.values), look)
+        if changes:
+            found[act.effect] = None
+    return list(found)
+
+
+def _differ(first: Inputs | Observed, second: Inputs | Observed) -> bool:
+    """Return whether a value of arrays differs from another."""
+    names: Iterable[str] = [name for name, value in vars(first).items() if isinstance(value, np.ndarray)]
+    return any(not np.array_equal(getattr(first, name), getattr(second, name)) for name in names)
 
 
 def with_effects(robot: R, effects: Mapping[str, Mapping[str, float]]) -> R:

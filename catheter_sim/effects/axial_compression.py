@@ -2,47 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
 
-from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.specification import Mount
+from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from catheter_sim.core.robot import R, RobotSpec
+from catheter_sim.effects._places import in_series_at, places
 
-
-def in_series(first_N_per_m: float, second_N_per_m: float) -> float:
-    """Return the stiffness of two springs in series; infinite ones give nothing way."""
-    compliance = 1.0 / first_N_per_m + 1.0 / second_N_per_m
-    return 1.0 / compliance if compliance > 0.0 else float("inf")
+_STIFFNESS = "stiffness_N_per_mm"
 
 
-def _parameters(robot: Robot) -> tuple[Parameter, ...]:
-    if isinstance(robot, CatheterRobot):
-        return ()  # its routing is not modelled
+def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
+    if not places(robot, Role.MOUNT):
+        return ()
     return (
         Parameter(
-            "stiffness_N_per_mm",
-            null=float("inf"),
-            lower=0.5,
-            upper=float("inf"),
-            scale=0.005,
-            start=100.0,
-            inverse=True,
+            _STIFFNESS, null=math.inf, lower=0.5, upper=math.inf, scale=0.005, start=100.0, inverse=True
         ),
     )
 
 
-def _change_robot(robot: Robot, values: Values) -> Robot:
-    added = values["stiffness_N_per_mm"] * 1e3
-    return replace(
-        robot, mount=Mount(axial_stiffness_N_per_m=in_series(robot.mount.axial_stiffness_N_per_m, added))
-    )
+def _given_way(robot: R, values: Values) -> R:
+    if _STIFFNESS not in values:
+        return robot
+    return in_series_at(robot, Role.MOUNT, values[_STIFFNESS] * 1e3)
 
 
 EFFECT = Effect(
     name="axial_compression",
     summary="backbone and mount give way along the axis, in series with the specified mount",
     trace="too little bending where several tendons pull together, and a tip that sinks with the sum",
-    parameters=_parameters,
-    change_robot=_change_robot,
+    forms=(
+        Form(
+            name="mount",
+            equation="the base sinks by the sum of the tensions / stiffness",
+            stage=Stage.SPECIFICATION,
+            parameters=_parameters,
+            specify=_given_way,
+        ),
+    ),
+    same_as=frozenset({Role.MOUNT}),
+    advice={
+        frozenset({"tendon_elongation", "stiffness"}): "Measure the tendons' tensions and the shift of the "
+        "base: they say which part gives way.",
+    },
 )

@@ -3,75 +3,143 @@
 A zero that wanders: each channel's zero moves at a constant rate from the trial's own start (a slipping
 clamp, a warming sensor). Creep: under a held input the robot comes on by a share of it with a time
 constant, as a spring in series with a Kelvin-Voigt element; below zero it gives back (a tendon that
-creeps). A tension stays at zero or above: a tendon cannot push.
+creeps). What the zero has wandered creeps too.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
 import numpy as np
 
+from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Values
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects._channels import (
-    TO_SI,
-    added,
     common_and_each,
     common_then_each,
-    per_tendon,
+    in_si,
     scale_of,
     sized_parameter,
 )
-from catheter_sim.effects._clock import elapsed_s, lagged
-from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.kinds import Robot
+from catheter_sim.mechanics.lag import Past, lagged, late_step
 
 _CREEP = ("creep", "creep_time_s")
+_CREEP_TIME_S = 60.0  # unless it is given
 # Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian, a minute.
 _SIZE = {"N": (50.0, 0.1), "mm": (20.0, 0.1)}
 
 
-def _names(robot: Robot) -> tuple[str, str]:
+def _names(robot: RobotSpec) -> tuple[str, str]:
     unit = scale_of(robot)
     return f"zero_{unit}_per_min", f"zero_{{}}_{unit}_per_min"
 
 
-def _parameters(robot: Robot) -> tuple[Parameter, ...]:
-    amount, time_s = _CREEP
+def _zeros(robot: RobotSpec) -> tuple[Parameter, ...]:
     common, each = _names(robot)
+    return common_and_each(robot, sized_parameter(robot, common, _SIZE), each)
+
+
+def _creep(robot: RobotSpec) -> tuple[Parameter, ...]:
+    amount, time_s = _CREEP
     return (
-        *common_and_each(robot, sized_parameter(robot, common, _SIZE), each),
         Parameter(amount, null=0.0, lower=-0.9, upper=1.0, scale=0.02, start=0.05),
         # Faster than 10 s it would be a lag (`rate`), beyond a quarter of an hour no trial shows its end.
-        Parameter(time_s, null=60.0, lower=10.0, upper=900.0, scale=5.0, start=60.0),
+        Parameter(time_s, null=_CREEP_TIME_S, lower=10.0, upper=900.0, scale=5.0, start=_CREEP_TIME_S),
     )
 
 
-def _variants(robot: Robot) -> tuple[tuple[str, ...], ...]:
-    # One rate for several channels would be a pair's both sides, or joints of several kinds, at once.
-    zeros = common_then_each(robot, *_names(robot))[-1]
-    return (zeros, _CREEP) if len(zeros) == 1 else (_CREEP, zeros)
+@dataclass(frozen=True)
+class _Drifting:
+    """How far a zero has wandered, and what creeps.
+
+    Attributes:
+        rate: of each tendon's zero, shape (t,), SI a minute.
+        amount: share by which a held input grows.
+        elapsed_s: since the first row.
+        past: what creeps, as a lag.
+    """
+
+    rate: Array
+    amount: float
+    elapsed_s: float
+    past: Past
 
 
-def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
-    common, each = _names(robot)
-    rate = (values[common] + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)]
-    amount, constant_s = (values[name] for name in _CREEP)
-    if amount == 0.0 and not rate.any():
-        return inputs
-    time_s = elapsed_s(inputs.time_s, EFFECT.name)
-    wandered = rate * (time_s[:, np.newaxis] / 60.0)
-    if amount != 0.0:
-        wandered = wandered + amount * lagged(time_s, inputs.tendon + wandered, constant_s)
-    return added(inputs, wandered)
+@dataclass(frozen=True)
+class _Drift:
+    """A wandering zero and creep as one memory of the inputs."""
+
+    timed = True
+
+    def start(self, robot: RobotSpec, values: Values, rest: Array) -> _Drifting | None:
+        """Return the state at rest; None without drift."""
+        rate, (amount, constant_s) = _rate(robot, values), _creeping(values)
+        if amount == 0.0 and not rate.any():
+            return None
+        return _Drifting(rate, amount, 0.0, Past(constant_s, 0.0, rest))
+
+    def step(self, state: _Drifting, before: Array, after: Array, dt_s: float) -> tuple[_Drifting, Array]:
+        """Return the state and what arrives when the inputs have moved from `before` to `after`."""
+        elapsed_s = state.elapsed_s + dt_s
+        wandered = state.rate * (elapsed_s / 60.0)
+        first = before + state.rate * (state.elapsed_s / 60.0)
+        past, crept = late_step(state.past, first, after + wandered, dt_s)
+        return replace(state, elapsed_s=elapsed_s, past=past), after + (wandered + state.amount * crept)
+
+    def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
+        """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
+        rate, (amount, constant_s) = _rate(robot, values), _creeping(values)
+        wandered = rate * (time_s[:, np.newaxis] / 60.0)
+        if amount != 0.0:
+            wandered = wandered + amount * lagged(time_s, rows + wandered, constant_s, rest=rest)
+        return rows + wandered
 
 
+def _rate(robot: RobotSpec, values: Values) -> Array:
+    return in_si(robot, _names(robot), values)
+
+
+def _creeping(values: Values) -> tuple[float, float]:
+    return values.get(_CREEP[0], 0.0), values.get(_CREEP[1], _CREEP_TIME_S)
+
+
+def _fewest_first(robot: RobotSpec, forms: tuple[Form, ...]) -> Iterable[Form]:
+    """Return the zero of a single channel before creep, and those of several after it."""
+    zero, creep = forms
+    return (zero, creep) if len(zero.freed(robot)[0]) == 1 else (creep, zero)
+
+
+_MEMORY = _Drift()
 EFFECT = Effect(
     name="drift",
     summary="the zero of the inputs wanders by zero + zero_<channel> a minute of the trial, or what arrives "
     "under a held input grows by the share `creep` with the time constant `creep_time_s`",
     trace="an error that grows with the time in the trial, also where the same input returns or is held",
-    parameters=_parameters,
-    change_inputs=_change_inputs,
-    variants=_variants,
+    forms=(
+        Form(
+            name="zero",
+            equation="u' = u + zero t, t from the trial's start",
+            stage=Stage.COMMAND,
+            parameters=_zeros,
+            # One rate for several channels would be a pair's both sides, or joints of several kinds, at once.
+            groups=lambda robot: common_then_each(robot, *_names(robot))[-1:],
+            memory=_MEMORY,
+        ),
+        Form(
+            name="creep",
+            equation="u' = u + creep y with T y' = u - y: a spring in series with a Kelvin-Voigt element",
+            stage=Stage.COMMAND,
+            parameters=_creep,
+            memory=_MEMORY,
+        ),
+    ),
+    advice={
+        frozenset({"actuation_offset", "actuation_gain", "stiffness", "tendon_elongation"}): "Hold one input "
+        "for several minutes, return to zero and wait as long: only drift goes on moving.",
+    },
     # It begins anew with each trial; inside one its slow lines fit whatever else a model lacks.
     least_trials=2,
+    in_turn=_fewest_first,
 )

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Values
+from catheter_sim.core.posture import Observed
 
 _ROTATION = ("rotation_x_deg", "rotation_y_deg", "rotation_z_deg")
 _TRANSLATION = ("translation_x_mm", "translation_y_mm", "translation_z_mm")
@@ -19,29 +18,28 @@ _PARAMETERS = (
 )
 
 
-def _parameters(robot: Robot) -> tuple[Parameter, ...]:
-    return _PARAMETERS
-
-
-def _change_frames(values: Values, p_w: Array, R_w: Array) -> tuple[Array, Array]:
-    turn = Rotation.from_rotvec([values[name] for name in _ROTATION], degrees=True).as_matrix()
-    shift = np.array([values[name] for name in _TRANSLATION]) * 1e-3
-    return p_w @ turn.T + shift, turn @ R_w
-
-
-def _change_postures(robot: Robot, postures: tuple[Posture, ...], values: Values) -> tuple[Posture, ...]:
-    changed = []
-    for posture in postures:
-        p_w, R_w = _change_frames(values, posture.p_w, posture.R_w)
-        changed.append(replace(posture, p_w=p_w, R_w=R_w))
-    return tuple(changed)
+def _seen(observed: Observed, values: Values) -> Observed:
+    turned = [values.get(name, 0.0) for name in _ROTATION]
+    turn = Rotation.from_rotvec(turned, degrees=True).as_matrix()
+    shift = np.array([values.get(name, 0.0) for name in _TRANSLATION]) * 1e-3
+    return replace(observed, p_w=observed.p_w @ turn.T + shift, R_w=turn @ observed.R_w)
 
 
 EFFECT = Effect(
     name="measurement_frame",
     summary="measured positions are the true ones turned about the base by a rotation vector, then shifted",
     trace="an error that depends on where the tip is, not on how it came there",
-    parameters=_parameters,
-    change_postures=_change_postures,
-    change_frames=_change_frames,
+    forms=(
+        Form(
+            name="rigid",
+            equation="p' = R p + t, with R the turn by a rotation vector; orientations R' = R R",
+            stage=Stage.OBSERVATION,
+            parameters=lambda robot: _PARAMETERS,
+            observe=_seen,
+        ),
+    ),
+    advice={
+        frozenset({"precurvature", "actuation_offset", "twist"}): "Track two points on the base and one in "
+        "the middle of the robot: they show the frame and the shape at rest apart from each other.",
+    },
 )

@@ -6,26 +6,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from catheter_sim.effects._scales import tip_force_N
-from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.kinds import Robot
+from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.effects._places import places, sizes
 
 
-def _parameters(robot: Robot) -> tuple[Parameter, ...]:
-    if isinstance(robot, CatheterRobot):
-        return ()  # the statics of catheters carry no load, so the simulation would be without a twin
-    unit = tip_force_N(robot)
-    planar = all(segment.bending_axes == "x" for segment in robot.segments)
+def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
+    axes = places(robot, Role.TIP_FORCE)
+    if not axes:
+        return ()
+    unit = sizes(robot).tip_force_N
     return tuple(
-        Parameter(f"force_{axis}_N", 0.0, -3.0 * unit, 3.0 * unit, scale=0.05 * unit, start=0.0)
-        for axis in ("xz" if planar else "xyz")
+        Parameter(item.parameter, 0.0, -3.0 * unit, 3.0 * unit, scale=0.05 * unit, start=0.0) for item in axes
     )
 
 
-def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
+def _loaded(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
     force = np.array([values.get(f"force_{axis}_N", 0.0) for axis in "xyz"])
+    if not force.any():
+        return inputs
     return replace(inputs, force_tip=inputs.force_tip + force)
 
 
@@ -33,6 +33,17 @@ EFFECT = Effect(
     name="payload",
     summary="a constant force on the tip, in the base frame",
     trace="an error that is there at rest and changes with where the robot points",
-    parameters=_parameters,
-    change_inputs=_change_inputs,
+    forms=(
+        Form(
+            name="force",
+            equation="a constant force on the tip, in the base frame",
+            stage=Stage.COMMAND,
+            parameters=_parameters,
+            command=_loaded,
+        ),
+    ),
+    advice={
+        frozenset({"precurvature", "measurement_frame"}): "Measure the rest shape with the base turned by "
+        "180 deg: weight changes sides, shape does not.",
+    },
 )

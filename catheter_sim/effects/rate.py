@@ -1,43 +1,48 @@
-"""The response depends on speed: a first-order lag, or a pure delay, between command and robot.
+"""The response depends on speed: a first-order lag, or a pure delay, before the robot or behind it.
 
-A viscous drive, a slow servo, or a tracker that is late against the commands. Each trial starts at rest
-at its own first row. Friction and play run on what arrives at the rows; a turning point that a delay
-moves between two rows is seen at the rows beside it.
+Before it: a viscous drive, a slow servo. Behind it: a tracker that filters, or is late. Each trial starts at
+rest at its own first row; what is observed has been watched long enough before that to show the first row as
+it is. Friction and play run on what arrives at the rows; a turning point that a delay moves between two rows
+is seen at the rows beside it.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from catheter_sim.core.effect import Effect, Form, Parameter, Stage
+from catheter_sim.effects._late import Late
 
-from catheter_sim.effects._clock import elapsed_s, lagged
-from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.kinds import Robot
-
-_LAG, _DELAY = "lag_s", "delay_s"
 _LONGEST_S = 10.0  # what is slower creeps: see `drift`
 
 
-def _parameters(robot: Robot) -> tuple[Parameter, ...]:
+def _form(name: str, equation: str, parameter: str, memory: Late) -> Form:
     # Off zero the response has a slope by either also where a trial begins with a step.
-    return tuple(
-        Parameter(name, null=0.0, lower=0.0, upper=_LONGEST_S, scale=0.1, start=0.2)
-        for name in (_LAG, _DELAY)
+    item = Parameter(parameter, null=0.0, lower=0.0, upper=_LONGEST_S, scale=0.1, start=0.2)
+    behind = memory is _BEHIND
+    return Form(
+        name=name,
+        equation=equation,
+        stage=Stage.OBSERVATION if behind else Stage.COMMAND,
+        parameters=lambda robot: (item,),
+        memory=memory,
+        in_place=behind,
     )
 
 
-def _change_inputs(robot: Robot, inputs: Inputs, values: Values) -> Inputs:
-    if values[_LAG] == 0.0 and values[_DELAY] == 0.0:
-        return inputs
-    time_s = elapsed_s(inputs.time_s, EFFECT.name)
-    return replace(inputs, tendon=lagged(time_s, inputs.tendon, values[_LAG], values[_DELAY]))
-
-
+_BEFORE, _BEHIND = Late("lag_s", "delay_s"), Late("output_lag_s", "output_delay_s")
 EFFECT = Effect(
     name="rate",
-    summary="what arrives follows the inputs with a first-order lag, or late by a delay, all channels alike",
+    summary="what arrives follows the inputs with a first-order lag, or late by a delay, all channels alike; "
+    "or what is observed so follows the robot, but for tensions at the actuators",
     trace="a loop whose width grows with the speed, and which closes where the input is held",
-    parameters=_parameters,
-    change_inputs=_change_inputs,
-    variants=lambda robot: ((_LAG,), (_DELAY,)),
+    forms=(
+        _form("input_lag", "lag_s y' = u - y", "lag_s", _BEFORE),
+        _form("input_delay", "y(t) = u(t - delay_s)", "delay_s", _BEFORE),
+        _form("output_lag", "output_lag_s y' = x - y", "output_lag_s", _BEHIND),
+        _form("output_delay", "y(t) = x(t - output_delay_s)", "output_delay_s", _BEHIND),
+    ),
+    advice={
+        frozenset({"backlash", "tendon_friction"}): "Play the same loops at half and at twice the speed, and "
+        "hold still in the middle of each way: a lag's loop changes its width with the speed and closes in "
+        "the hold, the others' do neither.",
+    },
 )

@@ -2,24 +2,43 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from catheter_sim.core.numbers import number, with_values
+from catheter_sim.core.robot import R, RobotSpec
+from catheter_sim.effects._places import places
 
-from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.kinds import Robot
-
-
-def _parameters(robot: Robot) -> tuple[Parameter, ...]:
-    return (Parameter("scale", null=1.0, lower=0.1, upper=10.0, scale=0.05, start=1.0),)
+_SCALE = "scale"
 
 
-def _change_robot(robot: Robot, values: Values) -> Robot:
-    return replace(robot, stiffness_scale=robot.stiffness_scale * values["scale"])
+def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
+    if not places(robot, Role.ELASTIC_SCALE):
+        return ()
+    return (Parameter(_SCALE, null=1.0, lower=0.1, upper=10.0, scale=0.05, start=1.0),)
+
+
+def _scaled(robot: R, values: Values) -> R:
+    if _SCALE not in values:
+        return robot
+    keys = [item.key for item in places(robot, Role.ELASTIC_SCALE)]
+    return with_values(robot, {key: number(robot, key) * values[_SCALE] for key in keys})
 
 
 EFFECT = Effect(
     name="stiffness",
     summary="every elastic constant is `scale` times the specified one",
     trace="too little or too much bending under tension or load, in proportion, in every direction",
-    parameters=_parameters,
-    change_robot=_change_robot,
+    forms=(
+        Form(
+            name="scale",
+            equation="moment scale EI k of the bend per length k",
+            stage=Stage.SPECIFICATION,
+            parameters=_parameters,
+            specify=_scaled,
+        ),
+    ),
+    same_as=frozenset({Role.ELASTIC_SCALE, Role.ELASTIC_CONSTANT}),
+    advice={
+        frozenset({"actuation_gain", "nonlinear_stiffness"}): "Hang a known weight on the tip at rest: the "
+        "stiffness answers, the inputs' scale does not.",
+    },
 )

@@ -1,45 +1,61 @@
-"""Capstan friction of the tendons differs from the specification."""
+"""Capstan friction of the tendons differs from the specification, or their path is tortuous."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
+from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from catheter_sim.core.numbers import number, with_values
+from catheter_sim.core.robot import R, RobotSpec
+from catheter_sim.effects._places import added_at, places
 
-from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import bent_by, is_extensible
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.specification import Friction
-
-
-def _parameters(robot: Robot) -> tuple[Parameter, ...]:
-    if isinstance(robot, CatheterRobot) and not any(
-        is_extensible(pair) for pair in robot.tendons if pair.name in bent_by(robot)
-    ):
-        return ()  # its joints' angles follow its inextensible tendons' lengths, rubbed or not
-    null = robot.friction.mu
-    mu = Parameter("mu", null=null, lower=0.0, upper=1.5, scale=0.05, start=round(null + 0.1, 9))
-    if not isinstance(robot, CatheterRobot):
-        return (mu,)
-    most = 1440.0  # four turns
-    return mu, Parameter("path_deg", null=0.0, lower=0.0, upper=most, scale=30.0, start=90.0)
+_MU, _PATH = "mu", "path_deg"
+_MOST_PATH_DEG = 1440.0  # four turns
 
 
-def _variants(robot: Robot) -> tuple[tuple[str, ...], ...]:
-    return (("mu",),)  # a path's angle does what a larger coefficient does
+def _coefficient(robot: RobotSpec) -> tuple[Parameter, ...]:
+    keys = [item.key for item in places(robot, Role.FRICTION)]
+    if not keys:
+        return ()
+    null = number(robot, keys[0])
+    return (Parameter(_MU, null=null, lower=0.0, upper=1.5, scale=0.05, start=round(null + 0.1, 9)),)
 
 
-def _change_robot(robot: Robot, values: Values) -> Robot:
-    if isinstance(robot, CatheterRobot):
-        robot = replace(robot, path_rad=robot.path_rad + math.radians(values["path_deg"]))
-    return replace(robot, friction=Friction(mu=values["mu"]))
+def _rubbed(robot: R, values: Values) -> R:
+    if _MU not in values:
+        return robot
+    return with_values(robot, {item.key: values[_MU] for item in places(robot, Role.FRICTION)})
+
+
+def _path(robot: RobotSpec) -> tuple[Parameter, ...]:
+    if not places(robot, Role.PATH):
+        return ()
+    return (Parameter(_PATH, null=0.0, lower=0.0, upper=_MOST_PATH_DEG, scale=30.0, start=90.0),)
 
 
 EFFECT = Effect(
     name="tendon_friction",
     summary="the tendons' capstan friction differs from the specification, or a catheter's path is tortuous",
     trace="a loop between loading and unloading whose width grows with tension and bending",
-    parameters=_parameters,
-    change_robot=_change_robot,
-    variants=_variants,
+    forms=(
+        Form(
+            name="coefficient",
+            equation="the tensions before and after a turn by an angle a differ by at most exp(mu a) (Euler)",
+            stage=Stage.SPECIFICATION,
+            parameters=_coefficient,
+            specify=_rubbed,
+        ),
+        Form(
+            name="path",
+            equation="before the robot the tendons turn by path_deg, and rub there as by Euler's law",
+            stage=Stage.SPECIFICATION,
+            parameters=_path,
+            groups=lambda robot: (),  # it does what a larger coefficient does
+            specify=lambda robot, values: added_at(robot, Role.PATH, values),
+        ),
+    ),
+    same_as=frozenset({Role.FRICTION}),
+    advice={
+        frozenset(
+            {"backlash"}
+        ): "Repeat the loops at two pretensions: friction widens the loop with tension, backlash does not.",
+    },
 )

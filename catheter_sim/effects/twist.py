@@ -2,34 +2,36 @@
 
 from __future__ import annotations
 
-import math
+from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from catheter_sim.core.robot import R, RobotSpec
+from catheter_sim.effects._places import added_everywhere, places, sizes
 
-from catheter_sim.effects.face import Effect, Parameter, Values
-from catheter_sim.robots.kinds import Robot, with_segments
-from catheter_sim.robots.specification import ContinuumRobot
-
-
-def _parameters(robot: Robot) -> tuple[Parameter, ...]:
-    if not isinstance(robot, ContinuumRobot):
-        return ()  # its holes are in its links, which do not turn
-    if any(segment.bending_axes != "xy" for segment in robot.segments):
-        return ()  # hinges of a planar robot keep its plane
-    bound = 90.0 / sum(segment.length_m for segment in robot.segments)
-    return (Parameter("rate_deg_per_m", null=0.0, lower=-bound, upper=bound, scale=0.02 * bound, start=0.0),)
+_RATE = "rate_deg_per_m"
 
 
-def _change_robot(robot: Robot, values: Values) -> Robot:
-    assert isinstance(robot, ContinuumRobot)
-    added = math.radians(values["rate_deg_per_m"])
-    return with_segments(
-        robot, ({"rest_twist_rad_per_m": segment.rest_twist_rad_per_m + added} for segment in robot.segments)
-    )
+def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
+    if not places(robot, Role.HOLE_TWIST):
+        return ()
+    bound = 90.0 / sizes(robot).length_m
+    return (Parameter(_RATE, null=0.0, lower=-bound, upper=bound, scale=0.02 * bound, start=0.0),)
+
+
+def _twisted(robot: R, values: Values) -> R:
+    return added_everywhere(robot, Role.HOLE_TWIST, values[_RATE]) if _RATE in values else robot
 
 
 EFFECT = Effect(
     name="twist",
     summary="the tendons' holes turn about the backbone at a constant rate along the robot",
     trace="a bending plane that turns from segment to segment",
-    parameters=_parameters,
-    change_robot=_change_robot,
+    forms=(
+        Form(
+            name="holes",
+            equation="a tendon's holes lie at its angle + rate times the height along the backbone",
+            stage=Stage.SPECIFICATION,
+            parameters=_parameters,
+            specify=_twisted,
+        ),
+    ),
+    same_as=frozenset({Role.HOLE_TWIST}),
 )

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError, shown, unknown
-from catheter_sim.robots.posture import Array
 
 
 def argument_names(environment: type) -> list[str]:

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.observation import Observation
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.reach import ReachEnv
@@ -13,7 +14,6 @@ from catheter_sim.envs.steering import change_toward
 from catheter_sim.envs.targets import frictionless_level
 from catheter_sim.envs.tip import CONTROL_STEP_S, RATE_PER_S, Action, TipEnv
 from catheter_sim.envs.track import TrackEnv
-from catheter_sim.robots.posture import Array
 
 GAIN = 0.3  # share of the way to the target in one step; the robot follows within a step or two
 # The same of a moving target, whose own motion is added: friction takes a part of every change of a rod's or

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.core.drive import Quantity
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.robots import Robots
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.robots.posture import Array
-from catheter_sim.simulation.copies import Index
+from catheter_sim.mechanics.arrays import Index
 
 RAMP_S = 1.0  # simulated time from rest to the drives' goal, before the robot settles
 PULLED_SHARE = 0.5  # of the tension drives in a random draw: single tendons and antagonists alike
@@ -130,7 +131,7 @@ def random_level(plant: Plant, rng: np.random.Generator) -> Array:
     """Return random levels of the drives, shape (d,); of tension drives some stay slack."""
     level = rng.uniform(plant.drives.lowest, 1.0)
     pulled = rng.random(len(level)) < PULLED_SHARE
-    return np.where(pulled, level, 0.0) if plant.drives.actuation == "tension" else level
+    return np.where(pulled, level, 0.0) if plant.drives.quantity is Quantity.TENSION else level
 
 
 def random_levels(plant: Plant, rng: np.random.Generator, steps: int) -> Array | None:

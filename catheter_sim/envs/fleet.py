@@ -12,7 +12,7 @@ import numpy as np
 
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.robots import Robots, Together
-from catheter_sim.simulation.copies import Index
+from catheter_sim.mechanics.arrays import Index
 
 T = TypeVar("T")
 

@@ -9,9 +9,9 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.plant import Plant
-from catheter_sim.render.state import State, state_of
-from catheter_sim.robots.posture import Array
+from catheter_sim.pictures.state import State, state_of
 
 Observation = NDArray[np.float32]
 

@@ -8,14 +8,14 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.arguments import checked_whole
 from catheter_sim.errors import InputError, shown
-from catheter_sim.mjcf.scene import View
-from catheter_sim.render.backend import LARGEST_SIDE, SMALLEST_SIDE, open_renderer
-from catheter_sim.render.framing import free_camera
-from catheter_sim.render.images import Picture
-from catheter_sim.render.state import State, put
-from catheter_sim.robots.posture import Array
+from catheter_sim.modelling.scene import View
+from catheter_sim.pictures.backend import LARGEST_SIDE, SMALLEST_SIDE, open_renderer
+from catheter_sim.pictures.framing import free_camera
+from catheter_sim.pictures.images import Picture
+from catheter_sim.pictures.state import State, put
 
 _ROUND = 16  # corners of the target's outline: the model's thin tendons do with fewer
 # Small pictures, as they are observed: without a graphics card it is the triangles that take time, and four

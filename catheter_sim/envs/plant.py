@@ -8,15 +8,14 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from catheter_sim.effects.apply import active, arriving_inputs, check_effects, embodied, observed_frames
-from catheter_sim.effects.face import same_inputs, same_postures
+from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.effects.apply import check_effects, embodied, remembers_what_was_seen
+from catheter_sim.effects.steps import Commands, Sight
 from catheter_sim.envs.quick_model import input_range, quick_model
 from catheter_sim.envs.surroundings import Surround
-from catheter_sim.errors import InputError
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.checks import check_robot
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.kinds import check_robot
+from catheter_sim.mjcf.names import TIP
 from catheter_sim.simulation.simulator import Simulator
 
 START_S = 1.0  # simulated time in which a load that acts at rest (an offset, a payload) comes on
@@ -25,8 +24,8 @@ START_S = 1.0  # simulated time in which a load that acts at rest (an offset, a 
 class Plant:
     """A simulated robot, its effects included.
 
-    Effects on the inputs see the whole history of commands since `reset`, one row for each `move`,
-    so that their cost grows with its length. What they send beyond the end of a catheter's joint, where
+    Effects on the inputs go from command to command, one for each `move`, and those on what is seen from look
+    to look. What they send beyond the end of a catheter's joint, where
     its gaps have closed or its tendon is unwound, stops there: the drive stands against it.
 
     Attributes:
@@ -37,13 +36,14 @@ class Plant:
         segment_length: shape (s,) [m].
         rest_bends: bends of the unloaded robot, as `quick` has them, shape (*b).
         level: of the drives now, shape (d,).
+        sees_the_past: what is seen depends on what was.
         carriage: where the base is held, from where it stands in the model: the joints of `Surroundings`,
             shape (c,) [m, rad].
     """
 
     def __init__(
         self,
-        robot: Robot,
+        robot: RobotSpec,
         actuation: str | None,
         gravity_mps2: Sequence[float],
         largest_bend_rad: float | None = None,
@@ -60,15 +60,13 @@ class Plant:
             surround: puts the robot into surroundings; default: it stands alone, its base at rest.
 
         Raises:
-            InputError: the robot knows no such actuation, an effect is unknown or cannot be followed
-                step by step, or there is nothing to drive.
+            InputError: the robot knows no such actuation, an effect is unknown, or there is nothing to drive.
         """
         actuation = actuation or robot.actuation
         self.quick = quick_model(robot, actuation, largest_bend_rad)
         self.drives = self.quick.drives
         self.specified = replace(robot, actuation=actuation)
         check_effects(self.specified)
-        _require_stepwise(self.specified)
         built_in = embodied(self.specified)
         check_robot(built_in, robot.name)
         # Without inertia, as in all checks against theory: dry friction remembers every overshoot, and
@@ -86,9 +84,8 @@ class Plant:
         names = around.carriage if around else ()
         self._carriage = np.array([self.simulator.model.actuator(name).id for name in names], dtype=int)
         self._range = input_range(built_in)
-        self._changes_inputs = any(
-            effect.change_inputs is not same_inputs for effect, _ in active(self.specified)
-        )
+        self._arriving = Commands(self.specified)
+        self.sees_the_past = remembers_what_was_seen(self.specified)
         self.segment_length = self.quick.segment_length
         self._bend_of = np.zeros((*self.quick.bend_unit.shape, self.simulator.model.nq))
         for index in range(self.simulator.model.njnt):
@@ -108,10 +105,11 @@ class Plant:
         self.simulator.reset()
         self.level = np.zeros(len(self.drives.names))
         self.carriage = np.zeros(len(self._carriage))
-        self._times = [0.0]
-        self._commands = [np.zeros(len(self.specified.tendons))]
+        self._time_s = 0.0
+        self._arriving.reset()
+        self._sights: dict[str, tuple[Sight, float]] = {}
         self._wrench = np.zeros(len(self.specified.tendons) + 6)
-        loaded = self._arriving()
+        loaded = self._arrived(0.0)
         if loaded.any():
             self._ramp(loaded, START_S)
         self.settle()
@@ -125,9 +123,8 @@ class Plant:
             SimulationDiverged: the state is no longer finite.
         """
         self.level = np.array(level)
-        self._times.append(self._times[-1] + duration_s)
-        self._commands.append(self.drives.tendon @ self.level)
-        self._ramp(self._arriving(), duration_s, carriage)
+        self._time_s += duration_s
+        self._ramp(self._arrived(duration_s), duration_s, carriage)
 
     def settle(self) -> None:
         """Wait under the present inputs until the robot is at rest, 5 simulated seconds at most."""
@@ -139,9 +136,12 @@ class Plant:
         mujoco.mj_fwdPosition(self.simulator.model, self.simulator.data)
         return self.simulator.posture()
 
-    def seen(self, p_w: Array, R_w: Array) -> tuple[Array, Array]:
-        """Return what is measured of positions (..., 3) [m] and orientations (..., 3, 3)."""
-        return observed_frames(self.specified, p_w, R_w)
+    def seen(self, p_w: Array, R_w: Array, what: str = "tip") -> tuple[Array, Array]:
+        """Return what is measured now of positions (..., 3) [m] and orientations (..., 3, 3) of something."""
+        sight, last_s = self._sights.get(what, (None, self._time_s))
+        sight = sight or Sight(self.specified)
+        self._sights[what] = sight, self._time_s
+        return sight.look(p_w, R_w, self._time_s - last_s)
 
     def segment_bends(self) -> Array:
         """Return the robot's bends, sums of its joints, shape (*b)."""
@@ -154,27 +154,16 @@ class Plant:
     def inputs_at(self, level: Array) -> Array | None:
         """Return the tendons' inputs, shape (m, t), that levels (m, d) become whatever came before them.
 
-        None where an effect changes inputs: it sees the whole history, or loads the tip.
+        None where an effect changes inputs: it may remember earlier ones, or loads the tip.
         """
-        if self._changes_inputs:
+        if self._arriving.change:
             return None
         return np.clip(np.matmul(self.drives.tendon, level[..., np.newaxis])[..., 0], *self._range)
 
-    def _arriving(self) -> Array:
-        """Return the tendons' inputs and the tip's wrench that the last command becomes, (t + 6,)."""
-        if not self._changes_inputs:
-            return np.concatenate([np.clip(self._commands[-1], *self._range), np.zeros(6)])
-        rows = len(self._times)
-        commanded = Inputs(
-            np.array(self._times),
-            self.drives.actuation,
-            np.array(self._commands),
-            np.zeros((rows, 3)),
-            np.zeros((rows, 3)),
-        )
-        last = arriving_inputs(self.specified, commanded)
-        tendon = np.clip(last.tendon[-1], *self._range)
-        return np.concatenate([tendon, last.force_tip[-1], last.moment_tip[-1]])
+    def _arrived(self, duration_s: float) -> Array:
+        """Return the tendons' inputs and the tip's wrench that the present levels become, (t + 6,)."""
+        tendon, force, moment = self._arriving.step(self.drives.tendon @ self.level, duration_s)
+        return np.concatenate([np.clip(tendon, *self._range), force, moment])
 
     def _ramp(self, wrench: Array, duration_s: float, carriage: Array | None = None) -> None:
         simulator, tendons = self.simulator, len(self.specified.tendons)
@@ -188,21 +177,9 @@ class Plant:
             simulator.data.ctrl[self._carriage] = base
             force = now[tendons : tendons + 3]
             if self._stream_N is not None:
-                time_s = self._times[-1] - duration_s * (1.0 - step / steps)
-                force = force + self._stream_N(time_s, simulator.data.site("tip").xpos)
+                time_s = self._time_s - duration_s * (1.0 - step / steps)
+                force = force + self._stream_N(time_s, simulator.data.site(TIP).xpos)
             simulator.set_inputs(now[:tendons], force, now[tendons + 3 :])
             simulator.step()
         self._wrench = wrench
         simulator.require_finite()
-
-
-def _require_stepwise(robot: Robot) -> None:
-    """Raise `InputError` for an effect on the outputs that is not one of bare frames.
-
-    Others may depend on the whole history of postures, which an episode does not hold.
-    """
-    for effect, _ in active(robot):
-        if effect.change_postures is not same_postures and effect.change_frames is None:
-            raise InputError(
-                f"{robot.name}: effects.{effect.name}: an environment cannot follow it step by step"
-            )

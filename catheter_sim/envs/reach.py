@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
+from catheter_sim.core.settings import Settings
 from catheter_sim.envs.arguments import checked_options, checked_whole
 from catheter_sim.envs.observation import Bounds, Observation
 from catheter_sim.envs.targets import random_target, require_reachable
 from catheter_sim.envs.tip import DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
-from catheter_sim.render.images import Picture
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.settings import Settings
+from catheter_sim.pictures.images import Picture
 from catheter_sim.units import in_file_units
 
 HOLD_STEPS = 5  # assumed: half a second

@@ -11,11 +11,12 @@ from typing import Protocol
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.plant import START_S, Plant
 from catheter_sim.errors import SimulationDiverged
-from catheter_sim.render.state import State, state_of
-from catheter_sim.robots.posture import Array
-from catheter_sim.simulation.copies import Copies, Index, copied_together
+from catheter_sim.mechanics.arrays import Index
+from catheter_sim.pictures.state import State, state_of
+from catheter_sim.simulation.copies import Copies, copied_together
 
 
 class Robots(Protocol):
@@ -146,4 +147,5 @@ class Together:
 
 def together(plant: Plant) -> bool:
     """Whether copies of `plant` can be moved `Together`."""
-    return copied_together(plant.simulator) and plant.inputs_at(plant.level[np.newaxis]) is not None
+    plain = plant.inputs_at(plant.level[np.newaxis]) is not None and not plant.sees_the_past
+    return plain and copied_together(plant.simulator)

@@ -6,10 +6,10 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from catheter_sim.mjcf.remembered import remembered_mjcf
-from catheter_sim.mjcf.surroundings import text, touching
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.modelling.model_cache import remembered_mjcf
+from catheter_sim.modelling.surroundings import text, touching
 
 _SHORT = 1.5  # outer radii: an element that is shorter touches with a ball at its far face
 
@@ -32,16 +32,16 @@ class Surroundings:
     stream_N: Callable[[float, Array], Array] | None = None
 
 
-def robot_tree(robot: Robot, actuation: str) -> ElementTree.Element:
+def robot_tree(robot: RobotSpec, actuation: str) -> ElementTree.Element:
     """Return the robot's own model (`build_mjcf`), to be put into surroundings."""
     return ElementTree.fromstring(remembered_mjcf(robot, actuation))
 
 
 # From the robot, effects built in, and its actuation to its model in surroundings.
-Surround = Callable[[Robot, str], Surroundings]
+Surround = Callable[[RobotSpec, str], Surroundings]
 
 
-def let_touch(robot: Robot, world: ElementTree.Element) -> None:
+def let_touch(robot: RobotSpec, world: ElementTree.Element) -> None:
     """Give every cell or link of a robot what touches: a ball at its far face, or a capsule along it."""
     ends, radii, lengths = [], [], []
     for segment in robot.segments:

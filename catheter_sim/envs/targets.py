@@ -12,12 +12,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.draws import PULLED_SHARE, RAMP_S, Found, Path, random_paths, random_targets
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.robots import OneByOne
 from catheter_sim.envs.steering import change_toward
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.robots.posture import Array
 
 _ALONE = np.arange(1)
 _STARTS = 4  # places in the range of the drives from which a given point is sought

@@ -10,6 +10,12 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.drive import Quantity
+from catheter_sim.core.posture import Array
+from catheter_sim.core.quick_model import DriveLevels
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.core.settings import SAID, Settings, settings_table
 from catheter_sim.envs import EPISODE_STEPS
 from catheter_sim.envs.arguments import (
     argument_names,
@@ -20,7 +26,6 @@ from catheter_sim.envs.arguments import (
     checked_vector,
     refuse_unknown,
 )
-from catheter_sim.envs.drives import Drives
 from catheter_sim.envs.observation import Bounds, Observation, look, observation_space, observe
 from catheter_sim.envs.picture import TargetPicture, checked_size
 from catheter_sim.envs.plant import Plant
@@ -28,14 +33,10 @@ from catheter_sim.envs.randomised import RANDOMISED, check_randomised, drawn_set
 from catheter_sim.envs.surroundings import Surround
 from catheter_sim.envs.targets import frictionless_reach
 from catheter_sim.errors import InputError, SimulationDiverged, shown
-from catheter_sim.mjcf.scene import View, views
-from catheter_sim.render.framing import fitted_view
-from catheter_sim.render.images import Picture
-from catheter_sim.render.state import State
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.settings import SAID, Settings, settings_table
+from catheter_sim.modelling.scene import View, views
+from catheter_sim.pictures.framing import fitted_view
+from catheter_sim.pictures.images import Picture
+from catheter_sim.pictures.state import State
 
 Action = NDArray[np.float32]
 OBSERVATIONS = ("state", "pixels")
@@ -197,7 +198,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
             self._surround(),
         )
 
-    def _drawn_robot(self) -> Robot:
+    def _drawn_robot(self) -> RobotSpec:
         """Return the specified robot, changed by the settings that were drawn."""
         said = RANDOMISED if self._drawn else SAID
         return load_robot(self._robot, {**self._settings, **self._drawn}, said)
@@ -284,9 +285,9 @@ class TipEnv(gymnasium.Env[Any, Any]):
         }
 
 
-def commanded_name(drives: Drives) -> str:
+def commanded_name(drives: DriveLevels) -> str:
     """Return what the tendons' commanded inputs are called in `info`, with their SI unit."""
-    return "commanded_tension_N" if drives.actuation == "tension" else "commanded_displacement_m"
+    return "commanded_tension_N" if drives.quantity is Quantity.TENSION else "commanded_displacement_m"
 
 
 def checked_robot(robot: Any) -> str | os.PathLike[str]:
@@ -300,7 +301,7 @@ def checked_robot(robot: Any) -> str | os.PathLike[str]:
     raise InputError(f"robot = {shown(robot)}: a robot's id or the path of a robot .toml is needed")
 
 
-def level_after(level: Array, action: Array, drives: Drives) -> Array:
+def level_after(level: Array, action: Array, drives: DriveLevels) -> Array:
     """Return the drives' levels that an action asks for at the end of a step, shapes (..., d)."""
     change = np.clip(action, -1.0, 1.0) * (RATE_PER_S * CONTROL_STEP_S)
     return np.clip(level + change, drives.lowest, 1.0)

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.envs import EPISODE_STEPS
 from catheter_sim.envs.draws import Path
 from catheter_sim.envs.observation import Observation
 from catheter_sim.envs.targets import random_path
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
-from catheter_sim.render.images import Picture
-from catheter_sim.robots.posture import Array
+from catheter_sim.pictures.images import Picture
 from catheter_sim.units import in_file_units
 
 DIRECTION_TOLERANCE_RAD = math.radians(10.0)  # assumed

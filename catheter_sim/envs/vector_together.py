@@ -12,6 +12,7 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from catheter_sim.core.posture import Array
 from catheter_sim.envs import EPISODE_STEPS
 from catheter_sim.envs.arguments import (
     checked_actions,
@@ -34,10 +35,9 @@ from catheter_sim.envs.tip import (
     level_after,
 )
 from catheter_sim.envs.track import TrackEnv, angle_between, cost_of, followed
-from catheter_sim.render.images import Picture
-from catheter_sim.render.state import State
-from catheter_sim.robots.posture import Array
-from catheter_sim.simulation.copies import Index
+from catheter_sim.mechanics.arrays import Index
+from catheter_sim.pictures.images import Picture
+from catheter_sim.pictures.state import State
 from catheter_sim.units import in_file_units
 
 Infos = dict[str, Any]

@@ -6,22 +6,22 @@ mount.
 
 from __future__ import annotations
 
-from catheter_sim.mjcf._backend import mjcf
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.layout import has_mount_slide
+from catheter_sim.core.robot import RobotSpec, has_mount_slide
+from catheter_sim.mjcf.backend import mjcf
+from catheter_sim.mjcf.names import MOUNT, feed
 
 FEED_LENGTH_M = 0.02
 
 
-def add_mount(root: mjcf.RootElement, robot: Robot) -> mjcf.Element:
+def add_mount(root: mjcf.RootElement, robot: RobotSpec) -> mjcf.Element:
     """Return the body that carries the base: a new one where the mount gives way, or the world."""
     if not has_mount_slide(robot):
         return root.worldbody
-    mount = root.worldbody.add("body", name="mount", gravcomp=1.0)
+    mount = root.worldbody.add("body", name=MOUNT, gravcomp=1.0)
     stiffness = robot.mount.axial_stiffness_N_per_m
     mount.add(
         "joint",
-        name="mount",
+        name=MOUNT,
         type="slide",
         axis=(0, 0, 1),
         stiffness=stiffness,
@@ -32,13 +32,13 @@ def add_mount(root: mjcf.RootElement, robot: Robot) -> mjcf.Element:
     return mount
 
 
-def add_feed(root: mjcf.RootElement, robot: Robot, name: str, xy: tuple[float, float]) -> None:
+def add_feed(root: mjcf.RootElement, robot: RobotSpec, name: str, xy: tuple[float, float]) -> None:
     """Add the site `feed_<name>` in the world, below the first hole of a tendon at `xy` [m]."""
     if has_mount_slide(robot):
-        root.worldbody.add("site", name=f"feed_{name}", pos=(*xy, -FEED_LENGTH_M), size=(1e-4,), group=5)
+        root.worldbody.add("site", name=feed(name), pos=(*xy, -FEED_LENGTH_M), size=(1e-4,), group=5)
 
 
-def pass_feed(element: mjcf.Element, robot: Robot, name: str) -> None:
+def pass_feed(element: mjcf.Element, robot: RobotSpec, name: str) -> None:
     """Let a tendon's path begin at its feed, where there is one."""
     if has_mount_slide(robot):
-        element.add("site", site=f"feed_{name}")
+        element.add("site", site=feed(name))

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.procedure.frames import DOWN
-from catheter_sim.robots.posture import Array
 
 BEATS_PER_S = 70.0 / 60.0  # Nayar 2022, Section IV-F
 PRINTED_FLOW_N = 9.2e-3  # amplitude at 60 ml a stroke; derived, see above

@@ -8,19 +8,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.effects.apply import wholly_built_in
-from catheter_sim.mjcf.catheter_implant import ACTUATOR, ARMS
-from catheter_sim.mjcf.surroundings import INSERTION
+from catheter_sim.kinds.catheter.mjcf.implant import ACTUATOR, ARMS
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
+from catheter_sim.modelling.surroundings import INSERTION
 from catheter_sim.procedure.contact import Contacts, Touch
 from catheter_sim.procedure.feedback import Corrections, Tracker, corrected, good_enough, measured
 from catheter_sim.procedure.frames import pose_error, transform
 from catheter_sim.procedure.plan import Plan
 from catheter_sim.procedure.scene import Scene, build_scene
 from catheter_sim.procedure.steps import HOLD_S, Step, between, displacements_m, duration_s, steps
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.catheter.kinematics import tool_frame
 
 POSITION_MM, ANGLE_DEG = 1.0, 3.0  # what counts as success
 _CORRECTED = ("bend", "advance", "orient", "clip")

@@ -16,15 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
+from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
-from catheter_sim.mjcf.catheter_implant import IMPLANT_M, hinge_place_m, holder_length_m
+from catheter_sim.kinds.catheter.layout import is_four_dof, is_transseptal, moving
+from catheter_sim.kinds.catheter.mjcf.implant import IMPLANT_M, hinge_place_m, holder_length_m
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
 from catheter_sim.procedure.anatomy import Anatomy, coaptation_axes, depth_m, inward, septal_point
 from catheter_sim.procedure.frames import DOWN, base_frame, pose_error, transform
 from catheter_sim.procedure.valve import free_edge_z_m, pushed_edge_z_m
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import FOUR_DOF, TRANSSEPTAL, design, moving
-from catheter_sim.robots.posture import Array
-from catheter_sim.statics.catheter.kinematics import tool_frame
 
 GRASP_M = 1.5e-3  # of the free edges above the arms' hinges; assumed
 # Of the implant's foot below the free edges, as the holder has pushed them aside, before it opens: the arms,
@@ -87,7 +87,7 @@ def implant_turn_rad(robot: CatheterRobot) -> float:
     Its arms stand in the plane of the turn to the valve: the transseptal design bends in xz, the crossed
     one in yz. The latter is assumed: no paper says how the implant is mounted.
     """
-    return 0.5 * math.pi if design(robot) == FOUR_DOF else 0.0
+    return 0.5 * math.pi if is_four_dof(robot) else 0.0
 
 
 def plan(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
@@ -96,7 +96,7 @@ def plan(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
     Raises:
         InputError: not the transseptal design, or no way within the limits.
     """
-    if design(robot) != TRANSSEPTAL:
+    if not is_transseptal(robot):
         raise InputError(f"{robot.name}: the procedure is for the transseptal design of joints")
     return plan_way(robot, anatomy)
 
@@ -111,7 +111,7 @@ def plan_way(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
     Raises:
         InputError: neither design, or no way within the limits.
     """
-    if design(robot) not in (TRANSSEPTAL, FOUR_DOF):
+    if not (is_transseptal(robot) or is_four_dof(robot)):
         raise InputError(f"{robot.name}: the way is planned for the joints of {', '.join(DELIVERING)} only")
     target = target_frame(robot, anatomy)
     edge = pushed_edge_z_m(anatomy, robot.segments[-1].outer_radius_m)
@@ -215,7 +215,7 @@ def _bounds(robot: CatheterRobot, anatomy: Anatomy, below: float) -> tuple[Array
 def _start(robot: CatheterRobot, anatomy: Anatomy, below: float) -> Array:
     """Return where the search begins: the fossa's middle, the septum's normal, the paper's ranges."""
     bend, advance = _PREFERRED["bend"][0], _PREFERRED["advance"][0] - below
-    proximal = 0.0 if design(robot) == FOUR_DOF else anatomy.roll_rad
+    proximal = 0.0 if is_four_dof(robot) else anatomy.roll_rad
     torsion = -anatomy.coaptation_rad
     return np.array([anatomy.fossa_y_m, anatomy.fossa_z_m, 0.0, 0.0, 0.0, proximal, bend, advance, torsion])
 

@@ -1,6 +1,6 @@
 """The robot in the anatomy as MJCF: the robot's own model, pushed through the septum, with contacts.
 
-What is added to the robot's model (`catheter_sim.mjcf.build`), which is not changed otherwise:
+What is added to the robot's model (`catheter_sim.modelling.build`), which is not changed otherwise:
 
 - the body `catheter`, which carries the robot's base on the slide `insertion` along the sheath, and the
   actuator `insertion`, the last: control in m, from the place in which the robot waits outside the septum;
@@ -24,10 +24,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.anatomy.wall import blocks, facings, shell
-from catheter_sim.mjcf.catheter_implant import ARMS, IMPLANT_M, arm_width_m, holder_length_m
-from catheter_sim.mjcf.catheter_pieces import pieces
-from catheter_sim.mjcf.remembered import remembered_mjcf
-from catheter_sim.mjcf.surroundings import (
+from catheter_sim.kinds.catheter.layout import elements, ring_length_m
+from catheter_sim.kinds.catheter.mjcf.implant import ARMS, IMPLANT_M, arm_width_m, holder_length_m
+from catheter_sim.kinds.catheter.mjcf.pieces import pieces
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.mjcf.names import link as link_name
+from catheter_sim.modelling.model_cache import remembered_mjcf
+from catheter_sim.modelling.surroundings import (
     NO_MASS,
     SEEN_GROUP,
     add_mesh,
@@ -42,8 +45,6 @@ from catheter_sim.mjcf.surroundings import (
 from catheter_sim.procedure import valve
 from catheter_sim.procedure.atrium import wall
 from catheter_sim.procedure.plan import Plan, implant_turn_rad, tip_to_end_m
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import elements, ring_length_m
 from catheter_sim.simulation.tissue import TISSUE
 
 MOUNT = "implant_mount"
@@ -139,7 +140,7 @@ def _add_touches(robot: CatheterRobot, world: ElementTree.Element) -> None:
             shape = {"type": "cylinder", "size": repr(radius), "fromto": text((0, 0, bottom, 0, 0, top))}
         touching(bodies[piece.name], name=f"touch_{piece.element}", **shape)
     outer, width = robot.segments[-1].outer_radius_m, 0.5 * arm_width_m(robot)
-    holder = bodies[f"link_{len(parts)}"]
+    holder = bodies[link_name(len(parts))]
     middle = holder_length_m(robot) + 0.5 * IMPLANT_M
     size = text((0.1 * outer, 0.5 * width, 0.45 * IMPLANT_M))
     touching(bodies.get(MOUNT, holder), name="touch_post", type="box", size=size, pos=text((0, 0, middle)))

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
+from catheter_sim.kinds.catheter.layout import joint_stiffness, moved_segment, moving
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory.tendons import largest_angle_rad, pulled_m
 from catheter_sim.procedure.plan import Plan
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import joint_stiffness, moved_segment, moving
-from catheter_sim.robots.posture import Array
-from catheter_sim.statics.catheter.tendons import largest_angle_rad, pulled_m
 
 # Speeds, slow against the robot's relaxation; assumed.
 PUSH_M_PER_S = 20e-3

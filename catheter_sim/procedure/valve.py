@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
+from catheter_sim.core.posture import Array
 from catheter_sim.mjcf.solids import together
 from catheter_sim.procedure.anatomy import LEAFLET_M, Anatomy, coaptation_axes
-from catheter_sim.robots.posture import Array
 
 SIDES = {"septal": 1.0, "lateral": -1.0}  # of the coaptation line
 SCALLOP_M = 12e-3  # width of the scallops that the clip takes; assumed

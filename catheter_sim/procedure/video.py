@@ -9,18 +9,18 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from catheter_sim.mjcf.scene import View
+from catheter_sim.core.posture import Array
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.modelling.scene import View
+from catheter_sim.pictures.backend import open_renderer
+from catheter_sim.pictures.framing import free_camera
+from catheter_sim.pictures.images import Picture, require_even, with_caption, with_inset, write_video
 from catheter_sim.procedure.anatomy import coaptation_axes
 from catheter_sim.procedure.contact import Touch
 from catheter_sim.procedure.operate import operate
 from catheter_sim.procedure.plan import Plan
 from catheter_sim.procedure.steps import Step
 from catheter_sim.procedure.valve import free_edge_z_m
-from catheter_sim.render.backend import open_renderer
-from catheter_sim.render.framing import free_camera
-from catheter_sim.render.images import Picture, require_even, with_caption, with_inset, write_video
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.posture import Array
 from catheter_sim.simulation.simulator import Simulator
 
 FPS = 25

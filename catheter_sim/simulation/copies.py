@@ -3,16 +3,16 @@
 A step of `simulator.Simulator` has a middle: after positions and velocities are known (`mj_step1`) and
 before forces move the robot (`mj_step2`), friction and the like are added. A persistent `Batch` has that
 middle too: `step(stage=mjSTAGE_VEL)` ends with the next step's first half, and the next call goes on from
-there with what was written between. Only for rolling joints, whose hinges are moved in the model before a
-step, the halves take two calls. What differs between the copies in the model is expanded
-(`Batch.expand`): those hinges, a torsion pair's tangent, the clamp of slack tendons. Every copy then gets
-bit for bit what a simulator alone would; to rounding (1e-15) where the tendons' paths are found here and
+there with what was written between. Only where a law moves joints in the model before a
+step, as for rolling joints, the halves take two calls. What differs between the copies in the model is
+expanded (`Batch.expand`): those hinges, a torsion pair's tangent, the clamp of slack tendons. Every copy then
+gets bit for bit what a simulator alone would; to rounding (1e-15) where the tendons' paths are found here and
 not by MuJoCo, which is more than half of its step (`path_copies`): for robots whose tensions are given and
 whose steps have a middle. A robot without one, such as a continuum robot without friction, is stepped by
 MuJoCo alone.
 
 Between the halves all is compiled loops over the copies (`capstan`, `path_copies`, `rolling_kernel`,
-`catheter_kernel`) or array arithmetic. `Batch` would have threads of its own, but then all would wait for
+`drive_kernel`) or array arithmetic. `Batch` would have threads of its own, but then all would wait for
 each other twice in every step. One object of this class in each thread, a part of the copies in each, waits
 once for many steps; nearly all that takes time here runs without Python's lock.
 """
@@ -27,20 +27,17 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch, SimulationError
 
-from catheter_sim.robots.posture import Array
-from catheter_sim.simulation.capstan import Index
-from catheter_sim.simulation.catheter_kernel import clamp_slack_of
+from catheter_sim.core.law_copies import Batched, CopiesLaw, CopyArrays
+from catheter_sim.core.posture import Array
+from catheter_sim.errors import InputError
+from catheter_sim.kinds import kind_of
+from catheter_sim.mechanics.arrays import Index
+from catheter_sim.mechanics.slack import clamp_slack_of
+from catheter_sim.simulation.divergence import LARGEST_INPUT, farthest
 from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.friction_copies import CapstanCopies
 from catheter_sim.simulation.path_copies import PathCopies, pathless
-from catheter_sim.simulation.rolling import RodElasticity
-from catheter_sim.simulation.simulator import (
-    LARGEST_INPUT,
-    SETTLE_BLOCK_S,
-    SETTLED_ANGLE_RAD,
-    Simulator,
-    farthest,
-)
+from catheter_sim.simulation.simulator import SETTLE_BLOCK_S, SETTLED_ANGLE_RAD, Simulator
 from catheter_sim.simulation.site_tendons import applies
 
 _NOTHING, _POSITIONS, _VELOCITIES, _ALL = (
@@ -60,17 +57,15 @@ _TOGETHER_DOFS = 1000
 
 
 def copied_together(simulator: Simulator) -> bool:
-    """Whether `Copies` knows all that `simulator` does.
+    """Whether `Copies` knows all that `simulator` does: its kind's `batched.py` says so.
 
-    It does not know links that give way, tubes that bend, the laws of Nayar 2023 and the friction of a
-    catheter's pairs, whose histories are kept in Python, nor the reference law of friction.
+    None knows the laws whose histories are kept in Python: links that give way, tubes that bend, the laws of
+    Nayar 2023 and the friction of a catheter's pairs; nor is the reference law of friction known.
     """
-    parts = simulator.parts()
-    if parts.catheter is not None and not (parts.catheter.plain and parts.friction is None):
+    face, friction = kind_of(simulator.robot).batched, simulator.laws.friction
+    if face is None or not face.covers(simulator.robot):
         return False
-    if parts.rolling is not None and parts.rolling.compressible:
-        return False
-    return parts.friction is None or isinstance(parts.friction, CapstanFriction)
+    return friction is None or (isinstance(friction, CapstanFriction) and face.rubs(simulator.robot))
 
 
 class Copies:
@@ -83,52 +78,69 @@ class Copies:
     """
 
     def __init__(self, simulator: Simulator, count: int) -> None:
-        """Make copies, at rest, of what `copied_together` affirms."""
+        """Make copies, at rest, of what `copied_together` affirms.
+
+        Raises:
+            InputError: the robot's kind has no laws for copies.
+        """
+        face, robot = kind_of(simulator.robot).batched, simulator.robot
+        if face is None:
+            raise InputError(f"{robot.name}: no copies of robots of kind {kind_of(robot).name!r}")
         self.count, self.native_s = count, 0.0
         simulator.reset()
-        self._model, self._parts = simulator.model, simulator.parts()
-        self._driven = simulator.actuation != "tension"
+        self._model, self._pulls, self._controls = simulator.model, simulator.pulls, simulator.controls
+        self._faces, self._dofs = simulator.faces, simulator.dofs
+        self._driven = not self._pulls.given
         self._timestep = float(self._model.opt.timestep)
-        self._slowest = SETTLED_ANGLE_RAD / simulator.robot.dynamics.relaxation_time_s
-        own_paths = not self._driven and self._parts.splits and applies(self._model)
+        self._slowest = SETTLED_ANGLE_RAD / robot.dynamics.relaxation_time_s
+        splits = bool(simulator.laws.laws)  # whether forces are added between a step's two halves
+        own_paths = self._pulls.given and splits and applies(self._model)
         without = pathless(self._model) if own_paths else self._model
         self._batch = batch = Batch(without, count, 1, persistent=True)
         self._paths = PathCopies(self._model, batch) if own_paths else None
         self.qpos, self.qvel = batch.bind("qpos"), batch.bind("qvel")
-        self._ctrl, self._applied = batch.bind("ctrl"), batch.bind("qfrc_applied")
         self._points, self._axes = batch.bind("site_xpos"), batch.bind("site_xmat")
         self._length = batch.bind("ten_length")
         self._all = np.arange(count)
         self._failed = np.zeros(count, dtype=bool)
-        self._farthest = farthest(self._model)
-        parts, expand = self._parts, batch.expand
-        if parts.rolling is not None:
-            self._hinges, self._links = expand("jnt_pos"), expand("body_pos")
-        if self._driven:
-            self._clamp = expand("actuator_forcerange")
-            self._ctrl_before = np.zeros((count, len(parts.pulls)))
-        if parts.catheter is not None:
-            self._bias = expand("actuator_biasprm")
-            self._arrived = np.zeros((count, len(simulator.robot.tendons)))
-        self._law: CapstanCopies | None = None
-        if parts.friction is not None:
-            drive = -parts.length_gain if self._driven else np.zeros(len(parts.pulls))
-            ten_J = self._paths.ten_J if self._paths else None
-            self._law = CapstanCopies(simulator.robot, self._model, batch, drive, ten_J)
+        self._farthest = farthest(simulator.place)
+        arrays = CopyArrays(batch)
+        self._ctrl, self._applied = arrays.ctrl, arrays.applied
+        self._splits = splits
+        self._find_laws(simulator, face, arrays)
         self.reset(self._all)
+
+    def _find_laws(self, simulator: Simulator, face: Batched[Any], arrays: CopyArrays) -> None:
+        """Prepare what is done beside MuJoCo's own step."""
+        robot, place, pulls = simulator.robot, simulator.place, self._pulls
+        laws = face.laws(robot, place, arrays)
+        self._moved = {name: field for law in laws for name, field in law.moved.items()}
+        self._placing, self._actuating, self._pushing = (
+            [law for law in laws if getattr(type(law), name) is not getattr(CopiesLaw, name)]
+            for name in ("place", "actuate", "between")
+        )
+        if self._driven:
+            self._clamp = arrays.own("actuator_forcerange")
+            self._ctrl_before = np.zeros((self.count, len(pulls.actuators)))
+        self._inputs = face.controls(robot, place, arrays)
+        self._law: CapstanCopies | None = None
+        if simulator.laws.friction is not None:
+            paths = kind_of(robot).laws.tendon_paths(robot, place)
+            ten_J = self._paths.ten_J if self._paths else None
+            mu, stiffness = robot.friction.mu, pulls.drive_stiffness()
+            self._law = CapstanCopies(mu, paths, self._model, self._batch, stiffness, ten_J)
 
     def reset(self, copies: Index) -> None:
         """Return some copies to rest: the unloaded shape, zero inputs, no history."""
         self._failed[copies] = False
         self._run(self._batch.reset, copies, stage=_NOTHING)
-        if self._parts.catheter is not None:
-            self._arrived[copies] = 0.0
+        self._inputs.reset(copies)
         if self._driven:
             self._ctrl_before[copies] = 0.0
         if self._law is not None:
             self._law.forget(copies)
         self.qpos[copies] = self._model.qpos_spring
-        self._roll(copies)
+        self._place(copies)
         self._run(self._batch.forward, copies, stage=_ALL)
 
     def ramp(self, copies: Index, before: Array, after: Array, duration_s: float) -> None:
@@ -142,7 +154,7 @@ class Copies:
             part = slice(first, first + size)
             start, change = before[part], after[part] - before[part]
             for step in range(1, steps + 1):
-                self._set_inputs(copies[part], start, change, step / steps)
+                self._native(self._inputs.set, copies[part], start, change, step / steps)
                 self._step(copies[part])
 
     def settle(self, copies: Index, longest_s: float = 5.0) -> None:
@@ -151,7 +163,7 @@ class Copies:
         for _ in range(max(1, round(longest_s / (steps * self._timestep)))):
             for _ in range(steps):
                 self._step(copies)
-            moving = np.abs(self.qvel[np.ix_(copies, self._parts.dofs)]).max(axis=1) >= self._slowest
+            moving = np.abs(self.qvel[np.ix_(copies, self._dofs)]).max(axis=1) >= self._slowest
             copies = copies[moving & self.finite(copies)]
             if not len(copies):
                 return
@@ -166,59 +178,46 @@ class Copies:
 
         The tensions are those at the actuators, as of `Simulator.actuator_tension`.
         """
-        self._roll(copies)
-        if self._parts.rolling is not None or not self._parts.splits:
+        self._place(copies)
+        if self._placing or not self._splits:
             self._run(self._batch.forward, copies, stage=_POSITIONS)
-        tip = self._parts.faces[-1]
-        tension = np.maximum(self._tension_now(copies), 0.0)
-        if self._parts.catheter is not None:
-            tension = self._parts.catheter.pair_tension(self.qpos[copies], self._ctrl[copies], tension)
+        tip = self._faces[-1]
+        pulled = np.maximum(self._tension_now(copies), 0.0)
+        tension = self._controls.tension(self.qpos[copies], self._ctrl[copies], pulled)
         return self._points[copies, tip], self._axes[copies, tip].reshape(-1, 3, 3), tension
 
     def moved(self, copy: int) -> dict[str, Array]:
         """Return the fields of the model that are one copy's own, by their names."""
-        if self._parts.rolling is None:
-            return {}
-        return {"jnt_pos": self._hinges[copy].copy(), "body_pos": self._links[copy].copy()}
-
-    def _set_inputs(self, copies: Index, start: Array, change: Array, share: float) -> None:
-        """Set inputs that have moved from `start` by a share of `change`, shapes (k, t)."""
-        catheter = self._parts.catheter
-        if catheter is None:
-            self._ctrl[copies] = start + change * share
-            return
-        self._native(catheter.advance_copies, copies, start, change, share, self._arrived, self._ctrl)
+        return {name: field[copy].copy() for name, field in self._moved.items()}
 
     def _step(self, copies: Index) -> None:
         """Take a step, as `Simulator.step` does."""
-        parts = self._parts
-        if not parts.splits:
+        if not self._splits:
             self._run(self._batch.step, copies)
             return
-        if parts.rolling is not None:
-            self._roll(copies)
+        if self._placing:
+            self._place(copies)
             self._run(self._batch.forward, copies, stage=_VELOCITIES)
-        if parts.catheter is not None and len(parts.catheter.torsion):
-            self._native(parts.catheter.turn_copies, copies, self.qpos, self._ctrl, self._bias)
+        for law in self._actuating:
+            self._act(law, law.actuate, copies)
+        pulls = self._pulls
         if self._driven:
             self._native(
                 clamp_slack_of,
                 copies,
-                parts.pulls,
-                parts.tendons,
-                parts.gain,
-                parts.bias,
-                parts.length_gain,
+                pulls.actuators,
+                pulls.tendons,
+                pulls.gain,
+                pulls.bias,
+                pulls.length_gain,
                 self._length,
                 self._ctrl,
                 self._ctrl_before,
                 self._clamp,
             )
         self._applied[copies] = 0.0
-        if isinstance(parts.elastic, RodElasticity):
-            self._native(parts.elastic.apply_copies, copies, self.qpos, self._applied)
-        elif parts.elastic is not None:
-            parts.elastic.apply_copies(copies, self.qpos, self._applied)
+        for law in self._pushing:
+            self._act(law, law.between, copies)
         if self._paths is not None:
             self._native(self._paths.find_in, copies)
         if self._law is not None:
@@ -229,20 +228,27 @@ class Copies:
             self._native(self._law.apply_copies, copies, entering, self._applied)
         if self._paths is not None:
             self._native(self._paths.pull_in, copies, self._ctrl, self._applied)
-        self._run(self._batch.step, copies, stage=_VELOCITIES if parts.rolling is None else _NOTHING)
+        self._run(self._batch.step, copies, stage=_NOTHING if self._placing else _VELOCITIES)
 
     def _tension_now(self, copies: Index) -> Array:
-        """Return tensions as `Simulator._tension_now` does, shape (k, t) [N]."""
+        """Return tensions as `Pulls.tension` does, shape (k, t) [N]."""
         if not self._driven:
             return self._ctrl[copies]
-        parts = self._parts
-        force = parts.gain * self._ctrl[np.ix_(copies, parts.pulls)] + parts.bias
-        return -(force + parts.length_gain * self._length[np.ix_(copies, parts.tendons)])
+        pulls = self._pulls
+        force = pulls.gain * self._ctrl[np.ix_(copies, pulls.actuators)] + pulls.bias
+        return -(force + pulls.length_gain * self._length[np.ix_(copies, pulls.tendons)])
 
-    def _roll(self, copies: Index) -> None:
-        """Put the hinges of rolling joints where they have rolled to."""
-        if self._parts.rolling is not None:
-            self._native(self._parts.rolling.place_copies, copies, self.qpos, self._hinges, self._links)
+    def _place(self, copies: Index) -> None:
+        """Put joints where the positions have them."""
+        for law in self._placing:
+            self._act(law, law.place, copies)
+
+    def _act(self, law: CopiesLaw, call: Callable[[Index], None], copies: Index) -> None:
+        """Let a law act; its time counts as the processor's own where it is compiled."""
+        if law.compiled:
+            self._native(call, copies)
+        else:
+            call(copies)
 
     def _run(self, call: Callable[..., None], copies: Index, **arguments: int) -> None:
         """Call a batch for some copies; one in which MuJoCo gives up counts as diverged."""

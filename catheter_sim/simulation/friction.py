@@ -10,54 +10,32 @@ MuJoCo has friction loss (a force up to a limit against a velocity), but no caps
 `CapstanFriction` (shipped, "capstan") computes the tension of every span itself, before each step,
 and hands MuJoCo the difference to the actuators' tension as an applied force. With the velocities
 that the coming step would give, it asks for the tensions that stop every span that friction can
-stop. Per tendon that is a convex problem on a chain, which `capstan.span_tensions` solves exactly
+stop. Per tendon that is a convex problem on a chain, which `span_tensions` solves exactly
 in a microsecond; tendons that share joints are passed over in turn, until none changes by more than a
 tolerance. Three things save passes and time on the way there: tensions go on as in the last step
-(`capstan.go_on`), passes that come nearer by the same share each are cut short (`capstan.leap`), and a
-tendon is first taken to slip where it did (`capstan.slip_as_before`). At rest the law leaves all
-tensions as they are, so a held posture does not creep. Inertia enters through each degree of
+(`start_from_last_change`), passes that come nearer by the same share each are cut short
+(`extrapolate_passes`), and a tendon is first taken to slip where it did (`slip_as_before`). At rest the
+law leaves all tensions as they are, so a held posture does not creep. Inertia enters through each degree of
 freedom's own implicit inertia (armature, damping, stiffness) alone: a lower bound of what the
 integrator uses, so that the law never overcorrects.
 
-`nested_friction.NestedFriction` (reference, "nested") leaves the decision to MuJoCo's solver.
+A kind's reference law ("nested") leaves the decision to MuJoCo's solver.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import mujoco
 import numpy as np
 
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
-from catheter_sim.simulation import capstan
-from catheter_sim.simulation.rolling import RodTurns
-from catheter_sim.simulation.tendon_spans import PairTurns, TendonRows, Turns, layout_of
+from catheter_sim.core.law import Law, Step, TendonPaths, Turns
+from catheter_sim.core.posture import Array
+from catheter_sim.mechanics.capstan.together import busy_spans, solve_tensions
+from catheter_sim.mechanics.tendon_rows import TendonRows
 
 SWEEPS = 20  # most passes over tendons that share joints, in one step
 SWEEP_TOLERANCE = 3e-5  # they end when no tension changed by more than this share of the largest
-
-
-class Friction(Protocol):
-    """Pulls a model's tendons as friction lets them."""
-
-    def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
-        """Add to `data.qfrc_applied` what friction changes.
-
-        To be called between `mj_step1` and `mj_step2`.
-
-        Args:
-            data: the state.
-            actuator_tension: tensions now, below zero where a driven tendon is slack, shape (t,) [N].
-        """
-
-    def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:
-        """Return the tension of every tendon in every span after a step, shape (t, n) [N]."""
-
-    def reset(self) -> None:
-        """Forget the history."""
 
 
 @dataclass(frozen=True)
@@ -68,11 +46,11 @@ class LawArrays:
         mu: friction coefficient.
         turns: whence the turns follow.
         spans: n.
-        ends, starts, entries, dofs, span, yielding: as in `capstan.confine`.
+        ends, starts, entries, dofs, span, yielding: as in `solve_tensions`.
     """
 
     mu: float
-    turns: Turns | RodTurns | PairTurns
+    turns: Turns
     spans: int
     ends: np.ndarray
     starts: np.ndarray
@@ -82,24 +60,24 @@ class LawArrays:
     yielding: Array
 
 
-class CapstanFriction:
+class CapstanFriction(Law):
     """The shipped law; see the module's text."""
 
-    def __init__(self, robot: Robot, model: mujoco.MjModel, drive_stiffness: Array) -> None:
+    def __init__(self, mu: float, paths: TendonPaths, model: mujoco.MjModel, drive_stiffness: Array) -> None:
         """Prepare the law.
 
         Args:
-            robot: the robot.
-            model: its model.
+            mu: friction coefficient.
+            paths: where the tendons rub.
+            model: what they are in.
             drive_stiffness: of the actuators against the tendons' lengthening, 0 where the tension is
                 given, shape (t,) [N/m].
         """
-        layout = layout_of(robot, model)
-        self._mu, self._turns, self._ends = robot.friction.mu, layout.turns, layout.ends
-        spans, tendons = layout.spans, len(layout.names)
+        self._mu, self._turns, self._ends = mu, paths.turns, paths.ends
+        spans, tendons = paths.spans, len(paths.names)
         self._inside = np.arange(1, spans + 1) <= self._ends[:, np.newaxis]  # (t, n)
-        self._rows = TendonRows(model, layout.names, set(layout.span_of_dof))
-        self._span = np.array([layout.span_of_dof[int(dof)] for dof in self._rows.columns], np.uint64)
+        self._rows = TendonRows(model, paths.names, set(paths.span_of_dof))
+        self._span = np.array([paths.span_of_dof[int(dof)] for dof in self._rows.columns], np.uint64)
         self._lines = self._rows.lines(self._span, self._ends)
         self._timestep = float(model.opt.timestep)
         self._drive = drive_stiffness * self._timestep
@@ -145,11 +123,26 @@ class CapstanFriction:
         """Set the actuators' stiffness against the tendons' lengthening, shape (t,) [N/m]."""
         self._drive = stiffness * self._timestep
 
+    def between(self, step: Step) -> None:
+        """Learn what other laws have changed, and add what friction changes."""
+        if step.joints_changed:
+            self.know_joints()
+            step.joints_changed = False
+        if step.pulls_changed:
+            self.set_drive(step.pulls.drive_stiffness())
+            step.pulls_changed = False
+        self.apply(step.data, step.pulls.tension(step.data))
+
     def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
-        """Find the tensions of the coming step and apply what they pull beyond the actuators."""
+        """Find the tensions of the coming step and apply what they pull beyond the actuators.
+
+        Args:
+            data: the state.
+            actuator_tension: tensions now, below zero where a driven tendon is slack, shape (t,) [N].
+        """
         rows, busy = self._rows, self._busy
-        capstan.busy_spans(actuator_tension, self._drive, self._ends, self._tension, busy)
-        capstan.confine(
+        busy_spans(actuator_tension, self._drive, self._ends, self._tension, busy)
+        solve_tensions(
             self._mu,
             actuator_tension,
             self._drive,

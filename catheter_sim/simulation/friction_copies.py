@@ -6,12 +6,11 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from catheter_sim.errors import InputError
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
-from catheter_sim.simulation import capstan
+from catheter_sim.core.law import TendonPaths
+from catheter_sim.core.posture import Array
+from catheter_sim.mechanics.arrays import Index
+from catheter_sim.mechanics.capstan.copies import solve_tensions_of_copies
 from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction
-from catheter_sim.simulation.tendon_spans import PairTurns
 
 
 class CapstanCopies(CapstanFriction):
@@ -19,7 +18,8 @@ class CapstanCopies(CapstanFriction):
 
     def __init__(
         self,
-        robot: Robot,
+        mu: float,
+        paths: TendonPaths,
         model: mujoco.MjModel,
         batch: Batch,
         drive_stiffness: Array,
@@ -28,18 +28,14 @@ class CapstanCopies(CapstanFriction):
         """Prepare the law.
 
         Args:
-            robot: the robot.
-            model: its model.
+            mu: friction coefficient.
+            paths: where the tendons rub.
+            model: what they are in.
             batch: its copies.
             drive_stiffness: as of `CapstanFriction`.
             ten_J: where the copies' tendon Jacobians are, shape (m, e); default: in the batch.
-
-        Raises:
-            InputError: a robot whose turns are not known for many copies, a catheter.
         """
-        super().__init__(robot, model, drive_stiffness)
-        if isinstance(self._turns, PairTurns):
-            raise InputError(f"{robot.name}: friction of a catheter's pairs: not for many copies at once")
+        super().__init__(mu, paths, model, drive_stiffness)
         self._turns_of = self._turns.of_copies
         tendons, spans = self._tension.shape
         self._of = np.zeros((2, batch.nsim, tendons, spans))  # tensions and turns
@@ -49,11 +45,11 @@ class CapstanCopies(CapstanFriction):
         self._bound = {name: batch.bind(name) for name in names}
         self._bound["ten_J"] = batch.bind("ten_J") if ten_J is None else ten_J
 
-    def forget(self, copies: capstan.Index) -> None:
+    def forget(self, copies: Index) -> None:
         """Forget the history of some copies."""
         self._of[0, copies], self._slips[copies], self._pasts[copies] = 0.0, 0, 0.0
 
-    def apply_copies(self, copies: capstan.Index, entering: Array, applied: Array) -> None:
+    def apply_copies(self, copies: Index, entering: Array, applied: Array) -> None:
         """`apply` in some of the m copies.
 
         Args:
@@ -64,7 +60,7 @@ class CapstanCopies(CapstanFriction):
         rows, bound = self._rows, self._bound
         tension, turn = self._of
         self._turns_of(copies, bound["qpos"], bound["site_xpos"], turn)
-        capstan.confine_copies(
+        solve_tensions_of_copies(
             copies,
             self._mu,
             entering,

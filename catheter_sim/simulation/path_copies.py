@@ -13,9 +13,9 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from catheter_sim.compiled import compiled
-from catheter_sim.robots.posture import Array
-from catheter_sim.simulation.capstan import Index
+from catheter_sim.core.posture import Array
+from catheter_sim.mechanics.arrays import Index
+from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.simulation.site_tendons import SiteTendons, find_slopes_of
 
 

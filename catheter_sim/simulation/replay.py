@@ -7,15 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.core.inputs import Inputs, row_name, slice_inputs
+from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import in_force
 from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.progress import counted
-from catheter_sim.robots.channels import Inputs, slice_inputs
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array, Posture
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.planar_chain import row_name
-from catheter_sim.statics.rolling.loads import LinkForce
 
 RAMP_S = 2.0  # simulated time from one held row to the next
 
@@ -41,7 +40,7 @@ class SimulationRun:
 
 
 def simulate(
-    robot: Robot,
+    robot: RobotSpec,
     inputs: Inputs,
     gravity_mps2: Array,
     dynamic: bool = False,

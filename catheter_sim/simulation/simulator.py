@@ -3,54 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from catheter_sim.effects.apply import driven_by, wholly_built_in
-from catheter_sim.errors import InputError, SimulationDiverged, unknown
-from catheter_sim.mjcf.catheter_tube import tube_joint_names
-from catheter_sim.mjcf.remembered import remembered_mjcf
-from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
-from catheter_sim.robots.catheter_layout import bending_tubes, moving
-from catheter_sim.robots.channels import body_count, joint_names
-from catheter_sim.robots.kinds import Robot, require_continuum
-from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.rolling import RollingRobot
-from catheter_sim.simulation.catheter import CatheterDrive
-from catheter_sim.simulation.elastic_law import ElasticRemainder
-from catheter_sim.simulation.friction import CapstanFriction, Friction
-from catheter_sim.simulation.link_forces import LinkForces
-from catheter_sim.simulation.nested_friction import NestedFriction
-from catheter_sim.simulation.rolling import RodElasticity, Rolling
+from catheter_sim.core.drive import Quantity, driven_by
+from catheter_sim.core.law import RobotInModel, Step
+from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.effects.apply import wholly_built_in
+from catheter_sim.errors import InputError, SimulationDiverged
+from catheter_sim.kinds import kind_of
+from catheter_sim.modelling.model_cache import remembered_mjcf
+from catheter_sim.simulation.actuation import Actuation
+from catheter_sim.simulation.divergence import Watch
+from catheter_sim.simulation.law_list import find_laws, needs_reference_friction
+from catheter_sim.simulation.loads import Loads
+from catheter_sim.simulation.readout import Readout
 from catheter_sim.simulation.site_tendons import SiteTendons, applies
-from catheter_sim.simulation.tendon_spans import span_counts
 from catheter_sim.simulation.tissue import Tissue
-from catheter_sim.statics.rolling.loads import LinkForce
 
-FRICTION_ROUTES = ("capstan", "nested", "none")
 # Reference friction law only. MuJoCo softens a friction constraint by R = (1 - d)/d A, where d is at
 # most 0.9999 and A the inverse inertia at the constraint: a stuck tendon of tiny inertia creeps. R is
 # made smaller by this factor, through A. A hundredth stops the creep; at a ten-thousandth the solver
 # no longer converges.
 FRICTION_SOFTNESS = 0.01
 LIGHTER = 1e3  # by which a quasi-static run makes the masses smaller and gravity larger
-FARTHEST_RAD = 20.0  # a hinge beyond has wound up
-FARTHEST_M = 10.0  # a slide beyond has flown off
-LARGEST_INPUT = 1e10  # beyond it MuJoCo puts zeros in the place of all inputs, with no more than a warning
-# What MuJoCo has to say of a step whose result is not to be trusted; it goes on all the same. Causes stand
-# before what they lead to.
-_COMPLAINTS = {
-    mujoco.mjtWarning.mjWARN_BADCTRL: f"an input is not finite, or beyond {LARGEST_INPUT:g}; all ignored",
-    mujoco.mjtWarning.mjWARN_INERTIA: "an inertia is singular",
-    mujoco.mjtWarning.mjWARN_CONTACTFULL: "there are more contacts than it has room for",
-    mujoco.mjtWarning.mjWARN_CNSTRFULL: "there are more constraints than it has room for",
-    mujoco.mjtWarning.mjWARN_BADQPOS: "a position is not finite, or huge",
-    mujoco.mjtWarning.mjWARN_BADQVEL: "a speed is not finite, or huge",
-    mujoco.mjtWarning.mjWARN_BADQACC: "an acceleration is not finite, or huge",
-}
 SETTLE_BLOCK_S = 0.05  # simulated time between two looks whether the robot is at rest
 SETTLED_ANGLE_RAD = 2e-6  # at rest: what a hinge would still move in one relaxation time
 ZERO_WRENCH = (0.0, 0.0, 0.0)
@@ -64,83 +44,51 @@ def _take_inertia_away(model: mujoco.MjModel) -> None:
     mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
-def _slides(robot: CatheterRobot) -> list[CatheterSegment]:
-    """Return the segments that are pushed out along their axes."""
-    return [robot.segments[k] for k in moving(robot) if robot.segments[k].joint == "prismatic"]
-
-
-def farthest(model: mujoco.MjModel) -> Array:
-    """Return how far each position may be from zero in a robot that has not come apart, shape (nq,) [rad, m].
-
-    Positions of other joints than hinges and slides may be anywhere.
-    """
-    limit = np.full(model.nq, np.inf)
-    for kind, most in (
-        (mujoco.mjtJoint.mjJNT_HINGE, FARTHEST_RAD),
-        (mujoco.mjtJoint.mjJNT_SLIDE, FARTHEST_M),
-    ):
-        limit[model.jnt_qposadr[model.jnt_type == int(kind)]] = most
-    return limit
-
-
-def clamp_of_slack(force_before: Array) -> Array:
-    """Return the largest forces of actuators: none push, but those are left alone that pulled before."""
-    return np.where(force_before < 0.0, 1e9, 0.0)
-
-
-@dataclass(frozen=True)
-class Parts:
-    """What a simulator does beside MuJoCo's own step, and where, for `copies.Copies`.
-
-    Attributes:
-        angles: where in the positions the robot's hinges are, shape (m,).
-        dofs: degrees of freedom that are at rest where the robot is.
-        faces: sites of the elements' distal faces, base to tip, shape (n,).
-        pulls, tendons: actuators of the tendons that are pulled, and these, shape (k,).
-        gain, bias, length_gain: of these actuators: force = gain control + bias + length_gain length.
-        catheter, rolling, elastic, friction: None where the robot has no need of them.
-        splits: whether forces are added between a step's two halves.
-    """
-
-    angles: np.ndarray
-    dofs: np.ndarray
-    faces: np.ndarray
-    pulls: np.ndarray
-    tendons: np.ndarray
-    gain: Array
-    bias: Array
-    length_gain: Array
-    catheter: CatheterDrive | None
-    rolling: Rolling | None
-    elastic: ElasticRemainder | RodElasticity | None
-    friction: Friction | None
-
-    @property
-    def splits(self) -> bool:
-        return not (self.catheter is self.elastic is self.friction is None)
-
-
 class Simulator:
-    """One robot's model and state.
+    """A robot's MuJoCo model and state, with the laws that run beside each step.
+
+    The robot is at rest under zero inputs after construction and after `reset`. Laws that need the
+    state run between `mj_step1` and `mj_step2` (`core.law`).
 
     Attributes:
-        robot: what is simulated, effects built in.
-        actuation: "tension" or "displacement".
+        robot: with the effects that act on it built in.
+        actuation: what the inputs are, "tension" or "displacement".
         model, data: MuJoCo's, free to be read.
+        place: the robot in the model.
+        laws: what runs beside each step.
+        controls, pulls: what stands between inputs and actuators, and those that pull tendons.
+        faces: sites of the elements' distal faces, base to tip, shape (n,).
+        dofs: degrees of freedom that are at rest where the robot is.
         tissue: the surroundings' regions and what they feel; None where none are.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> simulator = cs.Simulator(cs.load_robot("neuroendoscope_section"))
+        >>> simulator.set_inputs([0.4, 0.0])
+        >>> simulator.settle()
+        True
+        >>> (1e3 * simulator.posture().p_w[-1]).round(1)
+        array([40.5,  0. , 36. ])
     """
 
     def __init__(
         self,
-        robot: Robot,
+        robot: RobotSpec,
         actuation: str | None = None,
         gravity_mps2: ArrayLike = ZERO_WRENCH,
         friction: str = "capstan",
         inertia: bool = True,
         model_text: str | None = None,
         tissue_N_per_m: Mapping[str, float] | None = None,
+        model: mujoco.MjModel | None = None,
+        data: mujoco.MjData | None = None,
+        prefix: str = "",
     ) -> None:
-        """Build the model.
+        """Build the model, or find the robot in one that holds more (`modelling.attach`).
+
+        In such a model several robots may be simulated at once, one simulator each (`step_together`).
+        Gravity, masses and contacts are the model's; the base frame is that of the body
+        `<prefix>base_frame`, which may move.
 
         Args:
             robot: the robot; such of its `effects` as act on the robot itself are built in.
@@ -153,22 +101,26 @@ class Simulator:
                 default: that of the robot alone.
             tissue_N_per_m: of surroundings whose regions press back as springs (`Tissue`), each region's
                 stiffness; default: what contacts do is left to MuJoCo.
+            model: one to which `robot` has been attached; of the arguments before only `actuation` and
+                `friction` are then to be given, and not "nested". The laws change the robot's part of it:
+                one simulator for each robot in each model.
+            data: its state; default: a new one.
+            prefix: of the robot's elements in it.
 
         Raises:
-            InputError: the robot cannot be built, `friction` is unknown, or not for this kind of robot, or
-                an effect acts on inputs or outputs: that needs their whole history, which steps have not.
+            InputError: the robot cannot be built, `friction` is unknown, or not for this kind of robot, an
+                effect acts on inputs or outputs: that needs their whole history, which steps have not; or
+                the model does not hold the robot, or arguments are given that it has no use for.
         """
-        if friction not in FRICTION_ROUTES:
-            raise unknown("friction route", friction, FRICTION_ROUTES)
         self.actuation = actuation or robot.actuation
-        if robot.effects:
-            if model_text is not None:
-                raise InputError(f"{robot.name}: effects: build them in before the model's text is written")
-            robot = wholly_built_in(driven_by(robot, self.actuation))
-        nested = friction == "nested" and robot.friction.mu > 0
-        if nested:
-            require_continuum(robot, "the nested reference of friction")
-        self.robot = robot
+        if robot.effects and model_text is not None:
+            raise InputError(f"{robot.name}: effects: build them in before the model's text is written")
+        self.robot = robot = _built_in(robot, self.actuation)
+        nested = needs_reference_friction(robot, friction)
+        if model is not None:
+            alone = not (nested or model_text or tissue_N_per_m) and inertia and not np.any(gravity_mps2)
+            self._join(model, data, prefix, friction, alone)
+            return
         text = remembered_mjcf(robot, self.actuation, nested) if model_text is None else model_text
         self.model = mujoco.MjModel.from_xml_string(text)
         self.model.opt.gravity[:] = gravity_mps2
@@ -178,68 +130,68 @@ class Simulator:
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.model.tendon_invweight0[:] *= FRICTION_SOFTNESS
         self.data = mujoco.MjData(self.model)
-        self._farthest = farthest(self.model)
-        self._warned: NDArray[np.int32] = self.data.warning.number  # a view: MuJoCo counts on
-        self._tension_driven = self.actuation == "tension"
-        names = joint_names(robot)
-        self._angles = np.array([self.model.joint(name).qposadr[0] for name in names])
-        if isinstance(robot, CatheterRobot):
-            names = names + [segment.name for segment in _slides(robot)]
-            names += [name for segment in bending_tubes(robot) for name in tube_joint_names(segment)]
-        self._dofs = np.array([self.model.joint(name).dofadr[0] for name in names])
-        self._faces = np.array([self.model.site(f"face_{k}").id for k in range(1, body_count(robot) + 1)])
-        self._inside = np.arange(1, len(self._faces) + 1) <= span_counts(robot)[:, np.newaxis]
-        self._tip_body = int(self.model.site("tip").bodyid.item())
-        self._tip = int(self.model.site("tip").id)
-        self._force, self._moment = np.zeros(3), np.zeros(3)
-        self._others = LinkForces(robot, self.model)
-        self._pushed = False
         self.tissue = None if tissue_N_per_m is None else Tissue(self.model, tissue_N_per_m)
-        self._catheter: CatheterDrive | None = None
-        pulls = np.flatnonzero(self.model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
-        if isinstance(robot, CatheterRobot):
-            self._catheter = CatheterDrive(robot, self.model)
-            pulls = self._catheter.pulls  # a catheter has other actuators too
-        self._pulls, self._tendons = pulls, self.model.actuator_trnid[pulls, 0]
-        self._gain = self.model.actuator_gainprm[pulls, 0].copy()
-        self._bias, self._length_gain = self.model.actuator_biasprm[pulls, :2].T.copy()
-        self._ctrl_before = np.zeros(len(pulls))
-        self._rolling: Rolling | None = None
-        self._elastic: ElasticRemainder | RodElasticity | None = None
-        if isinstance(robot, RollingRobot):
-            self._rolling = Rolling(robot, self.model)
-            self._elastic = RodElasticity(robot, self.model)
-        elif not isinstance(robot, CatheterRobot):
-            remainder = ElasticRemainder(robot, self.model)
-            self._elastic = remainder if remainder.needed else None
-        # Control ranges are for sliders; a simulation takes what it is given.
-        self.model.actuator_ctrllimited[:] = 0
-        self._friction: Friction | None = None
-        self._capstan: CapstanFriction | None = None
-        if robot.friction.mu > 0 and friction != "none":
-            drive = np.zeros(len(pulls)) if self._tension_driven else -self._length_gain
-            if nested:
-                self._friction = NestedFriction(require_continuum(robot, "nested"), self.model)
-            else:
-                self._friction = self._capstan = CapstanFriction(robot, self.model, drive)
+        self._find_robot(RobotInModel(self.model), friction)
         # Stiff antagonists would make 1e-8 of what the two ways differ by: driven tendons keep the engine's.
-        own_paths = self._tension_driven and applies(self.model)
+        own_paths = self.pulls.given and applies(self.model)
         self._paths = SiteTendons(self.model) if own_paths else None
         self.reset()
 
+    def _join(
+        self, model: mujoco.MjModel, data: mujoco.MjData | None, prefix: str, friction: str, alone: bool
+    ) -> None:
+        """Find the robot in a model that holds more; `alone`: nothing is asked for that changes the rest."""
+        if not alone or not prefix:
+            raise InputError(
+                f"{self.robot.name}: in a model of its own only: gravity_mps2, inertia=False, model_text, "
+                "tissue_N_per_m, friction='nested' or no prefix"
+            )
+        self.model, self.data = model, mujoco.MjData(model) if data is None else data
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+        self.tissue, self._paths = None, None
+        try:
+            place = RobotInModel(model, prefix)
+            self._find_robot(place, friction)
+        except KeyError as error:
+            what = f"{self.robot.name}: not in the model with prefix {prefix!r}"
+            raise InputError(f"{what}: attach it first ({error.args[0]})") from None
+        model.tendon_invweight0[place.tendons()] *= FRICTION_SOFTNESS
+        self.reset()
+
+    def _find_robot(self, place: RobotInModel, friction: str) -> None:
+        """Prepare what is done beside MuJoCo's own step for the robot in the model."""
+        robot, data = self.robot, self.data
+        face, outputs = kind_of(robot).laws, kind_of(robot).drives.outputs(robot)
+        self.place = place
+        self._watch = Watch(place, data)
+        self._readout = Readout(place, data, outputs, face.sliding_joints(robot))
+        self.faces, self.dofs = self._readout.faces, self._readout.dofs
+        self._loads = Loads(place, outputs.elements)
+        drives = kind_of(robot).drives.drives(robot, self.actuation)
+        given = all(drive.quantity is Quantity.TENSION for drive in drives)
+        self._actuation = Actuation(place, data, face.controls(robot, place), given)
+        self.controls, self.pulls = self._actuation.controls, self._actuation.pulls
+        self.laws = find_laws(robot, place, self._actuation, friction)
+        self._now = Step(data, self.pulls, self._loads.force_tip, self._loads.per_element, self.span_tension)
+
     def reset(self) -> None:
-        """Return to rest: the unloaded shape, zero inputs, no friction history."""
-        mujoco.mj_resetData(self.model, self.data)
-        if self._catheter is not None:
-            self._catheter.reset()
-        self.set_inputs(np.zeros(len(self.robot.tendons)))
-        self._ctrl_before[:] = 0.0
-        if self._friction is not None:
-            self._friction.reset()
-        self.data.qpos[:] = self.model.qpos_spring
-        if self._rolling is not None:
-            self._rolling.reset()
-            self._rolling.place(self.data)
+        """Return to rest: the unloaded shape, zero inputs, no friction history.
+
+        In a model that holds more, the rest of it stays where it is.
+        """
+        positions: slice | np.ndarray = slice(None)
+        if self.place.base is None:
+            mujoco.mj_resetData(self.model, self.data)
+        else:
+            positions, dofs = self.place.positions(), self.place.dofs()
+            self.data.qvel[dofs] = self.data.qfrc_applied[dofs] = self.data.qacc_warmstart[dofs] = 0.0
+            self.data.ctrl[self.place.actuators()] = 0.0
+        self.laws.reset()
+        self._loads.set(ZERO_WRENCH, ZERO_WRENCH)
+        self._actuation.reset()
+        self.data.qpos[positions] = self.model.qpos_spring[positions]
+        for place in self.laws.place:
+            place(self.data)
         if self.tissue is not None:
             self.tissue.forget()
         mujoco.mj_forward(self.model, self.data)
@@ -258,55 +210,21 @@ class Simulator:
                 and the tube's advance, shape (t,).
             force_tip: on the tip, base frame, shape (3,) [N].
             moment_tip: on the tip, base frame, shape (3,) [N m].
-            others: further forces, at points of elements (`LinkForces` says in which frame).
+            others: further forces, at points of elements (`Loads` says in which frame).
 
         Raises:
             InputError: a force on an element that the robot does not have, or a catheter's displacement
                 beyond its joint's range.
         """
-        if self._catheter is None:
-            self.data.ctrl[self._pulls] = tendon
-        else:
-            controls = self._catheter.controls(tendon)
-            self.data.ctrl[: len(controls)] = controls
-        self._force[:], self._moment[:] = force_tip, moment_tip
-        if others or self._others:
-            self._others.set(others)
-        self._pushed = bool(self._force.any() or self._moment.any() or others)
+        self._actuation.set(tendon)
+        self._loads.set(force_tip, moment_tip, others)
 
     def actuator_tension(self) -> Array:
         """Return the tendons' tensions at the actuator, shape (t,) [N]; of a pair the tauter one's."""
-        tension = np.maximum(self._tension_now(), 0.0)
-        if self._catheter is None:
-            return tension
-        return self._catheter.pair_tension(self.data.qpos, self.data.ctrl, tension)
-
-    @property
-    def driven(self) -> np.ndarray:
-        """The controls that the inputs set, in their order, shape (k,)."""
-        if self._catheter is None:
-            return self._pulls
-        return np.arange(self._catheter.control_count)
-
-    def parts(self) -> Parts:
-        """Return what is done beside MuJoCo's own step."""
-        return Parts(
-            self._angles,
-            self._dofs,
-            self._faces,
-            self._pulls,
-            self._tendons,
-            self._gain,
-            self._bias,
-            self._length_gain,
-            self._catheter,
-            self._rolling,
-            self._elastic,
-            self._friction,
-        )
+        return self._actuation.tension()
 
     def step(self, count: int = 1) -> None:
-        """Take `count` steps under the present inputs.
+        """Take `count` steps of the whole model under the present inputs, with this robot's laws.
 
         Raises:
             SimulationDiverged: a law beside MuJoCo's own fails on a state that is not finite; otherwise
@@ -323,86 +241,63 @@ class Simulator:
             raise
 
     def _step(self, count: int) -> None:
-        model, data, friction = self.model, self.data, self._friction
+        model, data, now, laws = self.model, self.data, self._now, self.laws
+        moves = self.place.base is not None
         for _ in range(count):
-            if self._rolling is not None:
-                if self._rolling.compressible:
-                    self._rolling.compress(data, self.span_tension(), self._force, self._others.per_element)
-                self._rolling.place(data)
-            if self._catheter is not None:
-                self._catheter.bend_tubes(data)
-                if self._catheter.resist(data) and self._capstan is not None:
-                    self._capstan.know_joints()
+            if moves:
+                self._loads.turn(data)
+            for act in laws.before:
+                act(now)
+            for place in laws.place:
+                place(data)
             mujoco.mj_step1(model, data)
             if self._paths is not None:
                 self._paths.find(data)
-            if self._catheter is not None:
-                self._catheter.turn(data)
-                arrays = self._gain, self._bias, self._length_gain
-                if self._catheter.stretch(data, *arrays) and self._capstan is not None:
-                    self._capstan.set_drive(-self._length_gain)
-            if not self._tension_driven:
-                self._let_taut_tendons_slacken()
             data.qfrc_applied[:] = 0.0
-            if self._pushed:
-                mujoco.mj_applyFT(
-                    model,
-                    data,
-                    self._force,
-                    self._moment,
-                    data.site_xpos[self._tip],
-                    self._tip_body,
-                    data.qfrc_applied,
-                )
-                self._others.apply(model, data)
-            if self._elastic is not None:
-                self._elastic.apply(data)
-            if friction is not None:
-                friction.apply(data, self._tension_now())
+            if moves:
+                self._loads.turn(data)
+            self._add_forces()
             if self.tissue is None:
                 mujoco.mj_step2(model, data)
             else:
                 self.tissue.finish_step(data)
 
-    def _let_taut_tendons_slacken(self) -> None:
-        """Clamp at zero only the tensions of tendons that were slack before the command changed.
+    def before_step(self) -> None:
+        """Do what comes before `mj_step1`, where somebody else steps the model; see `step_together`."""
+        self._loads.turn(self.data)
+        for act in self.laws.before:
+            act(self._now)
+        for place in self.laws.place:
+            place(self.data)
 
-        MuJoCo clamps an actuator's force at the start of a step and then leaves its stiffness out of
-        the implicit solution: a stiff tendon that is paid out would jump between taut and slack at
-        every step. Left unclamped for the step in which it slackens, it ends near zero by itself.
+    def between(self) -> None:
+        """Do what comes between `mj_step1` and `mj_step2`: add the robot's forces to `data.qfrc_applied`.
+
+        Whoever steps the model makes these zero before.
         """
-        before = self._gain * self._ctrl_before + self._bias
-        before += self._length_gain * self.data.ten_length[self._tendons]
-        self.model.actuator_forcerange[self._pulls, 1] = clamp_of_slack(before)
-        self._ctrl_before[:] = self.data.ctrl[self._pulls]
+        self._loads.turn(self.data)
+        self._add_forces()
 
-    def _tension_now(self) -> Array:
-        """Return the tensions of what actuators pull, below zero where a driven tendon is slack [N]."""
-        data = self.data
-        if self._tension_driven:
-            return data.ctrl[self._pulls]
-        force = (
-            self._gain * data.ctrl[self._pulls]
-            + self._bias
-            + self._length_gain * data.ten_length[self._tendons]
-        )
-        return -force
+    def _add_forces(self) -> None:
+        """Let actuators, loads and laws act between the two halves of a step."""
+        now = self._now
+        for act in self.laws.actuate:
+            act(now)
+        if not self.pulls.given:
+            self._actuation.let_taut_tendons_slacken()
+        self._loads.apply(self.model, self.data)
+        for act in self.laws.between:
+            act(now)
 
     def require_finite(self) -> None:
         """Raise `SimulationDiverged` if the state is not to be trusted, and say since when and why.
 
-        So it is where a position is not finite, a hinge has wound up or a slide has flown off, and where
-        MuJoCo has warned in any step since `reset`: it warns and goes on, having put zeros in the place of
-        an input that it finds too large, say.
+        `divergence.Watch` says where it is not.
         """
-        reason = next((text for kind, text in _COMPLAINTS.items() if self._warned[int(kind)]), "")
-        if reason:  # a scene with too many geoms to draw is warned of, too, and is no matter here
-            reason = f" (MuJoCo: {reason})"
-        elif (np.abs(self.data.qpos) <= self._farthest).all():  # false of what is not a number
-            return
-        raise SimulationDiverged(
-            f"{self.robot.name}: the simulation diverged at {self.data.time:.3f} simulated seconds{reason}"
-        )
+        reason = self._watch.complaint()
+        if reason is not None:
+            when = f"at {self.data.time:.3f} simulated seconds"
+            raise SimulationDiverged(f"{self.robot.name}: the simulation diverged {when}{reason}")
 
     def settle(self, longest_s: float = 5.0) -> bool:
         """Step under the present inputs until the robot is at rest; return whether it came to rest.
@@ -415,7 +310,7 @@ class Simulator:
         for _ in range(max(1, round(longest_s / (steps * self.model.opt.timestep)))):
             self.step(steps)
             self.require_finite()
-            if np.abs(self.data.qvel[self._dofs]).max() < slowest:
+            if np.abs(self.data.qvel[self.dofs]).max() < slowest:
                 return True
         return False
 
@@ -424,21 +319,13 @@ class Simulator:
 
         NaN of a catheter: its pairs are two tendons each.
         """
-        tension = self.actuator_tension()
-        if self._friction is not None and self._catheter is None:
-            return self._friction.span_tension(self.data, tension)
-        return np.where(self._inside, tension[:, np.newaxis], np.nan)
+        return self._readout.span_tension(self._actuation, self.laws)
 
     def posture(self) -> Posture:
         """Return where the robot is now."""
-        spans = self.span_tension()
-        if self._rolling is not None:
-            self._rolling.place(self.data)
-        mujoco.mj_fwdPosition(self.model, self.data)
-        return Posture(
-            p_w=self.data.site_xpos[self._faces].copy(),
-            R_w=self.data.site_xmat[self._faces].reshape(-1, 3, 3).copy(),
-            joint_angles=self.data.qpos[self._angles].copy(),
-            actuator_tension=self.actuator_tension(),
-            tendon_tension=spans,
-        )
+        return self._readout.posture(self._actuation, self.laws)
+
+
+def _built_in(robot: RobotSpec, actuation: str) -> RobotSpec:
+    """Return the robot with its effects built in."""
+    return wholly_built_in(driven_by(robot, actuation)) if robot.effects else robot

@@ -21,8 +21,8 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from catheter_sim.mjcf.surroundings import TOUCH
-from catheter_sim.robots.posture import Array
+from catheter_sim.core.posture import Array
+from catheter_sim.modelling.surroundings import TOUCH
 from catheter_sim.simulation import tissue_kernel
 
 TISSUE = "tissue_"  # geoms `tissue_<region>_<k>` belong to a region

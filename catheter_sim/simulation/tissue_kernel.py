@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.compiled import compiled
+from catheter_sim.mechanics.compiled import compiled
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

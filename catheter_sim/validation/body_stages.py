@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.robots.neuroendoscope import neuroendoscope_section
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import Friction
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import Friction
+from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation.drives import NO_GRAVITY, given, tips_mm
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.robots.chest_tube import chest_tube_section
-from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.specification import Friction
+from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.robot import Friction
+from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube_section
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.models import STATIC_MODELS
+from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation import plots
 from catheter_sim.validation.drives import NO_GRAVITY, given, largest_distance, tips_mm
 from catheter_sim.validation.lines import Line, Validation

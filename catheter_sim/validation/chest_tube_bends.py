@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.rolling import RollingRobot
+from catheter_sim.core.posture import Array
+from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
+from catheter_sim.kinds.rolling.theory.complete import complete
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
-from catheter_sim.statics.rolling.complete import complete
 from catheter_sim.validation.drives import NO_GRAVITY, given
 
 MOST_TENSION_N = 100.0  # chest_tube_2025, Table I: upper end of the estimated tension

@@ -18,20 +18,22 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from catheter_sim.diagnosis.dataset import load_dataset
-from catheter_sim.diagnosis.evidence import outputs_of
-from catheter_sim.diagnosis.fit import fit
-from catheter_sim.diagnosis.hypothesis import Problem, measured_of
-from catheter_sim.diagnosis.pipeline import diagnose_dataset, training_problem
-from catheter_sim.diagnosis.result import Diagnosis
-from catheter_sim.diagnosis.trials import Trial, split
-from catheter_sim.diagnosis.twin import StaticTwin
-from catheter_sim.diagnosis.workers import Workers
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.document import leaves, to_document
-from catheter_sim.robots.posture import Array
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.document import leaves, to_document
+from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.data.parting import split
+from catheter_sim.diagnosis.data.trials import Trial, measured_of
+from catheter_sim.diagnosis.fitting.evidence import outputs_of
+from catheter_sim.diagnosis.fitting.fit import fit
+from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.fitting.workers import Workers
+from catheter_sim.diagnosis.pipeline import diagnose_dataset
+from catheter_sim.diagnosis.report.result import Diagnosis
+from catheter_sim.diagnosis.stages.pose import training_problem
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table, write_table
+from catheter_sim.theory.predict import by_static_model
 from catheter_sim.validation.drives import NO_GRAVITY, given
 from catheter_sim.validation.lines import Line, Validation
 
@@ -183,7 +185,7 @@ def calibrate_draw(folder: Path, shapes_mm: Array, seed: int, jobs: int = 1) -> 
 
 def _pcc(problem: Problem, heldout: Sequence[Trial]) -> Array:
     """Return what piecewise constant curvature, calibrated alike, says of the held-out tensions."""
-    twin = StaticTwin("pcc", COLUMNS, NO_GRAVITY)
+    twin = by_static_model("pcc", problem.robot, COLUMNS, NO_GRAVITY)
     pcc = replace(problem, twin=twin)
     found = fit(pcc, (), cross_validate=False, thorough=True)
     return outputs_of(pcc, heldout[0], found)

@@ -11,12 +11,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.rolling import RollingRobot
-from catheter_sim.statics.rolling import rods
-from catheter_sim.statics.rolling.chain import RollingChain, rolling_chain
-from catheter_sim.statics.rolling.loads import loads
-from catheter_sim.statics.rolling.newton_euler import reactions
+from catheter_sim.core.posture import Array, Posture
+from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.kinds.rolling.theory import rods
+from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
+from catheter_sim.kinds.rolling.theory.loads import loads
+from catheter_sim.kinds.rolling.theory.newton_euler import reactions
 
 SLIDES_M = 2e-6  # what counts as sliding between two rows; rest leaves less
 CLEAR_SHARE = 0.9  # a tension change below this share of the full one is not slipping

@@ -8,25 +8,32 @@ rods work against one another. Which is right is counted by `chest_tube_coulomb`
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.robots.chest_tube import chest_tube
-from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.specification import Friction
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import Friction
+from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube
+from catheter_sim.kinds.rolling.theory.complete import complete
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.rolling.complete import complete
 from catheter_sim.validation import plots
 from catheter_sim.validation.chest_tube_coulomb import moment_left, violations
 from catheter_sim.validation.chest_tube_loads import compare, compared_lines
 from catheter_sim.validation.drives import NO_GRAVITY, history, largest_distance, tips_mm
 from catheter_sim.validation.lines import Line, Validation
+from catheter_sim.validation.shown import Against
 
 FULL = "chest_tube"
+
+
 TIP_MM, JOINT_DEG = 0.375, 0.05  # 0.1 % of 375 mm
+
+
 LEFT_NMM = 0.01  # moment that may be left at a joint at rest: 1e-4 of what 10 N does at 10 mm
+
+
 # Tensions of the rods base right, left, middle right, left, tip right, left, front, back [N]: base,
 # middle and tip each way, in both planes.
 SETS_N = np.array(
@@ -46,25 +53,25 @@ SETS_N = np.array(
     ],
     dtype=float,
 )
+
+
 ACROSS = {"+x": np.array([9.81, 0.0, 0.0]), "+y": np.array([0.0, 9.81, 0.0])}
+
+
 # Corners of histories with friction, from zero, in which rods work against one another.
 AGAINST = {
     "base left held at 5 N, base right to 25 N and back": ((0, 5), (25, 5), (0, 5)),
     "base right to 20 N, tip right to 15 N then": ((20, 0, 0, 0, 0), (20, 0, 0, 0, 15)),
 }
+
+
 _ROW_N = 1.0  # between rows of a history
+
+
 _EVERY = 5  # rows of which one is put on the scales
+
+
 _RAMP_S = 0.25  # for one such small step
-
-
-@dataclass(frozen=True)
-class Against:
-    """One history with friction, answered by the simulation and the complete statics."""
-
-    name: str
-    rows_N: Array
-    simulated: tuple[Posture, ...]
-    analytic: tuple[Posture, ...]
 
 
 def validate_full(folder: Path) -> Validation:

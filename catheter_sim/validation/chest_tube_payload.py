@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.rolling import Rod, RollingRobot
+from catheter_sim.core.posture import Array
+from catheter_sim.kinds.rolling.spec import Rod, RollingRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.chest_tube_bends import MOST_TENSION_N

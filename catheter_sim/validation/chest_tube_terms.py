@@ -6,22 +6,24 @@ printed, with each missing term alone, with all, by the complete balance, and si
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.robots.chest_tube import chest_tube_section
-from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.core.posture import Array, Posture
+from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube_section
+from catheter_sim.kinds.rolling.theory.chain import rolling_chain
+from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.kinds.rolling.theory.printed import Terms, printed, solve_printed
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.rolling.chain import rolling_chain
-from catheter_sim.statics.rolling.complete import complete
-from catheter_sim.statics.rolling.printed import Terms, printed, solve_printed
 from catheter_sim.validation import plots
 from catheter_sim.validation.drives import NO_GRAVITY, given, largest_distance, tips_mm
 from catheter_sim.validation.lines import Line, Validation
+from catheter_sim.validation.shown import TermCurves
 
 SECTION = "chest_tube_section"
+
+
 BALANCES = {
     "printed": Terms(),
     "with the next joint's moment (Eq. 9)": Terms(next_moment=True),
@@ -30,32 +32,24 @@ BALANCES = {
     "with all but the next joint's moment": Terms(across=True, span_forces=True),
     "with all three": Terms(True, True, True),
 }
+
+
 ALL = "with all three"
+
+
 BUT_MOMENT = "with all but the next joint's moment"
+
+
 WEIGHTS = {"without weight": NO_GRAVITY, "hanging": np.array([0.0, 0.0, 9.81])}
+
+
 TENSIONS_N = np.arange(0.0, 30.01, 0.5)
+
+
 SIMULATED_N = np.arange(0.0, 30.01, 5.0)
+
+
 _BASE_AT_N = 50.0  # tension at which the base's reaction is compared
-
-
-@dataclass(frozen=True)
-class TermCurves:
-    """The answers of every balance to the same tensions.
-
-    Attributes:
-        weight: "without weight" or "hanging".
-        balances: name -> joint angles at `TENSIONS_N`, shape (r, n) [deg].
-        tips_mm: name -> tips at `TENSIONS_N`, shape (r, 3) [mm].
-        complete, simulated: joint angles at `TENSIONS_N` and at `SIMULATED_N` [deg].
-        complete_tips_mm: tips by the complete balance at `TENSIONS_N`, shape (r, 3) [mm].
-    """
-
-    weight: str
-    balances: dict[str, Array]
-    tips_mm: dict[str, Array]
-    complete: Array
-    simulated: Array
-    complete_tips_mm: Array
 
 
 def term_curves(weight: str) -> TermCurves:

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.robots.neuroendoscope import CELL_LENGTH_M, EYELET_OFFSET_M
-from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.core.posture import Array, Posture
+from catheter_sim.kinds.continuum.robots.neuroendoscope import CELL_LENGTH_M, EYELET_OFFSET_M
 
 SLIDES_M = 2e-6  # what counts as sliding between two rows; rest leaves less
 CLEAR_SHARE = 0.9  # a tension change below this share of the full one is not slipping

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array, Posture
 
 NO_GRAVITY = np.zeros(3)
 

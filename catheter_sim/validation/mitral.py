@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.mjcf.catheter_pieces import hinge_heights_m
-from catheter_sim.robots.catheter import CatheterRobot, CatheterSegment
-from catheter_sim.robots.catheter_layout import hinge_counts, moved_segment, moving, turning
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.mitral import mitral_4dof, mitral_transseptal
-from catheter_sim.robots.posture import Array, Posture
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array, Posture
+from catheter_sim.kinds.catheter.layout import hinge_counts, moved_segment, moving, turning
+from catheter_sim.kinds.catheter.mjcf.pieces import hinge_heights_m
+from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal
+from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
+from catheter_sim.kinds.catheter.theory import closed_form, tendons
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.catheter import closed_form, tendons
 from catheter_sim.validation.drives import NO_GRAVITY, given, largest_distance, tips_mm
 from catheter_sim.validation.lines import Line, Validation
 

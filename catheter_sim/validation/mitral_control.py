@@ -25,11 +25,11 @@ from catheter_sim.control import loop, motor
 from catheter_sim.control.feedforward import along, feedforward
 from catheter_sim.control.pid import RATE_HZ, Pid
 from catheter_sim.control.trajectories import through, ticks_s
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.mitral import mitral_4dof, mitral_4dof_elongation, mitral_transseptal
-from catheter_sim.robots.posture import Array
+from catheter_sim.core.posture import Array
+from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_4dof_elongation, mitral_transseptal
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory.tendons import arm_m
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.catheter.tendons import arm_m
 from catheter_sim.validation import control_plots
 from catheter_sim.validation.lines import Line, Validation
 

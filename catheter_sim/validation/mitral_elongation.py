@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.robots.posture import Array
-from catheter_sim.simulation.catheter_stretch import StretchingTendon
-from catheter_sim.statics.catheter.elongation import PRINTED, tension_along
+from catheter_sim.core.posture import Array
+from catheter_sim.kinds.catheter.forces.stretch import StretchingTendon
+from catheter_sim.kinds.catheter.theory.elongation import PRINTED, tension_along
 from catheter_sim.validation import mitral_plots
 from catheter_sim.validation.lines import Line, Validation
 

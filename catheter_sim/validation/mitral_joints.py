@@ -13,19 +13,19 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import joint_stiffness, moved_segment
-from catheter_sim.robots.mitral import (
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import Friction
+from catheter_sim.kinds.catheter.layout import joint_stiffness, moved_segment
+from catheter_sim.kinds.catheter.robots.mitral import (
     DEFLECTION_M_PER_N,
     mitral_transseptal,
     mitral_transseptal_tube,
 )
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import Friction
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory import modified
+from catheter_sim.kinds.catheter.theory.prandtl_ishlinskii import identify
+from catheter_sim.kinds.catheter.theory.tendons import pulled_m, slack_m
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.catheter import modified
-from catheter_sim.statics.catheter.prandtl_ishlinskii import identify
-from catheter_sim.statics.catheter.tendons import pulled_m, slack_m
 from catheter_sim.validation.lines import Line, Validation
 from catheter_sim.validation.mitral_loops import (
     JOINTS,

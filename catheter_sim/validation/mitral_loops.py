@@ -11,17 +11,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import moved_segment
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.posture import Array
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.kinds.catheter.layout import moved_segment
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory import modified
+from catheter_sim.kinds.catheter.theory.calibrate import calibrate_bending, calibrate_torsion
+from catheter_sim.kinds.catheter.theory.corrected import BENDING_LOOP_M
+from catheter_sim.kinds.catheter.theory.modified import BendingCalibration, TorsionCalibration
+from catheter_sim.kinds.catheter.theory.prandtl_ishlinskii import PrandtlIshlinskii, identify
+from catheter_sim.kinds.catheter.theory.tendons import angle_rad
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.catheter import modified
-from catheter_sim.statics.catheter.calibrate import calibrate_bending, calibrate_torsion
-from catheter_sim.statics.catheter.corrected import BENDING_LOOP_M
-from catheter_sim.statics.catheter.modified import BendingCalibration, TorsionCalibration
-from catheter_sim.statics.catheter.prandtl_ishlinskii import PrandtlIshlinskii, identify
-from catheter_sim.statics.catheter.tendons import angle_rad
 from catheter_sim.validation.drives import NO_GRAVITY
 from catheter_sim.validation.mitral import joint_angles_deg
 

@@ -9,20 +9,20 @@ the distal one three times. MK, PI and hybrid are calibrated as in the paper, on
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import moved_segment
-from catheter_sim.robots.mitral import mitral_transseptal, mitral_transseptal_tube
-from catheter_sim.robots.posture import Array
+from catheter_sim.core.posture import Array
+from catheter_sim.kinds.catheter.layout import moved_segment
+from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal, mitral_transseptal_tube
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory import modified
+from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
+from catheter_sim.kinds.catheter.theory.modified import TorsionCalibration
+from catheter_sim.kinds.catheter.theory.tendons import angle_rad
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.catheter import modified
-from catheter_sim.statics.catheter.kinematics import tool_frame
-from catheter_sim.statics.catheter.modified import TorsionCalibration
-from catheter_sim.statics.catheter.tendons import angle_rad
 from catheter_sim.validation import mitral_plots
 from catheter_sim.validation.drives import NO_GRAVITY, tips_mm
 from catheter_sim.validation.lines import Line, Validation
@@ -35,44 +35,41 @@ from catheter_sim.validation.mitral_loops import (
     loops_of,
     moving,
 )
+from catheter_sim.validation.shown import Motion
 
 NAME = "mitral_transseptal"
+
+
 CYCLE_S, CYCLES = 35.0, 2
+
+
 SWINGS = (1, 2, 3)  # of the joints in a cycle
+
+
 ADVANCES_MM = (0.0, 10.0, 20.0)
+
+
 PATH_DEG, PATH_MU = 180.0, 0.2  # of the tortuous path: assumed, from the vena cava through the septum
+
+
 MODELS = ("PK", "MK as printed", "MK", "PI", "hybrid")
+
+
 TABLE_3_MM = {  # 3D
     0.0: {"PK": 45.47, "MK": 4.00, "PI": 8.25, "hybrid": 3.88},
     10.0: {"PK": 58.06, "MK": 4.90, "PI": 9.96, "hybrid": 4.69},
     20.0: {"PK": 68.54, "MK": 6.00, "PI": 12.59, "hybrid": 5.79},
 }
+
+
 TABLE_4_MM = {
     0.0: {"PK": 24.47, "PI": 3.72},
     10.0: {"PK": 32.37, "PI": 4.53},
     20.0: {"PK": 41.93, "PI": 6.54},
 }
+
+
 _PRINTED = {"torsion_proximal": modified.TORSION_PROXIMAL, "torsion_distal": modified.TORSION_DISTAL}
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A simulated motion and what the models say of it.
-
-    Attributes:
-        time_s: shape (r,).
-        tip_mm: simulated, shape (r, 3).
-        model_mm: by name, shape (r, 3) each.
-    """
-
-    time_s: Array
-    tip_mm: Array
-    model_mm: dict[str, Array]
-
-    def rmse_mm(self, model: str) -> Array:
-        """Return a model's root mean square error in x, y, z and in space, shape (4,) [mm]."""
-        squared = ((self.model_mm[model] - self.tip_mm) ** 2).mean(axis=0)
-        return np.sqrt(np.append(squared, squared.sum()))
 
 
 def tortuous(robot: CatheterRobot) -> CatheterRobot:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from catheter_sim.robots.posture import Array
+from catheter_sim.core.posture import Array
 from catheter_sim.tables import replaced_when_whole
-
-if TYPE_CHECKING:
-    from catheter_sim.validation.mitral_motion import Motion
+from catheter_sim.validation.shown import Motion
 
 _COLOURS = ("#8a8f98", "#b79ad1", "#d1682a", "#3f8f5f", "#c23b5a")
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
-from catheter_sim.mjcf.scene import View
-from catheter_sim.render.check import TOLERANCE_PX, check_render
-from catheter_sim.robots.posture import Array
+from catheter_sim.kinds.catheter.theory.pure import pk
+from catheter_sim.modelling.scene import View
+from catheter_sim.pictures.check import TOLERANCE_PX, check_render
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.catheter.pure import pk
 from catheter_sim.validation.drives import NO_GRAVITY
 from catheter_sim.validation.lines import Line, Validation
 from catheter_sim.validation.mitral import catheter, displaced

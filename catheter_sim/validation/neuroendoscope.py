@@ -2,39 +2,58 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.robots.neuroendoscope import neuroendoscope, neuroendoscope_section
-from catheter_sim.robots.posture import Array, Posture
-from catheter_sim.robots.specification import ContinuumRobot, Friction
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import Friction
+from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope, neuroendoscope_section
+from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
+from catheter_sim.kinds.continuum.theory.identify import (
+    ANTAGONISTIC_LOOP,
+    FULL_REVERSAL_N,
+    SINGLE_LOOP,
+    identify,
+)
+from catheter_sim.kinds.continuum.theory.kato import fkm, pcca
+from catheter_sim.kinds.continuum.theory.sliding import fkm_sliding
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.exact_arm import fkm_exact_arm
-from catheter_sim.statics.identify import ANTAGONISTIC_LOOP, FULL_REVERSAL_N, SINGLE_LOOP, identify
-from catheter_sim.statics.kato import fkm, pcca
-from catheter_sim.statics.sliding import fkm_sliding
 from catheter_sim.validation import plots
 from catheter_sim.validation.body_stages import Stage, body_stages
 from catheter_sim.validation.coulomb import violations
 from catheter_sim.validation.drives import NO_GRAVITY, given, history, largest_distance, loop_area, tips_mm
 from catheter_sim.validation.lines import Line, Validation
+from catheter_sim.validation.shown import Loop, Profiles
 
 SECTION = "neuroendoscope_section"
+
+
 _KATO = "Kato 2016"
 
+
 SINGLE = ((0, 0), (0.4, 0), (0, 0))
+
+
 ANTAGONISTIC = ((0.12, 0.12), (0.65, 0.12), (0.12, 0.12))
+
+
 PARTIAL = ((0.12, 0.12), (0.5, 0.12), (0.25, 0.12), (0.4, 0.12), (0.12, 0.12))
+
+
 PUSHES_N = (0, 0.02, 0.05, 0, -0.03, -0.06, 0)  # on the tip along x, tendons held at (0.3, 0.1) N
+
 
 # (right, left) tension [N] and tip (x, z) [mm] without weight and with (9.81, 0, 0) m/s^2: values of a
 # quasi-static model written independently of this package, mu = 0.3, inputs linear from row to row.
 REFERENCE_ROWS_N = np.array(
     [(0, 0), (0.12, 0.12), (0.5, 0.12), (0.25, 0.12), (0.4, 0.12), (0.12, 0.12), (0.12, 0.45), (0, 0)]
 )
+
+
 REFERENCE_TIP_MM = {
     0.0: np.array(
         [
@@ -61,19 +80,9 @@ REFERENCE_TIP_MM = {
         ]
     ),
 }
+
+
 REFERENCE_SOURCE = "independent quasi-static model, mu 0.3"
-
-
-@dataclass(frozen=True)
-class Loop:
-    """One loop of the section, answered by the simulation and the static models."""
-
-    name: str
-    rows_N: Array
-    simulated: tuple[Posture, ...]
-    analytic: tuple[Posture, ...]
-    local: tuple[Posture, ...]
-    printed: tuple[Posture, ...]
 
 
 def validate_section(folder: Path) -> Validation:
@@ -297,19 +306,9 @@ def _stage_lines(stages: tuple[Stage, ...]) -> list[Line]:
     return lines
 
 
-@dataclass(frozen=True)
-class Profiles:
-    """Tension along the right tendon at three inputs, in arching and extending, and PCCA's."""
-
-    inputs_N: tuple[float, ...]
-    arching: Array
-    extending: Array
-    analytic_arching: Array
-    analytic_extending: Array
-    constant: Array
-
-
 PROFILE_INPUTS_N = (0.1, 0.25, 0.4)  # A, B, C; not printed
+
+
 PROFILE_TURN_N = 0.6  # maximum bending; not printed
 
 

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from catheter_sim.robots.posture import Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.tables import replaced_when_whole
 from catheter_sim.validation.body_stages import Stage
-
-if TYPE_CHECKING:
-    from catheter_sim.validation.chest_tube_full import Against
-    from catheter_sim.validation.chest_tube_terms import TermCurves
-    from catheter_sim.validation.neuroendoscope import Loop, Profiles
+from catheter_sim.validation.shown import Against, Loop, Profiles, TermCurves
 
 BLUE, ORANGE, GREY = "#1f5f99", "#d1682a", "#8a8f98"
 

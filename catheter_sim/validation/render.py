@@ -8,13 +8,13 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
-from catheter_sim.render.check import TOLERANCE_PX, check_render
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.posture import Array
+from catheter_sim.pictures.check import TOLERANCE_PX, check_render
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.models import STATIC_MODELS
+from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation.drives import NO_GRAVITY, given
 from catheter_sim.validation.lines import Line, Validation
 

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import Dynamics, Friction
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.resources import assets_folder
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot, Dynamics, Friction, Segment, Tendon
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.rolling.loads import LinkForce
 from catheter_sim.validation.lines import Line, Validation
 
 NAME = "spacer_disk"
@@ -61,7 +62,12 @@ def tpu_rod(links: int = LINKS, mass_kg: float = 1e-3, dynamics: Dynamics | None
     )
     tendons = (Tendon("1", 0.8 * RADIUS_M, 0.0, "rod"),)
     return ContinuumRobot(
-        "tpu_rod", "rod of TPU", (rod,), tendons, Friction(0.0), dynamics=dynamics or Dynamics()
+        name="tpu_rod",
+        description="rod of TPU",
+        segments=(rod,),
+        tendons=tendons,
+        friction=Friction(0.0),
+        dynamics=dynamics or Dynamics(),
     )
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
+from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
+from catheter_sim.kinds.continuum.theory.constant_curvature import constant_curvature
 from catheter_sim.resources import assets_folder
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.spacer_disk import spacer_disk
-from catheter_sim.statics.constant_curvature import constant_curvature
 from catheter_sim.validation import plots
 from catheter_sim.validation.drives import NO_GRAVITY, given, tips_mm
 from catheter_sim.validation.lines import Line, Validation

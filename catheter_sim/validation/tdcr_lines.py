@@ -93,7 +93,7 @@ def validate_scenarios(folder: Path) -> Validation:
 def guidelines(by_disks: ByDisks, by_stiffness: ByStiffness) -> tuple[str, ...]:
     """Return which models keep which tolerance on the benchmark's robot, in words (Fig. 12).
 
-    For a robot and loads of one's own: `catheter_sim.statics.which_model`.
+    For a robot and loads of one's own: `catheter_sim.theory.which_model`.
     """
     models = [name for name in dict.fromkeys(model for model, _ in by_disks) if name != REFERENCE]
     disks = sorted({n for _, n in by_disks})

@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.spacer_disk import DISK_RADIUS_M, SEGMENT_LENGTH_M, spacer_disk
-from catheter_sim.robots.specification import ContinuumRobot
+from catheter_sim.kinds.continuum.robots.spacer_disk import DISK_RADIUS_M, SEGMENT_LENGTH_M, spacer_disk
+from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.kinds.continuum.theory.tdcr.prb import prb_printed
+from catheter_sim.kinds.continuum.theory.tdcr.problem import load, problem
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.models import STATIC_MODELS
-from catheter_sim.statics.tdcr.prb import prb_printed
-from catheter_sim.statics.tdcr.problem import load, problem
+from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation.drives import NO_GRAVITY, given
 
 SETS = np.array(list(itertools.product((0.0, 1.0), repeat=4)))[:, ::-1]  # of tendons 1 to 4, in shares of T_M

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from cli_command import Run
 
-from catheter_sim.robots.catalogue import ROBOTS, robot_toml
+from catheter_sim.catalogue import ROBOTS, robot_toml
 
 ROBOT = "neuroendoscope_section"
 DRIVEN = (

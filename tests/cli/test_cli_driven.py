@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from cli_command import Run
 
+from catheter_sim.catalogue import load_robot
 from catheter_sim.cli.arguments import whole_number
-from catheter_sim.effects.registry import EFFECTS
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table, read_table
 
 ROBOT = "neuroendoscope_section"
@@ -137,7 +137,7 @@ def test_picture_shows_the_weight(run: Run, folder: Path) -> None:
 
 def test_bench_takes_as_many_turns_as_it_is_told(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each robot is measured over so many turns; without the option over nine."""
-    from catheter_sim import benchmark
+    from catheter_sim.speed import benchmark
 
     asked: list[int] = []
     monkeypatch.setattr(benchmark, "ROBOTS", ("chest_tube_section",))

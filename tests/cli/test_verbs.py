@@ -12,18 +12,19 @@ import numpy as np
 import pytest
 from cli_command import Run
 
-from catheter_sim.robots.catalogue import ROBOTS, load_robot, robot_toml
-from catheter_sim.robots.channels import (
+from catheter_sim.catalogue import ROBOTS, load_robot, robot_toml
+from catheter_sim.channels import (
     FORCE_CHANNELS,
     MOMENT_CHANNELS,
-    Inputs,
     input_channels,
     output_channels,
     read_inputs,
 )
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.modelling.scene import robot_length
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.models import STATIC_MODELS
 from catheter_sim.tables import read_table
+from catheter_sim.theory.run import STATIC_MODELS
 
 ROBOT = "neuroendoscope_section"
 LOOP = "time_s,tension_right_N\n0,0\n1,0.15\n2,0.3\n3,0.15\n4,0\n"
@@ -82,7 +83,8 @@ def test_built_file_loads_in_plain_mujoco(reference: str, run: Run, folder: Path
         assert model.actuator(f"tendon_{tendon.name}").id >= 0
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    length_m = sum(segment.length_m for segment in robot.segments)
+    pushed_out_m = sum(getattr(segment, "stroke_m", 0.0) for segment in robot.segments)
+    length_m = robot_length(robot) - pushed_out_m
     np.testing.assert_allclose(data.site("tip").xpos, [0, 0, length_m], atol=1e-9)
 
 
@@ -238,8 +240,9 @@ def test_diagnose_prints_the_verdict_and_its_figures(
 ) -> None:
     """The sentence, each unit's errors, each cause with its parameters and what cannot be told apart."""
     from catheter_sim.diagnosis import pipeline
-    from catheter_sim.diagnosis.dataset import load_dataset
-    from catheter_sim.diagnosis.result import (
+    from catheter_sim.diagnosis.data.dataset import load_dataset
+    from catheter_sim.diagnosis.notes import Note
+    from catheter_sim.diagnosis.report.result import (
         Candidate,
         Cause,
         Diagnosis,
@@ -265,7 +268,7 @@ def test_diagnose_prints_the_verdict_and_its_figures(
             next_experiment=NextExperiment("Pull slower."),
             extended_robot=dataset.robot,
             fits=(),
-            notes=("A doubt.",),
+            notes=(Note("doubt", "A doubt."),),
             extra={"tip_rmse_mm": 1.25},
         )
 
@@ -417,7 +420,7 @@ def test_a_picture_shows_the_row_or_time_asked_for(
     option: list[str], time_s: float, pull: float, run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The robot after all rows before it, under the inputs of that row or on the line between two."""
-    from catheter_sim.render import offscreen
+    from catheter_sim.pictures import offscreen
 
     seen: list[Inputs] = []
     monkeypatch.setattr(offscreen, "render", lambda robot, inputs, *rest, **named: seen.append(inputs))

@@ -12,7 +12,7 @@ import pytest
 from cli_command import Run
 
 from catheter_sim import viewer
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.catalogue import load_robot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.viewer import Sliders, TendonPaint, show, slider_ranges, tension_colours
 

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from catheter_sim.catalogue import load_robot
 from catheter_sim.control import loop, motor
 from catheter_sim.control.feedforward import along, feedforward
 from catheter_sim.control.pid import Pid
 from catheter_sim.control.trajectories import through, ticks_s
+from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.mitral import mitral_transseptal
-from catheter_sim.robots.posture import Array
+from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
+from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 
 pytestmark = pytest.mark.slow

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from catheter_sim.control.feedforward import along, feedforward
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.mitral import mitral_4dof, mitral_transseptal
-from catheter_sim.robots.posture import Array
-from catheter_sim.statics.catheter.corrected import mk
-from catheter_sim.statics.catheter.pure import pk
-from catheter_sim.statics.catheter.stretching import displacement_for_angles_m, stretching_joints, te
+from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory.corrected import mk
+from catheter_sim.kinds.catheter.theory.pure import pk
+from catheter_sim.kinds.catheter.theory.stretching import displacement_for_angles_m, stretching_joints, te
 from catheter_sim.validation.mitral import joint_angles_deg
 
 NO_GRAVITY = np.zeros(3)

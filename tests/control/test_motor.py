@@ -11,8 +11,8 @@ import pytest
 from scipy import signal
 
 from catheter_sim.control import motor
-from catheter_sim.robots.mitral import mitral_transseptal
-from catheter_sim.statics.catheter.tendons import pulled_m
+from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
+from catheter_sim.kinds.catheter.theory.tendons import pulled_m
 
 LOAD_NM = 0.04
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.control import pid
-from catheter_sim.robots.mitral import mitral_4dof
-from catheter_sim.statics.catheter.tendons import arm_m
+from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof
+from catheter_sim.kinds.catheter.theory.tendons import arm_m
 
 
 def closed(slope_deg_per_mm: float, ticks: int, disturbance_deg: float = 1.0) -> np.ndarray:

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from catheter_sim.catalogue import load_robot
 from catheter_sim.control import loop, motor
 from catheter_sim.control.trajectories import through, ticks_s
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.catheter import CatheterRobot
+from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.diagnosis.trials import Dataset, Trial
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.tables import Array, Table
 
 

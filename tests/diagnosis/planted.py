@@ -9,17 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.diagnosis.trials import Dataset, Trial
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import input_channels
+from catheter_sim.columns import posture_columns
+from catheter_sim.core.document import with_number
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Posture
+from catheter_sim.core.robot import Friction, RobotSpec
+from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed, with_effects
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs, input_channels, posture_columns
-from catheter_sim.robots.document import with_number
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Posture
-from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.models import STATIC_MODELS
 from catheter_sim.tables import Table
+from catheter_sim.theory.run import STATIC_MODELS
 
 NO_GRAVITY = np.zeros(3)
 Effects = Mapping[str, Mapping[str, float]]
@@ -94,7 +96,7 @@ def as_inputs(tendon: np.ndarray, actuation: str) -> Inputs:
 
 
 def data_set(
-    robot: Robot,
+    robot: RobotSpec,
     reference: str,
     effects: Effects,
     histories: Sequence[Inputs],
@@ -131,7 +133,7 @@ def data_set(
             before[0] if before else postures_of(embodied(hidden), arriving_inputs(hidden, inputs), solver)
         )
         runs.append(postures)
-        values = posture_columns(hidden, observed(hidden, postures))
+        values = posture_columns(hidden, observed(hidden, inputs.time_s, postures))
         noisy = {name: values[name] + noise_mm * generator.normal(size=len(inputs)) for name in columns}
         role = "heldout" if index == len(histories) - 1 else "train"
         file = f"trial_{index}.csv"
@@ -155,7 +157,7 @@ def same_rows(one: Inputs, other: Inputs) -> bool:
     return np.array_equal(one.time_s, other.time_s) and np.array_equal(one.tendon, other.tendon)
 
 
-def postures_of(robot: Robot, inputs: Inputs, solver: str) -> tuple[Posture, ...]:
+def postures_of(robot: RobotSpec, inputs: Inputs, solver: str) -> tuple[Posture, ...]:
     """Return the postures of a robot without effects."""
     if solver == "simulation":
         return simulate(robot, inputs, NO_GRAVITY).postures

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.columns import posture_columns
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.errors import InputError
-from catheter_sim.robots.channels import Inputs, posture_columns
-from catheter_sim.robots.rolling import RollingRobot
-from catheter_sim.statics.rolling.chain import rolling_chain
-from catheter_sim.statics.rolling.history import postures
-from catheter_sim.statics.rolling.newton import NotBalanced, balanced
-from catheter_sim.statics.rolling.printed import printed_balance, solve_printed
+from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.kinds.rolling.theory.chain import rolling_chain
+from catheter_sim.kinds.rolling.theory.history import postures
+from catheter_sim.kinds.rolling.theory.newton import NotBalanced, balanced
+from catheter_sim.kinds.rolling.theory.printed import printed_balance, solve_printed
 
 NO_GRAVITY = np.zeros(3)
 
@@ -63,7 +64,7 @@ class PrintedTwin:
             values = np.full((len(arrived), len(self.columns)), np.nan)
         else:
             nothing = np.zeros((len(theta), chain.pulled, chain.joints))
-            run = observed(robot, tuple(postures(chain, arrived, NO_GRAVITY, theta, nothing)))
+            run = observed(robot, arrived.time_s, tuple(postures(chain, arrived, NO_GRAVITY, theta, nothing)))
             seen = posture_columns(robot, run)
             values = np.stack([seen[name] for name in self.columns], axis=1)
         return np.split(values, np.cumsum([len(item) for item in self.trials])[:-1])

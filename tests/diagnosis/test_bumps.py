@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.hypothesis import Problem
-from catheter_sim.diagnosis.suspicions import bumps, unrelated
-from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.data_faults.bumps import bumped_trackers
+from catheter_sim.diagnosis.data_faults.unrelated import outputs_that_do_not_follow
+from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.tables import Table
 
 ROWS = 120
@@ -32,7 +33,7 @@ def noisy(seed: int = 1, size: float = NOISE_MM) -> np.ndarray:
 
 
 def found(measured: np.ndarray):
-    return bumps([trial(measured)], COLUMNS, [MODEL], {"mm": NOISE_MM})
+    return bumped_trackers([trial(measured)], COLUMNS, [MODEL], {"mm": NOISE_MM})
 
 
 @pytest.mark.parametrize("row", [40, 57, 75])
@@ -71,7 +72,7 @@ def problem(measured: np.ndarray) -> Problem:
 def test_noise_follows_nothing(seed):
     """Whatever noise is drawn, of a tenth of a millimetre or of a few, it is seen to be noise."""
     for size in (0.1, 3.0):
-        (doubt,) = unrelated(problem(np.array([0.0, 60.0]) + noisy(seed, size)), [MODEL])
+        (doubt,) = outputs_that_do_not_follow(problem(np.array([0.0, 60.0]) + noisy(seed, size)), [MODEL])
         assert "does not follow the inputs" in doubt.what
 
 
@@ -81,10 +82,10 @@ def test_what_follows_in_any_way_is_not_doubted(seed):
     late = np.roll(MODEL, 5, axis=0)
     band = MODEL + 3.0 * np.sign(np.gradient(PULL))[:, None]
     for measured in (MODEL, 0.5 * MODEL, late, band, -MODEL):
-        assert unrelated(problem(measured + noisy(seed)), [MODEL]) == ()
+        assert outputs_that_do_not_follow(problem(measured + noisy(seed)), [MODEL]) == ()
 
 
 def test_noise_that_hides_the_motion_is_said():
     """A hundred millimetres of noise on a motion of thirty: nothing can be told."""
-    (doubt,) = unrelated(problem(MODEL + noisy(2, 200.0)), [MODEL])
+    (doubt,) = outputs_that_do_not_follow(problem(MODEL + noisy(2, 200.0)), [MODEL])
     assert "hides the motion" in doubt.what

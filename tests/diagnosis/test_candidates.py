@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 from planted import as_inputs, small_robot
 
-from catheter_sim.diagnosis.hypothesis import Problem
-from catheter_sim.diagnosis.select import candidates_for
-from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.diagnosis.twin import twin_for
-from catheter_sim.diagnosis.wording import name_and_unit
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.kinds import Robot
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.causes.choose import candidates_for
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.report.wording import name_and_unit
 from catheter_sim.tables import Table
+from catheter_sim.theory.predict import twin_for
 
 
-def problem(robot: Robot, trials: int) -> Problem:
+def problem(robot: RobotSpec, trials: int) -> Problem:
     """Return a problem with trials at rest."""
     inputs = as_inputs(np.zeros((3, len(robot.tendons))), robot.actuation)
     outputs = Table(inputs.time_s, {"tip_x_mm": np.zeros(3)})

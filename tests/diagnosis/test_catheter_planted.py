@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from planted import as_inputs, data_set
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.document import with_number
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.result import Diagnosis
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.document import with_number
+from catheter_sim.diagnosis.report.result import Diagnosis
 
 pytestmark = pytest.mark.slow
 

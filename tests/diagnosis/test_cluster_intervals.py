@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from catheter_sim.diagnosis.fit import Fit
-from catheter_sim.diagnosis.hypothesis import Free, Term
-from catheter_sim.diagnosis.intervals import half_widths, intervals
-from catheter_sim.diagnosis.residuals import binned_mean
-from catheter_sim.effects.face import Parameter
+from catheter_sim.core.effect import Parameter
+from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.intervals import half_widths, intervals
+from catheter_sim.diagnosis.fitting.problem import FittedNumber, Term
+from catheter_sim.diagnosis.residuals.views import binned_mean
 
 ROWS = 10  # of a block
 
@@ -22,14 +22,21 @@ ROWS = 10  # of a block
 def fit_of(design: np.ndarray, measured: np.ndarray, block: np.ndarray) -> Fit:
     """Return the least-squares fit of a linear model, numbers far from their bounds."""
     x = np.linalg.lstsq(design, measured, rcond=None)[0]
-    frees = tuple(
-        Free("made", Parameter(f"x{index}", null=0.0, lower=-1e6, upper=1e6, scale=1.0, start=0.0))
+    numbers = tuple(
+        FittedNumber("made", Parameter(f"x{index}", null=0.0, lower=-1e6, upper=1e6, scale=1.0, start=0.0))
         for index in range(len(x))
     )
     error = design @ x - measured
     held = np.zeros(len(x), bool)
     return Fit(
-        (Term("made", tuple(f.parameter.name for f in frees)),), frees, x, error, design, held, block, error
+        (Term("made", tuple(f.parameter.name for f in numbers)),),
+        numbers,
+        x,
+        error,
+        design,
+        held,
+        block,
+        error,
     )
 
 

@@ -12,12 +12,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from catheter_sim.diagnosis.dataset import Trial, cycles, is_repeat, load_dataset, split, unit_of
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import read_inputs
+from catheter_sim.core.document import leaves, to_document
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.diagnosis.data.columns import unit_of
+from catheter_sim.diagnosis.data.cycles import cycles
+from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.data.parting import is_repeat, split
+from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.errors import InputError
 from catheter_sim.resources import assets_folder
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs, read_inputs
-from catheter_sim.robots.document import leaves, to_document
 from catheter_sim.tables import Table, read_table, write_table
 
 OPENCR = assets_folder() / "examples" / "opencr_v4"
@@ -203,13 +208,13 @@ def test_columns_not_listed_are_ignored_with_a_note(folder: Path) -> None:
     head = lines[0] + ",pattern,,pattern,force_tip_x_N"
     (folder / "a.csv").write_text("\n".join([head, *(line + ",pull,,x,3" for line in lines[1:])]))
     dataset = load_dataset(folder)
-    assert dataset.notes == (
+    assert [note.text for note in dataset.notes] == [
         "a.csv: not listed in dataset.toml and ignored: pattern, (a column without a name), force_tip_x_N. "
         "Of these the robot's own inputs are taken as zero: force_tip_x_N.",
-    )
+    ]
     (folder / "b.csv").write_bytes((folder / "a.csv").read_bytes().replace(b"0.4", b"0.35"))
     (note,) = load_dataset(folder).notes  # one for both
-    assert note.startswith("a.csv, b.csv: not listed in dataset.toml and ignored: pattern, ")
+    assert note.text.startswith("a.csv, b.csv: not listed in dataset.toml and ignored: pattern, ")
     for old, new in zip(before.trials, dataset.trials, strict=True):
         assert new.outputs.columns.keys() == old.outputs.columns.keys()
         assert not new.inputs.force_tip.any()

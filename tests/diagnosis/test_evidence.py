@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from planted import displacement_history, pair_history, small_robot
 
-from catheter_sim.diagnosis.evidence import (
-    TIP,
+from catheter_sim.catalogue import load_robot
+from catheter_sim.diagnosis.data.columns import TIP
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.evidence import (
     errors_of,
     gain_interval,
     gain_percent,
@@ -15,19 +17,12 @@ from catheter_sim.diagnosis.evidence import (
     stretch_squares,
     tip_errors,
 )
-from catheter_sim.diagnosis.fit import fit
-from catheter_sim.diagnosis.hypothesis import (
-    GROSS,
-    Problem,
-    Term,
-    frees_of,
-    residuals,
-    tempered,
-    untempered,
-)
-from catheter_sim.diagnosis.noise import is_white, noise_floor, repeat_noise, white_noise
-from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.diagnosis.fitting.fit import fit
+from catheter_sim.diagnosis.fitting.gross_errors import tempered, untempered
+from catheter_sim.diagnosis.fitting.noise import is_white, noise_floor, repeat_noise, white_noise
+from catheter_sim.diagnosis.fitting.problem import Problem, Term, fitted_numbers
+from catheter_sim.diagnosis.fitting.residuals import residuals
+from catheter_sim.diagnosis.thresholds import GROSS_ERROR
 from catheter_sim.tables import Table
 
 
@@ -168,13 +163,15 @@ def test_an_error_is_reported_as_large_as_it_is():
 
 def test_gross_errors_are_tempered_like_hubers_loss():
     """Squares below the limit, lines of the same slope above it, and back again."""
-    error = np.array([-5e4, -GROSS, -3.0, 0.0, GROSS, 1.5 * GROSS, 1e7])
+    error = np.array([-5e4, -GROSS_ERROR, -3.0, 0.0, GROSS_ERROR, 1.5 * GROSS_ERROR, 1e7])
     assert untempered(tempered(error)) == pytest.approx(error, rel=1e-12)
-    inside = np.abs(error) <= GROSS
+    inside = np.abs(error) <= GROSS_ERROR
     assert (tempered(error)[inside] == error[inside]).all()
     loss = lambda size: float(tempered(np.array([size]))[0] ** 2)  # noqa: E731
-    assert loss(3.0 * GROSS) - loss(2.0 * GROSS) == pytest.approx(2.0 * GROSS**2, rel=1e-12)
-    assert loss(GROSS * (1.0 + 1e-6)) - loss(GROSS) == pytest.approx(2e-6 * GROSS**2, rel=1e-4)
+    assert loss(3.0 * GROSS_ERROR) - loss(2.0 * GROSS_ERROR) == pytest.approx(2.0 * GROSS_ERROR**2, rel=1e-12)
+    assert loss(GROSS_ERROR * (1.0 + 1e-6)) - loss(GROSS_ERROR) == pytest.approx(
+        2e-6 * GROSS_ERROR**2, rel=1e-4
+    )
 
 
 def test_a_fit_finds_its_way_through_gross_errors():
@@ -183,8 +180,10 @@ def test_a_fit_finds_its_way_through_gross_errors():
     sharp = Problem(problem.robot, (), problem.trials, problem.columns, np.array([1e-3]), problem.twin)
     term = Term("actuation_gain", ("scale",))
     start = residuals(
-        sharp, frees_of(sharp, (term,)), np.array([[0.7 / frees_of(sharp, (term,))[0].parameter.scale]])
+        sharp,
+        fitted_numbers(sharp, (term,)),
+        np.array([[0.7 / fitted_numbers(sharp, (term,))[0].parameter.scale]]),
     )
-    assert np.median(np.abs(untempered(start))) > 10.0 * GROSS
+    assert np.median(np.abs(untempered(start))) > 10.0 * GROSS_ERROR
     found = fit(sharp, (term,), {("actuation_gain", "scale"): 0.7}, cross_validate=False)
     assert found.values["actuation_gain", "scale"] == pytest.approx(1.2, abs=1e-4)

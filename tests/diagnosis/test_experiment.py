@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from planted import as_inputs, displacement_history, joint_history, pair_history, rod_history, small_robot
 
-from catheter_sim.diagnosis.experiment import TELLS, advice, next_experiment
-from catheter_sim.diagnosis.fit import fit
-from catheter_sim.diagnosis.hypothesis import Problem, Term
-from catheter_sim.diagnosis.programmes import programmes
-from catheter_sim.diagnosis.select import alike
-from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import read_inputs
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import read_inputs
+from catheter_sim.diagnosis.causes.comparison import rival_groups
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.fit import fit
+from catheter_sim.diagnosis.fitting.problem import Problem, Term
+from catheter_sim.diagnosis.next_experiment.programmes import programmes
+from catheter_sim.diagnosis.next_experiment.propose import advice, next_experiment
+from catheter_sim.diagnosis.thresholds import TELLS_APART_NOISE
 from catheter_sim.tables import Table
 
 FIRST, SECOND = Term("nonlinear_stiffness", ("cubic_mm2",)), Term("twist", ("rate_deg_per_m",))
@@ -88,7 +89,7 @@ def rivals(bends_load: float) -> tuple[Problem, tuple]:
 def proposed(bends_load):
     """Return what to measure next to tell the two apart."""
     problem, (first, second) = rivals(bends_load)
-    groups = alike(first, [second])
+    groups = rival_groups(first, [second])
     noise, gravity = np.full(1, 0.1), np.zeros(3)
     return next_experiment(problem, first, [second], groups, noise, gravity, simulation=False)
 
@@ -99,7 +100,7 @@ def test_inputs_are_proposed_to_which_rivals_answer_unlike():
     assert "known force" in found.words
     assert "twist, fitted anew, would be off by" in found.words
     assert np.any(found.inputs.columns["force_tip_x_N"])
-    assert found.apart["twist for nonlinear_stiffness"].twin > TELLS
+    assert found.apart["twist for nonlinear_stiffness"].twin > TELLS_APART_NOISE
 
 
 def test_where_no_inputs_tell_them_apart_it_is_said():

@@ -8,17 +8,20 @@ import numpy as np
 import pytest
 from planted import as_inputs, displacement_history, pair_history, small_robot
 
-from catheter_sim.diagnosis.fit import Fit, carried, fit, probe
-from catheter_sim.diagnosis.hypothesis import Problem, Term, blocks_of, fold_of, frees_of, residuals
-from catheter_sim.diagnosis.intervals import intervals
-from catheter_sim.diagnosis.nuisance import nuisances_of
-from catheter_sim.diagnosis.select import as_good, pays
-from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.diagnosis.twin import twin_for
+from catheter_sim.catalogue import load_robot
+from catheter_sim.diagnosis.causes.comparison import as_good, pays
+from catheter_sim.diagnosis.data.nuisance import nuisances_of
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.intervals import intervals
+from catheter_sim.diagnosis.fitting.probe import carried_over, probe
+from catheter_sim.diagnosis.fitting.problem import Problem, Term, fitted_numbers
+from catheter_sim.diagnosis.fitting.residuals import residuals
+from catheter_sim.diagnosis.fitting.stretches import blocks_of, fold_of
+from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
-from catheter_sim.effects.registry import EFFECTS
-from catheter_sim.robots.catalogue import load_robot
 from catheter_sim.tables import Table
+from catheter_sim.theory.predict import twin_for
 
 COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 FRAME = Term("measurement_frame", ("translation_x_mm", "rotation_y_deg"))
@@ -112,7 +115,7 @@ def test_left_out_stretches_are_predicted_as_by_fits_without_them():
         hidden = {name: np.where(rows, np.nan, values) for name, values in trial.outputs.columns.items()}
         without = replace(problem, trials=(replace(trial, outputs=replace(trial.outputs, columns=hidden)),))
         exact = fit(without, terms, found.values, cross_validate=False)
-        error = residuals(problem, exact.frees, exact.x[None])[0]
+        error = residuals(problem, exact.numbers, exact.x[None])[0]
         gap = error[fold == index] - found.left_out[fold == index]
         assert np.sqrt(np.mean(gap**2)) < 0.02 * np.sqrt(np.mean(error[fold == index] ** 2))
 
@@ -231,7 +234,8 @@ def test_a_probe_foretells_the_fit():
     wrong = probe(problem, current, (FRAME, Term("twist", ("rate_deg_per_m",))))
     assert right[0] < 0.2 * wrong[0]
     assert set(right[1]) == {
-        free.key for free in frees_of(problem, (FRAME, Term("axial_compression", ("stiffness_N_per_mm",))))
+        free.key
+        for free in fitted_numbers(problem, (FRAME, Term("axial_compression", ("stiffness_N_per_mm",))))
     }
 
 
@@ -240,7 +244,7 @@ def test_details_start_at_the_common_value():
     problem = made({"actuation_gain": {"scale": 1.2}})
     common = fit(problem, (Term("actuation_gain", ("scale",)),), cross_validate=False)
     each = Term("actuation_gain", ("scale_t0", "scale_t1", "scale_t2"))
-    start = carried(common, (each,))
+    start = carried_over(common, (each,))
     assert start["actuation_gain", "scale_t1"] == common.values["actuation_gain", "scale"]
     assert ("backlash", "width_mm") not in start
 

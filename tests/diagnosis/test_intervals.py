@@ -10,18 +10,15 @@ import pytest
 from planted import as_inputs, small_robot
 from scipy.stats import t as student
 
-from catheter_sim.diagnosis.fit import fit
-from catheter_sim.diagnosis.hypothesis import Problem, blocks_of
-from catheter_sim.diagnosis.intervals import (
-    TRUSTED,
-    intervals,
-    model_margin,
-    profile_interval,
-    shift_by_model,
-)
-from catheter_sim.diagnosis.nuisance import calibration_numbers
-from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.effects.face import Parameter
+from catheter_sim.core.effect import Parameter
+from catheter_sim.diagnosis.data.nuisance import calibration_numbers
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.fit import fit
+from catheter_sim.diagnosis.fitting.intervals import intervals, model_margin, shift_by_model
+from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.fitting.profile import profile_interval
+from catheter_sim.diagnosis.fitting.stretches import blocks_of
+from catheter_sim.diagnosis.thresholds import TRUSTED_SHARE
 from catheter_sim.tables import Table
 
 ROWS = 120
@@ -101,7 +98,7 @@ def test_profile_of_rows_that_hang_together_is_as_wide_as_their_blocks_say():
     for index, name in enumerate(("stiffness_scale", "friction.mu")):
         straight, along = intervals(found)["", name], profile_interval(problem, found, name)
         assert along == pytest.approx(straight, abs=0.03 * (straight[1] - straight[0]))
-        white = 2.0 * 1.98 * error[index] * found.frees[index].parameter.scale
+        white = 2.0 * 1.98 * error[index] * found.numbers[index].parameter.scale
         assert along[1] - along[0] > 1.5 * white
 
 
@@ -152,7 +149,7 @@ def test_margin_bounds_what_an_error_of_the_model_does():
     problem = problem_of(noisy(generator, 2.0, 3.0, line), line)
     found = fit(problem, (), cross_validate=False)
     margin = model_margin(found, np.zeros(2))
-    size = TRUSTED * np.sqrt(np.mean(found.residual**2))
+    size = TRUSTED_SHARE * np.sqrt(np.mean(found.residual**2))
     inverse = np.linalg.inv(found.jacobian.T @ found.jacobian)
     for index in range(2):
         worst = found.jacobian @ inverse[:, index]
@@ -174,6 +171,6 @@ def test_other_model_moves_the_numbers_by_what_it_differs():
         np.array([found.values["", "stiffness_scale"]]), np.array([found.values["", "friction.mu"]])
     )[0]
     shift = shift_by_model(problem, found, [(values + 0.1 * X)[:, None]])
-    scale = [free.parameter.scale for free in found.frees]
+    scale = [free.parameter.scale for free in found.numbers]
     assert shift * scale == pytest.approx([0.0, -0.1], abs=1e-6)
     assert shift_by_model(problem, found, [np.full((ROWS, 1), np.nan)]).tolist() == [0.0, 0.0]

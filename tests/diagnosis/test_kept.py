@@ -19,14 +19,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from catheter_sim.diagnosis import kept
-from catheter_sim.diagnosis.confirm import Replay, replay
-from catheter_sim.diagnosis.experiment import _refitted
-from catheter_sim.diagnosis.fit import Fit, fit, probe
-from catheter_sim.diagnosis.hypothesis import Free, Term
-from catheter_sim.diagnosis.intervals import profile_interval
-from catheter_sim.diagnosis.kept import Unusable, packed, returned, unpacked
-from catheter_sim.effects.face import Parameter
+from catheter_sim.core.effect import Parameter
+from catheter_sim.diagnosis.fitting import kept
+from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.kept import Unusable, packed, returned, unpacked
+from catheter_sim.diagnosis.fitting.probe import probe
+from catheter_sim.diagnosis.fitting.problem import FittedNumber, Term
+from catheter_sim.diagnosis.fitting.profile import profile_interval
+from catheter_sim.diagnosis.next_experiment.propose import _refitted
+from catheter_sim.diagnosis.verdict.replay import Replay, replay
 
 ASKED = "0" * 40 + ".npz"
 NOT_A_NUMBER = struct.unpack(">d", bytes.fromhex("fff8000000000123"))[0]  # with a sign and a message in it
@@ -34,11 +35,13 @@ NOT_A_NUMBER = struct.unpack(">d", bytes.fromhex("fff8000000000123"))[0]  # with
 
 def a_fit() -> Fit:
     """Return a fit of two numbers to five residuals, with every awkward number in it."""
-    free = Free("backlash", Parameter("width_mm", -0.0, 0.1, math.inf, 1e-300, 0.1 + 0.2, True), math.inf)
+    free = FittedNumber(
+        "backlash", Parameter("width_mm", -0.0, 0.1, math.inf, 1e-300, 0.1 + 0.2, True), math.inf
+    )
     jacobian = np.array([[1.0, -0.0, np.nan, np.inf, 5e-324], [0.0, 1.0, 2.0, 3.0, 4.0]]).T
     return Fit(
         terms=(Term("backlash", ("width_mm",)),),
-        frees=(Free("", replace(free.parameter, null=NOT_A_NUMBER)), free),
+        numbers=(FittedNumber("", replace(free.parameter, null=NOT_A_NUMBER)), free),
         x=np.array([0.1, -0.0]),
         residual=np.arange(5.0),
         jacobian=jacobian,
@@ -234,7 +237,7 @@ def misshapen() -> list[Fit]:
         replace(whole, jacobian=whole.jacobian.T),
         replace(whole, jacobian=whole.jacobian[:, 0]),
         replace(whole, left_out=np.zeros(4)),
-        replace(whole, frees=whole.frees[:1]),
+        replace(whole, numbers=whole.numbers[:1]),
         replace(whole, residual=np.arange(5)),
         replace(whole, terms=[*whole.terms]),  # type: ignore[arg-type]
         replace(whole, terms=(Term("backlash", (1.5,)),)),  # type: ignore[arg-type]

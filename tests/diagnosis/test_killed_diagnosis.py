@@ -21,8 +21,8 @@ import pytest
 import tomli_w
 from planted import small_data
 
-from catheter_sim.robots.catalogue import robot_toml
-from catheter_sim.robots.channels import input_channels
+from catheter_sim.catalogue import robot_toml
+from catheter_sim.channels import input_channels
 from catheter_sim.tables import Table, write_table
 
 pytestmark = pytest.mark.slow

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from planted import as_inputs
 
-from catheter_sim.diagnosis.noise import is_white, noise_floor, repeat_noise, white_noise
-from catheter_sim.diagnosis.trials import Trial, is_repeat
+from catheter_sim.diagnosis.data.parting import is_repeat
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.noise import is_white, noise_floor, repeat_noise, white_noise
 from catheter_sim.tables import Table
 
 ROWS = 20_000

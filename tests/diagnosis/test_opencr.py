@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
+from catheter_sim.catalogue import load_robot
 from catheter_sim.diagnosis.pipeline import diagnose
 from catheter_sim.resources import assets_folder
-from catheter_sim.robots.catalogue import load_robot
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("opencr")]  # one diagnosis for all
 FOLDER = assets_folder() / "examples" / "opencr_v4"

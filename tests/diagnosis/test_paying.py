@@ -6,28 +6,30 @@ import numpy as np
 import pytest
 from planted import small_robot
 
-from catheter_sim.diagnosis import told_apart as told_apart_module
-from catheter_sim.diagnosis.evidence import chance_of_gain
-from catheter_sim.diagnosis.fit import Fit
-from catheter_sim.diagnosis.hypothesis import Free, Problem, Term
-from catheter_sim.diagnosis.select import EQUAL, PAYS_CHANCE, PAYS_SHARE, _simplest, as_good, pays
-from catheter_sim.diagnosis.told_apart import told_apart
-from catheter_sim.effects.face import Parameter
+from catheter_sim.core.effect import Parameter
+from catheter_sim.diagnosis.causes import heldout_choice as heldout_choice_module
+from catheter_sim.diagnosis.causes.choose import _simplest
+from catheter_sim.diagnosis.causes.comparison import as_good, pays
+from catheter_sim.diagnosis.causes.heldout_choice import choose_on_heldout
+from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
+from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem, Term
+from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, PAYS_CHANCE, PAYS_SHARE
 
 STRETCHES, ROWS = 8, 10
 BLOCK = np.repeat(np.arange(STRETCHES), ROWS)
 NOBODY_LOOKS = Problem(small_robot(), (), (), (), np.zeros(0), lambda *_: np.zeros(0))
 
 
-def fit_with(sizes, numbers: int = 0, effect: str = "stiffness") -> Fit:
+def fit_with(sizes, count: int = 0, effect: str = "stiffness") -> Fit:
     """Return a fit of so many numbers with errors of these sizes on the stretches left out, (8,) or one."""
     left_out = np.broadcast_to(np.asarray(sizes, float), (STRETCHES,))[BLOCK]
-    parameters = [Parameter(f"x{k}", 0.0, -1.0, 1.0, 1.0, 0.0) for k in range(numbers)]
-    frees = tuple(Free(effect, item) for item in parameters)
+    parameters = [Parameter(f"x{k}", 0.0, -1.0, 1.0, 1.0, 0.0) for k in range(count)]
+    numbers = tuple(FittedNumber(effect, item) for item in parameters)
     terms = (Term(effect, tuple(item.name for item in parameters)),)
-    nothing = np.zeros((len(left_out), numbers))
-    x, held = np.zeros(numbers), np.zeros(numbers, bool)
-    return Fit(terms, frees, x, left_out, nothing, held, BLOCK, left_out)
+    nothing = np.zeros((len(left_out), count))
+    x, held = np.zeros(count), np.zeros(count, bool)
+    return Fit(terms, numbers, x, left_out, nothing, held, BLOCK, left_out)
 
 
 @pytest.mark.parametrize(
@@ -79,7 +81,7 @@ def test_much_larger_error_is_not_as_good_though_it_may_be_chance():
     two, one = (fit_with(np.where(np.arange(STRETCHES) < count, 0.0, 1.0)) for count in (2, 1))
     for best, ratio, equal in ((two, np.sqrt(8 / 6), False), (one, np.sqrt(8 / 7), True)):
         assert other.cross_validated_rms / best.cross_validated_rms == pytest.approx(ratio)
-        assert bool(ratio <= EQUAL) is equal
+        assert bool(ratio <= EQUAL_FACTOR) is equal
         assert not pays(other, best)
         assert as_good(best, other) is equal
 
@@ -87,7 +89,7 @@ def test_much_larger_error_is_not_as_good_though_it_may_be_chance():
 def test_surely_larger_error_is_not_as_good_though_it_is_near():
     """5 % more in every stretch is no chance: within the size that is allowed, and yet not as good."""
     best, other = fit_with(1.0), fit_with(1.05)
-    assert other.cross_validated_rms < EQUAL * best.cross_validated_rms
+    assert other.cross_validated_rms < EQUAL_FACTOR * best.cross_validated_rms
     assert not as_good(best, other)
     assert as_good(other, best)
 
@@ -111,7 +113,7 @@ def test_rival_among_many_must_be_better_beyond_chance_among_so_many(others, mon
     assert PAYS_CHANCE / 8 < chance < PAYS_CHANCE
     better, equal = fit_with(sizes, 1, "stiffness"), fit_with(1.0, 1, "twist")
     rivals = [better, *([equal] * (others - 1))]
-    monkeypatch.setattr(told_apart_module, "each", lambda pool, function, arguments: rivals)
-    monkeypatch.setattr(told_apart_module, "_elsewhere", lambda test, item: item)
-    taken, _ = told_apart(NOBODY_LOOKS, NOBODY_LOOKS, chosen, rivals)
+    monkeypatch.setattr(heldout_choice_module, "map_calls", lambda pool, function, arguments: rivals)
+    monkeypatch.setattr(heldout_choice_module, "with_heldout_residuals", lambda test, item: item)
+    taken, _ = choose_on_heldout(NOBODY_LOOKS, NOBODY_LOOKS, chosen, rivals)
     assert taken is (better if others == 1 else chosen)

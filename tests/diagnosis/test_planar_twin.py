@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from planted import as_inputs, pair_history
 
-from catheter_sim.diagnosis.twin import PlanarTwin, StaticTwin, twin_for
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.statics import OneByOne
 from catheter_sim.effects.apply import with_effects
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.kinds.continuum.twin import PlanarTwin
+from catheter_sim.theory.predict import by_static_model, twin_for
 
 NO_GRAVITY = np.zeros(3)
 COLUMNS = ("tip_x_mm", "tip_z_mm", "body_15_x_mm", "tip_qy", "joint_x3_deg")
@@ -39,9 +41,10 @@ def test_outputs_are_the_static_model_s(name):
         ),
     ]
     inputs = inputs_of(base)
-    twin = twin_for(base, "tension", (*COLUMNS, f"tension_{base.tendons[0].name}_N"), NO_GRAVITY)
-    assert isinstance(twin, PlanarTwin)
-    one_by_one = StaticTwin("fkm_exact_arm", twin.columns, NO_GRAVITY)
+    columns = (*COLUMNS, f"tension_{base.tendons[0].name}_N")
+    twin = twin_for(base, "tension", columns, NO_GRAVITY)
+    assert isinstance(twin.twin, PlanarTwin)
+    one_by_one = by_static_model("fkm_exact_arm", base, columns, NO_GRAVITY)
     np.testing.assert_allclose(twin(robots, inputs, 3), one_by_one(robots, inputs, 3), atol=0.05)
 
 
@@ -50,7 +53,7 @@ def test_other_planar_robots_are_solved_one_by_one():
     base = load_robot("neuroendoscope_section")
     robot = replace(base, tendons=base.tendons[:1])
     twin = twin_for(robot, "tension", ("tip_x_mm",), NO_GRAVITY)
-    assert isinstance(twin, StaticTwin)
+    assert isinstance(twin.twin, OneByOne)
     found = twin([robot], as_inputs(np.array([[0.0], [0.2]]), "tension"))
     assert found[0, 0, 0] == 0.0
     assert found[0, 1, 0] > 10.0

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from planted import catheter_data, chest_data, section_data, small_data
 
-from catheter_sim.diagnosis.experiment import TELLS
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.report.result import Diagnosis
+from catheter_sim.diagnosis.thresholds import TELLS_APART_NOISE
 
 pytestmark = pytest.mark.slow
 
@@ -98,7 +98,7 @@ def test_proposed_experiment_tells_stiffness_from_gain_in_the_simulation_too():
     proposal = found.next_experiment
     assert "known force" in proposal.words
     apart = proposal.apart["actuation_gain for stiffness"]
-    assert apart.twin > TELLS
+    assert apart.twin > TELLS_APART_NOISE
     assert apart.simulation == pytest.approx(apart.twin, rel=0.1)
 
 

@@ -10,11 +10,12 @@ import pytest
 from planted import as_inputs, small_robot
 from scipy.stats import uniform
 
-from catheter_sim.diagnosis.fit import fit, prior_of
-from catheter_sim.diagnosis.hypothesis import Free, Problem
-from catheter_sim.diagnosis.nuisance import Nuisance, nuisances_of
-from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.effects.face import Parameter
+from catheter_sim.core.effect import Parameter
+from catheter_sim.diagnosis.data.nuisance import Nuisance, nuisances_of
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.fit import fit
+from catheter_sim.diagnosis.fitting.prior import prior_of
+from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem
 from catheter_sim.tables import Table
 
 ROWS = 32
@@ -52,7 +53,7 @@ def test_known_number_ends_between_what_is_known_and_what_is_measured(spread, sc
 def test_leaving_what_is_known_by_one_spread_costs_one(scale):
     """As leaving a measurement by its noise does; a number of which nothing is known costs nothing."""
     parameter = Parameter("a", null=3.0, lower=0.0, upper=9.0, scale=scale, start=3.0)
-    prior = prior_of([Free("", parameter, 0.25), Free("", parameter)])
+    prior = prior_of([FittedNumber("", parameter, 0.25), FittedNumber("", parameter)])
     for steps, cost in ((0.0, 0.0), (1.0, 1.0), (-2.0, 4.0)):
         x = np.array([3.0 + 0.25 * steps, 7.0]) / scale
         assert prior.cost(x) == pytest.approx(cost, abs=1e-9)

@@ -10,9 +10,11 @@ import pytest
 from planted import catheter_data, data_set, pair_history, section_data, small_data
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.diagnosis.pipeline import diagnose_dataset, in_base_frame
-from catheter_sim.diagnosis.registration import frame_numbers, points_of
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.catalogue import load_robot
+from catheter_sim.diagnosis.base_frame.numbers import frame_numbers
+from catheter_sim.diagnosis.data.columns import points_of
+from catheter_sim.diagnosis.pipeline import diagnose_dataset
+from catheter_sim.diagnosis.stages.prepare import in_base_frame
 
 pytestmark = pytest.mark.xdist_group("registration")  # diagnoses are shared
 
@@ -203,6 +205,6 @@ def test_a_planar_robots_tracker_turned_about_its_axis_is_no_exchange_of_columns
     columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
     data = data_set(robot, "neuroendoscope_section", effects, histories, columns, solver="fkm_sliding")
     found = diagnose_dataset(seen_from(data, R=turned("z")), simulation=False)
-    assert found.suspicions == ()
+    assert found.data_faults == ()
     assert [item.name for item in found.causes] == ["backlash"]
     assert found.registration["rotation_deg"] == pytest.approx([0.0, 0.0, 90.0], abs=1e-9)

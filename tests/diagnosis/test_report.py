@@ -11,26 +11,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.dataset import Dataset, Trial
-from catheter_sim.diagnosis.pictures import Picture, figures, shown_columns
-from catheter_sim.diagnosis.report import report_html, sentence
-from catheter_sim.diagnosis.result import (
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.notes import Note
+from catheter_sim.diagnosis.report.fitted_series import fit_files
+from catheter_sim.diagnosis.report.html import report_html, sentence
+from catheter_sim.diagnosis.report.pictures import Picture, figures, shown_columns
+from catheter_sim.diagnosis.report.result import (
     Candidate,
     Cause,
+    DataFault,
     Diagnosis,
     FittedParameter,
     NextExperiment,
-    Suspicion,
     TrialFit,
     UnitResult,
-    fit_files,
-    to_json,
-    write_results,
 )
-from catheter_sim.diagnosis.wording import alike, interval, listed, name_and_unit, rounded
+from catheter_sim.diagnosis.report.to_json import to_json
+from catheter_sim.diagnosis.report.wording import digits_to_tell, interval, listed, name_and_unit, rounded
+from catheter_sim.diagnosis.report.write import write_results
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
 from catheter_sim.tables import Table, read_table
 
 BLANK = (Picture("headline", "a picture", b""), Picture("errors", "another", b""))
@@ -77,7 +78,13 @@ def made_up(verdict: str = "cause_found", **changes: Any) -> Diagnosis:
     )
     found = verdict == "cause_found"
     causes = (
-        Cause("backlash", {"width_mm": FittedParameter(0.4217, (0.401, 0.443), 0.0)}, 80.1),
+        Cause(
+            "backlash",
+            {"width_mm": FittedParameter(0.4217, (0.401, 0.443), 0.0)},
+            80.1,
+            "play",
+            ("joint_play",),
+        ),
         Cause("tendon_friction", {"mu": FittedParameter(0.31, (-0.02, 0.64), 0.0)}, 5.1),
     )
     result = Diagnosis(
@@ -100,7 +107,7 @@ def made_up(verdict: str = "cause_found", **changes: Any) -> Diagnosis:
         ),
         extended_robot=load_robot("neuroendoscope_section", ["friction.mu=0.31"]),
         fits=(fit_train, fit_heldout),
-        notes=("Noise was estimated from <one> repeat.",),
+        notes=(Note("noise", "Noise was estimated from <one> repeat."),),
         extra={"tip_rmse_aligned_after_mm": 0.85},
     )
     return replace(result, **changes)
@@ -156,6 +163,8 @@ def test_json_keeps_the_contract() -> None:
         "name": "backlash",
         "parameters": {"width_mm": {"value": 0.4217, "ci95": [0.401, 0.443]}},
         "gain_percent": 80.1,
+        "form": "play",
+        "forms_as_good": ["joint_play"],
     }
     assert document["ranking"][0]["causes"] == ["backlash", "tendon_friction"]
     assert document["ranking"][0]["heldout_rmse"] == 0.9
@@ -302,9 +311,9 @@ def test_numbers_are_rounded_to_their_uncertainty(value: float, uncertainty: flo
 
 def test_numbers_side_by_side_have_the_same_decimals() -> None:
     """Two decimals at least, more where the smallest number needs them to be read."""
-    assert alike((6.104, 0.9)) == 2
-    assert alike((0.104, 0.0123)) == 3
-    assert alike((float("nan"), 0.0)) == 2
+    assert digits_to_tell((6.104, 0.9)) == 2
+    assert digits_to_tell((0.104, 0.0123)) == 3
+    assert digits_to_tell((float("nan"), 0.0)) == 2
     assert sentence(made_up()).endswith("falls from 6.10 mm to 0.90 mm.")
 
 
@@ -347,8 +356,8 @@ def test_the_report_says_how_the_highlighted_set_came_about() -> None:
 
 def test_suspected_data_are_told_in_the_sentence_the_report_and_the_json() -> None:
     """What, where and which rows; no cause, no claim about the model."""
-    doubt = Suspicion("all positions jump here", "b.csv", (38, 75))
-    diagnosis = made_up("data_suspect", suspicions=(doubt,))
+    doubt = DataFault("all positions jump here", "b.csv", (38, 75))
+    diagnosis = made_up("data_suspect", data_faults=(doubt,))
     assert sentence(diagnosis).endswith("no cause was looked for: b.csv: all positions jump here")
     assert "b.csv: all positions jump here (rows 38 to 75)" in report_html(diagnosis, BLANK)
     document = to_json(diagnosis)

@@ -8,14 +8,15 @@ from dataclasses import replace
 import numpy as np
 from planted import as_inputs, small_robot
 
-from catheter_sim.diagnosis import search as search_module
-from catheter_sim.diagnosis import select as select_module
-from catheter_sim.diagnosis.evidence import chance_of_gain
-from catheter_sim.diagnosis.fit import Fit
-from catheter_sim.diagnosis.hypothesis import Problem, Term
-from catheter_sim.diagnosis.select import as_good, may_end_at, pays, select
-from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.effects.registry import EFFECTS
+from catheter_sim.diagnosis.causes import choose as select_module
+from catheter_sim.diagnosis.causes import search as search_module
+from catheter_sim.diagnosis.causes.choose import may_end_at, select
+from catheter_sim.diagnosis.causes.comparison import as_good, pays
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
+from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.problem import Problem, Term
+from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
 
 BLOCK = np.repeat(np.arange(8), 10)

@@ -9,10 +9,10 @@ import pytest
 from planted import as_inputs, data_set, joint_history, rod_history, section_data
 from printed_twin import printed_twin
 
-from catheter_sim.diagnosis import pipeline
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import output_channels
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import output_channels
+from catheter_sim.diagnosis.stages import choose_causes, pose, prepare
 
 pytestmark = pytest.mark.slow
 
@@ -82,11 +82,13 @@ def test_printed_balance_is_not_mended_by_a_friction(monkeypatch):
     columns = [f"{point}_{axis}_mm" for point in ("tip", "body_4") for axis in "xz"]
     data = data_set(robot, robot.name, {}, histories, columns, solver="complete")
     twin = printed_twin(robot, columns, [trial.inputs for trial in data.trials])
-    monkeypatch.setattr(pipeline, "twin_for", lambda *_: twin)
-    monkeypatch.setattr(pipeline, "candidates_for", lambda _: PRINTED_RIVALS)
+    monkeypatch.setattr(prepare, "twin_for", lambda *_: twin)
+    monkeypatch.setattr(pose, "twin_for", lambda *_: twin)
+    monkeypatch.setattr(choose_causes, "candidates_for", lambda _: PRINTED_RIVALS)
     found = diagnose_dataset(data, simulation=False)
     assert (found.verdict, found.causes) == ("unexplained", ())
-    (said,) = (note for note in found.notes if "that is not the whole cause" in note)
+    (said,) = (note.text for note in found.notes if note.code == "causes_leave_structure")
+    assert "that is not the whole cause" in said
     # As the README says.
     assert "tendon friction, stiffness, backlash, lowers the held-out error from 8.34 to 3.09, but" in said
     assert "7.5 times the noise, and 42 %" in said

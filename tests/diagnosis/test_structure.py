@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from made_up import pulled_by
 
-from catheter_sim.diagnosis.residuals import turning_points
-from catheter_sim.diagnosis.result import TrialFit
-from catheter_sim.diagnosis.structure import DRAWS, TESTS, _tested, structure_tests
+from catheter_sim.diagnosis.report.result import TrialFit
+from catheter_sim.diagnosis.residuals.coordinates import turning_points
+from catheter_sim.diagnosis.residuals.structure import TESTS, _tested, structure_tests
+from catheter_sim.diagnosis.thresholds import STRUCTURE_DRAWS
 from catheter_sim.tables import Table
 
 CYCLES, ROWS = 16, 24
@@ -130,7 +131,7 @@ def test_strongest_of_many_coordinates_is_judged_as_one_of_many():
     blocks, groups, draws = 12, 4, 120
     found = []
     for _ in range(draws):
-        signs = generator.choice([-1.0, 1.0], size=(blocks, DRAWS))
+        signs = generator.choice([-1.0, 1.0], size=(blocks, STRUCTURE_DRAWS))
         sums = {
             f"coordinate {k}": [(generator.normal(size=(groups, blocks)), np.full(groups, float(blocks)))]
             for k in range(20)

@@ -19,19 +19,20 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.diagnosis.evidence import errors_of
-from catheter_sim.diagnosis.fit import Fit, fit
-from catheter_sim.diagnosis.hypothesis import Problem, terms_for
-from catheter_sim.diagnosis.nuisance import Nuisance
-from catheter_sim.diagnosis.select import pays
-from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.core.effect import Parameter
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.robot import Friction
+from catheter_sim.diagnosis.causes.comparison import pays
+from catheter_sim.diagnosis.data.nuisance import Nuisance
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.evidence import errors_of
+from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.problem import Problem, terms_for
 from catheter_sim.effects.apply import arriving_inputs, embodied
-from catheter_sim.effects.face import Parameter
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
-from catheter_sim.statics.arc_equilibrium import solve_rows
-from catheter_sim.statics.arcs import points_on_arcs
-from catheter_sim.statics.constant_curvature import arc_robots, loads
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.kinds.continuum.theory.arc_equilibrium import solve_rows
+from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots, loads
+from catheter_sim.mechanics.arcs import points_on_arcs
 from catheter_sim.tables import Table
 
 pytestmark = pytest.mark.slow

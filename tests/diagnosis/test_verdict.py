@@ -7,21 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.fit import Fit
-from catheter_sim.diagnosis.hypothesis import Free, Term
-from catheter_sim.diagnosis.intervals import cause_intervals
-from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
-from catheter_sim.diagnosis.verdict import (
-    could_be_nothing,
+from catheter_sim.core.effect import Parameter
+from catheter_sim.diagnosis.causes.support import needed, not_significant, weakest_cause, without_support
+from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.intervals import cause_intervals
+from catheter_sim.diagnosis.fitting.problem import FittedNumber, Term
+from catheter_sim.diagnosis.report.result import Cause, StructureTest, UnitResult
+from catheter_sim.diagnosis.verdict.rules import (
     gains_surely,
-    least_of,
-    left_over,
-    left_over_note,
-    mostly_left,
-    needed,
-    unsupported,
+    most_error_remains,
+    remainder_note,
+    structured_remainder,
 )
-from catheter_sim.effects.face import Parameter
 
 RESULT = UnitResult("mm", 0.1, 5.0, 0.6, 88.0, (85.0, 90.0))
 HANGING = StructureTest("input", "tension_right_N", 45.0, 0.001)
@@ -29,7 +26,7 @@ HANGING = StructureTest("input", "tension_right_N", 45.0, 0.001)
 
 def test_structure_left_well_above_the_noise_speaks_against_the_causes():
     """Six times the noise, 12 % of the error before, nearly half of it hanging on the input."""
-    assert left_over(RESULT, [HANGING], 1) is HANGING
+    assert structured_remainder(RESULT, [HANGING], 1) is HANGING
 
 
 @pytest.mark.parametrize(
@@ -44,21 +41,21 @@ def test_structure_left_well_above_the_noise_speaks_against_the_causes():
 )
 def test_what_is_left_may_be_left(result, test):
     """Noise, a small rest of a large error, and a rest without much structure are no objection."""
-    assert left_over(result, [test], 1) is None
+    assert structured_remainder(result, [test], 1) is None
 
 
 def test_strongest_dependence_is_told():
     """Of several, the one that most of the rest hangs on."""
     weaker = StructureTest("position", "each output's own", 30.0, 0.001)
-    assert left_over(RESULT, [weaker, HANGING], 1) is HANGING
+    assert structured_remainder(RESULT, [weaker, HANGING], 1) is HANGING
 
 
 def test_several_causes_must_come_nearer_to_the_noise_than_one():
     """Together they imitate more: 1.8 times the noise, hanging on the input, is one's own but not theirs."""
     result = replace(RESULT, rmse_before=1.0, rmse_after=0.18)
-    assert left_over(result, [HANGING], 1) is None
-    assert left_over(result, [HANGING], 2) is HANGING
-    assert left_over(replace(result, rmse_after=0.14), [HANGING], 2) is None
+    assert structured_remainder(result, [HANGING], 1) is None
+    assert structured_remainder(result, [HANGING], 2) is HANGING
+    assert structured_remainder(replace(result, rmse_after=0.14), [HANGING], 2) is None
 
 
 @pytest.mark.parametrize(
@@ -69,27 +66,29 @@ def test_several_causes_must_come_nearer_to_the_noise_than_one():
 def test_most_of_a_large_error_left_speaks_against_the_causes(rmse_after, most):
     """Causes that take the smaller part of an error and leave five times the noise are not what is wrong."""
     result = replace(RESULT, rmse_before=5.0 if rmse_after > 1.0 else 0.5, rmse_after=rmse_after)
-    assert mostly_left(result) is most
+    assert most_error_remains(result) is most
 
 
 def test_what_is_left_is_told():
     """How much, how far above the noise, and what it hangs on where it hangs on something."""
     after, result = fitted(2.0, 2.0), replace(RESULT, rmse_after=3.0)
-    assert "from 5 to 3, but what is left is 30.0 times the noise, and 60 % of the error:" in left_over_note(
-        after, result, None
+    assert "from 5 to 3, but what is left is 30.0 times the noise, and 60 % of the error:" in str(
+        remainder_note(after, result, None)
     )
-    assert "and 45 % of it hangs on" in left_over_note(after, result, HANGING)
+    assert "and 45 % of it hangs on" in remainder_note(after, result, HANGING).text
 
 
 def test_cause_without_which_the_error_is_as_small_is_not_named():
     """Beside others; a cause that stands alone is judged by the gain's interval."""
     strong, weak = Cause("backlash", {}, 60.0), Cause("actuation_gain", {}, 0.1)
-    assert unsupported([strong, weak]) == ("actuation_gain",)
-    assert unsupported([strong, replace(weak, gain_percent=0.3)], ["backlash"]) == ()
-    assert unsupported([strong, replace(weak, gain_percent=0.3)], ["actuation_gain"]) == ("actuation_gain",)
-    assert unsupported([strong, replace(weak, gain_percent=0.0)], ["backlash"]) == ("actuation_gain",)
-    assert unsupported([weak]) == ()
-    assert unsupported([strong]) == ()
+    assert without_support([strong, weak]) == ("actuation_gain",)
+    assert without_support([strong, replace(weak, gain_percent=0.3)], ["backlash"]) == ()
+    assert without_support([strong, replace(weak, gain_percent=0.3)], ["actuation_gain"]) == (
+        "actuation_gain",
+    )
+    assert without_support([strong, replace(weak, gain_percent=0.0)], ["backlash"]) == ("actuation_gain",)
+    assert without_support([weak]) == ()
+    assert without_support([strong]) == ()
 
 
 @pytest.mark.parametrize(
@@ -120,7 +119,7 @@ def test_gain_is_sure(result, sure):
 
 def fitted(backlash: float, gain: float) -> Fit:
     """Return a fit of a dead-band (nothing at 0) and a scale (nothing at 1), each sure to 0.28."""
-    numbers = {
+    parameters = {
         "backlash": Parameter("width_mm", null=0.0, lower=0.0, upper=9.0, scale=1.0, start=1.0),
         "actuation_gain": Parameter("scale", null=1.0, lower=0.1, upper=9.0, scale=1.0, start=1.0),
     }
@@ -128,10 +127,10 @@ def fitted(backlash: float, gain: float) -> Fit:
     error = np.where(np.arange(rows) % 2, 1.0, -1.0)
     jacobian = np.zeros((rows, 2))
     jacobian[: rows // 2, 0] = jacobian[rows // 2 :, 1] = 1.0
-    frees = tuple(Free(name, parameter) for name, parameter in numbers.items())
-    terms = tuple(Term(name, (parameter.name,)) for name, parameter in numbers.items())
+    numbers = tuple(FittedNumber(name, parameter) for name, parameter in parameters.items())
+    terms = tuple(Term(name, (parameter.name,)) for name, parameter in parameters.items())
     x = np.array([backlash, gain])
-    return Fit(terms, frees, x, error, jacobian, np.zeros(2, bool), np.arange(rows) // 10, error)
+    return Fit(terms, numbers, x, error, jacobian, np.zeros(2, bool), np.arange(rows) // 10, error)
 
 
 @pytest.mark.parametrize(
@@ -148,22 +147,22 @@ def fitted(backlash: float, gain: float) -> Fit:
 def test_cause_that_could_be_nothing_is_known(backlash, gain, unsure):
     """Half of the interval is the noise, half what the model may err."""
     result = fitted(backlash, gain)
-    assert could_be_nothing(result, cause_intervals(result)) == unsure
+    assert not_significant(result, cause_intervals(result)) == unsure
 
 
 def test_number_at_a_bound_is_as_sure_as_the_data_before_it():
     """Far from the value that does nothing, or near to it: the bound itself makes no cause unsure."""
     stuck = np.array([True, False])
     far, near = replace(fitted(2.0, 2.0), held=stuck), replace(fitted(0.1, 2.0), held=stuck)
-    assert could_be_nothing(far, cause_intervals(far)) == ()
-    assert could_be_nothing(near, cause_intervals(near)) == ("backlash",)
+    assert not_significant(far, cause_intervals(far)) == ()
+    assert not_significant(near, cause_intervals(near)) == ("backlash",)
 
 
 def test_what_the_simulation_adds_to_an_interval_decides_too():
     """A number that noise alone makes sure is not, where the simulation would move it by as much."""
     result = fitted(2.0, 2.0)
-    assert could_be_nothing(result, cause_intervals(result, np.array([-2.0, 0.0]))) == ("backlash",)
-    assert could_be_nothing(result, cause_intervals(result, np.array([-0.5, 0.5]))) == ()
+    assert not_significant(result, cause_intervals(result, np.array([-2.0, 0.0]))) == ("backlash",)
+    assert not_significant(result, cause_intervals(result, np.array([-0.5, 0.5]))) == ()
 
 
 def test_cause_without_which_much_is_lost_is_needed():
@@ -175,5 +174,5 @@ def test_cause_without_which_much_is_lost_is_needed():
 def test_of_causes_that_could_be_nothing_the_least_goes_first():
     """Two that trade against one another are unsure together, and one of them is sure alone."""
     causes = [Cause("backlash", {}, 60.0), Cause("coupling", {}, 30.0), Cause("actuation_gain", {}, 10.0)]
-    assert least_of(causes, ("backlash", "coupling")) == ("coupling",)
-    assert least_of(causes, ()) == ()
+    assert weakest_cause(causes, ("backlash", "coupling")) == ("coupling",)
+    assert weakest_cause(causes, ()) == ()

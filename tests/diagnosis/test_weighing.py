@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from planted import pair_history
 
-from catheter_sim.diagnosis.fit import fit
-from catheter_sim.diagnosis.hypothesis import Problem, Term
-from catheter_sim.diagnosis.intervals import cause_intervals
-from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.diagnosis.weighing import Scales, put_on, weigh, weighing_notes
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.catalogue import load_robot
+from catheter_sim.diagnosis.causes.weighing import Scales, weigh, weighing_notes, with_shares
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.fit import fit
+from catheter_sim.diagnosis.fitting.intervals import cause_intervals
+from catheter_sim.diagnosis.fitting.problem import Problem, Term
 from catheter_sim.tables import Table
 
 TERMS = (Term("actuation_gain", ("scale",)), Term("tendon_friction", ("mu",)))
@@ -52,7 +52,7 @@ def scales() -> Scales:
 
 def test_causes_that_are_surely_something_stay(scales):
     """By the noise both are sure, and nothing is said of them."""
-    both = put_on(scales, fit(scales.problem, TERMS, cross_validate=False))
+    both = with_shares(scales, fit(scales.problem, TERMS, cross_validate=False))
     kept = weigh(scales, both)
     assert kept.after is both.after
     assert weighing_notes(kept, None) == []
@@ -60,26 +60,26 @@ def test_causes_that_are_surely_something_stay(scales):
 
 def test_a_cause_that_the_simulation_makes_unsure_is_not_named(scales):
     """Its printed interval would hold the value that does nothing: it goes, with a note, the other stays."""
-    both = put_on(scales, fit(scales.problem, TERMS, cross_validate=False))
-    index = [free.effect for free in both.after.frees].index("tendon_friction")
-    parameter = both.after.frees[index].parameter
-    shift = np.zeros(len(both.after.frees))
+    both = with_shares(scales, fit(scales.problem, TERMS, cross_validate=False))
+    index = [free.effect for free in both.after.numbers].index("tendon_friction")
+    parameter = both.after.numbers[index].parameter
+    shift = np.zeros(len(both.after.numbers))
     shift[index] = (parameter.null - both.after.values["tendon_friction", "mu"]) / parameter.scale
     low, high = cause_intervals(both.after, shift)["tendon_friction", "mu"]
     assert low <= parameter.null <= high
     left = weigh(scales, both, shift)
     assert [cause.name for cause in left.causes] == ["actuation_gain"]
     assert left.unsure == ("tendon_friction",)
-    assert any("tendon friction pays, but" in note for note in weighing_notes(left, None))
+    assert any("tendon friction pays, but" in note.text for note in weighing_notes(left, None))
 
 
 def test_a_cause_without_which_much_is_lost_stays_and_that_is_said(scales):
     """The scale carries nearly all of the gain: doubted by the simulation it is named, with the reason."""
-    both = put_on(scales, fit(scales.problem, TERMS, cross_validate=False))
-    index = [free.effect for free in both.after.frees].index("actuation_gain")
-    shift = np.zeros(len(both.after.frees))
-    shift[index] = 0.5 / both.after.frees[index].parameter.scale
+    both = with_shares(scales, fit(scales.problem, TERMS, cross_validate=False))
+    index = [free.effect for free in both.after.numbers].index("actuation_gain")
+    shift = np.zeros(len(both.after.numbers))
+    shift[index] = 0.5 / both.after.numbers[index].parameter.scale
     left = weigh(scales, both, shift)
     assert {cause.name for cause in left.causes} == {"actuation_gain", "tendon_friction"}
     assert left.needed == ("actuation_gain",)
-    assert any(note.startswith("Each number of actuation gain") for note in weighing_notes(left, shift))
+    assert any(note.text.startswith("Each number of actuation gain") for note in weighing_notes(left, shift))

@@ -17,11 +17,11 @@ import pytest
 from killed import always_die, die_once, square
 from planted import small_data
 
-from catheter_sim.diagnosis import workers as module
-from catheter_sim.diagnosis.kept import packed
+from catheter_sim.diagnosis.fitting import workers as module
+from catheter_sim.diagnosis.fitting.kept import packed
+from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls, workers
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.result import to_json
-from catheter_sim.diagnosis.workers import HERE, Workers, each, workers
+from catheter_sim.diagnosis.report.to_json import to_json
 from catheter_sim.errors import InputError
 
 NUMBERS = [(float(number),) for number in range(5)]
@@ -30,9 +30,9 @@ SQUARES = [0.0, 1.0, 4.0, 9.0, 16.0]
 
 def test_results_come_in_order():
     """Here, and in two other processes."""
-    for place in (HERE, Workers(2)):
+    for place in (SERIAL, Workers(2)):
         with workers(place) as pool:
-            assert each(pool, square, NUMBERS) == SQUARES
+            assert map_calls(pool, square, NUMBERS) == SQUARES
 
 
 def test_what_was_finished_is_not_done_again(tmp_path):
@@ -41,30 +41,30 @@ def test_what_was_finished_is_not_done_again(tmp_path):
     marks.mkdir()
     place = Workers(kept=kept)
     asked = [(float(number), marks) for number in range(5)]
-    assert each(place, square, asked[:3]) == SQUARES[:3]
-    assert each(place, square, asked) == SQUARES
+    assert map_calls(place, square, asked[:3]) == SQUARES[:3]
+    assert map_calls(place, square, asked) == SQUARES
     assert len(list(marks.iterdir())) == 5
 
 
 def test_another_question_does_not_find_it(tmp_path, monkeypatch):
     """Another function, another argument or another source of the package: another file."""
     place = Workers(kept=tmp_path)
-    each(place, square, [(2.0,)])
-    each(place, square, [(3.0,)])
-    each(place, abs, [(2.0,)])
+    map_calls(place, square, [(2.0,)])
+    map_calls(place, square, [(3.0,)])
+    map_calls(place, abs, [(2.0,)])
     assert len(list(tmp_path.iterdir())) == 3
     monkeypatch.setattr(module, "_source", lambda: "changed")
-    each(place, square, [(2.0,)])
+    map_calls(place, square, [(2.0,)])
     assert len(list(tmp_path.iterdir())) == 4
 
 
 def test_half_a_file_is_no_result(tmp_path):
     """What a run left that was killed while it wrote has another name and is not read."""
     place = Workers(kept=tmp_path)
-    each(place, square, [(2.0,)])
+    map_calls(place, square, [(2.0,)])
     (whole,) = tmp_path.iterdir()
     whole.rename(tmp_path / f".{whole.stem}.0123456789abcdef.unfinished.npz")
-    assert each(place, square, [(2.0,)]) == [4.0]
+    assert map_calls(place, square, [(2.0,)]) == [4.0]
 
 
 class Trap:
@@ -93,18 +93,18 @@ class Trap:
 def test_a_bad_kept_file_is_said_and_made_again(tmp_path, capsys, spoil):
     """A folder of kept results from elsewhere runs nothing and ends nothing: a note, the same answer."""
     kept = tmp_path / "kept"
-    each(Workers(kept=kept), square, NUMBERS)
+    map_calls(Workers(kept=kept), square, NUMBERS)
     assert capsys.readouterr().err == ""
     for path in sorted(kept.iterdir())[:3]:
         spoil(path, Trap(tmp_path / "ran"))
-    assert each(Workers(kept=kept), square, NUMBERS) == SQUARES
+    assert map_calls(Workers(kept=kept), square, NUMBERS) == SQUARES
     said = capsys.readouterr().err
     assert said.count("\n") == 1, said
     assert said.startswith("note: ")
     assert str(kept) in said
     assert not (tmp_path / "ran").exists()
     if not any(path.is_dir() for path in kept.iterdir()):
-        assert each(Workers(kept=kept), square, NUMBERS) == SQUARES
+        assert map_calls(Workers(kept=kept), square, NUMBERS) == SQUARES
         assert capsys.readouterr().err == ""
 
 
@@ -112,7 +112,7 @@ def test_files_of_others_among_the_kept_are_said_and_not_read(tmp_path, capsys):
     """A pickle of an earlier version, say."""
     (tmp_path / "0123.pickle").write_bytes(pickle.dumps(Trap(tmp_path / "ran")))
     with workers(Workers(kept=tmp_path)) as pool:
-        assert each(pool, square, NUMBERS) == SQUARES
+        assert map_calls(pool, square, NUMBERS) == SQUARES
     assert "1 of its files are no kept results and are not read, '0123.pickle'" in capsys.readouterr().err
     assert not (tmp_path / "ran").exists()
 
@@ -122,17 +122,17 @@ def test_where_nothing_can_be_kept_the_work_goes_on(tmp_path, capsys, jobs):
     """A file where the folder should be costs the resumption, not the answer."""
     (tmp_path / "kept").write_text("")
     with workers(Workers(jobs, kept=tmp_path / "kept")) as pool:
-        assert each(pool, square, NUMBERS) == SQUARES
+        assert map_calls(pool, square, NUMBERS) == SQUARES
     assert capsys.readouterr().err.startswith("note: a finished result cannot be kept: ")
 
 
 PARENT = """
 import sys, time
-from catheter_sim.diagnosis.workers import Workers, each, workers
+from catheter_sim.diagnosis.fitting.workers import Workers, map_calls, workers
 from killed import say_and_sleep
 
 with workers(Workers(2)) as pool:
-    each(pool, say_and_sleep, [(float(number), sys.argv[1]) for number in range(5)])
+    map_calls(pool, say_and_sleep, [(float(number), sys.argv[1]) for number in range(5)])
 """
 
 
@@ -173,7 +173,7 @@ def test_killed_process_is_replaced(tmp_path):
     """One process dies in the middle of a call: the results are as if nothing had happened."""
     with workers(Workers(2)) as pool:
         asked = [(float(number), tmp_path / "mark") for number in range(5)]
-        assert each(pool, die_once, asked) == SQUARES
+        assert map_calls(pool, die_once, asked) == SQUARES
     assert (tmp_path / "mark").exists()
 
 
@@ -181,7 +181,7 @@ def test_killed_process_is_replaced(tmp_path):
 def test_processes_that_always_die_get_one_line():
     """The line names the number of jobs."""
     with workers(Workers(2)) as pool, pytest.raises(InputError, match=r"--jobs 2: .* killed 3 times"):
-        each(pool, always_die, NUMBERS)
+        map_calls(pool, always_die, NUMBERS)
 
 
 @pytest.mark.slow
@@ -203,7 +203,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_results(tmp_path):
         LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         workers(Workers(dask=cluster.scheduler_address)) as pool,
     ):
-        assert each(pool, die_once, asked) == SQUARES
+        assert map_calls(pool, die_once, asked) == SQUARES
 
 
 @pytest.mark.slow
@@ -216,7 +216,7 @@ def test_diagnosis_does_not_depend_on_where_it_is_made(tmp_path):
     def found(place):
         return json.dumps(to_json(diagnose_dataset(data, place, simulation=False)))
 
-    here = found(HERE)
+    here = found(SERIAL)
     assert json.loads(here)["verdict"] == "cause_found"
     assert found(Workers(2, kept=tmp_path)) == here
     kept = sorted(tmp_path.iterdir(), key=lambda path: path.stat().st_mtime)

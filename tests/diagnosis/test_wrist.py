@@ -15,15 +15,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.evidence import errors_of, residual_series
-from catheter_sim.diagnosis.fit import Fit, fit
-from catheter_sim.diagnosis.hypothesis import Problem
-from catheter_sim.diagnosis.noise import white_noise
-from catheter_sim.diagnosis.select import candidates_for, select
-from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.robot import Friction
+from catheter_sim.diagnosis.causes.choose import candidates_for, select
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting.evidence import errors_of, residual_series
+from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.noise import white_noise
+from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.effects.apply import arriving_inputs, embodied
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.tables import Table
 
 pytestmark = pytest.mark.slow

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, with_effects
-from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.statics.catheter.balance import balance
-from catheter_sim.statics.catheter.pure import pk
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory.balance import balance
+from catheter_sim.kinds.catheter.theory.pure import pk
+from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation.drives import given
 from catheter_sim.validation.mitral import joint_angles_deg
 
@@ -24,22 +27,33 @@ def with_(name: str, **effects: dict[str, float]) -> CatheterRobot:
     return embodied(changed)
 
 
-def test_backlash_is_play_of_the_drives() -> None:
-    """The common width and a channel's own add up to the pair's play; the inputs stay as they are."""
+def test_backlash_is_a_play_before_the_drives() -> None:
+    """The common width and a channel's own add up, on the command; the robot stays as it is."""
     robot = load_robot("mitral_transseptal")
     wide = with_effects(robot, {"backlash": {"width_mm": 0.2, "width_torsion_distal_mm": 0.3}})
-    plays = {pair.name: pair.play_m for pair in embodied(wide).tendons}
-    assert plays == pytest.approx(
-        {"bending": 0.2e-3, "torsion_proximal": 0.2e-3, "torsion_distal": 0.5e-3, "advance": 0.2e-3}
-    )
-    inputs = given(np.array([[1e-3, 0.0, 0.0, 0.0], [0.5e-3, 0.0, 0.0, 0.0]]), "displacement")
-    assert np.array_equal(arriving_inputs(wide, inputs).tendon, inputs.tendon)
+    assert embodied(wide) == robot
+    inputs = given(1e-3 * np.array([[1.0, -1.0, 1.0, 1.0], [0.9, 0.0, 0.3, 0.7]]), "displacement")
+    arrived = 1e-3 * np.array([[0.9, -0.9, 0.75, 0.9], [0.9, -0.1, 0.55, 0.8]])
+    np.testing.assert_allclose(arriving_inputs(wide, inputs).tendon, arrived, atol=1e-15)
 
 
 def test_backlash_adds_to_the_robots_own_play() -> None:
-    """A robot that has a play keeps it under the effect."""
-    robot = with_("mitral_transseptal@tube", backlash={"width_torsion_proximal_mm": 0.15})
-    assert robot.tendons[1].play_m == pytest.approx(1.5e-3)
+    """Two plays, the effect's and behind it the robot's own, do what one of the summed width does."""
+    robot = load_robot("mitral_transseptal@tube")
+    assert isinstance(robot, CatheterRobot)
+    effect = with_effects(robot, {"backlash": {"width_torsion_proximal_mm": 0.15}})
+    pairs = [replace(pair, play_m=1.5e-3) if pair.play_m == 1.35e-3 else pair for pair in robot.tendons]
+    wider = replace(robot, tendons=tuple(pairs))
+    assert wider != robot
+    ways = np.zeros((9, 4))
+    ways[:, 1] = 1e-3 * np.array([0.0, 1.0, 3.0, 2.0, -1.0, -3.0, -2.9, 0.0, 2.0])
+    inputs = given(ways, "displacement")
+    found = [
+        joint_angles_deg(item, STATIC_MODELS["pk"].solve(item, inputs, np.zeros(3)).postures)
+        for item in (effect, wider)
+    ]
+    np.testing.assert_allclose(found[0]["torsion_proximal"], found[1]["torsion_proximal"], atol=1e-9)
+    assert np.abs(found[0]["torsion_proximal"]).max() > 5.0
 
 
 def test_slack_belongs_to_the_bending_pair() -> None:

@@ -7,15 +7,15 @@ import math
 import numpy as np
 import pytest
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import check_effects, embodied, with_effects
-from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.posture import Array
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory.pure import pk
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.catheter.pure import pk
 
 PRECURVATURE = EFFECTS["precurvature"]
 ROWS_MM = np.array([(0, 0, 0, 0), (0, 0, 0, 40), (2, 1, -1, 40), (-1.5, 1, 0.5, 20)])
@@ -50,7 +50,8 @@ def test_the_tube_alone_is_the_simplest_way_then_the_joints() -> None:
     )
     for name in ("mitral_transseptal", "mitral_4dof"):
         robot = load_robot(name)
-        assert PRECURVATURE.change_robot(robot, PRECURVATURE.complete(robot, {})) == robot
+        nulls = {item.name: item.null for item in PRECURVATURE.parameters(robot)}
+        assert embodied(with_effects(robot, {"precurvature": nulls})) == robot
 
 
 def test_curved_tube_shows_as_far_as_it_is_out() -> None:

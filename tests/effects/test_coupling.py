@@ -8,19 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import Friction, RobotSpec
+from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, check_effects, with_effects
-from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 
 COUPLING = EFFECTS["coupling"]
 
 
-def arrived(robot: Robot, values: dict[str, float], tendon: Array) -> Array:
+def arrived(robot: RobotSpec, values: dict[str, float], tendon: Array) -> Array:
     """Return what arrives of one row of inputs, shape (t,)."""
     coupled = with_effects(robot, {"coupling": values})
     check_effects(coupled)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects.apply import arriving_inputs, with_effects
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
 
 TIME_S = np.array([0.0, 4.0, 20.0, 60.0, 90.0, 150.0])
 TENSION_N = np.array([0.0, 0.4, 0.4, 0.1, 0.3, 0.3])

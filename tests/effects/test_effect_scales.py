@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim.effects._scales import tension_N, tip_force_N
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
-from catheter_sim.statics.models import STATIC_MODELS
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.robot import Friction
+from catheter_sim.kinds.continuum.handles import sizes
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.theory.run import STATIC_MODELS
 
 SHARE = 0.01
 
@@ -42,8 +43,8 @@ def test_a_hundredth_of_it_bends_by_a_hundredth(length_m: float, stiffness_N_m2:
     Of several tendons the one of the largest arm is meant.
     """
     robot = rod(length_m, stiffness_N_m2, scale)
-    assert bend_rad(robot, 0.0, SHARE * tip_force_N(robot)) == pytest.approx(SHARE, rel=0.01)
-    assert bend_rad(robot, SHARE * tension_N(robot), 0.0) == pytest.approx(SHARE, rel=0.01)
+    assert bend_rad(robot, 0.0, SHARE * sizes(robot).tip_force_N) == pytest.approx(SHARE, rel=0.01)
+    assert bend_rad(robot, SHARE * sizes(robot).tension_N, 0.0) == pytest.approx(SHARE, rel=0.01)
 
 
 def test_the_softest_segment_counts() -> None:
@@ -53,5 +54,5 @@ def test_the_softest_segment_counts() -> None:
     half = replace(segment, length_m=0.05)
     stiffer = replace(half, name="base", bending_stiffness_N_m2=7e-3)
     both = replace(soft, segments=(stiffer, half))
-    assert tip_force_N(both) == pytest.approx(tip_force_N(soft))
-    assert tension_N(both) == pytest.approx(tension_N(soft))
+    assert sizes(both).tip_force_N == pytest.approx(sizes(soft).tip_force_N)
+    assert sizes(both).tension_N == pytest.approx(sizes(soft).tension_N)

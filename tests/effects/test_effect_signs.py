@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed, with_effects
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
-from catheter_sim.statics.constant_curvature import constant_curvature
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.kinds.continuum.theory.constant_curvature import constant_curvature
 
 LENGTH_M = 0.2
 NONE = np.zeros(3)
@@ -33,7 +33,7 @@ def one_tendon(actuation: str = "tension") -> ContinuumRobot:
     )
 
 
-def changed(robot: Robot, **effects: dict[str, float]) -> Any:
+def changed(robot: RobotSpec, **effects: dict[str, float]) -> Any:
     """Return `robot` with effects attached, found possible."""
     result = with_effects(robot, effects)
     check_effects(result)
@@ -62,7 +62,7 @@ def test_frame_turns_by_a_rotation_vector_about_the_base_and_then_shifts() -> No
     robot = one_tendon()
     bent = replace(robot, segments=(replace(robot.segments[0], rest_curvature_y_per_m=4.0),))
     posture = constant_curvature(bent, pulled(0.02), NONE).postures[0]
-    seen = observed(changed(bent, measurement_frame=frame), (posture,))[0]
+    seen = observed(changed(bent, measurement_frame=frame), np.zeros(1), (posture,))[0]
     R, p = turn(np.radians(vector)), shift * 1e-3
     np.testing.assert_allclose(seen.p_w, posture.p_w @ R.T + p, atol=1e-12)
     for ahead in np.eye(3):
@@ -127,14 +127,14 @@ def test_what_the_specification_has_already_is_added_to() -> None:
 
 
 def test_units_of_a_catheters_effects() -> None:
-    """Millimetres, degrees: a rest bend, a path's turns, a tendon's length, play and slack, each its own."""
+    """Millimetres, degrees: a rest bend, a path's turns, a tendon's length and slack, each its own."""
     robot = load_robot("mitral_4dof")
     built = embodied(
         changed(
             robot,
             precurvature={"bending_distal_deg": 12.0},
             tendon_elongation={"cyclic_length_mm": 350.0},
-            backlash={"width_mm": 0.2, "slack_bending_distal_mm": 0.7},
+            backlash={"slack_bending_distal_mm": 0.7},
         )
     )
     before = {segment.name: segment.rest_rad for segment in robot.segments}
@@ -145,8 +145,8 @@ def test_units_of_a_catheters_effects() -> None:
     pairs = {pair.name: pair for pair in built.tendons}
     assert pairs["bending_distal"].length_m == pytest.approx(0.35)
     assert pairs["bending_distal"].law == "uhmwpe"
-    assert (pairs["bending_distal"].play_m, pairs["bending_distal"].slack_m) == pytest.approx((2e-4, 7e-4))
-    assert (pairs["bending_proximal"].play_m, pairs["bending_proximal"].slack_m) == pytest.approx((2e-4, 0.0))
+    assert pairs["bending_distal"].slack_m == pytest.approx(7e-4)
+    assert pairs["bending_proximal"].slack_m == 0.0
     tortuous = embodied(changed(load_robot("mitral_transseptal@tube"), tendon_friction={"path_deg": 180.0}))
     assert tortuous.path_rad - load_robot("mitral_transseptal@tube").path_rad == pytest.approx(math.pi)
 

@@ -10,22 +10,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from catheter_sim.diagnosis.twin import twin_for
+from catheter_sim.catalogue import load_robot, robot_toml
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.robot import Friction, RobotSpec
+from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed, with_effects
-from catheter_sim.effects.backlash import play
-from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot, robot_toml
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.catheter_layout import bent_by
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.checks import check_robot
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.rolling import RollingRobot
-from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
-from catheter_sim.statics.constant_curvature import constant_curvature
-from catheter_sim.statics.rolling.chain import rolling_chain
-from catheter_sim.statics.rolling.rods import elastic_moments, spans
+from catheter_sim.kinds import check_robot
+from catheter_sim.kinds.catheter.layout import bent_by
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.kinds.continuum.theory.constant_curvature import constant_curvature
+from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.kinds.rolling.theory.chain import rolling_chain
+from catheter_sim.kinds.rolling.theory.rods import elastic_moments, spans
+from catheter_sim.mechanics.play import play
+from catheter_sim.theory.predict import twin_for
 
 CLOSED_LIST = {
     "tendon_friction",
@@ -75,7 +75,7 @@ ROBOTS = {
 EACH = [(effect, name) for effect in EFFECTS for name in ROBOTS if EFFECTS[effect].parameters(ROBOTS[name])]
 
 
-def some_inputs(robot: Robot, rows: int = 6) -> Inputs:
+def some_inputs(robot: RobotSpec, rows: int = 6) -> Inputs:
     """Return a wandering series of inputs that the robot can bear."""
     generator = np.random.default_rng(7)
     size = 0.3 if robot.actuation == "tension" else 2e-3
@@ -86,7 +86,7 @@ def some_inputs(robot: Robot, rows: int = 6) -> Inputs:
     return Inputs(np.arange(rows, dtype=float), robot.actuation, tendon, zeros, zeros)
 
 
-def outputs(robot: Robot, inputs: Inputs) -> np.ndarray:
+def outputs(robot: RobotSpec, inputs: Inputs) -> np.ndarray:
     """Return the analytic twin's outputs with the robot's effects, shape (rows, columns)."""
     columns = COLUMNS
     if isinstance(robot, CatheterRobot):  # its stiffness sets the tendons' tension and nothing else
@@ -239,7 +239,7 @@ def test_measurement_frame_turns_about_the_base_then_shifts():
     inputs = replace(some_inputs(robot, 1), tendon=np.array([[0.0, 0.0, 3.0, 0.0]]))
     postures = constant_curvature(robot, inputs, np.zeros(3)).postures
     framed = with_effects(robot, {"measurement_frame": {"rotation_z_deg": 90.0, "translation_x_mm": 5.0}})
-    seen = observed(framed, postures)[0]
+    seen = observed(framed, inputs.time_s, postures)[0]
     x, y, z = postures[0].p_w[-1]
     np.testing.assert_allclose(seen.p_w[-1], [-y + 5e-3, x, z], atol=1e-12)
     np.testing.assert_allclose(seen.R_w[-1][2], postures[0].R_w[-1][2], atol=1e-12)

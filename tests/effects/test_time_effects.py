@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from catheter_sim.effects._clock import lagged
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, check_effects, with_effects
-from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs
-from catheter_sim.robots.posture import Array
+from catheter_sim.mechanics.lag import lagged
 
 ROBOT = load_robot("neuroendoscope_section")
 CATHETER = load_robot("mitral_transseptal")

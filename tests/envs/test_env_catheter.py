@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim.envs.catheter_model import CatheterModel
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.robot import Friction
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.specification import Friction
+from catheter_sim.kinds.catheter.rigid_model import CatheterModel
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory.drive import input_range_m
+from catheter_sim.kinds.catheter.theory.tendons import pulled_m
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.catheter.drive import input_range_m
-from catheter_sim.statics.catheter.tendons import pulled_m
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
 STILL = (0.0, 0.0, 0.0)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.draws import random_level, random_levels, random_targets
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.randomised import check_randomised, drawn_settings
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.posture import Array
 
 STEPS = 100
 

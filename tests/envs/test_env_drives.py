@@ -8,13 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim.envs.arc_model import tip_jacobian
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.robot import Friction
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.envs.steering import change_toward
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
+from catheter_sim.kinds.continuum.arc_model import tip_jacobian
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 
 STILL = (0.0, 0.0, 0.0)
 QUARTER = math.pi / 2.0

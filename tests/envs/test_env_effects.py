@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from catheter_sim.effects import apply
-from catheter_sim.effects.registry import EFFECTS
 from catheter_sim.envs.reach import ReachEnv
 from catheter_sim.errors import InputError
+from catheter_sim.mechanics.lag import lagged
 
 STRAIGHT = (0.0, 0.0, 0.06)
 
@@ -105,9 +103,24 @@ def test_effects_on_inputs_take_the_unit_of_the_actions() -> None:
         ReachEnv("neuroendoscope_section", ["effects.backlash.width_N=0.1"], "displacement")
 
 
-def test_an_effect_that_needs_the_history_of_postures_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An effect on whole postures, not on bare frames, cannot be followed, and is named."""
-    historic = replace(EFFECTS["measurement_frame"], change_frames=None)
-    monkeypatch.setattr(apply, "EFFECTS", {**EFFECTS, "measurement_frame": historic})
-    with pytest.raises(InputError, match=r"effects\.measurement_frame: an environment cannot follow"):
-        ReachEnv("neuroendoscope_section", ["effects.measurement_frame.translation_x_mm=6"])
+def test_a_tracker_that_lags_shows_the_tip_late() -> None:
+    """What is seen is the true tip's first-order lag, from the start; reward and truth are not late."""
+    late = ReachEnv("neuroendoscope_section", ["effects.rate.output_lag_s=0.3"])
+    plain = ReachEnv("neuroendoscope_section")
+    (seen, info), _ = late.reset(seed=1), plain.reset(seed=1)
+    place = late.layout["tip"]
+    time_s, true, shown = [0.0], [info["tip_mm"]], [seen[place] * 60.0]
+    for action in ([1.0, 0.0], [1.0, -0.5], [0.0, 0.0], [-1.0, 1.0], [0.0, 0.0], [0.0, 0.0]):
+        moved = np.array(action, dtype=np.float32)
+        seen, reward, *_, info = late.step(moved)
+        _, plain_reward, *_, plain_info = plain.step(moved)
+        assert np.array_equal(info["tip_mm"], plain_info["tip_mm"])
+        assert reward == plain_reward
+        time_s.append(time_s[-1] + 0.1)
+        true.append(info["tip_mm"])
+        shown.append(seen[place] * 60.0)
+    expected = lagged(np.array(time_s), np.array(true), 0.3, rest=true[0])
+    np.testing.assert_allclose(shown, expected, atol=1e-5)
+    assert np.abs(np.array(shown) - true).max() > 0.5
+    again, info = late.reset(seed=1)
+    assert again[place] * 60.0 == pytest.approx(info["tip_mm"], abs=1e-5)  # the last episode is forgotten

@@ -10,9 +10,9 @@ import pytest
 
 from catheter_sim.envs.reach import ReachEnv
 from catheter_sim.envs.targets import frictionless_reach
-from catheter_sim.mjcf.scene import FOVY_DEG, views
-from catheter_sim.render.framing import fitted_view
-from catheter_sim.render.projection import PinholeCamera, project, projection_matrix
+from catheter_sim.modelling.scene import FOVY_DEG, views
+from catheter_sim.pictures.framing import fitted_view
+from catheter_sim.pictures.projection import PinholeCamera, project, projection_matrix
 
 WIDTH, HEIGHT = 320, 240
 

@@ -8,14 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim.envs.arc_model import tip_jacobian
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import joint_names
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.quick_model import QuickModel
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.quick_model import QuickModel, quick_model
+from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import Inputs, joint_names
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.statics.models import STATIC_MODELS
+from catheter_sim.kinds.continuum.arc_model import tip_jacobian
+from catheter_sim.theory.run import STATIC_MODELS
 
 STILL = np.zeros(3)
 QUARTER = math.pi / 2.0
@@ -24,7 +26,7 @@ SECTION, PROTOTYPE, FULL = "chest_tube_section", "chest_tube_section@prototype",
 LEVERS_M = np.array([0.375 - 0.105, 0.375 - 0.240, 0.375 - 0.315])
 
 
-def bends_by_virtual_work(robot: Robot, tension: np.ndarray) -> np.ndarray:
+def bends_by_virtual_work(robot: RobotSpec, tension: np.ndarray) -> np.ndarray:
     """Return the segments' bends under tensions without friction, shape (r, s, 2) [rad]."""
     rows = len(tension)
     inputs = Inputs(

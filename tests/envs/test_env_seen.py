@@ -12,12 +12,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import Friction
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.envs.observation import look, observe
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.reach import ReachEnv
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.specification import ContinuumRobot, Friction, Segment, Tendon
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 
 STILL = (0.0, 0.0, 0.0)
 LENGTH_M, DISKS, STIFFNESS, PRETENSION_N = 0.06, 6, 3e3, 1.2

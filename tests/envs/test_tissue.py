@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from catheter_sim.catalogue import load_robot
 from catheter_sim.envs.surroundings import let_touch
-from catheter_sim.mjcf.remembered import remembered_mjcf
-from catheter_sim.mjcf.surroundings import INSERTION, ROLL, carry, part, touched
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.modelling.model_cache import remembered_mjcf
+from catheter_sim.modelling.surroundings import INSERTION, ROLL, carry, part, touched
 from catheter_sim.simulation.simulator import Simulator
 
 TOWARD_M = 2e-3  # of the wall's surface from the straight robot's

@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 from drive import rows_to_inputs
 
-from catheter_sim.diagnosis.confirm import replay
-from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.catalogue import load_robot
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.verdict.replay import replay
 from catheter_sim.errors import SimulationDiverged
-from catheter_sim.mjcf.build import build_mjcf
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.simulation.copies import Copies
+from catheter_sim.simulation.divergence import LARGEST_INPUT
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.simulation.simulator import LARGEST_INPUT, Simulator
+from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table
 
 NO_GRAVITY = np.zeros(3)

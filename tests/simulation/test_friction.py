@@ -9,11 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear, minimize
 
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.simulation import capstan, friction, turns_kernel
+from catheter_sim.catalogue import load_robot
+from catheter_sim.mechanics import turns_kernel
+from catheter_sim.mechanics.capstan.accelerate import start_from_last_change
+from catheter_sim.mechanics.capstan.factors import capstan_factors
+from catheter_sim.mechanics.capstan.span import slip_as_before, span_tensions
+from catheter_sim.mechanics.capstan.together import solve_tensions
+from catheter_sim.mechanics.tendon_rows import TendonRows
+from catheter_sim.simulation import friction
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.simulation.tendon_spans import TendonRows
 
 pytestmark = pytest.mark.slow
 
@@ -48,13 +53,13 @@ def solved(case, tension, rate=None, slip=None, drawn=None):
     With `slip`, what `slip_as_before` finds; None if that is nothing.
     """
     count = len(tension)
-    solve = capstan.span_tensions if slip is None else capstan.slip_as_before
+    solve = span_tensions if slip is None else slip_as_before
     slip = np.zeros(count, dtype=np.int8) if slip is None else slip
     found, scratch = np.zeros(count), np.zeros((3, 2 * count + 2))
     factor, rate = case["factor"], case["rate"] if rate is None else rate
     first = [case["entering"], case.get("drive", 0.0)]
     rates = [np.full(count, 2.0), 0.5 * rate]  # as a product, of which nothing is rounded
-    if solve is capstan.span_tensions:
+    if solve is span_tensions:
         first.append(case["entering"] if drawn is None else drawn)
         rates = [rate]
     reached = solve(
@@ -162,7 +167,7 @@ def test_tensions_go_on_only_as_far_as_what_is_pulled_does():
     for share, expected in ((1.0, (1.5, 0.0)), (0.5, (1.25, 0.05)), (0.0, (1.0, 0.1)), (-1.0, (1.0, 0.1))):
         entering, tension = np.array([2.0 + 0.4 * share, 1.0]), np.array([[1.0, 0.1], [1.0, 1.0]])
         past = np.array([[0.5, -0.1, 2.0, 0.4], [0.5, 0.5, 1.0, 0.0]])
-        capstan.go_on(entering, ends, tension, past)
+        start_from_last_change(entering, ends, tension, past)
         assert tension == pytest.approx(np.array([expected, (1.0, 1.0)]), abs=1e-12)
         assert past == pytest.approx(
             np.array([[1.0, 0.1, entering[0], 0.4 * share], [1.0, 1.0, 1.0, 0.0]]), abs=1e-12
@@ -198,7 +203,7 @@ def test_tension_grows_exponentially_over_small_and_large_turns(largest):
     """exp(mu turn) and one over it to four roundings, on either side of where the series ends."""
     turn = np.linspace(0.0, 2.0 * largest, 101)
     factor, shrink = np.full(101, np.nan), np.full(101, np.nan)
-    capstan.grow(0.5, turn, 100, factor, shrink)
+    capstan_factors(0.5, turn, 100, factor, shrink)
     assert factor[:-1] == pytest.approx(np.exp(0.5 * turn[:-1]), rel=1e-15, abs=0.0)
     assert shrink[:-1] == pytest.approx(np.exp(-0.5 * turn[:-1]), rel=1e-15, abs=0.0)
     assert np.isnan([factor[-1], shrink[-1]]).all(), "beyond the count"
@@ -215,7 +220,8 @@ def test_turns_in_space_are_those_in_the_plane():
     turns_kernel.planar_turns(angles, np.arange(30), turn)
     sites = np.array([[simulator.model.site(f"hole_right_{k}").id for k in range(31)]])
     spatial = np.zeros((1, 30))
-    turns_kernel.spatial_turns(simulator.data.site_xpos, sites, np.array([30]), spatial)
+    along = np.array([0.0, 0.0, 1.0])
+    turns_kernel.spatial_turns(simulator.data.site_xpos, sites, np.array([30]), along, spatial)
     assert spatial == pytest.approx(turn, abs=1e-7)
 
 
@@ -342,7 +348,7 @@ def test_tendons_on_stiff_drives_come_to_their_common_optimum(seed, line):
     zeros = np.zeros(n)
     starts, entries = np.arange(0, n * t + 1, n, dtype=np.uint64), np.arange(n * t, dtype=np.uint64)
     columns = np.tile(np.arange(n, dtype=np.uint64), t)
-    capstan.confine(
+    solve_tensions(
         *(0.0, entering, drive, np.zeros((t, n)), np.full(t, n), arm.T.ravel()),
         *(starts, entries, columns, columns, np.full(t, line), velocity),
         *(zeros, zeros, zeros, applied, gain, 20, 1e-4, tension, np.zeros((t, n), dtype=np.int8)),
@@ -363,13 +369,13 @@ def test_held_catheter_has_no_more_friction_than_its_tendons_tensions_allow():
     """Pairs on stiff cables, bent to and fro and held: what is slack carries nothing, the rest by the law."""
     robot = load_robot("mitral_4dof", ["friction.mu=0.064"])
     simulator = Simulator(robot, "displacement")
-    parts = simulator.parts()
+    rubbing = simulator.laws.friction
     for row in ((3.0, 0.0, 0.0, 10.0), (3.0, 2.0, 0.0, 10.0), (1.0, 2.0, 0.5, 20.0), (1.0, -2.0, 0.5, 20.0)):
         simulator.set_inputs(1e-3 * np.array(row))
         assert simulator.settle()
-        drawn = -simulator.data.actuator_force[parts.pulls]
-        spans = parts.friction.span_tension(simulator.data, drawn)
-        law = parts.friction.layout()
+        drawn = -simulator.data.actuator_force[simulator.pulls.actuators]
+        spans = rubbing.span_tension(simulator.data, drawn)
+        law = rubbing.layout()
         most = np.exp(law.mu * law.turns(simulator.data, law.ends).sum(axis=1))
         for tension, at_drive, bound in zip(spans, drawn, most, strict=True):
             last = tension[np.isfinite(tension)][-1]

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from drive import rows_to_inputs
 
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.kinds import Robot
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.statics.rolling.loads import LinkForce
 
 SHORT = ("segments.section.length_mm=10", "segments.section.disks=5")
 CELL_STIFFNESS = 8.6e-3  # [N m/rad]
@@ -26,7 +26,7 @@ SPATIAL = (
 )
 
 
-def cells(*settings: str) -> Robot:
+def cells(*settings: str) -> RobotSpec:
     return load_robot("neuroendoscope_section", (*SHORT, *settings))
 
 
@@ -47,9 +47,8 @@ def elastic_moments(x: float, y: float, cubic_mm2: float, quintic_mm4: float) ->
         data.qpos[model.joint(name).qposadr[0]] = value
     mujoco.mj_forward(model, data)
     data.qfrc_applied[:] = 0.0
-    law_beyond = simulator.parts().elastic
-    if law_beyond is not None:
-        law_beyond.apply(data)
+    for act in simulator.laws.between:
+        act(simulator._now)
     total = data.qfrc_passive + data.qfrc_applied
     return -np.array([total[model.joint(name).dofadr[0]] for name in ("x1", "y1")])
 
@@ -86,7 +85,7 @@ def test_force_on_an_element_acts_at_its_point_wherever_that_has_turned() -> Non
     data.qpos[:2] = 0.5
     mujoco.mj_forward(model, data)
     data.qfrc_applied[:] = 0.0
-    simulator._others.apply(model, data)
+    simulator._loads.apply(model, data)
     first, second = np.array([0.0, 0.0, 1e-3]), np.array([2e-3 * np.sin(0.5), 0.0, 1e-3 + 2e-3 * np.cos(0.5)])
     turned = np.array([[np.cos(1.0), 0, np.sin(1.0)], [0, 1, 0], [-np.sin(1.0), 0, np.cos(1.0)]])
     place = second + turned @ point
@@ -115,17 +114,17 @@ def test_reset_forgets_tensions_and_commands() -> None:
     simulator.set_inputs(np.array([1e-3, -1e-3]))
     simulator.step(60)
     assert simulator.span_tension()[0].max() > 0.1
-    assert simulator._ctrl_before == pytest.approx([1e-3, -1e-3])
+    assert simulator._actuation._ctrl_before == pytest.approx([1e-3, -1e-3])
     simulator.reset()
     assert not simulator.span_tension().any()
-    assert not simulator._ctrl_before.any()
+    assert not simulator._actuation._ctrl_before.any()
 
 
 def test_what_a_joint_yields_is_what_the_step_makes_of_it() -> None:
     """A unit moment over a step turns a hinge by h / (I + h (d + h k)) rad/s: inertia, damper, spring."""
     simulator = Simulator(cells("friction.mu=0.4", "dynamics.relaxation_time_s=0.01"), inertia=False)
     model = simulator.model
-    law = simulator.parts().friction
+    law = simulator.laws.friction
     assert isinstance(law, CapstanFriction)
     step = model.opt.timestep
     expected = step / (CELL_STIFFNESS * (0.01**2 + step * (0.01 + step)))
@@ -149,6 +148,20 @@ def test_tension_of_a_driven_tendon_is_that_of_now() -> None:
         seen.append(expected)
         assert simulator.actuator_tension()[0] == pytest.approx(expected, rel=1e-6, abs=1e-9)
     assert np.ptp(seen) > 0.2
+
+
+def test_tension_without_friction_is_one_all_along_a_driven_tendon_that_moves() -> None:
+    """In a fast pull, at every step: that of the drive, not that of a step before."""
+    simulator = Simulator(cells("friction.mu=0"), "displacement")
+    moved = []
+    for step in range(1, 21):
+        simulator.set_inputs(step * np.array([2e-5, -2e-5]))
+        simulator.step()
+        posture = simulator.posture()
+        moved.append(posture.actuator_tension[0])
+        for tension, spans in zip(posture.actuator_tension, posture.tendon_tension, strict=True):
+            assert spans[np.isfinite(spans)] == pytest.approx(tension, rel=1e-12)
+    assert np.ptp(moved) > 1e-3
 
 
 # --- runs ---
@@ -222,9 +235,8 @@ def test_torsion_drive_lets_go_at_the_angle_of_the_unwound_tendon(way_mm: float)
     data.qpos[model.joint("torsion_proximal").qposadr[0]] = angle
     mujoco.mj_fwdPosition(model, data)
     drive = model.actuator(f"tendon_{robot.tendons[place].name}").id
-    parts = simulator.parts()
-    assert parts.catheter is not None
-    parts.catheter.turn(data)
+    for act in simulator.laws.actuate:
+        act(simulator._now)
 
     def moment(turn: float) -> float:
         bias = model.actuator_biasprm[drive]

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from drive import rows_to_inputs, tips_mm
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import joint_names
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.mjcf.build import build_mjcf
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.channels import joint_names
+from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.robots.catalogue import load_robot
+from catheter_sim.catalogue import load_robot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.simulation.site_tendons import SiteTendons, applies
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim.robots.catalogue import load_robot
-from catheter_sim.robots.rolling import RollingRobot
-from catheter_sim.robots.specification import Friction
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.robot import Friction
+from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.kinds.rolling.theory.complete import complete
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.rolling.complete import complete
 from catheter_sim.validation.chest_tube_coulomb import moment_left, violations
 from catheter_sim.validation.chest_tube_full import AGAINST
 from catheter_sim.validation.chest_tube_loads import in_outer_tube, tube_modulus_Pa

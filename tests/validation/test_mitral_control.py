@@ -10,10 +10,10 @@ import pytest
 from catheter_sim.control.feedforward import along, feedforward
 from catheter_sim.control.loop import ControlRun
 from catheter_sim.control.trajectories import through, ticks_s
-from catheter_sim.robots.mitral import mitral_4dof, mitral_4dof_elongation
-from catheter_sim.statics.catheter.balance import balance
-from catheter_sim.statics.catheter.elongation import PRINTED, SIMPLIFIED
-from catheter_sim.statics.catheter.stretching import stretching_joints, te
+from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_4dof_elongation
+from catheter_sim.kinds.catheter.theory.balance import balance
+from catheter_sim.kinds.catheter.theory.elongation import PRINTED, SIMPLIFIED
+from catheter_sim.kinds.catheter.theory.stretching import stretching_joints, te
 from catheter_sim.validation import mitral_control
 from catheter_sim.validation.drives import NO_GRAVITY, given
 from catheter_sim.validation.mitral import joint_angles_deg

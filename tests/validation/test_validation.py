@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
-from catheter_sim.robots.neuroendoscope import neuroendoscope_section
-from catheter_sim.robots.specification import Friction
+from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section
+from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
+from catheter_sim.kinds.continuum.theory.sliding import fkm_sliding
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.statics.exact_arm import fkm_exact_arm
-from catheter_sim.statics.sliding import fkm_sliding
 from catheter_sim.validation.body_stages import body_stages
 from catheter_sim.validation.coulomb import violations
 from catheter_sim.validation.drives import NO_GRAVITY, given, history, largest_distance, loop_area, tips_mm

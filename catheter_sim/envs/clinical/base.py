@@ -9,17 +9,17 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.arguments import checked_options
 from catheter_sim.envs.observation import Bounds, Observation
 from catheter_sim.envs.surroundings import Surround, Surroundings
 from catheter_sim.envs.tip import DIVERGED_REWARD, Action, TipEnv
 from catheter_sim.errors import InputError, shown
-from catheter_sim.mjcf.scene import View
-from catheter_sim.mjcf.surroundings import INSERTION
-from catheter_sim.render.framing import fitted_view
-from catheter_sim.render.images import Picture
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
+from catheter_sim.modelling.scene import View
+from catheter_sim.modelling.surroundings import INSERTION
+from catheter_sim.pictures.framing import fitted_view
+from catheter_sim.pictures.images import Picture
 from catheter_sim.simulation.tissue import Tissue
 from catheter_sim.units import in_file_units
 
@@ -52,7 +52,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
 
     - `draw(rng)`: an anatomy, a value; `middle()`: the one in the middle of all ranges, used until `reset`;
     - `surround(anatomy, robot, actuation)`: the robot's model in it (`Surroundings`): the MJCF of
-      `build_mjcf`, its base carried (`mjcf.surroundings.carry`), its elements made to touch
+      `build_mjcf`, its base carried (`modelling.surroundings.carry`), its elements made to touch
       (`surroundings.let_touch`), convex geoms `tissue_<region>_<k>`, and meshes to be seen; a region's force
       is stiffness times depth at rest, whatever the robot (`simulation.tissue`). The frame of all of it is
       the task's own: places in observations and `info` are in it;
@@ -96,7 +96,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
         """Return the anatomy in the middle of all ranges."""
 
     @abstractmethod
-    def surround(self, anatomy: A, robot: Robot, actuation: str) -> Surroundings:
+    def surround(self, anatomy: A, robot: RobotSpec, actuation: str) -> Surroundings:
         """Return the robot's model in the anatomy."""
 
     @abstractmethod

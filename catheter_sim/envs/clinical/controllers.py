@@ -8,11 +8,11 @@ import numpy as np
 
 from catheter_sim.anatomy.chest import CHANNEL_M, Chest
 from catheter_sim.anatomy.ventricles import TUMOUR_RADIUS_M, foramen, tumour, way
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.clinical.insert import InsertEnv
 from catheter_sim.envs.clinical.rates import Rates, Wish
 from catheter_sim.envs.clinical.tumour import TumourEnv
 from catheter_sim.envs.tip import CONTROL_STEP_S, Action
-from catheter_sim.robots.posture import Array
 
 _LEAD_M = 3e-3  # that the tip is asked to go ahead on the way, in one step
 _NEAR_M = 1.5e-3  # the same near the foramen and beyond it

@@ -5,27 +5,25 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.core.settings import Settings
 from catheter_sim.envs.arguments import checked_above_zero, checked_pair
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
-from catheter_sim.envs.clinical.heart import (
-    from_valve,
-    implant_target,
-    in_heart,
-    stream,
-    turned,
-    waiting_m,
-)
+from catheter_sim.envs.clinical.heart import from_valve, implant_target, in_heart, stream, turned, waiting_m
 from catheter_sim.envs.observation import Bounds
 from catheter_sim.envs.surroundings import Surroundings
 from catheter_sim.envs.tip import CONTROL_STEP_S
 from catheter_sim.errors import InputError, shown
-from catheter_sim.mjcf.catheter_implant import IMPLANT_M, holder_length_m
-from catheter_sim.mjcf.scene import View
-from catheter_sim.mjcf.surroundings import INSERTION
+from catheter_sim.kinds import kind_of
+from catheter_sim.mjcf.names import TIP
+from catheter_sim.modelling.scene import View
+from catheter_sim.modelling.surroundings import INSERTION
+from catheter_sim.pictures.framing import fitted_view
 from catheter_sim.procedure.case import Case, median_case, random_case
 from catheter_sim.procedure.flow import BEATS_PER_S, FLOW_N
 from catheter_sim.procedure.frames import pose_error, transform
@@ -33,12 +31,10 @@ from catheter_sim.procedure.operate import ANGLE_DEG, POSITION_MM
 from catheter_sim.procedure.plan import DELIVERING, implant_turn_rad
 from catheter_sim.procedure.scene import REGIONS
 from catheter_sim.procedure.steps import PUSH_M_PER_S
-from catheter_sim.render.framing import fitted_view
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
-from catheter_sim.robots.settings import Settings
 from catheter_sim.units import in_file_units
+
+if TYPE_CHECKING:
+    from catheter_sim.kinds.catheter.spec import CatheterRobot
 
 # Matsuda 2016, doi 10.1007/s00380-015-0763-0: of a catheter's tip on the atrium's wall, 40 g are excessive;
 # of leaflets assumed.
@@ -174,14 +170,15 @@ class DeliverEnv(ClinicalEnv[Case]):
         self.begin()
 
     def _prepare(self) -> None:
-        known = self._drawn_robot()
-        if not isinstance(known, CatheterRobot):
+        known: Any = self._drawn_robot()
+        kind = kind_of(known)
+        if not kind.has("delivery"):
             raise InputError(f"{known.name}: delivers no implant; choices: {', '.join(DELIVERING)}")
         self.known = known
         self.waiting_m = waiting_m(known)
         self._mount = turned(implant_turn_rad(known))
         self.motions = (Motion(INSERTION, 0.0, DEEPEST_M - self.waiting_m, PUSH_M_PER_S),)
-        self.middle_ahead_m = holder_length_m(known) + 0.5 * IMPLANT_M - known.segments[-1].length_m
+        self.middle_ahead_m: float = kind.face("delivery", "delivery").middle_ahead_m(known)
         super()._prepare()
 
     def draw(self, rng: np.random.Generator) -> Case:
@@ -192,10 +189,9 @@ class DeliverEnv(ClinicalEnv[Case]):
         """Return the median heart."""
         return median_case(self.known)
 
-    def surround(self, anatomy: Case, robot: Robot, actuation: str) -> Surroundings:
+    def surround(self, anatomy: Case, robot: RobotSpec, actuation: str) -> Surroundings:
         """Return the robot's model in the heart."""
-        assert isinstance(robot, CatheterRobot)
-        return in_heart(anatomy, robot)
+        return in_heart(anatomy, cast("CatheterRobot", robot))
 
     def begin(self) -> None:
         """Set the target of this heart."""
@@ -245,10 +241,10 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     def _look(self) -> None:
         """Take down where the implant is."""
-        site = self.plant.simulator.data.site("tip")
+        site = self.plant.simulator.data.site(TIP)
         axes = site.xmat.reshape(3, 3).copy()
         self._implant = transform(axes, site.xpos.copy()) @ self._mount
-        self._seen_side = (self.plant.seen(site.xpos, axes)[1] @ self._mount[:3, :3])[:, 0]
+        self._seen_side = (self.plant.seen(site.xpos.copy(), axes, "implant")[1] @ self._mount[:3, :3])[:, 0]
 
     def _error(self) -> Array:
         """Return what is missing at the implant's middle: position [m], rotation vector [rad]; shape (6,)."""

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.clinical.deliver import DeliverEnv
 from catheter_sim.envs.clinical.heart import implant_frame
 from catheter_sim.envs.observation import Observation
@@ -17,7 +18,6 @@ from catheter_sim.envs.tip import CONTROL_STEP_S, RATE_PER_S, Action
 from catheter_sim.procedure.feedback import corrected
 from catheter_sim.procedure.operate import ideal
 from catheter_sim.procedure.steps import PUSH_M_PER_S, Step, displacements_m
-from catheter_sim.robots.posture import Array
 
 GAIN = 0.5  # share of a joint's error that a step takes away on the way to the valve
 SHARE = 0.4  # the same of the implant's error under resolved rates

@@ -9,16 +9,16 @@ from functools import partial
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.surroundings import Surroundings
-from catheter_sim.mjcf.surroundings import CARRIER, INSERTION, part, quaternion, text
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.modelling.surroundings import CARRIER, INSERTION, part, quaternion, text
 from catheter_sim.procedure.case import Case
 from catheter_sim.procedure.contact import WALL_N_PER_M
 from catheter_sim.procedure.flow import Flow
 from catheter_sim.procedure.frames import DOWN, transform
 from catheter_sim.procedure.plan import tip_to_end_m
 from catheter_sim.procedure.scene import REGIONS, WAITING_M, build_scene
-from catheter_sim.robots.catheter import CatheterRobot
-from catheter_sim.robots.posture import Array
 
 LEAFLET_N_PER_M = WALL_N_PER_M  # assumed
 

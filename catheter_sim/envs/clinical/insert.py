@@ -21,12 +21,12 @@ from catheter_sim.anatomy.chest import (
     random_chest,
     wall_boxes,
 )
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
 from catheter_sim.envs.observation import Bounds
 from catheter_sim.envs.surroundings import Surroundings, let_touch, robot_tree
-from catheter_sim.mjcf.surroundings import INSERTION, ROLL, add_mesh, carry, part, text, touched
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
+from catheter_sim.modelling.surroundings import INSERTION, ROLL, add_mesh, carry, part, text, touched
 
 GUIDE_M = 3.3e-3  # half the width of the guide outside the skin; assumed: 0.2 mm of room on each side
 STROKE_M = RANGES["wall_m"][1] + 0.17  # of the insertion, from the skin
@@ -119,7 +119,7 @@ class InsertEnv(ClinicalEnv[Chest]):
         """Return the anatomy in the middle of all ranges."""
         return median_chest()
 
-    def surround(self, anatomy: Chest, robot: Robot, actuation: str) -> Surroundings:
+    def surround(self, anatomy: Chest, robot: RobotSpec, actuation: str) -> Surroundings:
         """Return the robot in its guide before the skin."""
         root = robot_tree(robot, actuation)
         length = sum(segment.length_m for segment in robot.segments)

@@ -14,13 +14,14 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
+from catheter_sim.channels import body_count
+from catheter_sim.core.posture import Array
 from catheter_sim.envs.clinical.base import ClinicalEnv
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.steering import change_toward
 from catheter_sim.envs.tip import CONTROL_STEP_S, RATE_PER_S, Action
-from catheter_sim.mjcf.surroundings import INSERTION
-from catheter_sim.robots.channels import body_count
-from catheter_sim.robots.posture import Array
+from catheter_sim.mjcf.names import face as face_name
+from catheter_sim.modelling.surroundings import INSERTION
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Rates:
         self._model, self._data = plant.simulator.model, plant.simulator.data
         mujoco.mj_fwdPosition(self._model, self._data)
         self.elements = body_count(plant.simulator.robot)
-        sites = [self._model.site(f"face_{k}").id for k in range(1, self.elements + 1)]
+        sites = [self._model.site(face_name(k)).id for k in range(1, self.elements + 1)]
         self._sites = sites
         self.p_w = self._data.site_xpos[sites].copy()
         self._joints = self._joint_slopes(out_m)

@@ -25,10 +25,12 @@ from catheter_sim.anatomy.ventricles import (
     ventricle_wall,
 )
 from catheter_sim.anatomy.wall import blocks, facings, shell
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
 from catheter_sim.envs.observation import Bounds
 from catheter_sim.envs.surroundings import Surroundings, let_touch, robot_tree
-from catheter_sim.mjcf.surroundings import (
+from catheter_sim.modelling.surroundings import (
     INSERTION,
     ROLL,
     add_mesh,
@@ -38,8 +40,6 @@ from catheter_sim.mjcf.surroundings import (
     touched,
     touched_block,
 )
-from catheter_sim.robots.kinds import Robot
-from catheter_sim.robots.posture import Array
 
 POINTS = 3  # of the tumour that the tip is brought to; assumed
 STROKE_M = 75e-3  # of the insertion; the longest way is 57 mm
@@ -137,7 +137,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         """Return the anatomy in the middle of all ranges."""
         return median_ventricles()
 
-    def surround(self, anatomy: Ventricles, robot: Robot, actuation: str) -> Surroundings:
+    def surround(self, anatomy: Ventricles, robot: RobotSpec, actuation: str) -> Surroundings:
         """Return the robot in its sheath before the ventricles."""
         root = robot_tree(robot, actuation)
         length = sum(segment.length_m for segment in robot.segments)

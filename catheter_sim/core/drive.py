@@ -1,0 +1,143 @@
+"""What drives a robot, column by column: what an input is, what it moves, and which tendons share it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from functools import lru_cache
+
+import numpy as np
+
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import R
+
+
+class Quantity(Enum):
+    """What an input column gives, in SI units."""
+
+    TENSION = "N"  # of its tendons together; never below zero
+    DISPLACEMENT = "m"  # of each of its tendons, or of an antagonistic pair
+    ADVANCE = "m, along the axis"  # of a tube that is pushed out
+
+    @property
+    def file_unit(self) -> str:
+        """The unit of its columns in files."""
+        return "N" if self is Quantity.TENSION else "mm"
+
+    @property
+    def file_size(self) -> float:
+        """That unit in SI."""
+        return 1.0 if self is Quantity.TENSION else 1e-3
+
+
+def quantity_of(actuation: str) -> Quantity:
+    """Return what tendons are given where a robot is driven by "tension" or by "displacement"."""
+    return Quantity[actuation.upper()]
+
+
+def driven_by(robot: R, actuation: str) -> R:
+    """Return `robot` driven by "tension" or "displacement": the units of its effects are those."""
+    return robot if robot.actuation == actuation else replace(robot, actuation=actuation)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """One input column of a robot.
+
+    Attributes:
+        column: its name in files, with its unit (`tension_right_N`).
+        channel: the name that its tendons share.
+        quantity: what it gives.
+        tendons: places among the robot's tendons of those that share it.
+        moves: name of the segment, section or joint that it moves.
+        side: unit vector in the xy plane toward which it bends what it moves; (0, 0): it moves a joint of
+            its own, to either side.
+        least, most: what a file may ask of it, SI.
+    """
+
+    column: str
+    channel: str
+    quantity: Quantity
+    tendons: tuple[int, ...]
+    moves: str
+    side: tuple[float, float] = (0.0, 0.0)
+    least: float = -math.inf
+    most: float = math.inf
+
+    @property
+    def share(self) -> float:
+        """What of the column's input each of its tendons gets: a tension is their sum."""
+        return 1.0 / len(self.tendons) if self.quantity is Quantity.TENSION else 1.0
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What a robot's output columns are besides the tip's.
+
+    Attributes:
+        elements: number of cells, links, rings or disks, the base's fixed one not counted.
+        joints: the joints' names, base to tip (`joint_<name>_deg`).
+        angles: of each column of an angle that several joints share (`angle_bending_deg`), these joints.
+        tensions: names of what has a tension, by its place among the tendons.
+    """
+
+    elements: int
+    joints: tuple[str, ...]
+    tensions: Mapping[int, str]
+    angles: Mapping[str, slice] = field(default_factory=dict)
+
+
+def of_tendons(
+    tendons: tuple[tuple[str, str, tuple[float, float]], ...], actuation: str
+) -> tuple[Drive, ...]:
+    """Return the drives of a robot whose tendons are pulled: one for those that share a channel's name.
+
+    Args:
+        tendons: the channel of each, what it moves, and the unit vector toward which it bends that.
+        actuation: "tension" or "displacement".
+    """
+    return _of_tendons(tendons, quantity_of(actuation))
+
+
+@lru_cache(maxsize=256)  # a fit asks for the same of every robot
+def _of_tendons(
+    tendons: tuple[tuple[str, str, tuple[float, float]], ...], quantity: Quantity
+) -> tuple[Drive, ...]:
+    places: dict[str, list[int]] = {}
+    for index, (channel, _, _) in enumerate(tendons):
+        places.setdefault(channel, []).append(index)
+    found = []
+    for channel, own in places.items():
+        toward = sum((np.array(tendons[index][2]) for index in own), np.zeros(2))
+        x, y = (toward / max(float(np.linalg.norm(toward)), 1e-12)).tolist()
+        pulls = quantity is Quantity.TENSION
+        column = f"tension_{channel}_N" if pulls else f"displacement_{channel}_mm"
+        least = 0.0 if pulls else -math.inf
+        found.append(Drive(column, channel, quantity, tuple(own), tendons[own[-1]][1], (x, y), least))
+    return tuple(found)
+
+
+def pulls_alone(actuation: str, tendon: Array) -> Array:
+    """Return inputs of tendons, in which no tension is below zero: a tendon cannot push."""
+    return np.maximum(tendon, 0.0) if quantity_of(actuation) is Quantity.TENSION else tendon
+
+
+def shares(drives: Sequence[Drive], tendons: int) -> Array:
+    """Return what of 1 in each column each tendon gets, shape (tendons, drives): a tension is their sum."""
+    found = np.zeros((tendons, len(drives)))
+    for column, drive in enumerate(drives):
+        found[list(drive.tendons), column] = drive.share
+    return found
+
+
+def sums(drives: Sequence[Drive], tendons: int) -> Array:
+    """Return what makes columns' values of tendons', inputs @ it, shape (tendons, drives).
+
+    That is the sum of tensions that share a column, and the mean of what else shares one.
+    """
+    found = np.zeros((tendons, len(drives)))
+    for column, drive in enumerate(drives):
+        found[list(drive.tendons), column] = 1.0 / (len(drive.tendons) * drive.share)
+    return found

@@ -1,0 +1,271 @@
+"""The face that every effect shows: the forms in which one cause of error may act, and where each acts.
+
+An effect never touches MuJoCo or a static model by itself. It changes the robot's specification
+(which both read), or the inputs on their way to the robot, or what is observed of it on the way to the
+user. So the simulation and its analytic twin carry the same effect by construction. Where in a
+specification a cause may act is the kind's to say (`Handle`): an effect asks for a role, never for a kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Protocol
+
+import numpy as np
+
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array, Observed
+from catheter_sim.core.robot import RobotSpec
+
+Values = Mapping[str, float]  # parameter name (with file unit) -> value in that unit
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect.
+
+    Attributes:
+        name: with its file unit ("width_mm").
+        null: the value at which the effect does nothing.
+        lower, upper: bounds of what is physically sensible.
+        scale: a change that matters, for conditioning a fit.
+        start: where a fit starts, away from `null` where the effect has no gradient there.
+        inverse: fitted as 1 / value (a stiffness as a compliance), so that `null` may be infinite;
+            `scale` is then a change of the inverse.
+    """
+
+    name: str
+    null: float
+    lower: float
+    upper: float
+    scale: float
+    start: float
+    inverse: bool = False
+
+    def to_fit(self, value: float) -> float:
+        """Return the coordinate in which `value` is fitted."""
+        if not self.inverse:
+            return value
+        return 0.0 if np.isinf(value) else 1.0 / value
+
+    def from_fit(self, coordinate: float) -> float:
+        """Return the value at a fit's coordinate."""
+        if not self.inverse:
+            return coordinate
+        return float("inf") if coordinate == 0.0 else 1.0 / coordinate
+
+    @property
+    def fit_bounds(self) -> tuple[float, float]:
+        """The bounds of the fit's coordinate."""
+        ends = sorted((self.to_fit(self.lower), self.to_fit(self.upper)))
+        return ends[0], ends[1]
+
+
+class Stage(Enum):
+    """Where a form acts, in the order in which the stages act, for every kind of robot."""
+
+    COMMAND = "on the inputs"
+    SPECIFICATION = "in the robot"
+    LAW = "in the robot's motion"
+    OBSERVATION = "on what is observed"
+
+
+class Role(Enum):
+    """What a number of a specification is to a cause."""
+
+    ELASTIC_SCALE = "factor on every elastic constant"
+    ELASTIC_CONSTANT = "elastic constant"
+    CUBIC = "cubic term of the elastic law"
+    REST_CURVATURE = "curvature without load"
+    REST_BEND = "bend of a joint without load"
+    HOLE_TWIST = "turn of the holes along the robot"
+    MOUNT = "stiffness of what holds the base"
+    FRICTION = "coefficient of friction"
+    PATH = "turns of the tendons' path before the robot"
+    TENDON_STIFFNESS = "stiffness of a tendon that bends"
+    DRIVE_STIFFNESS = "stiffness of another drive"
+    TENDON_LENGTH = "length of a tendon that stretches by a measured law"
+    DRIVE_PLAY = "dead-band of a drive"
+    SLACK = "length by which a tendon is too long"
+    TIP_FORCE = "force on the tip"
+
+
+@dataclass(frozen=True)
+class Handle:
+    """A place at which a cause may act, given by the kind of a robot.
+
+    Attributes:
+        role: what the number there is.
+        key: its dotted key in the robot's file ("segments.bending.rest_deg"); "": no number of it.
+        parameter: the name that the place has under a cause, where the kind gives one.
+        group: handles of one group are freed together.
+        size: a change that matters, where the kind gives it, in the parameter's unit.
+        lower, upper: bounds of such a change.
+        along: what else is set with it, by key.
+    """
+
+    role: Role
+    key: str
+    parameter: str = ""
+    group: str = ""
+    size: float = 0.0
+    lower: float = 0.0
+    upper: float = 0.0
+    along: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Mover:
+    """An input channel as one that may move another one's part, too.
+
+    Attributes:
+        channel: its name.
+        part: what it moves, as effects name it.
+        toward: direction in the xy plane in which it bends its part; None: it moves the part either way.
+        advances: its part is pushed out, and stands at its stop at rest.
+    """
+
+    channel: str
+    part: str
+    toward: tuple[float, float] | None = None
+    advances: bool = False
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What bends a robot of its softest part by a radian in all, and how sharply it is made to bend.
+
+    Attributes:
+        length_m: of the straight robot [m].
+        tip_force_N: across the tip: F L^2 / 2 = EI [N].
+        tension_N: of the tendon with the largest arm: T r L = EI [N].
+        curvature_per_m: bend per length that such a robot is made for [1/m].
+    """
+
+    length_m: float
+    tip_force_N: float
+    tension_N: float
+    curvature_per_m: float
+
+
+def sizes_of_softest(length_m: float, stiffness_N_m2: float, arm_m: float, curvature_per_m: float) -> Sizes:
+    """Return the sizes of a robot of one length that is all as soft as its softest part.
+
+    Args:
+        length_m: of the straight robot.
+        stiffness_N_m2: the softest part's bending stiffness, a joint's over its link's length.
+        arm_m: the largest one with which a tendon bends the straight robot.
+        curvature_per_m: bend per length that such a robot is made for.
+    """
+    return Sizes(
+        length_m,
+        tip_force_N=2.0 * stiffness_N_m2 / length_m**2,
+        tension_N=stiffness_N_m2 / (arm_m * length_m),
+        curvature_per_m=curvature_per_m,
+    )
+
+
+class Memory(Protocol):
+    """What depends on the way so far: written as a step, and as the series of all steps at once.
+
+    A history begins at rest. Then comes a step of no time to the first row, and one from row to row; in
+    between what goes in moves on a straight line. Arrays have any shape; all their numbers are treated alike,
+    or those along the last axis each by its own values.
+    """
+
+    @property
+    def timed(self) -> bool:
+        """Whether time matters; without, only the order of the rows does."""
+
+    def start(self, robot: RobotSpec, values: Values, rest: Array) -> Any | None:
+        """Return the state at rest, in which `rest` goes in and comes out; None: it does nothing."""
+
+    def step(self, state: Any, before: Array, after: Array, dt_s: float) -> tuple[Any, Array]:
+        """Return the state and what comes out when what goes in has moved from `before` to `after`."""
+
+    def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
+        """Return what comes out at each row, same shape as `rows` (r, ...), from rest.
+
+        `time_s`, shape (r,), counts from the first row.
+        """
+
+
+@dataclass(frozen=True)
+class Form:
+    """A way in which a cause may act.
+
+    Of `specify`, `command`, `observe` and `memory` it has the one that its stage needs. Each gets the values
+    that are given, without those left at what does nothing. Forms with the same memory act in one.
+
+    Attributes:
+        name: in reports.
+        equation: what it does, with its source where it has one.
+        stage: where it acts.
+        parameters: its parameters for a robot (whose channels may name them); none where it makes no sense.
+        groups: which of them a diagnosis frees together, fewest first; none: they are set, never fitted.
+        specify: the specification with the form in it.
+        command: what arrives at the robot instead of the inputs, each row for itself.
+        observe: what is observed, each row for itself.
+        memory: what arrives at the robot, or is observed, where that depends on the rows before.
+        in_place: a diagnosis tries it only in the place of a simpler form of its cause.
+    """
+
+    name: str
+    equation: str
+    stage: Stage
+    parameters: Callable[[RobotSpec], tuple[Parameter, ...]]
+    groups: Callable[[RobotSpec], tuple[tuple[str, ...], ...]] | None = None
+    specify: Callable[[Any, Values], Any] | None = None
+    command: Callable[[RobotSpec, Inputs, Values], Inputs] | None = None
+    observe: Callable[[Observed, Values], Observed] | None = None
+    memory: Memory | None = None
+    in_place: bool = False
+
+    def freed(self, robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
+        """Return the names of the parameters that a diagnosis frees together, fewest first."""
+        if self.groups is not None:
+            return self.groups(robot)
+        names = tuple(item.name for item in self.parameters(robot))
+        return (names,) if names else ()
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A cause of error by its contract name.
+
+    Attributes:
+        name: from the closed list of cause names.
+        summary: what it is, one line.
+        trace: what a person would look for in data.
+        forms: the ways in which it may act, in the order of their parameters.
+        same_as: where a number of such a role is calibrated, the cause is not tried.
+        advice: what to measure to tell the cause from others, by the others' names.
+        least_trials: number of training trials below which a diagnosis cannot tell it from others.
+        in_turn: the order in which a diagnosis tries the forms; by default that of `forms`.
+    """
+
+    name: str
+    summary: str
+    trace: str
+    forms: tuple[Form, ...]
+    same_as: frozenset[Role] = frozenset()
+    advice: Mapping[frozenset[str], str] = field(default_factory=dict)
+    least_trials: int = 1
+    in_turn: Callable[[RobotSpec, tuple[Form, ...]], Iterable[Form]] | None = None
+
+    def parameters(self, robot: RobotSpec) -> tuple[Parameter, ...]:
+        """Return the parameters of all forms; none where the effect makes no sense for the robot."""
+        return tuple(item for form in self.forms for item in form.parameters(robot))
+
+    def variants(self, robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
+        """Return which parameters a diagnosis frees together at first, simplest first."""
+        forms = self.forms if self.in_turn is None else self.in_turn(robot, self.forms)
+        return tuple(names for form in forms if not form.in_place for names in form.freed(robot))
+
+    def form_of(self, robot: RobotSpec, names: Iterable[str]) -> Form:
+        """Return the form of which all parameters `names` are; the first one that has any of them."""
+        wanted = set(names)
+        own = [(form, {item.name for item in form.parameters(robot)}) for form in self.forms]
+        return max(own, key=lambda item: len(wanted & item[1]))[0]

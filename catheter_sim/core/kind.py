@@ -1,0 +1,227 @@
+"""What a kind of robot answers for itself, so that nothing outside its folder asks which kind it is.
+
+A kind is a folder under `kinds/`. Each of its faces is a module with a fixed name (`drives.py`, `model.py`)
+that is held to one of the protocols below: the module's functions are the protocol's methods. A face is
+imported when it is first used. Some may be missing (`steering.py` and all that have no protocol as cached
+property below); whoever needs one then says so in one line (`kinds.face_of`).
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+from catheter_sim.core.drive import Drive, Outputs
+from catheter_sim.core.effect import Handle, Mover, Sizes
+from catheter_sim.core.law import Laws
+from catheter_sim.core.law_copies import Batched
+from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.published import Robots
+from catheter_sim.core.quick_model import QuickModel, SpeedCase
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.core.statics import Statics, Twins
+from catheter_sim.errors import InputError
+
+if TYPE_CHECKING:  # what listing robots and registering environments need not wait for
+    import mujoco
+    import trimesh
+    from dm_control import mjcf
+
+    from catheter_sim.mjcf.parts import Part
+
+S = TypeVar("S", bound=RobotSpec)
+R_in = TypeVar("R_in", bound=RobotSpec, contravariant=True)
+
+
+class Checks(Protocol[R_in]):
+    """`checks.py`: is this robot possible?"""
+
+    def check(self, robot: R_in, where: str) -> None:
+        """Raise `InputError` where a number of `robot`, called `where`, is impossible."""
+
+
+class Drives(Protocol[R_in]):
+    """`drives.py`: what drives a robot, and what does it report?"""
+
+    def actuations(self, robot: R_in) -> tuple[str, ...]:
+        """Return the kinds of actuator inputs that `robot` takes: "tension", "displacement"."""
+
+    def drives(self, robot: R_in, actuation: str) -> tuple[Drive, ...]:
+        """Return the input columns under `actuation`, one of `actuations`, in the order of files."""
+
+    def outputs(self, robot: R_in) -> Outputs:
+        """Return what the output columns are."""
+
+
+class Handles(Protocol[R_in]):
+    """`handles.py`: where may a cause of error act on a robot, and what is large for it?"""
+
+    def handles(self, robot: R_in) -> tuple[Handle, ...]:
+        """Return the places at which causes may act; those with names of their own in their order."""
+
+    def movers(self, robot: R_in) -> tuple[Mover, ...]:
+        """Return what each input channel moves."""
+
+    def sizes(self, robot: R_in) -> Sizes:
+        """Return what bends `robot` by a radian."""
+
+
+class Model(Protocol[R_in]):
+    """`model.py`: what is my MuJoCo model?"""
+
+    def add(self, root: mjcf.RootElement, robot: R_in, actuation: str) -> None:
+        """Add `robot` to the model `root`, which has a scene: bodies, what they show, tendons, actuators.
+
+        The site `names.TIP`, a site `names.face(k)` for each of `drives.outputs(robot).elements`, a joint for
+        each of its `joints` and an actuator for each tendon, in the robot's order and first, must be there.
+
+        Raises:
+            InputError: the robot takes no such inputs.
+        """
+
+    def length_m(self, robot: R_in) -> float:
+        """Return the length of the straight robot, all pushed out that can be [m]."""
+
+    def close_up(self, robot: R_in) -> tuple[float, float]:
+        """Return the height of the close-up's middle, and how much it shows from top to bottom [m]."""
+
+    def remarks(self, robot: R_in) -> tuple[str, ...]:
+        """Return what a user who builds the model should know of it, a line each."""
+
+
+class Picture(Protocol[R_in]):
+    """`picture.py`: what is drawn of me, and where is my centreline?"""
+
+    CENTRELINE_PARTS: tuple[str, ...]
+    """What the names of geoms begin with (`<prefix>_`) whose pixels' middle is the centreline."""
+
+    def meshes(self, robot: R_in) -> Mapping[str, trimesh.Trimesh]:
+        """Return every mesh that `parts` names, by its name."""
+
+    def parts(self, robot: R_in, element: int) -> tuple[Part, ...]:
+        """Return what a body of the chain shows: 0 for what carries the base, then from base to tip."""
+
+    def centreline(self, robot: R_in, posture: Posture) -> Array:
+        """Return points on the centreline from what is drawn of the base to the tip, shape (n, 3) [m]."""
+
+    def geom_places(self, robot: R_in, model: mujoco.MjModel) -> Array:
+        """Return where the model's geoms stand in their bodies, as simulated, shape (ngeom, 3) [m]."""
+
+
+class Steering(Protocol[R_in]):
+    """`steering.py`, which may be missing: how do environments drive me, and what does a speed test play?"""
+
+    def quick_model(self, robot: R_in, actuation: str, largest_bend_rad: float | None) -> QuickModel:
+        """Return the model without friction and load by which an environment steers.
+
+        Args:
+            robot: the robot.
+            actuation: one of `drives.actuations`.
+            largest_bend_rad: what one drive alone may ask of a segment; None: the model's own default.
+
+        Raises:
+            InputError: tendons bend nothing, or a largest bend does not apply to such robots.
+        """
+
+    def input_range(self, robot: R_in) -> tuple[Array, Array]:
+        """Return the least and largest input of each tendon that the simulation takes, shape (t,) each."""
+
+    def speed_case(self, robot: R_in, levels: int) -> SpeedCase:
+        """Return what the speed test plays: inputs in so many levels that move every joint to and fro."""
+
+
+@dataclass(frozen=True)
+class Kind(Generic[S]):
+    """A kind of robot.
+
+    Attributes:
+        name: as in a file's `kind`.
+        spec: the class of its robots, a frozen dataclass.
+        package: of its faces.
+    """
+
+    name: str
+    spec: type[S]
+    package: str
+
+    def __reduce__(self) -> tuple[Callable[[str], Kind[Any]], tuple[str]]:
+        return _kind_in, (self.package,)  # faces are modules, which cannot be pickled
+
+    def face(self, name: str, what: str) -> Any:
+        """Return the face `name`, without which there is no `what` ("environment") for this kind.
+
+        Raises:
+            InputError: this kind has no such face.
+        """
+        module = f"{self.package}.{name}"
+        if importlib.util.find_spec(module) is None:
+            raise InputError(f"no {what} for robots of kind {self.name!r}")
+        return importlib.import_module(module)
+
+    def has(self, name: str) -> bool:
+        """Return whether this kind has the face `name`."""
+        return importlib.util.find_spec(f"{self.package}.{name}") is not None
+
+    @cached_property
+    def checks(self) -> Checks[S]:
+        """Is this robot possible?"""
+        return importlib.import_module(f"{self.package}.checks")
+
+    @cached_property
+    def drives(self) -> Drives[S]:
+        """What drives a robot, and what does it report?"""
+        return importlib.import_module(f"{self.package}.drives")
+
+    @cached_property
+    def handles(self) -> Handles[S]:
+        """Where may a cause of error act on a robot?"""
+        return importlib.import_module(f"{self.package}.handles")
+
+    @cached_property
+    def model(self) -> Model[S]:
+        """What is my MuJoCo model?"""
+        return importlib.import_module(f"{self.package}.model")
+
+    @cached_property
+    def picture(self) -> Picture[S]:
+        """What is drawn of me, and where is my centreline?"""
+        return importlib.import_module(f"{self.package}.picture")
+
+    @cached_property
+    def steering(self) -> Steering[S]:
+        """How do environments drive me? Where there is no such face, `kinds.face_of` says so to users."""
+        return importlib.import_module(f"{self.package}.steering")
+
+    @cached_property
+    def robots(self) -> Robots:
+        """Which robots of this kind are there?"""
+        return importlib.import_module(f"{self.package}.robots")
+
+    @cached_property
+    def statics(self) -> Statics[S]:
+        """Which static models are there?"""
+        return importlib.import_module(f"{self.package}.statics")
+
+    @cached_property
+    def twin(self) -> Twins[S]:
+        """Which twin do fits go by?"""
+        return importlib.import_module(f"{self.package}.twin")
+
+    @cached_property
+    def laws(self) -> Laws[S]:
+        """Which forces run beside a step?"""
+        return importlib.import_module(f"{self.package}.laws")
+
+    @cached_property
+    def batched(self) -> Batched[S] | None:
+        """The laws of many copies at once; None: this kind does not have them."""
+        return self.face("batched", "batch of copies") if self.has("batched") else None
+
+
+def _kind_in(package: str) -> Kind[Any]:
+    kind: Kind[Any] = importlib.import_module(package).KIND
+    return kind

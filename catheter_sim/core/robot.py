@@ -1,0 +1,76 @@
+"""What every robot is, of whatever kind: a value of frozen data, SI units, no behaviour.
+
+A kind adds its own numbers (`kinds/<kind>/spec.py`). Statics, MJCF and effects read the same value, so that
+they cannot disagree about a number. The unit stands at the end of each field's name; where a number comes
+from stands in `RobotSpec.sources` under the field's dotted file name (`segments.distal.length_mm`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar, cast
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Dry friction of the tendons or rods at every hole, the base's included."""
+
+    mu: float  # capstan (Coulomb) coefficient
+
+
+@dataclass(frozen=True)
+class Mount:
+    """What holds the base. `axial_stiffness_N_per_m` = inf is a rigid mount."""
+
+    axial_stiffness_N_per_m: float = math.inf
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """What sets the motion between two equilibria, but no equilibrium.
+
+    A hinge of stiffness K gets the damping K * relaxation_time_s and the armature
+    K * inertia_time_s**2, so that the approach to rest is overdamped alike for stiff and soft
+    robots: dry friction remembers an overshoot.
+    """
+
+    timestep_s: float = 0.005
+    relaxation_time_s: float = 0.05
+    inertia_time_s: float = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotSpec:
+    """A robot of any kind: what all kinds have."""
+
+    name: str
+    description: str
+    segments: tuple[Any, ...]  # along +z, base to tip: the kind's own
+    tendons: tuple[Any, ...]  # what is pulled or advanced: the kind's own
+    friction: Friction
+    mount: Mount = Mount()
+    dynamics: Dynamics = Dynamics()
+    actuation: str = "tension"  # default input: "tension" or "displacement"
+    channel_radius_m: float = 0.0  # of the free inner channel or lumen; 0: none
+    stiffness_scale: float = 1.0  # multiplies every elastic constant that the kind says it does
+    effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # in file units
+    sources: Mapping[str, str] = field(default_factory=dict)  # dotted file name -> source
+
+
+R = TypeVar("R", bound=RobotSpec)
+
+
+def with_segments(robot: R, changes: Iterable[Mapping[str, float]]) -> R:
+    """Return `robot` with fields of its segments changed: by name, one mapping for each segment."""
+    parts: Sequence[Any] = robot.segments
+    segments = tuple(
+        replace(part, **change) if change else part for part, change in zip(parts, changes, strict=True)
+    )
+    return cast(R, replace(robot, segments=segments))
+
+
+def has_mount_slide(robot: RobotSpec) -> bool:
+    """Return whether the mount gives way along the axis."""
+    return math.isfinite(robot.mount.axial_stiffness_N_per_m)

@@ -1,0 +1,38 @@
+"""What every kind of robot must meet: friction, mount, stiffness scale, free channel, dynamics."""
+
+from __future__ import annotations
+
+from catheter_sim.core.requirements import need, positive
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.errors import InputError, shown
+
+_LONGEST_NAME = 100  # characters
+_TIMESTEP_S = (1e-5, 0.1)  # a held row takes 2 s and more: 200,000 steps, or 20
+_SLOWEST_S = 1000.0  # a robot this slow never comes to rest
+
+
+def check_shared(robot: RobotSpec, where: str) -> None:
+    """Raise `InputError` where a number that robots of all kinds have is impossible.
+
+    Args:
+        robot: the robot.
+        where: what to call it in the message (file or robot id).
+    """
+    top = f"{where}: "
+    if not robot.name.strip() or not robot.name.isprintable() or len(robot.name) > _LONGEST_NAME:
+        text = f"1 to {_LONGEST_NAME} characters that can be printed are needed"
+        raise InputError(f"{top}name = {shown(robot.name)}: {text}")
+    need(robot.friction, "mu", f"{top}friction.", lambda mu: 0 <= mu < 10, "must lie in 0 to 10")
+    positive(robot.mount, "axial_stiffness_N_per_m", f"{top}mount.", finite=False)
+    positive(robot, "stiffness_scale", top)
+    smallest_m = min(segment.outer_radius_m for segment in robot.segments)
+    what = f"must lie in 0 to the smallest outer radius, {smallest_m * 1e3:g} mm"
+    need(robot, "channel_radius_m", top, lambda radius: 0 <= radius < smallest_m, what)
+    for name in ("timestep_s", "relaxation_time_s", "inertia_time_s"):
+        positive(robot.dynamics, name, f"{top}dynamics.")
+    low_s, high_s = _TIMESTEP_S
+    what = f"must lie in {low_s:g} to {high_s:g} s"
+    need(robot.dynamics, "timestep_s", f"{top}dynamics.", lambda step: low_s <= step <= high_s, what)
+    for name in ("relaxation_time_s", "inertia_time_s"):
+        what = f"must be at most {_SLOWEST_S:g} s"
+        need(robot.dynamics, name, f"{top}dynamics.", lambda time: time <= _SLOWEST_S, what)

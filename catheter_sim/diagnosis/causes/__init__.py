@@ -1,0 +1,1 @@
+"""Causes: which are tried, which pay, and which stay named."""

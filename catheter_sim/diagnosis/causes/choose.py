@@ -1,0 +1,241 @@
+"""Chooses causes inside the training data: each has to pay for itself on stretches left out.
+
+Forward, one cause more at a time, beside each of the few best sets so far (`BEAM`): every remaining effect is
+probed, the most promising are fitted well, and the best of these is taken if the errors on the stretches left
+out fall by more than chance allows (`PAYS_CHANCE`; stretches count, not rows) and by more than `PAYS_SHARE`.
+The best set of two need not hold a cause that does much alone: where the promising ones leave structure
+(`SETTLED_FACTOR`), all sets of two are probed, and the best (`PAIRS`) fitted. Two causes may pay where
+neither does alone, since each raises some errors that the other takes away, so that where structure is left
+the search ends only when two steps have not paid (`PATIENCE`). Values per channel or segment fit what they
+see better than what they do not see. So a set of fewer numbers is taken before a better one that it equals to
+within chance and `EQUAL_FACTOR`, and what acts on the whole robot comes first: only when no more of that pays
+are such values tried; where that ends with structure left, both are tried together from the start, and taken
+if that leaves none. Last, backward: a cause whose loss costs nothing is dropped, and the set gives way to any
+of fewer numbers that was tried and explains as much, unless causes tried beside it pay there. Nothing of the
+held-out data is seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.diagnosis.causes.comparison import as_good, pays, rivals_of
+from catheter_sim.diagnosis.causes.search import Search, in_order
+from catheter_sim.diagnosis.data.columns import unit_of
+from catheter_sim.diagnosis.fitting.evidence import residual_series
+from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.noise import white_noise
+from catheter_sim.diagnosis.fitting.problem import Problem, Term, terms_for, with_fewer_rows
+from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
+from catheter_sim.diagnosis.thresholds import (
+    BEAM,
+    CHOICE_ROUNDS,
+    MOST_CAUSES,
+    PATIENCE,
+    SETTLED_FACTOR,
+)
+from catheter_sim.effects import EFFECTS
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What was tried inside the training data.
+
+    Attributes:
+        null: the calibrated model without causes.
+        singles: every effect alone, one fit per variant.
+        tried: further hypotheses that were fitted well.
+        path: from `null` to the chosen hypothesis, each better than the one before.
+        chosen: the chosen hypothesis.
+        equals: those of `tried` that do as well with another effect in the place of a chosen one.
+    """
+
+    null: Fit
+    singles: tuple[Fit, ...]
+    tried: tuple[Fit, ...]
+    path: tuple[Fit, ...]
+    chosen: Fit
+    equals: tuple[Fit, ...]
+
+
+def candidates_for(problem: Problem) -> tuple[str, ...]:
+    """Return the effects that a diagnosis tries: those that make sense for the robot and its trials.
+
+    Left out are those whose number is calibrated already.
+    """
+    left_out = {name for item in problem.nuisances for name in item.stands_for}
+    return tuple(
+        name
+        for name, effect in EFFECTS.items()
+        if name not in left_out
+        and effect.parameters(problem.robot)
+        and len(problem.trials) >= effect.least_trials
+    )
+
+
+def select(
+    problem: Problem,
+    candidates: Sequence[str],
+    pool: Workers = SERIAL,
+    on_fit: Callable[[str], None] | None = None,
+) -> Selection:
+    """Return which of the effects `candidates` explain the training data, and what else was tried.
+
+    Args:
+        problem: the training trials.
+        candidates: names of effects.
+        pool: where to fit.
+        on_fit: called with a line when a step is done.
+    """
+    problem = with_fewer_rows(problem)
+    search = Search(pool, problem, on_fit or (lambda line: None))
+    (null,) = search.fitted([((), {})])
+    tiers = [terms_for(problem.robot, name) for name in candidates]
+    simple, detailed = _by_size(tiers)
+    alone = [term for terms in tiers for term in search.promising(null, terms)]
+    singles = search.fitted([((term,), {}) for term in alone])
+    path = [null]
+    for left in reversed(range(CHOICE_ROUNDS)):
+        for variants in ((simple, []), (simple, detailed)):
+            _forward(search, singles, variants, path)
+        if left == CHOICE_ROUNDS - 1 and not _settled(problem, path[-1]):
+            other = [null]
+            _forward(search, singles, (simple, detailed), other)
+            if pays(path[-1], other[-1]) and _settled(problem, other[-1]):
+                path = other
+        current = _backward(search, path[-1])
+        tried = search.tried
+        current = _simplest(current, [item for item in tried if may_end_at(current, item, tried)])
+        if current is not path[-1]:
+            path.append(current)
+        if len(current.terms) > 1:
+            search.fit_in_each_place(current, (*simple, *detailed))
+        rivals = [item for _, _, item in rivals_of(current, search.tried)]
+        better = in_order(rivals)[:1]
+        if not left or not better or not pays(current, better[0]):
+            break
+        path.append(better[0])
+    equals = tuple(item for item in rivals if as_good(current, item))
+    return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, equals)
+
+
+def equals_of(
+    problem: Problem, chosen: Fit, candidates: Sequence[str], pool: Workers = SERIAL
+) -> tuple[Fit, ...]:
+    """Return the hypotheses that do as well on the training data as one at which the search did not end.
+
+    Args:
+        problem: the training trials.
+        chosen: the hypothesis.
+        candidates: names of the effects that may stand in a chosen one's place.
+        pool: where to fit.
+    """
+    problem = with_fewer_rows(problem)
+    search = Search(pool, problem, lambda line: None)
+    (current,) = search.fitted([(chosen.terms, chosen.values)])
+    simple, detailed = _by_size([terms_for(problem.robot, name) for name in candidates])
+    search.fit_in_each_place(current, (*simple, *detailed))
+    return tuple(item for _, _, item in rivals_of(current, search.tried) if as_good(current, item))
+
+
+def _by_size(tiers: Sequence[tuple[Term, ...]]) -> tuple[list[Term], list[Term]]:
+    """Return the effects' variants of few numbers, and those of more, by value or channel or segment."""
+    simple = [term for terms in tiers for term in terms if len(term.free) <= len(terms[0].free)]
+    return simple, [term for terms in tiers for term in terms if term not in simple]
+
+
+def _forward(
+    search: Search,
+    singles: Sequence[Fit],
+    variants: tuple[Sequence[Term], Sequence[Term]],
+    path: list[Fit],
+) -> None:
+    """Lengthen `path` by hypotheses that pay, best sets first."""
+    beam: Sequence[Fit] = path[-1:]
+    waited = 0
+    while len(beam[0].terms) < MOST_CAUSES:
+        best = path[-1]
+        if beam[0].terms:
+            level = search.with_one_more_cause(beam, variants)
+            if len(beam[0].terms) == 1 and level and not _settled(search.problem, level[0]):
+                level = in_order(_once([*level, *search.pairs(singles, variants[0])]))
+        else:
+            level = in_order([item for item in singles if item.terms[0] in (*variants[0], *variants[1])])
+        if not level:
+            return
+        front = _simplest(level[0], level)
+        search.say(
+            f"{'+'.join(front.causes)}: {front.cross_validated_rms:.4g} (was {best.cross_validated_rms:.4g})"
+        )
+        beam = _distinct([front, *level])[:BEAM]
+        if pays(best, front):
+            path.append(front)
+            waited = 0
+            if _settled(search.problem, front):
+                beam = [front]
+        elif _settled(search.problem, best):
+            return
+        elif waited < PATIENCE:
+            waited += 1
+        else:
+            forms = search.other_forms(best, variants)
+            if not forms or not pays(best, forms[0]):
+                return
+            path.append(forms[0])
+            beam, waited = forms[:1], 0
+
+
+def _simplest(best: Fit, others: Sequence[Fit]) -> Fit:
+    """Return the fit of fewest numbers among those as good as `best`; `best` itself if none has fewer."""
+    equal = [best, *(item for item in others if as_good(best, item))]
+    return min(equal, key=lambda item: (len(item.numbers), item.cross_validated_rms))
+
+
+def _settled(problem: Problem, best: Fit) -> bool:
+    """Return whether a hypothesis leaves little more than what is white from row to row."""
+    series = residual_series(problem, best)
+    white = white_noise(series)
+    for unit, size in white.items():
+        errors = np.concatenate([part for name in series if unit_of(name) == unit for part in series[name]])
+        if np.sqrt(np.nanmean(errors**2)) > SETTLED_FACTOR * size:
+            return False
+    return True
+
+
+def _once(fits: Sequence[Fit]) -> list[Fit]:
+    """Return one fit of each hypothesis."""
+    return list({frozenset(item.terms): item for item in fits}.values())
+
+
+def _distinct(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the first fit of each set of causes."""
+    first: dict[frozenset[str], Fit] = {}
+    for item in fits:
+        first.setdefault(frozenset(item.causes), item)
+    return list(first.values())
+
+
+def _backward(search: Search, current: Fit) -> Fit:
+    """Return `current` without the causes that do not pay."""
+    while len(current.terms) > 1:
+        known = current.values
+        without = [tuple(term for term in current.terms if term is not one) for one in current.terms]
+        fits = search.fitted([(terms, known) for terms in without])
+        idle = [item for item in fits if not pays(item, current) and may_end_at(current, item, search.tried)]
+        if not idle:
+            break
+        current = min(idle, key=lambda item: item.cross_validated_rms)
+    return current
+
+
+def may_end_at(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
+    """Return whether the search may end at `reduced` as well as at `current`.
+
+    It may not where some larger set of causes pays over `reduced` and does not pay over `current`: to lose
+    one cause may cost little, to lose several much.
+    """
+    beyond = (item for item in tried if set(item.causes) > set(reduced.causes))
+    return not any(pays(reduced, item) and not pays(current, item) for item in beyond)

@@ -1,0 +1,49 @@
+"""Which of two fitted hypotheses is better on stretches left out, by more than chance allows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
+from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, PAYS_CHANCE, PAYS_SHARE
+
+
+def pays(before: Fit, after: Fit, chance: float = PAYS_CHANCE) -> bool:
+    """Return whether `after` explains left-out stretches better than `before` by more than chance."""
+    share = 1.0 - after.cross_validated_rms / max(before.cross_validated_rms, 1e-300)
+    labels = np.unique(before.block, return_inverse=True)[1]
+    change = np.bincount(labels, weights=before.left_out**2 - after.left_out**2).astype(float)
+    return share > PAYS_SHARE and chance_of_gain(change) <= chance
+
+
+def as_good(best: Fit, other: Fit) -> bool:
+    """Return whether `other` does as well as `best` on stretches left out (by chance and `EQUAL_FACTOR`)."""
+    return other.cross_validated_rms <= EQUAL_FACTOR * best.cross_validated_rms and not pays(other, best)
+
+
+def rivals_of(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:
+    """Return the fits in which another effect stands in the place of a chosen one. Each with the name of the
+    chosen effect and of the other. The other effect may be chosen too, with other numbers: offsets of all
+    channels, say, in the place of a bent joint and a common offset.
+    """
+    named = set(chosen.causes)
+    found = []
+    for item in fits:
+        gone = named - set(item.causes)
+        come = set(item.causes) - named or {term.effect for term in item.terms if term not in chosen.terms}
+        if len(gone) == len(come) == 1:
+            found.append((gone.pop(), come.pop(), item))
+    return found
+
+
+def rival_groups(chosen: Fit, equals: Sequence[Fit]) -> tuple[tuple[str, ...], ...]:
+    """Return each chosen effect with those that stand in its place in `equals`."""
+    groups: dict[str, list[str]] = {}
+    for name, rival, _ in rivals_of(chosen, equals):
+        group = groups.setdefault(name, [name])
+        if rival not in group:
+            group.append(rival)
+    return tuple(tuple(group) for group in groups.values())

@@ -1,0 +1,1 @@
+"""Measured data: trials, how they are parted, and the folder that they are read from."""

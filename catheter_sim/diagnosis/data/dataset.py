@@ -1,0 +1,238 @@
+"""Measured data from a folder: `dataset.toml` and its CSV files, read and checked.
+
+Everything that can be wrong with the folder ends in one `InputError` that names the file and the
+key, line or column. What comes out is complete: inputs in SI units, outputs in the units of their
+columns with NaN for a missing value.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from catheter_sim.catalogue import load_robot, read_toml
+from catheter_sim.channels import (
+    FORCE_CHANNELS,
+    MOMENT_CHANNELS,
+    check_output_channels,
+    input_channels,
+    read_inputs,
+)
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.data.checks import check_outputs
+from catheter_sim.diagnosis.data.copies import refuse_copies
+from catheter_sim.diagnosis.data.nuisance import calibration_numbers
+from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.notes import Note
+from catheter_sim.errors import InputError, cut, shown, unknown
+from catheter_sim.tables import Table, read_table
+
+ROLES = ("train", "heldout")
+
+
+_KEYS: Mapping[str, tuple[str, ...]] = {
+    "dataset": ("name", "robot", "source", "licence"),
+    "conditions": ("gravity_mps2",),
+    "channels": ("inputs", "outputs"),
+}
+
+
+def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
+    """Return the data set in `folder`, checked.
+
+    Raises:
+        InputError: anything in `dataset.toml`, the robot or a CSV file is missing, unknown, of the
+            wrong kind or impossible; one line names the file and the key, line or column.
+    """
+    root = Path(folder)
+    path = root / "dataset.toml"
+    if not root.is_dir():
+        raise InputError(f"{root}: no such folder; a data set is a folder with a dataset.toml")
+    document = read_toml(path)
+    _check_keys(document, str(path))
+    head = document["dataset"]
+    name, reference, source, licence = (
+        _text(head[key], f"{path}: dataset.{key}") for key in _KEYS["dataset"]
+    )
+    robot = load_robot(_robot_path(root, reference))
+    gravity = _gravity(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
+    inputs = channel_list(document["channels"]["inputs"], f"{path}: channels.inputs")
+    outputs = channel_list(document["channels"]["outputs"], f"{path}: channels.outputs")
+    check_channels(robot, inputs, outputs, str(path))
+    entries = _trial_entries(document["trials"], root, str(path))
+    read = [_read_trial(robot, root, file, role, inputs, outputs) for file, role in entries]
+    trials = tuple(trial for trial, _ in read)
+    check_outputs(robot, trials, outputs, str(path))
+    dataset = Dataset(
+        folder=root,
+        name=name,
+        robot=robot,
+        robot_reference=reference,
+        source=source,
+        licence=licence,
+        gravity_mps2=gravity,
+        input_channels=inputs,
+        output_channels=outputs,
+        trials=trials,
+        calibration=calibration_numbers(document.get("calibration", {}), robot, str(path)),
+        notes=notes_on_ignored(robot, {trial.file: ignored for trial, ignored in read if ignored}),
+    )
+    files = {trial.file: hashlib.sha256((root / trial.file).read_bytes()).digest() for trial in trials}
+    refuse_copies(dataset, files, str(path))
+    return dataset
+
+
+def _check_keys(document: Mapping[str, Any], where: str) -> None:
+    tables = (*_KEYS, "trials")
+    for table in document:
+        if table not in (*tables, "calibration"):
+            raise unknown("table", table, (*tables, "calibration"), where)
+    missing = [f"the table [{table}]" for table in tables if table not in document]
+    for table, keys in _KEYS.items():
+        if table not in document:
+            continue
+        if not isinstance(document[table], Mapping):
+            raise InputError(f"{where}: {table}: a table is needed, not {shown(document[table])}")
+        for key in document[table]:
+            if key not in keys:
+                raise unknown("key", key, keys, f"{where}: [{table}]")
+        missing += [f"{table}.{key}" for key in keys if key not in document[table]]
+    if missing:
+        raise InputError(f"{where}: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing")
+
+
+def _text(value: Any, where: str) -> str:
+    if not isinstance(value, str) or not value.strip():
+        raise InputError(f"{where}: a text is needed, not {shown(value)}")
+    return value
+
+
+def _gravity(value: Any, where: str) -> Array:
+    if not isinstance(value, list) or len(value) != 3:
+        raise InputError(f"{where}: a list of three numbers is needed, not {shown(value)}")
+    for item in value:
+        if isinstance(item, bool) or not isinstance(item, int | float) or not math.isfinite(item):
+            raise InputError(f"{where}: a list of three finite numbers is needed, not {shown(value)}")
+    return np.array(value, dtype=float)
+
+
+def _robot_path(root: Path, reference: str) -> str:
+    return str(root / reference) if reference.endswith(".toml") else reference
+
+
+def channel_list(value: Any, where: str) -> tuple[str, ...]:
+    """Return a list of column names from a file; raise `InputError` where it is none."""
+    if not isinstance(value, list) or not value or not all(isinstance(name, str) for name in value):
+        raise InputError(f"{where}: a list of channel names is needed, not {shown(value)}")
+    for name in value:
+        if value.count(name) > 1:
+            raise InputError(f"{where}: {shown(name)} stands twice")
+    return tuple(value)
+
+
+def check_channels(robot: RobotSpec, inputs: Sequence[str], outputs: Sequence[str], where: str) -> None:
+    """Raise `InputError` where a column is none of `robot`, or both an input and an output."""
+    for name in inputs:
+        if name in outputs:
+            raise InputError(f"{where}: channels: {name!r} is both an input and an output")
+    choices = known_inputs(robot)
+    for name in inputs:
+        if name not in choices:
+            raise unknown("input channel", name, choices, f"{where}: channels.inputs")
+    check_output_channels(robot, outputs, f"{where}: channels.outputs")
+
+
+def known_inputs(robot: RobotSpec) -> list[str]:
+    """Return every input column of `robot`, whichever way it is driven, and the loads on its tip."""
+    own = [name for kind in ("tension", "displacement") for name in input_channels(robot, kind)]
+    return [*own, *FORCE_CHANNELS, *MOMENT_CHANNELS]
+
+
+def _trial_entries(value: Any, root: Path, where: str) -> list[tuple[str, str]]:
+    if not isinstance(value, list) or not value:
+        raise InputError(f"{where}: at least one [[trials]] entry is needed")
+    entries: list[tuple[str, str]] = []
+    named: set[str] = set()
+    places: dict[tuple[int, int], int] = {}  # of a file on its disk, whatever it is called: links, `./`
+    for index, entry in enumerate(value):
+        place = f"{where}: trials[{index}]"
+        if not isinstance(entry, Mapping):
+            raise InputError(f"{place}: a table is needed, not {shown(entry)}")
+        for key in entry:
+            if key not in ("file", "role"):
+                raise unknown("key", key, ("file", "role"), place)
+        if "file" not in entry:
+            raise InputError(f"{place}.file is missing")
+        file = _text(entry["file"], f"{place}.file")
+        role = entry.get("role", "")
+        if "role" in entry and role not in ROLES:
+            raise unknown("role", str(role), ROLES, place)
+        if file in named:
+            raise InputError(f"{place}.file: {shown(file)} stands twice")
+        named.add(file)
+        if not _is_file(root / file):
+            raise InputError(f"{place}.file: {root / file}: no such file")
+        found = (root / file).stat()
+        first = places.setdefault((found.st_dev, found.st_ino), index)
+        if first != index:
+            other = f"trials[{first}].file, {shown(entries[first][0])}"
+            raise InputError(f"{place}.file: {shown(file)} is the same file as {other}")
+        entries.append((file, role))
+    if all(role == "heldout" for _, role in entries):
+        raise InputError(f"{where}: trials: every trial is held out; at least one must train")
+    return entries
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long for any file
+        return False
+
+
+def _read_trial(
+    robot: RobotSpec, root: Path, file: str, role: str, inputs: Sequence[str], outputs: Sequence[str]
+) -> tuple[Trial, tuple[str, ...]]:
+    """Return the trial in `file`, and the names of the file's columns that are passed over."""
+    table = read_table(root / file, only=(*inputs, *outputs))
+    for name in (*inputs, *outputs):
+        if name not in table.columns:
+            columns = ", ".join(("time_s", *table.columns, *table.ignored))
+            raise InputError(
+                f"{table.where}: no column {name}, which dataset.toml lists; columns: {cut(columns, 250)}"
+            )
+    return trial_of_columns(robot, file, role, table, inputs, outputs), table.ignored
+
+
+def trial_of_columns(
+    robot: RobotSpec, file: str, role: str, table: Table, inputs: Sequence[str], outputs: Sequence[str]
+) -> Trial:
+    """Return a trial from the columns of its table, which has them all."""
+    measured = replace(table, columns={name: table.columns[name] for name in outputs})
+    if all(np.isnan(values).all() for values in measured.columns.values()):
+        raise InputError(f"{table.where}: every value of the outputs is missing")
+    commanded = replace(table, columns={name: table.columns[name] for name in inputs})
+    return Trial(file, role, read_inputs(robot, commanded), measured)
+
+
+def notes_on_ignored(robot: RobotSpec, ignored: Mapping[str, tuple[str, ...]]) -> tuple[Note, ...]:
+    """Return a note for each set of columns that `dataset.toml` does not list, with its files."""
+    known = known_inputs(robot)
+    notes = []
+    for columns in dict.fromkeys(ignored.values()):
+        files = ", ".join(file for file, names in ignored.items() if names == columns)
+        names = ", ".join(name or "(a column without a name)" for name in dict.fromkeys(columns))
+        said = f"{cut(files, 150)}: not listed in dataset.toml and ignored: {cut(names, 250)}."
+        inputs = ", ".join(name for name in columns if name in known)
+        if inputs:
+            said += f" Of these the robot's own inputs are taken as zero: {cut(inputs, 250)}."
+        notes.append(Note("columns_ignored", said))
+    return tuple(notes)

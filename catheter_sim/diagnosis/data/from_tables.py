@@ -1,0 +1,128 @@
+"""Measured data from tables that lie in no folder, checked as those in one are."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from catheter_sim.channels import output_channels
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.data.checks import check_outputs
+from catheter_sim.diagnosis.data.copies import refuse_copies
+from catheter_sim.diagnosis.data.dataset import (
+    ROLES,
+    channel_list,
+    check_channels,
+    known_inputs,
+    notes_on_ignored,
+    trial_of_columns,
+)
+from catheter_sim.diagnosis.data.nuisance import calibration_numbers
+from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.errors import InputError, cut, unknown
+from catheter_sim.tables import Table
+
+
+def dataset_of(
+    robot: RobotSpec,
+    reference: str,
+    tables: Sequence[tuple[str, str, Table]],
+    outputs: Sequence[str] | None,
+    gravity_mps2: Array,
+    calibration: Mapping[str, Sequence[float]],
+    name: str,
+) -> Dataset:
+    """Return measured data that lie in no folder, checked as those in one are.
+
+    Args:
+        robot: the robot as specified.
+        reference: its id or name.
+        tables: of each trial its name, its role ("train", "heldout" or "") and its columns.
+        outputs: columns that were measured; None: every output column that all tables have.
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        calibration: dotted keys with their bounds, as `[calibration]` of a `dataset.toml`.
+        name: of the data.
+
+    Raises:
+        InputError: a trial or a column is missing, unknown or impossible.
+    """
+    if not tables:
+        raise InputError(f"{name}: at least one trial is needed")
+    inputs = tuple(
+        column for column in known_inputs(robot) if any(column in table.columns for _, _, table in tables)
+    )
+    if outputs is None:
+        measured = _measured_by_all(robot, tables, inputs, name)
+    else:
+        measured = channel_list(_listed(outputs), f"{name}: outputs")
+    check_channels(robot, inputs, measured, name)
+    for trial, role, _ in tables:
+        if role and role not in ROLES:
+            raise unknown("role", str(role), ROLES, f"{name}: {trial}")
+    if all(role == "heldout" for _, role, _ in tables):
+        raise InputError(f"{name}: every trial is held out; at least one must train")
+    read = [_trial_of(robot, trial, role, table, inputs, measured) for trial, role, table in tables]
+    trials = tuple(trial for trial, _ in read)
+    check_outputs(robot, trials, measured, name)
+    dataset = Dataset(
+        folder=Path(name),
+        name=name,
+        robot=robot,
+        robot_reference=reference,
+        source="",
+        licence="",
+        gravity_mps2=gravity_mps2,
+        input_channels=inputs,
+        output_channels=measured,
+        trials=trials,
+        calibration=calibration_numbers(
+            {key: _listed(bounds) for key, bounds in calibration.items()}, robot, name
+        ),
+        notes=notes_on_ignored(robot, {trial.file: ignored for trial, ignored in read if ignored}),
+    )
+    refuse_copies(dataset, {trial.file: _content(trial) for trial in trials}, name)
+    return dataset
+
+
+def _measured_by_all(
+    robot: RobotSpec, tables: Sequence[tuple[str, str, Table]], inputs: Sequence[str], where: str
+) -> tuple[str, ...]:
+    """Return the output columns that all of `tables` have and that are no inputs, in the robot's order."""
+    measured = tuple(
+        name
+        for name in output_channels(robot)
+        if name not in inputs and all(name in table.columns for _, _, table in tables)
+    )
+    if not measured:
+        raise InputError(f"{where}: no output column that every trial has; choices: tip_x_mm ...")
+    return measured
+
+
+def _trial_of(
+    robot: RobotSpec, file: str, role: str, table: Table, inputs: Sequence[str], outputs: Sequence[str]
+) -> tuple[Trial, tuple[str, ...]]:
+    """Return the trial in `table`, and the names of columns that are passed over."""
+    for name in outputs:
+        if name not in table.columns:
+            columns = ", ".join(("time_s", *table.columns, *table.ignored))
+            raise InputError(f"{table.where}: no column {name}; columns: {cut(columns, 250)}")
+    passed_over = tuple(name for name in table.columns if name not in (*inputs, *outputs))
+    commanded = tuple(name for name in inputs if name in table.columns)
+    return trial_of_columns(robot, file, role, table, commanded, outputs), (*table.ignored, *passed_over)
+
+
+def _listed(value: Any) -> Any:
+    """Return a sequence as a list, as files hold it; what is none stays what it is."""
+    return value if isinstance(value, str | Mapping) or not isinstance(value, Iterable) else list(value)
+
+
+def _content(trial: Trial) -> bytes:
+    """Return a digest of a trial's numbers."""
+    inputs, columns = trial.inputs, trial.outputs.columns.values()
+    parts = (inputs.time_s, inputs.tendon, inputs.force_tip, inputs.moment_tip, *columns)
+    return hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).digest()

@@ -1,0 +1,145 @@
+"""Known-uncertain numbers of a specimen, calibrated before anything is called wrong.
+
+A data set that has a table `[calibration]` names them itself (`calibration_numbers`). For the others,
+the ranges are those of the robot's own file (`core.published`): every specimen may differ by so much, and no
+cause is named for it. Any other robot brings no such ranges, so that nothing of it
+is calibrated: what its file says is taken at its word.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
+
+from catheter_sim.catalogue import PUBLISHED
+from catheter_sim.core.document import leaves, to_document, with_number
+from catheter_sim.core.effect import Parameter
+from catheter_sim.core.numbers import from_file, number, with_values
+from catheter_sim.core.posture import Array
+from catheter_sim.core.published import Uncertain
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.effects.calibrated import causes_same_as
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.kinds import check_robot
+
+_SCALE = 0.125  # of a change that matters, of a number's range
+_RANGE_PARTS = 20.0  # of a calibrated number's whole range
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """One number of a specimen.
+
+    Attributes:
+        parameter: its name in reports, its specified value (`null`) and its range.
+        change_robot: the specification with a value of it.
+        spread: standard deviation known beforehand; inf: nothing is known but the range.
+        superseded_by: effects that free the same number; with one of them this stays as specified.
+        stands_for: effects that are not tried, since this number is free already.
+        change_outputs: where the number acts on what is measured and not on the robot: the output columns'
+            names, outputs (B, r, o) in file units and values (B,) to outputs; None elsewhere.
+    """
+
+    parameter: Parameter
+    change_robot: Callable[[RobotSpec, float], RobotSpec]
+    spread: float = math.inf
+    superseded_by: tuple[str, ...] = ()
+    stands_for: tuple[str, ...] = ()
+    change_outputs: Callable[[tuple[str, ...], Array, Array], Array] | None = None
+
+    @property
+    def name(self) -> str:
+        """The number's name."""
+        return self.parameter.name
+
+
+@lru_cache(maxsize=16)
+def nuisances_of(robot_reference: str) -> tuple[Nuisance, ...]:
+    """Return the nuisance parameters of a robot by its id; none for a path."""
+    published = PUBLISHED.get(robot_reference)
+    if published is None:
+        return ()
+    robot = published.build()
+    return tuple(_factor(item, causes_same_as(robot, item.keys)) for item in published.uncertain)
+
+
+def _factor(uncertain: Uncertain, superseded_by: tuple[str, ...]) -> Nuisance:
+    """Return a factor on specified numbers, uniform in its range about 1."""
+    half = uncertain.half
+    scale = 2.0 * half * _SCALE
+    parameter = Parameter(uncertain.name, 1.0, 1.0 - half, 1.0 + half, scale=scale, start=1.0)
+    return Nuisance(parameter, partial(_scaled, uncertain.keys), half / math.sqrt(3.0), superseded_by)
+
+
+def _scaled(keys: Sequence[str], robot: RobotSpec, factor: float) -> RobotSpec:
+    return with_values(robot, {key: number(robot, key) * factor for key in keys})
+
+
+def calibration_numbers(table: Any, robot: RobotSpec, where: str) -> tuple[Nuisance, ...]:
+    """Return the numbers that a data set wants calibrated.
+
+    Args:
+        table: dotted key of the robot's specification -> [lower, upper], in file units, nested or
+            flat; the fit starts at the specified value. The upper end may be inf, and so may the
+            specified value.
+        robot: as specified.
+        where: the table's file, for errors.
+
+    Raises:
+        InputError: a key that the robot does not have, a range that is none, or one whose ends are
+            impossible for the robot.
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: calibration: a table is needed, not {table!r}")
+    specified = dict(leaves(to_document(robot)))
+    found = []
+    for key, ends in _flat(table):
+        place = f"{where}: calibration.{key}"
+        if key not in specified:
+            raise unknown("number", key, specified, f"{where}: calibration")
+        if (
+            not isinstance(ends, list)
+            or len(ends) != 2
+            or not all(isinstance(end, int | float) and not isinstance(end, bool) for end in ends)
+            or not ends[0] < ends[1]
+        ):
+            raise InputError(f"{place}: [lower, upper] is needed, lower below upper, not {ends!r}")
+        low, high, value = float(ends[0]), float(ends[1]), specified[key]
+        if not low <= value <= high:
+            raise InputError(f"{place}: the specified value, {value:g}, lies outside {low:g} to {high:g}")
+        try:
+            for end in (low, high):
+                check_robot(with_number(robot, key, end), f"{place} = {end:g}")
+        except KeyError:
+            raise InputError(f"{place}: is a whole number, it cannot be calibrated") from None
+        same = causes_same_as(robot, [key])
+        found.append(_calibrated(key, (low, high), value, place, same))
+    return tuple(found)
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values: in TOML, `friction.mu = ...` without quotes is a nested table."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _calibrated(
+    key: str, ends: tuple[float, float], value: float, place: str, same: tuple[str, ...]
+) -> Nuisance:
+    low, high = ends
+    inverse = math.isinf(high)
+    if inverse and low <= 0.0:
+        raise InputError(f"{place}: up to inf, the lower end must be above 0")
+    width = 1.0 / low if inverse else high - low
+    parameter = Parameter(key, value, low, high, scale=width / _RANGE_PARTS, start=value, inverse=inverse)
+    return Nuisance(parameter, partial(_with_number, key), stands_for=same)
+
+
+def _with_number(key: str, robot: RobotSpec, value: float) -> RobotSpec:
+    return with_values(robot, {key: from_file(robot, key, value)})

@@ -1,0 +1,72 @@
+"""What a measured data set is: trials of one robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.data.nuisance import Nuisance
+from catheter_sim.diagnosis.notes import Note
+from catheter_sim.tables import Table
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One measured time series.
+
+    Attributes:
+        file: its name as `dataset.toml` gives it.
+        role: "train", "heldout", or "" where the data set leaves it open.
+        inputs: what the robot was commanded, SI units.
+        outputs: what was measured, the data set's output columns in their units; NaN is missing.
+    """
+
+    file: str
+    role: str
+    inputs: Inputs
+    outputs: Table
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """A folder of measurements of one robot.
+
+    Attributes:
+        folder: where it lies.
+        name, source, licence: as `dataset.toml` says.
+        robot: the robot as specified, before anything is calibrated.
+        robot_reference: how the data set names it (an id or a path).
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        input_channels, output_channels: the columns that the data set declares.
+        trials: in the order of `dataset.toml`.
+        calibration: numbers of the specimen that it wants calibrated; (): those that are known to vary.
+        notes: what a reader of a diagnosis must know of the files.
+    """
+
+    folder: Path
+    name: str
+    robot: RobotSpec
+    robot_reference: str
+    source: str
+    licence: str
+    gravity_mps2: Array
+    input_channels: tuple[str, ...]
+    output_channels: tuple[str, ...]
+    trials: tuple[Trial, ...]
+    calibration: tuple[Nuisance, ...] = ()
+    notes: tuple[Note, ...] = ()
+
+
+def measured_of(trial: Trial, columns: Sequence[str]) -> Array:
+    """Return a trial's outputs, shape (r, o), NaN where missing."""
+    return np.stack([trial.outputs.columns[name] for name in columns], axis=1)
+
+
+def all_inputs(inputs: Inputs) -> Array:
+    return np.hstack([inputs.tendon, inputs.force_tip, inputs.moment_tip])

@@ -1,0 +1,1 @@
+"""What may be wrong with the data themselves: one kind of fault a file."""

@@ -1,0 +1,155 @@
+"""How sure fitted numbers are: 95 % intervals from the curvature at the fit, or along its valley."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import t as student
+
+from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.data.trials import measured_of
+from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.least_squares import influential, linearised
+from catheter_sim.diagnosis.fitting.prior import prior_of
+from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.thresholds import TRUSTED_SHARE
+
+Interval = tuple[float, float]
+
+
+def intervals(result: Fit, margin: Array | None = None) -> dict[tuple[str, str], Interval]:
+    """Return a 95 % interval of every fitted value, by effect and parameter.
+
+    The wider one of two intervals. Where residuals are white, that of least squares: s^2 A^-1 with A = J^T J
+    and Student's t with as many degrees of freedom as residuals are left. Where residuals of one block depend
+    on one another, blocks count, not rows: the cluster-robust A^-1 (sum_b g_b g_b^T) A^-1 G / (G - 1), with
+    g_b a block's gradient and G blocks, and Student's t with G - 1 degrees of freedom (Liang and Zeger 1986;
+    Cameron and Miller 2015). A number known beforehand brings its own precision to A, also where it stands at
+    a bound. Another value held at a bound, or one without influence, has the interval of its bounds.
+
+    Args:
+        result: a fit.
+        margin: what a model that is not exact may put the values off by, shape (p,) (`model_margin`); noise
+            says nothing about that, so that it is added to both sides.
+    """
+    half = half_widths(result)
+    if margin is not None:
+        half = half + margin
+    found: dict[tuple[str, str], Interval] = {}
+    for fitted, x, width in zip(result.numbers, result.x, half, strict=True):
+        parameter = fitted.parameter
+        low, high = parameter.fit_bounds
+        ends = np.clip([(x - width) * parameter.scale, (x + width) * parameter.scale], low, high)
+        values = sorted(parameter.from_fit(float(end)) for end in ends)
+        found[fitted.key] = (values[0], values[1])
+    return found
+
+
+def cause_intervals(result: Fit, shift: Array | None = None) -> dict[tuple[str, str], Interval]:
+    """Return the 95 % interval of every fitted value by which causes are named, and which is printed.
+
+    As `intervals`, widened by what an unknown error of the model could do. A number that stands at a bound
+    has the interval that it would have without the bound, cut off at the bound: that much is sure, since
+    nothing is known of what lies beyond.
+
+    Args:
+        result: a fit.
+        shift: by how much another model of the same physics would change the numbers (`shift_by_model`),
+            shape (p,); None: none was asked.
+    """
+    unheld = replace(result, held=np.zeros_like(result.held))
+    return intervals(unheld, model_margin(unheld, np.zeros(len(result.numbers)) if shift is None else shift))
+
+
+def half_widths(result: Fit) -> Array:
+    """Return half the interval of every fitted number, in units of its scale, inf where unknown, (p,)."""
+    half = np.full(len(result.numbers), np.inf)
+    precision = prior_of(result.numbers).precision
+    use = influential(result.jacobian) & (~result.held | (precision > 0.0))
+    if not use.any():
+        return half
+    part = result.jacobian[:, use]
+    inverse = inverse_of(part, precision[use])
+    widths = [half_width_if_white(result, inverse), half_width_by_blocks(result, inverse, part)]
+    half[use] = np.maximum(*widths)
+    return half
+
+
+def model_margin(result: Fit, shift: Array) -> Array:
+    """Return how far off a model that is not exact may put fitted numbers, shape (p,), in their scales.
+
+    The sum of two sizes: `shift`, and the most that an unknown error of the model can do. That error is taken
+    as `TRUSTED_SHARE` of the residuals' root mean square. By the Cauchy-Schwarz inequality an error of root
+    mean square e over n rows moves a number by at most e (n A^-1)^1/2, with A^-1 as in `intervals`. More rows
+    do not make that smaller.
+
+    Args:
+        result: a fit.
+        shift: by how much another model of the same physics would change the numbers, shape (p,).
+    """
+    margin = np.abs(shift)
+    use = influential(result.jacobian) & ~result.held
+    if use.any():
+        inverse = inverse_of(result.jacobian[:, use], prior_of(result.numbers).precision[use])
+        margin[use] += TRUSTED_SHARE * np.sqrt(float(result.residual @ result.residual) * np.diag(inverse))
+    return margin
+
+
+def shift_by_model(test: Problem, result: Fit, other: Sequence[Array]) -> Array:
+    """Return by how much fitted numbers would change if another model of the same physics were fitted.
+
+    One Gauss-Newton step that makes up for the difference of the two models, on trials that both have
+    computed; zero for a number that is held or changes nothing.
+
+    Args:
+        test: trials.
+        result: a fit by `test`'s twin, to these or other trials.
+        other: the other model's outputs with the same numbers, by trial, shape (r, o), in file units; NaN
+            where it has none.
+
+    Returns:
+        In units of the numbers' scales, shape (p,).
+    """
+    shift = np.zeros(len(result.numbers))
+    bounds = np.array([fitted.parameter.fit_bounds for fitted in result.numbers]).reshape(-1, 2)
+    scale = np.array([fitted.parameter.scale for fitted in result.numbers])
+    if not len(shift):
+        return shift
+    error, jacobian = linearised(test, result.numbers, result.x, bounds[:, 1] / scale)
+    parts = []
+    for trial, values in zip(test.trials, other, strict=True):
+        measured = measured_of(trial, test.columns)
+        parts.append(((values - measured) / test.weight)[:: test.every][np.isfinite(measured[:: test.every])])
+    apart = np.concatenate(parts) - error
+    known = np.isfinite(apart)
+    use = influential(jacobian[known]) & ~result.held
+    if use.any():
+        part = jacobian[known][:, use]
+        precision = prior_of(result.numbers).precision[use]
+        shift[use] = -inverse_of(part, precision) @ part.T @ apart[known]
+    return shift
+
+
+def inverse_of(part: Array, precision: Array) -> Array:
+    return np.asarray(np.linalg.pinv(part.T @ part + np.diag(precision), rcond=1e-12), dtype=np.float64)
+
+
+def half_width_if_white(result: Fit, inverse: Array) -> Array:
+    count = len(result.residual) - len(inverse)
+    if count < 1:
+        return np.full(len(inverse), np.inf)
+    variance = float(result.residual @ result.residual) / count
+    return np.sqrt(np.maximum(variance * np.diag(inverse), 0.0)) * float(student.ppf(0.975, count))
+
+
+def half_width_by_blocks(result: Fit, inverse: Array, part: Array) -> Array:
+    labels = np.unique(result.block, return_inverse=True)[1]
+    groups = int(labels.max()) + 1
+    if groups < 2:
+        return np.full(len(inverse), np.inf)
+    scores = np.zeros((groups, len(inverse)))
+    np.add.at(scores, labels, part * result.residual[:, None])
+    covariance = inverse @ (scores.T @ scores) @ inverse * groups / (groups - 1)
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0)) * float(student.ppf(0.975, groups - 1))

@@ -1,0 +1,110 @@
+"""A hypothesis about what is wrong: effects whose parameters are fitted, and the trials to fit.
+
+A hypothesis is a set of terms, each an effect with the parameters that are freed; the empty set is the model
+without causes, its nuisance parameters calibrated. Every number is in units of a change that matters
+(`Parameter.scale`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from catheter_sim.core.effect import Parameter
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.data.nuisance import Nuisance
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.thresholds import ROWS_TO_CHOOSE_BY
+from catheter_sim.effects import EFFECTS
+from catheter_sim.theory.predict import Predict
+
+
+@dataclass(frozen=True)
+class Term:
+    """An effect and the names of its parameters that are fitted."""
+
+    effect: str
+    free: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FittedNumber:
+    """One fitted number: a parameter of an effect, or a nuisance (then `effect` is empty).
+
+    `spread` is its standard deviation about `parameter.null` known beforehand, inf where there is none.
+    """
+
+    effect: str
+    parameter: Parameter
+    spread: float = math.inf
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Effect and parameter name."""
+        return self.effect, self.parameter.name
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What stays the same for every hypothesis.
+
+    Attributes:
+        robot: as specified.
+        nuisances: its known-uncertain numbers.
+        trials: to fit.
+        columns: outputs compared.
+        weight: size of a residual per column that counts as one, shape (o,), in file units.
+        twin: robots and inputs to outputs.
+        every: each so-many-th row is compared; the others still make the history.
+    """
+
+    robot: RobotSpec
+    nuisances: tuple[Nuisance, ...]
+    trials: tuple[Trial, ...]
+    columns: tuple[str, ...]
+    weight: Array
+    twin: Predict
+    every: int = 1
+
+
+def terms_for(robot: RobotSpec, effect: str) -> tuple[Term, ...]:
+    """Return the ways in which `effect` may be freed for `robot`, simplest first."""
+    parameters = EFFECTS[effect].parameters(robot)
+    if not parameters:
+        return ()
+    everything = tuple(item.name for item in parameters)
+    return tuple(Term(effect, names or everything) for names in EFFECTS[effect].variants(robot))
+
+
+def fitted_numbers(problem: Problem, terms: Sequence[Term]) -> tuple[FittedNumber, ...]:
+    """Return what is fitted for a hypothesis: nuisances not superseded, then its effects' parameters."""
+    found = []
+    named = {term.effect for term in terms}
+    for nuisance in problem.nuisances:
+        if named.isdisjoint(nuisance.superseded_by):
+            found.append(FittedNumber("", nuisance.parameter, nuisance.spread))
+    for term in terms:
+        by_name = {item.name: item for item in EFFECTS[term.effect].parameters(problem.robot)}
+        found += [FittedNumber(term.effect, by_name[name]) for name in term.free]
+    return tuple(found)
+
+
+def start_of(numbers: Sequence[FittedNumber], known: dict[tuple[str, str], float] | None = None) -> Array:
+    """Return where a fit starts: `known` values, or each parameter's own start."""
+    values = known or {}
+    return np.array(
+        [
+            fitted.parameter.to_fit(values.get(fitted.key, fitted.parameter.start)) / fitted.parameter.scale
+            for fitted in numbers
+        ]
+    )
+
+
+def with_fewer_rows(problem: Problem) -> Problem:
+    """Return `problem` with as few rows compared as a choice of hypotheses needs (`ROWS_TO_CHOOSE_BY`)."""
+    rows = sum(len(trial.inputs) for trial in problem.trials)
+    return replace(problem, every=max(1, round(rows / ROWS_TO_CHOOSE_BY)))

@@ -1,0 +1,42 @@
+"""Stretches of rows that err together: blocks for intervals, folds for the cross-validation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from catheter_sim.diagnosis.data.cycles import cycles
+from catheter_sim.diagnosis.data.trials import measured_of
+from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.thresholds import FOLDS
+
+
+def blocks_of(problem: Problem, fewest: int = 2 * FOLDS) -> np.ndarray:
+    """Return the block of each residual: a whole cycle of a trial, in order, shape (n,).
+
+    Where there are fewer cycles than `fewest`, cycles are cut into stretches of equal length.
+    """
+    stretches: list[tuple[int, slice]] = [
+        (index, part) for index, trial in enumerate(problem.trials) for part in cycles(trial)
+    ]
+    pieces = -(-fewest // max(len(stretches), 1))
+    labels = [np.zeros(len(trial.inputs), dtype=int) for trial in problem.trials]
+    count = 0
+    for index, part in stretches:
+        rows = np.arange(part.start, part.stop)
+        shortest = 4 if len(rows) >= fewest else 1
+        for piece in np.array_split(rows, min(pieces, max(1, len(rows) // shortest))):
+            labels[index][piece] = count
+            count += 1
+    parts = []
+    for trial, label in zip(problem.trials, labels, strict=True):
+        finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
+        parts.append(np.broadcast_to(label[:: problem.every, None], finite.shape)[finite])
+    return np.concatenate(parts)
+
+
+def fold_of(block: np.ndarray, folds: int = FOLDS) -> np.ndarray:
+    """Return the fold of each residual: stretches of neighbouring blocks, alike in rows, shape (n,)."""
+    order = np.unique(block, return_inverse=True)[1]
+    sizes = np.bincount(order)
+    middle = np.cumsum(sizes) - 0.5 * sizes
+    return np.minimum((middle * folds / sizes.sum()).astype(int), folds - 1)[order]

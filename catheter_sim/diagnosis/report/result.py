@@ -1,0 +1,226 @@
+"""What a diagnosis returns: values, and nothing that writes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.notes import Note
+from catheter_sim.diagnosis.thresholds import SIGNIFICANT_P
+from catheter_sim.tables import Array, Table
+
+CAUSE_FOUND, DATA_SUSPECT = "cause_found", "data_suspect"
+
+
+VERDICTS = (CAUSE_FOUND, "no_discrepancy", "unexplained", DATA_SUSPECT)
+
+
+NEXT_EXPERIMENT_FILE = "next_experiment.csv"
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """A fitted number in the unit of its name, its 95 % interval, and the value that does nothing."""
+
+    value: float
+    ci95: tuple[float, float]
+    null: float | None = None
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A named cause: an effect with its fitted parameters.
+
+    Attributes:
+        name: from the closed list of effects.
+        parameters: by name, unit included ("width_mm").
+        gain_percent: this cause's share of the held-out gain [% of the error before].
+        form: in which of its forms it acts.
+        forms_as_good: others of its forms that explain the training data as well.
+    """
+
+    name: str
+    parameters: Mapping[str, FittedParameter]
+    gain_percent: float
+    form: str = ""
+    forms_as_good: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A set of causes that was tried; () is the model with none.
+
+    Attributes:
+        causes: names of effects.
+        heldout_rmse: on the held-out part, in the diagnosis's unit.
+        cross_validated_rmse: inside the training part, by which the set was chosen.
+    """
+
+    causes: tuple[str, ...]
+    heldout_rmse: float
+    cross_validated_rmse: float
+
+
+@dataclass(frozen=True)
+class UnitResult:
+    """Held-out figures over all outputs of one unit.
+
+    Attributes:
+        unit: "mm", "deg", "N" or "1".
+        noise_floor: what no model can fall below, in that unit.
+        rmse_before: of the calibrated model without causes.
+        rmse_after: of the extended model.
+        gain_percent: 100 (1 - after / before).
+        gain_percent_ci95: in which the gain on as many other trials would lie, 95 %.
+        chance: probability of as much gain on the held-out stretches where there is none.
+    """
+
+    unit: str
+    noise_floor: float
+    rmse_before: float
+    rmse_after: float
+    gain_percent: float
+    gain_percent_ci95: tuple[float, float]
+    chance: float = 0.0
+
+
+@dataclass(frozen=True)
+class DataFault:
+    """What looks wrong with the data themselves.
+
+    Attributes:
+        what: a sentence.
+        where: file, or columns, that it is about; "": all of the data.
+        rows: first and last row of the file, counted from 1, from which and to which; (): all.
+    """
+
+    what: str
+    where: str = ""
+    rows: tuple[int, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """Return it as one line."""
+        return f"{self.where}: {self.what}" if self.where else self.what
+
+
+@dataclass(frozen=True)
+class TrialFit:
+    """One trial, measured and computed, row by row.
+
+    Attributes:
+        file: the trial's file in the data set.
+        role: "train" or "heldout".
+        time_s: shape (r,) [s].
+        measured: outputs as measured, in file units; NaN is missing.
+        before: outputs of the calibrated model without causes.
+        after: outputs of the extended model.
+    """
+
+    file: str
+    role: str
+    time_s: Array
+    measured: Table
+    before: Table
+    after: Table
+
+
+@dataclass(frozen=True)
+class Separation:
+    """How well inputs tell two causes apart: root mean square of their difference over the noise.
+
+    Attributes:
+        twin: between the chosen cause and the other one, fitted anew, in the analytic twin.
+        simulation: between the two in the simulation; NaN if it was not asked.
+    """
+
+    twin: float
+    simulation: float
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """What to measure next: in words, and as inputs to play, if that helps.
+
+    Attributes:
+        words: for a person.
+        inputs: in file units; None: none helps.
+        apart: what the inputs do to effects that these data cannot tell apart, by "rival for chosen".
+    """
+
+    words: str
+    inputs: Table | None = None
+    apart: Mapping[str, Separation] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StructureTest:
+    """What one test says of the residuals.
+
+    Attributes:
+        name: one of `structure.TESTS`.
+        coordinate: on what the residuals depend most, of the test's coordinates; unit included.
+        share_percent: of the residuals' mean square, in means along that coordinate [%], chance included.
+        p_value: probability of as strong a dependence, of any coordinate of the test, if there is none.
+    """
+
+    name: str
+    coordinate: str
+    share_percent: float
+    p_value: float
+
+    @property
+    def significant(self) -> bool:
+        """Return whether the residuals depend on it (p-value at most `SIGNIFICANT_P`)."""
+        return self.p_value <= SIGNIFICANT_P
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The answer for one data set, with its evidence.
+
+    Attributes:
+        dataset: what was diagnosed.
+        verdict: one of `VERDICTS`.
+        unit: the unit reported first; where there are several, the worse-explained one.
+        by_unit: figures of every unit; holds `unit`.
+        causes: by their share of the gain; empty unless the verdict is "cause_found".
+        ranking: every set of causes that was tried, best first; holds the one with none.
+        indistinguishable: groups of names that explain these data equally well.
+        next_experiment: what would tell them apart.
+        extended_robot: the specification with calibration and causes in it.
+        fits: every trial.
+        notes: doubts and facts that a reader must know.
+        extra: further figures by name, unit included ("tip_rmse_aligned_after_mm").
+        calibrated: numbers of this specimen, by name, beside the specified ones (`null`).
+        structure: tests of the residuals, by stage ("before", "after").
+        data_faults: what looks wrong with the data; not empty where the verdict is "data_suspect".
+        registration: how measured positions were moved into the base frame (`registration.document`).
+        chosen_in_training: the causes chosen before the held-out data were looked at.
+    """
+
+    dataset: Dataset
+    verdict: str
+    unit: str
+    by_unit: Mapping[str, UnitResult]
+    causes: tuple[Cause, ...]
+    ranking: tuple[Candidate, ...]
+    indistinguishable: tuple[tuple[str, ...], ...]
+    next_experiment: NextExperiment
+    extended_robot: RobotSpec
+    fits: tuple[TrialFit, ...]
+    notes: tuple[Note, ...] = ()
+    extra: Mapping[str, float] = field(default_factory=dict)
+    calibrated: Mapping[str, FittedParameter] = field(default_factory=dict)
+    structure: Mapping[str, tuple[StructureTest, ...]] = field(default_factory=dict)
+    data_faults: tuple[DataFault, ...] = ()
+    registration: Mapping[str, Any] = field(default_factory=dict)
+    chosen_in_training: tuple[str, ...] = ()
+
+    @property
+    def headline(self) -> UnitResult:
+        """The figures of the unit that is reported first."""
+        return self.by_unit[self.unit]

@@ -1,0 +1,1 @@
+"""What the errors that a model leaves depend on."""

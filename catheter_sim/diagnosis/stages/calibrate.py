@@ -1,0 +1,40 @@
+"""The model "before", calibrated to the training trials, without any cause."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from catheter_sim.diagnosis.fitting.evidence import residual_series
+from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.noise import noise_floor, repeat_noise, white_noise
+from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.stages.pose import Posed
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """The calibrated model without causes.
+
+    Attributes:
+        fit: to the training trials.
+        noise: of each unit, as far as this model lets it be seen.
+    """
+
+    fit: Fit
+    noise: Mapping[str, float]
+
+
+def calibrate(posed: Posed) -> Calibrated:
+    """Return the model without causes, its nuisance parameters fitted."""
+    found = fit(posed.train, (), cross_validate=False, thorough=posed.thorough)
+    return Calibrated(found, noise_beside(posed.train, found))
+
+
+def noise_beside(train: Problem, result: Fit) -> dict[str, float]:
+    """Return the noise of each unit: from repeats, and from what is white in a hypothesis's residuals.
+
+    Of the training trials alone: where one trial was cut, its held-out part runs through all of its rows.
+    """
+    white = white_noise(residual_series(train, result))
+    return noise_floor(white, repeat_noise(train.trials, train.columns))

@@ -1,0 +1,69 @@
+"""Measurements without frozen readings, in the robot's base frame, parted for the test."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.base_frame.move import registered
+from catheter_sim.diagnosis.base_frame.register import register
+from catheter_sim.diagnosis.base_frame.registration import Registration, unmoved
+from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings
+from catheter_sim.diagnosis.data.parting import split
+from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
+from catheter_sim.diagnosis.data_faults.model_error import relative_error_of
+from catheter_sim.diagnosis.notes import Note
+from catheter_sim.diagnosis.thresholds import MISTAKE_SURER
+from catheter_sim.theory.predict import twin_for
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Measurements that can be fitted.
+
+    Attributes:
+        dataset: without frozen readings, in the robot's base frame.
+        train, heldout: its trials, parted.
+        registration: how positions were moved into the base frame.
+        notes: on the files and on frozen sensors.
+    """
+
+    dataset: Dataset
+    train: tuple[Trial, ...]
+    heldout: tuple[Trial, ...]
+    registration: Registration
+    notes: tuple[Note, ...]
+
+
+def prepare(dataset: Dataset) -> Prepared:
+    """Return a data set as it can be fitted."""
+    readings, frozen = without_frozen_readings(dataset)
+    moved, registration = in_base_frame(readings)
+    train, heldout = split(moved)
+    return Prepared(moved, train, heldout, registration, (*moved.notes, *frozen))
+
+
+def in_base_frame(dataset: Dataset) -> tuple[Dataset, Registration]:
+    """Return the data set with its positions in the robot's base frame, and how they were moved there.
+
+    A mistake in the data, such as inches for mm, may look like a tracker far away. Where putting it right
+    does better than any motion, nothing is moved, and `find_data_faults` will name the mistake.
+    """
+    train, _ = split(dataset)
+    robot, columns = replace(dataset.robot, actuation=train[0].inputs.actuation), dataset.output_channels
+    twin = twin_for(robot, robot.actuation, columns, dataset.gravity_mps2)
+    registration = register(train, columns, robot, twin)
+    if not registration.applied:
+        return dataset, registration
+
+    def predict(inputs: Inputs) -> Array:
+        return twin([robot], inputs, 1)[0]
+
+    moved_there = registered(dataset, registration)
+    found = most_likely_mistake(train, columns, robot, predict)
+    there = relative_error_of(split(moved_there)[0], columns, predict, shifted=True)
+    if found is not None and found.error < MISTAKE_SURER * there:
+        return dataset, unmoved(registration)
+    return moved_there, registration

@@ -1,0 +1,59 @@
+"""Further numbers of the held-out trials for a reader, and what to doubt."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from catheter_sim.diagnosis.data.columns import TIP
+from catheter_sim.diagnosis.fitting.evidence import tip_errors
+from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.notes import Note
+from catheter_sim.diagnosis.report.result import Cause, TrialFit, UnitResult
+from catheter_sim.diagnosis.thresholds import DOUBT_NOISE
+
+
+def further_numbers(
+    problem: Problem, fits: Sequence[TrialFit], after: Fit
+) -> tuple[dict[str, float], list[Note]]:
+    """Return further figures of the held-out trials, and notes about the fit."""
+    extra: dict[str, float] = {}
+    notes = []
+    heldout = [item for item in fits if item.role == "heldout"]
+    if all(name in problem.columns for name in TIP):
+        for stage in ("before", "after"):
+            columns = {
+                name: [(getattr(item, stage).columns[name], item.measured.columns[name]) for item in heldout]
+                for name in TIP
+            }
+            extra |= {f"heldout_{name.format(stage)}": value for name, value in tip_errors(columns).items()}
+        said = (
+            "rmse counts every output by itself; a tip distance error is the length of the error vector in "
+            "space. Aligned: with the mean offset over the held-out rows taken out."
+        )
+        notes.append(Note("how_errors_count", said))
+    if not problem.nuisances:
+        said = (
+            "Before is the robot as its file specifies it: no calibration range is known for it, so that "
+            "nothing was calibrated away, the tracker's frame included."
+        )
+        notes.append(Note("nothing_calibrated", said))
+    for fitted, stuck in zip(after.numbers, after.held, strict=True):
+        if stuck and fitted.effect:
+            said = f"{fitted.effect}.{fitted.parameter.name} stands at its bound: no interval."
+            notes.append(Note("number_at_bound", said))
+    return extra, notes
+
+
+def doubts(causes: Sequence[Cause], by_unit: Mapping[str, UnitResult]) -> list[Note]:
+    """Return doubts about the causes: a note for each unit in which much error is left."""
+    notes = []
+    for unit, result in by_unit.items():
+        times = result.rmse_after / max(result.noise_floor, 1e-12)
+        if causes and times > DOUBT_NOISE:
+            said = (
+                f"After correction the error [{unit}] is still {times:.0f} times "
+                "what is white in it from row to row: most of what is left has causes that are not named."
+            )
+            notes.append(Note("error_left", said))
+    return notes

@@ -1,0 +1,62 @@
+"""Held-out trials replayed in MuJoCo with the causes built into the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.columns import posture_columns
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.data.trials import Trial, measured_of
+from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls
+from catheter_sim.diagnosis.thresholds import SMOOTH_RAMP_S
+from catheter_sim.effects.apply import arriving_inputs, embodied, observed
+from catheter_sim.simulation.replay import RAMP_S, simulate
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A trial replayed in the simulation.
+
+    Attributes:
+        outputs: in file units, shape (r, o); NaN beyond the row at which the simulation failed.
+        measured: shape (r, o), NaN where missing.
+        failure: None, or why the simulation ended early.
+        restless: rows at which the robot had not come to rest.
+    """
+
+    outputs: Array
+    measured: Array
+    failure: str | None
+    restless: int
+    SHAPES = "outputs:ro measured:ro"  # of what is read (`kept`)
+
+
+def replays(
+    robot: RobotSpec,
+    trials: Sequence[Trial],
+    columns: Sequence[str],
+    gravity_mps2: Array,
+    pool: Workers = SERIAL,
+) -> list[Replay]:
+    """Return trials replayed with `robot`, its effects in force."""
+    return map_calls(pool, replay, [(robot, trial, columns, gravity_mps2) for trial in trials])
+
+
+def replay(
+    robot: RobotSpec, trial: Trial, columns: Sequence[str], gravity_mps2: Array, progress: bool = False
+) -> Replay:
+    """Return a trial replayed with `robot`, its effects in force."""
+    built = embodied(robot)
+    # Dry friction remembers an overshoot, so that only a robot without it may be moved fast.
+    ramp_s = RAMP_S if built.friction.mu > 0.0 else SMOOTH_RAMP_S
+    arriving = arriving_inputs(robot, trial.inputs)
+    run = simulate(built, arriving, gravity_mps2, ramp_s=ramp_s, progress=progress)
+    outputs = np.full((len(trial.inputs), len(columns)), np.nan)
+    if run.postures:
+        values = posture_columns(robot, observed(robot, trial.inputs.time_s, run.postures))
+        outputs[: len(run.postures)] = np.stack([values[name] for name in columns], axis=1)
+    return Replay(outputs, measured_of(trial, columns), run.failure, int((~run.at_rest).sum()))

@@ -1,0 +1,87 @@
+"""What drives many copies of one catheter, compiled: the torsion pairs' tangents and the pairs' plays.
+
+The same as `TorsionPairs.tangent` and `PairControls.arriving`, which the tests hold it to.
+Index i picks among the m copies.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.mechanics.play import played
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@compiled
+def tangents_of(
+    copies: Index,
+    actuators: Index,
+    places: Index,
+    law: Array,
+    qpos: Array,
+    ctrl: Array,
+    bias: Array,
+) -> None:
+    """Make the torsion joints' actuators the tangents of their pairs' law.
+
+    Args:
+        copies: which of the m.
+        actuators, places: of the joints, and of their angles in `qpos`, shape (k,).
+        law: of each: radius, wrap's height [m], wrap [rad], home length [m], stiffness, actuator's gain
+            [N/m], shape (k, 6).
+        qpos: positions, shape (m, nq).
+        ctrl: controls, shape (m, nu) [m].
+        bias: out: at [..., :2]: bias and length gain, shape (m, nu, 3 or more).
+    """
+    for i in copies:
+        for k in range(actuators.shape[0]):
+            radius, height, wrap, home = law[k, 0], law[k, 1], law[k, 2], law[k, 3]
+            stiffness, gain = law[k, 4], law[k, 5]
+            angle, control = qpos[i, places[k]], ctrl[i, actuators[k]]
+            around = radius * max(wrap - abs(angle), 0.0)
+            wrapped = math.hypot(around, height)
+            arm = radius
+            if height > 0.0:
+                arm *= around / (wrapped if wrapped > 0.0 else 1.0)
+            short = control - math.copysign(home - wrapped, angle)
+            slope = stiffness * arm**2
+            bias[i, actuators[k], 0] = stiffness * short * arm + slope * angle - gain * control
+            bias[i, actuators[k], 1] = -slope
+
+
+@compiled
+def advance_of(
+    copies: Index,
+    start: Array,
+    change: Array,
+    share: float,
+    half_play: Array,
+    pair: Index,
+    sign: Array,
+    arrived: Array,
+    ctrl: Array,
+) -> None:
+    """Set the controls for displacements that have moved by a share of their change.
+
+    Args:
+        copies: which of the m, shape (k,).
+        start, change: of the chosen ones' displacements, shape (k, p) [m].
+        share: of the change.
+        half_play: half of each pair's dead-band, shape (p,) [m].
+        pair, sign: of each driven actuator, the first ones in `ctrl`, shape (a,).
+        arrived: in and out: what arrives at the pairs, shape (m, p) [m].
+        ctrl: out: controls, shape (m, nu).
+    """
+    for row in range(copies.shape[0]):
+        i = copies[row]
+        for p in range(start.shape[1]):
+            wanted = start[row, p] + change[row, p] * share
+            arrived[i, p] = played(arrived[i, p], wanted, half_play[p])
+        for a in range(pair.shape[0]):
+            ctrl[i, a] = sign[a] * arrived[i, pair[a]]

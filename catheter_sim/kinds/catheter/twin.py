@@ -1,0 +1,43 @@
+"""The twin of catheters: pure kinematics, or the joints' balance where these do more, all at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.core.statics import Twin, TwinStates
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.theory.batch import batch_frames, batch_joints
+from catheter_sim.kinds.catheter.theory.pure import hinge_angles, joint_vector
+
+
+@dataclass(frozen=True)
+class CatheterTwin:
+    """Twin of catheters."""
+
+    carries_load: bool = False
+
+    def solve(
+        self,
+        robots: Sequence[CatheterRobot],
+        arriving: Sequence[Inputs],
+        gravity_mps2: Array,
+        elements: Sequence[int],
+        every: int,
+    ) -> TwinStates:
+        """Return where robots are, as `Twin.solve` says; NaN of one that a row leads out of its range."""
+        values, tension = batch_joints(robots, arriving, gravity_mps2)
+        values, tension = values[:, ::every], tension[:, ::every]
+        p_w, R_w = batch_frames(robots, values, elements)
+
+        def joint_angles() -> Array:
+            return hinge_angles(robots[0], joint_vector(robots[0], values))
+
+        return TwinStates(p_w, R_w, joint_angles, tension)
+
+
+def twin(robot: CatheterRobot, actuation: str) -> Twin[CatheterRobot]:
+    """Return the twin of robots like `robot`, which displacements drive."""
+    return CatheterTwin()

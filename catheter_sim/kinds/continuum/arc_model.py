@@ -1,0 +1,162 @@
+"""The quick model of a continuum robot: every segment an arc, without friction and load.
+
+A tension T of a tendon at the distance r bends a segment by T r L / EI, and a bend b shortens the
+tendon's path by r b: bends are linear in the drives' levels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.core.posture import Array
+from catheter_sim.core.quick_model import DriveLevels, bend_of_link, bends_nothing, tension_shares
+from catheter_sim.kinds.continuum.drives import ACTUATIONS, drives
+from catheter_sim.kinds.continuum.layout import disks, is_planar
+from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots
+from catheter_sim.mechanics.arcs import segment_frames
+
+_NO_ARM_M = 1e-9  # a tendon nearer to the neutral plane bends nothing
+_DIFFERENCE_RAD = 1e-5
+
+
+@dataclass(frozen=True)
+class ArcModel:
+    """A `core.quick_model.QuickModel` of arcs; see there."""
+
+    drives: DriveLevels
+    segment_length: Array
+    segment_of_link: np.ndarray
+    planar: bool
+    sets_bends = False
+
+    @property
+    def bend_unit(self) -> Array:
+        """Half a turn each, shape (s, 2) [rad]."""
+        return np.full((len(self.segment_length), 2), math.pi)
+
+    def bend_of(self, joint: str) -> tuple[int, ...] | None:
+        """Return the place of the bend that hinge `x<k>` or `y<k>` is part of."""
+        return bend_of_link(self.segment_of_link, joint)
+
+    def reach(self, level: Array, rest_bends: Array) -> tuple[Array, Array]:
+        """Return tips and bends at `level`."""
+        bends = rest_bends + np.einsum("sad,nd->nsa", self.drives.bend, level)
+        return arc_tips(bends, self.segment_length), bends
+
+    def tip_slopes(self, level: Array, bends: Array) -> Array:
+        """Return how the tip of arcs bent by `bends` moves with the levels, the same at every level."""
+        return np.einsum("isa,sad->id", tip_jacobian(bends, self.segment_length), self.drives.bend)
+
+    def direction_slopes(self, level: Array, bends: Array) -> Array:
+        """Return how the tip's direction moves with the levels, the same at every level."""
+        return np.einsum("isa,sad->id", direction_jacobian(bends, self.segment_length), self.drives.bend)
+
+
+def arc_model(robot: ContinuumRobot, actuation: str, largest_bend_rad: float) -> ArcModel:
+    """Return the quick model of `robot`; arguments and errors as in `envs.quick_model.quick_model`."""
+    ends = np.cumsum([disks(robot, segment) for segment in robot.segments])
+    return ArcModel(
+        drives=_drives(robot, actuation, largest_bend_rad),
+        segment_length=np.array([segment.length_m for segment in robot.segments]),
+        segment_of_link=np.repeat(
+            np.arange(len(ends)), np.diff(ends, prepend=0) * robot.links_per_subsegment
+        ),
+        planar=is_planar(robot),
+    )
+
+
+def arc_tips(bend: Array, length: Array) -> Array:
+    """Return the tips of robots of arcs, shape (..., 3) [m].
+
+    Args:
+        bend: of each segment, toward +x and +y, shape (..., s, 2) [rad].
+        length: shape (s,) [m].
+    """
+    return segment_frames(bend, length)[0][..., -1, :]
+
+
+def arc_directions(bend: Array, length: Array) -> Array:
+    """Return the unit vectors along the tips' axes, shape (..., 3); arguments as of `arc_tips`."""
+    return segment_frames(bend, length)[1][..., -1, :, 2]
+
+
+def tip_jacobian(bend: Array, length: Array) -> Array:
+    """Return how the tip moves with the segments' bends, shape (3, s, 2) [m/rad]."""
+    return _differences(arc_tips, bend, length)
+
+
+def direction_jacobian(bend: Array, length: Array) -> Array:
+    """Return how the tip's direction moves with the segments' bends, shape (3, s, 2) [1/rad]."""
+    return _differences(arc_directions, bend, length)
+
+
+def _differences(function: Callable[[Array, Array], Array], bend: Array, length: Array) -> Array:
+    steps = _DIFFERENCE_RAD * np.eye(bend.size).reshape(-1, *bend.shape)
+    slopes = (function(bend + steps, length) - function(bend - steps, length)) / (2.0 * _DIFFERENCE_RAD)
+    return slopes.T.reshape(3, *bend.shape)
+
+
+def _drives(robot: ContinuumRobot, actuation: str, largest_bend_rad: float) -> DriveLevels:
+    arcs = arc_robots([robot])
+    arm = np.where(arcs.free, arcs.arm[0], 0.0)  # (t, s, 2)
+    arm[np.abs(arm) < _NO_ARM_M] = 0.0
+    compliance = (arcs.length / arcs.bending)[0, :, np.newaxis]  # (s, 1) [rad per N m]
+    columns = drives(robot, ACTUATIONS[0])
+    share = tension_shares(robot, columns)
+    per_newton = np.einsum("tsa,td->sad", arm * compliance, share)  # bend by 1 N in a channel
+    largest = np.sqrt((per_newton**2).sum(axis=1)).max(axis=0, initial=0.0)
+    channels = tuple(drive.column for drive in columns)
+    for name, value in zip(channels, largest, strict=True):
+        if value == 0.0:
+            raise bends_nothing(robot, name)
+    limit = largest_bend_rad / largest  # (d,) [N]
+    tension = share * limit
+    if actuation == "tension":
+        return DriveLevels(
+            actuation=actuation,
+            names=channels,
+            lowest=np.zeros(len(channels)),
+            tendon=tension,
+            bend=per_newton * limit,
+            tension=tension.sum(axis=1),
+        )
+    names, bends = _segment_bends(robot, arcs.length[0], arm, largest_bend_rad)
+    return DriveLevels(
+        actuation=actuation,
+        names=names,
+        lowest=-np.ones(len(names)),
+        tendon=np.einsum("tsa,sad->td", arm, bends),
+        bend=bends,
+        tension=tension.sum(axis=1),
+    )
+
+
+def _segment_bends(
+    robot: ContinuumRobot, length: Array, arm: Array, largest_bend_rad: float
+) -> tuple[tuple[str, ...], Array]:
+    """Return the bends that the tendons can ask for one by one: names, and shape (s, 2, d) [rad].
+
+    Segments between two tendons' ends bend together, in proportion to their lengths.
+    """
+    names: list[str] = []
+    bends: list[Array] = []
+    ends = {tendon.ends_at for tendon in robot.tendons}
+    first = 0
+    for last, segment in enumerate(robot.segments):
+        if segment.name not in ends:
+            continue
+        together = np.arange(first, last + 1)
+        fixed_here = [tendon.ends_at == segment.name for tendon in robot.tendons]
+        for axis, letter in enumerate("xy"):
+            if arm[fixed_here][:, together, axis].any():
+                bend = np.zeros((len(robot.segments), 2))
+                bend[together, axis] = largest_bend_rad * length[together] / length[together].max()
+                names.append(f"bend_{segment.name}_{letter}")
+                bends.append(bend)
+        first = last + 1
+    return tuple(names), np.stack(bends, axis=-1)

@@ -1,0 +1,111 @@
+"""Is this continuum robot possible? One line says which number is not, before anything is built from it."""
+
+from __future__ import annotations
+
+import math
+
+from catheter_sim.core.requirements import MAX_LINKS, check_counts, check_name, need, positive
+from catheter_sim.core.shared_checks import check_shared
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.kinds.continuum.drives import ACTUATIONS
+from catheter_sim.kinds.continuum.layout import disks
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+
+_MAX_HOLES = 10_000  # of all tendons in all links; beyond it the model takes minutes to build
+
+
+def check(robot: ContinuumRobot, where: str) -> None:
+    """Raise `InputError` where a number of `robot` is impossible.
+
+    Args:
+        robot: the robot.
+        where: what to call it in the message (file or robot id).
+    """
+    check_counts(robot.segments, robot.tendons, where)
+    _check_names(robot, where)
+    for segment in robot.segments:
+        _check_segment(segment, f"{where}: segments.{segment.name}.")
+    names = [segment.name for segment in robot.segments]
+    for tendon in robot.tendons:
+        if tendon.ends_at not in names:
+            raise unknown("segment", tendon.ends_at, names, f"{where}: tendons.{tendon.name}.ends_at")
+        _check_tendon(tendon, robot, f"{where}: tendons.{tendon.name}.")
+    top = f"{where}: "
+    check_shared(robot, where)
+    need(robot, "links_per_subsegment", top, lambda count: count >= 1, "must be 1 or more")
+    need(robot, "disks_per_segment", top, lambda count: count >= 0, "must not be negative")
+    count = sum(disks(robot, segment) for segment in robot.segments) * robot.links_per_subsegment
+    if count > MAX_LINKS:
+        raise InputError(f"{top}disks times links_per_subsegment = {count}: more than {MAX_LINKS} links")
+    holes = count * len(robot.tendons)
+    if holes > _MAX_HOLES:
+        raise InputError(f"{top}links times tendons = {holes}: more than {_MAX_HOLES} holes")
+    for key, value, choices in (
+        ("actuation", robot.actuation, ACTUATIONS),
+        ("appearance", robot.appearance, ("spacer_disks", "wire_guides")),
+        ("hinges", robot.hinges, ("even", "rod")),
+    ):
+        if value not in choices:
+            raise unknown(key, value, choices, where)
+
+
+def _check_names(robot: ContinuumRobot, where: str) -> None:
+    for kind, names in (
+        ("segment", [segment.name for segment in robot.segments]),
+        ("tendon", [tendon.name for tendon in robot.tendons]),
+    ):
+        for name in names:
+            check_name(name, f"{where}: {kind}")
+            if names.count(name) > 1:
+                raise InputError(f"{where}: {kind} {name!r} stands twice")
+    for tendon in robot.tendons:
+        if tendon.channel:
+            check_name(tendon.channel, f"{where}: tendons.{tendon.name}.channel")
+
+
+def _check_segment(segment: Segment, prefix: str) -> None:
+    for name in ("length_m", "outer_radius_m", "bending_stiffness_N_m2", "mass_kg"):
+        positive(segment, name, prefix)
+    for name in ("torsion_stiffness_N_m2", "axial_stiffness_N", "shear_stiffness_N"):
+        positive(segment, name, prefix, finite=False)
+    need(segment, "disks", prefix, lambda count: count >= 1, "must be 1 or more")
+    need(segment, "bending_axes", prefix, lambda axes: axes in ("x", "xy"), "must be x or xy")
+    for name in ("stiffness_cubic_m2", "stiffness_quintic_m4"):
+        need(segment, name, prefix, math.isfinite, "must be finite")
+    limit = 4.0 * math.pi / segment.length_m
+    for name in ("rest_curvature_x_per_m", "rest_curvature_y_per_m", "rest_twist_rad_per_m"):
+        need(
+            segment, name, prefix, lambda value: abs(value) <= limit, "more than two turns along the segment"
+        )
+    if segment.bending_axes == "x":
+        need(
+            segment,
+            "rest_curvature_y_per_m",
+            prefix,
+            lambda value: value == 0,
+            "must be 0 where bending_axes is x",
+        )
+
+
+def _check_tendon(tendon: Tendon, robot: ContinuumRobot, prefix: str) -> None:
+    positive(tendon, "radius_m", prefix)
+    need(tendon, "angle_rad", prefix, math.isfinite, "must be finite")
+    positive(tendon, "stiffness_N_per_m", prefix, finite=False)
+    need(tendon, "pretension_N", prefix, lambda force: 0 <= force < math.inf, "must not be negative")
+    channel_m = robot.channel_radius_m
+    need(
+        tendon,
+        "radius_m",
+        prefix,
+        lambda radius: radius > channel_m,
+        f"the tendon lies in the free channel (radius {channel_m * 1e3:g} mm)",
+    )
+    for segment in robot.segments:
+        outer_m = segment.outer_radius_m
+        if tendon.radius_m >= outer_m:
+            raise InputError(
+                f"{prefix}radius_mm = {tendon.radius_m * 1e3:g}: the tendon lies outside the disks of "
+                f"segment {segment.name} (outer radius {outer_m * 1e3:g} mm)"
+            )
+        if segment.name == tendon.ends_at:
+            break

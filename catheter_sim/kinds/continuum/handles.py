@@ -1,0 +1,59 @@
+"""Where causes of error may act on a continuum robot, and what is large for it."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+from catheter_sim.core.bends import curvature_handles, tip_forces
+from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
+from catheter_sim.kinds.continuum.spec import ContinuumRobot
+
+Parts = tuple[tuple[str, float, str], ...]  # name, length [m] and bending axes of each segment
+
+
+def handles(robot: ContinuumRobot) -> tuple[Handle, ...]:
+    """Return the places at which causes may act; holes turn only where a robot bends in any direction."""
+    segments = tuple((item.name, item.length_m, item.bending_axes) for item in robot.segments)
+    pulled = robot.actuation == "tension"  # a tension arrives whatever the tendon's length
+    return _handles(segments, () if pulled else tuple(item.name for item in robot.tendons))
+
+
+@lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot
+def _handles(segments: Parts, tendons: tuple[str, ...]) -> tuple[Handle, ...]:
+    spatial = all(axes == "xy" for _, _, axes in segments)
+    found = [
+        Handle(Role.ELASTIC_SCALE, "stiffness_scale"),
+        Handle(Role.FRICTION, "friction.mu"),
+        Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"),
+    ]
+    for name, _, _ in segments:
+        found.append(Handle(Role.ELASTIC_CONSTANT, f"segments.{name}.bending_stiffness_N_mm2"))
+        found.append(Handle(Role.CUBIC, f"segments.{name}.stiffness_cubic_mm2"))
+        if spatial:  # hinges of a planar robot keep its plane
+            found.append(Handle(Role.HOLE_TWIST, f"segments.{name}.rest_twist_deg_per_m"))
+    for name in tendons:
+        found.append(Handle(Role.TENDON_STIFFNESS, f"tendons.{name}.stiffness_N_per_mm"))
+    return (*found, *curvature_handles(segments), *tip_forces(segments))
+
+
+def movers(robot: ContinuumRobot) -> tuple[Mover, ...]:
+    """Return what each channel moves: the section at which its tendons end, toward their side."""
+    sides: dict[str, tuple[float, float]] = {}
+    parts: dict[str, str] = {}
+    for tendon in robot.tendons:
+        channel = tendon.channel or tendon.name
+        x, y = sides.get(channel, (0.0, 0.0))
+        sides[channel] = x + math.cos(tendon.angle_rad), y + math.sin(tendon.angle_rad)
+        parts[channel] = tendon.ends_at
+    return tuple(Mover(channel, parts[channel], side) for channel, side in sides.items())
+
+
+def sizes(robot: ContinuumRobot) -> Sizes:
+    """Return what bends `robot` by a radian; it is made for a radian over its shortest segment."""
+    arm_m = max((tendon.radius_m for tendon in robot.tendons), default=robot.segments[0].outer_radius_m)
+    stiffness = robot.stiffness_scale * min(segment.bending_stiffness_N_m2 for segment in robot.segments)
+    length_m = float(sum(segment.length_m for segment in robot.segments))
+    return sizes_of_softest(
+        length_m, stiffness, arm_m, 1.0 / min(segment.length_m for segment in robot.segments)
+    )

@@ -1,0 +1,120 @@
+"""Where everything of a robot lies when it is straight: links, disks, holes. Derived from the data.
+
+Links are counted from 1 at the base, disks from 1 (0 is the fixed one at z = 0), holes like disks.
+The hinge of a link stands at its middle, or near it (`hinge_places`); a disk at the distal face of every
+`links_per_subsegment`-th link.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+
+
+@dataclass(frozen=True)
+class Link:
+    """One rigid link: the far half of its own hinge's length and the near half of the next one's.
+
+    Attributes:
+        index: 1 at the base.
+        segment: the segment that its hinge belongs to.
+        length_m: backbone length that its hinge stands for [m].
+        hinge_z_m, face_z_m: height of its hinge and of its distal face in the straight robot [m].
+        disk: number of the disk at its distal face, 0 where there is none.
+    """
+
+    index: int
+    segment: Segment
+    length_m: float
+    hinge_z_m: float
+    face_z_m: float
+    disk: int
+
+
+def disks(robot: ContinuumRobot, segment: Segment) -> int:
+    """Return how many subsegments `segment` has (`disks_per_segment` rules where it is set)."""
+    return robot.disks_per_segment or segment.disks
+
+
+def links(robot: ContinuumRobot) -> list[Link]:
+    """Return the robot's links, base to tip."""
+    result: list[Link] = []
+    z, disk = 0.0, 0
+    for segment in robot.segments:
+        count = disks(robot, segment) * robot.links_per_subsegment
+        length = segment.length_m / count
+        places = hinge_places(robot)
+        for i in range(count):
+            carries_disk = (i + 1) % robot.links_per_subsegment == 0
+            disk += carries_disk
+            start = z + i * length
+            hinge_z = start + length / 2.0
+            if robot.hinges == "rod":
+                within = i % robot.links_per_subsegment
+                hinge_z = start + (places[within] * robot.links_per_subsegment - within) * length
+            result.append(
+                Link(
+                    index=len(result) + 1,
+                    segment=segment,
+                    length_m=length,
+                    hinge_z_m=hinge_z,
+                    face_z_m=start + length,
+                    disk=disk if carries_disk else 0,
+                )
+            )
+        z += segment.length_m
+    return result
+
+
+def hinge_places(robot: ContinuumRobot) -> list[float]:
+    """Return where the hinges of a subsegment are, as shares of its length, rising.
+
+    Bent by a small t at n hinges of equal turns, a subsegment of length h is shorter between its disks by
+    h t^2 / 2 times the variance of the turn along it. At the middles of equal links that is 1/12 (1 + 2/n^2),
+    of an arc 1/12. "rod" gives the n hinges equal distances, and leaves 1 / 2(n + 1) at either end: 1/12.
+    """
+    count = robot.links_per_subsegment
+    if robot.hinges == "even" or count == 1:
+        return [(k + 0.5) / count for k in range(count)]
+    end = 0.5 / (count + 1)
+    return [end + k * (1.0 - 2.0 * end) / (count - 1) for k in range(count)]
+
+
+def segment_ends(robot: ContinuumRobot) -> dict[str, int]:
+    """Return, by segment name, the number of the disk at its end."""
+    ends: dict[str, int] = {}
+    count = 0
+    for segment in robot.segments:
+        count += disks(robot, segment)
+        ends[segment.name] = count
+    return ends
+
+
+def last_disk(robot: ContinuumRobot, tendon: Tendon) -> int:
+    """Return the number of the disk in which `tendon` is fixed."""
+    return segment_ends(robot)[tendon.ends_at]
+
+
+def disk_heights(robot: ContinuumRobot) -> np.ndarray:
+    """Return the heights of the disks in the straight robot, the base's first, shape (n + 1,) [m]."""
+    return np.array([0.0, *(link.face_z_m for link in links(robot) if link.disk)])
+
+
+def hole_angle_rad(robot: ContinuumRobot, tendon: Tendon, height_m: float) -> float:
+    """Return the angle of a tendon's hole about +z at a height, with the segments' rest twist [rad]."""
+    angle, z = tendon.angle_rad, 0.0
+    for segment in robot.segments:
+        angle += segment.rest_twist_rad_per_m * min(max(height_m - z, 0.0), segment.length_m)
+        z += segment.length_m
+    return angle
+
+
+def is_planar(robot: ContinuumRobot) -> bool:
+    """Return whether every hinge bends in the xz plane and none twists."""
+    return all(
+        segment.bending_axes == "x" and not np.isfinite(segment.torsion_stiffness_N_m2)
+        for segment in robot.segments
+    )

@@ -1,0 +1,150 @@
+"""The neuroendoscope of Kato et al. 2016 (Int J CARS, doi 10.1007/s11548-015-1310-2), as data."""
+
+from __future__ import annotations
+
+import math
+
+from catheter_sim.core.published import Environment, Published, Trials, Uncertain, reach_and_track
+from catheter_sim.core.robot import Friction
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+
+CELL_LENGTH_M = 2e-3  # Kato 2016, Materials and methods
+CELL_STIFFNESS_N_M_PER_RAD = 8.6e-3  # Kato 2016, "measured after fabrication"
+CELL_MASS_KG = 15e-6  # assumed: NiTi backbone and PEEK guide of a 2 mm cell, 0.45 g a section
+CELLS = 30  # a section; Kato 2016
+EYELET_OFFSET_M = 1.4e-3  # from the centroid; Kato 2016
+OUTER_RADIUS_M = 1.7e-3  # 3.4 mm outer diameter; Kato 2016
+CHANNEL_RADIUS_M = 0.7e-3  # 1.4 mm tool channel; Kato 2016
+FRICTION_MU = 0.3  # assumed (not printed): between PEEK and metal wire; see the validation report
+# Assumed (not printed): angle of the proximal section's four tendons from the bending plane.
+PROXIMAL_TENDON_ANGLE_RAD = math.radians(35.0)
+
+_KATO = "Kato 2016, Materials and methods"
+_SOURCES = {
+    "length_mm": f"{_KATO}: 30 cells of 2 mm",
+    "disks": f"{_KATO}: thirty cells a section",
+    "outer_radius_mm": f"{_KATO}: outer diameter 3.4 mm",
+    "bending_stiffness_N_mm2": f"{_KATO}: 8.6e-3 N m/rad a cell, times its 2 mm",
+    "mass_g": "assumed: 15 mg a cell",
+    "torsion_stiffness_N_mm2": "assumed: the flexures do not twist",
+    "axial_stiffness_N": "assumed: the flexures do not stretch",
+    "shear_stiffness_N": "assumed: the flexures do not shear",
+    "stiffness_cubic_mm2": "assumed: linear (Kato 2016, Eq. 3)",
+    "stiffness_quintic_mm4": "assumed: linear (Kato 2016, Eq. 3)",
+    "rest_curvature_x_per_m": "assumed: straight",
+    "rest_curvature_y_per_m": "assumed: straight",
+    "rest_twist_deg_per_m": "assumed: straight",
+}
+
+
+def _section(name: str) -> Segment:
+    return Segment(
+        name=name,
+        length_m=CELLS * CELL_LENGTH_M,
+        disks=CELLS,
+        outer_radius_m=OUTER_RADIUS_M,
+        bending_stiffness_N_m2=CELL_STIFFNESS_N_M_PER_RAD * CELL_LENGTH_M,
+        mass_kg=CELLS * CELL_MASS_KG,
+        bending_axes="x",
+    )
+
+
+def _sources(segments: tuple[Segment, ...], proximal_angle: str) -> dict[str, str]:
+    sources = {f"segments.{item.name}.{key}": text for item in segments for key, text in _SOURCES.items()}
+    return sources | {
+        "tendons": f"{_KATO}: eyelets 1.4 mm from the centroid{proximal_angle}; inextensible (A7); "
+        "no pretension assumed",
+        "friction.mu": "assumed: no value is printed",
+        "mount": "assumed: rigid",
+        "dynamics": "assumed: chosen so that the robot comes to rest without overshoot",
+        "channel_radius_mm": f"{_KATO}: tool channel of 1.4 mm diameter",
+        "stiffness_scale": "by definition 1",
+        "links_per_subsegment": f"{_KATO}: one flexure a cell",
+        "disks_per_segment": "by definition 0: as the segments say",
+    }
+
+
+def neuroendoscope_section() -> ContinuumRobot:
+    """Return the measured single section: 30 cells, 60 mm, one antagonistic pair of tendons."""
+    segments = (_section("section"),)
+    return ContinuumRobot(
+        name="neuroendoscope_section",
+        description="single section of 30 elastic cells, 60 mm, two tendons (Kato 2016)",
+        segments=segments,
+        tendons=(
+            Tendon("right", EYELET_OFFSET_M, 0.0, "section"),
+            Tendon("left", EYELET_OFFSET_M, math.pi, "section"),
+        ),
+        friction=Friction(FRICTION_MU),
+        appearance="wire_guides",
+        channel_radius_m=CHANNEL_RADIUS_M,
+        sources=_sources(segments, ""),
+    )
+
+
+def neuroendoscope() -> ContinuumRobot:
+    """Return the full robot: proximal and distal section of 30 cells, 120 mm, six tendons.
+
+    Two tendons in the bending plane end at the tip. Four end at the midpoint; they run through
+    eyelets placed symmetrically about the bending plane, 1.4 mm from the centroid like the others,
+    and each side's two share one input.
+    """
+    segments = (_section("proximal"), _section("distal"))
+    angle = PROXIMAL_TENDON_ANGLE_RAD
+
+    def proximal(name: str, angle_rad: float, channel: str) -> Tendon:
+        return Tendon(name, EYELET_OFFSET_M, angle_rad, "proximal", channel)
+
+    return ContinuumRobot(
+        name="neuroendoscope",
+        description="two sections of 30 elastic cells, 120 mm, six tendons (Kato 2016)",
+        segments=segments,
+        tendons=(
+            Tendon("distal_right", EYELET_OFFSET_M, 0.0, "distal"),
+            Tendon("distal_left", EYELET_OFFSET_M, math.pi, "distal"),
+            proximal("proximal_right_1", angle, "proximal_right"),
+            proximal("proximal_right_2", -angle, "proximal_right"),
+            proximal("proximal_left_1", math.pi - angle, "proximal_left"),
+            proximal("proximal_left_2", math.pi + angle, "proximal_left"),
+        ),
+        friction=Friction(FRICTION_MU),
+        appearance="wire_guides",
+        channel_radius_m=CHANNEL_RADIUS_M,
+        sources=_sources(segments, "; the proximal tendons' 35 deg from the bending plane assumed"),
+    )
+
+
+# Assumed: the tip of a single section moves on a curve, where it comes near a target more easily.
+SECTION_TOLERANCE_M = 2e-3
+# Kato 2016 articulates a section with up to 0.65 N; this asks for 0.61 N of the distal tendons.
+TUMOUR_BEND_RAD = 3.0
+
+
+def _uncertain(tendons: tuple[str, ...]) -> tuple[Uncertain, ...]:
+    return (
+        Uncertain("elastic_constant", 0.03, ("stiffness_scale",)),
+        Uncertain("friction_coefficient", 0.20, ("friction.mu",)),
+        Uncertain("moment_arm", 0.01, tuple(f"tendons.{name}.radius_mm" for name in tendons)),
+    )
+
+
+PUBLISHED = (
+    Published(
+        "neuroendoscope",
+        neuroendoscope,
+        (
+            *reach_and_track("Neuroendoscope"),
+            Environment("NeuroendoscopeTumour", "Tumour", {"largest_bend_rad": TUMOUR_BEND_RAD}),
+        ),
+        Trials("pull", (0.35, 0.35, 0.7, 0.7), 0.0, "xz", rows=20, together=False),
+        _uncertain(tuple(tendon.name for tendon in neuroendoscope().tendons)),
+    ),
+    Published(
+        "neuroendoscope_section",
+        neuroendoscope_section,
+        reach_and_track("NeuroendoscopeSection", tolerance_m=SECTION_TOLERANCE_M),
+        # Two tendons that both pull slip together in the nominal statics, each by itself in the simulation.
+        Trials("pull", (0.45, 0.45), 0.04, "xz"),
+        _uncertain(tuple(tendon.name for tendon in neuroendoscope_section().tendons)),
+    ),
+)

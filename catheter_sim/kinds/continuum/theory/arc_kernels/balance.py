@@ -1,0 +1,183 @@
+"""What the balance of a robot of arcs leaves over, and its exact derivative, compiled."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from catheter_sim.kinds.continuum.theory.arc_kernels.loads import acts, find_generalised_load
+from catheter_sim.mechanics.compiled import compiled
+
+PRE_SLIDING_M = 1e-5  # path within which a stuck tendon gives way
+SHIFT_UNIT_M = 1e-3  # the base's shift is solved for in this unit, alike in size to an angle
+_TURN_FLOOR_RAD = 1e-4  # smooths |b| at zero
+_DIFFERENCE_RAD = 1e-6  # of the load's derivative: only Newton's speed depends on it
+
+
+class ArcRobot(NamedTuple):
+    """One robot as the loops take it; S segments, T tendons.
+
+    Attributes:
+        length: (S,) [m].
+        k0, c3, c5: stiffness [N m/rad] and the law in the bend, (S,).
+        rest: bends at rest, (S, 2) [rad].
+        free: which bends are free, (S, 2).
+        arm, chord: of the tendons, (T, S, 2) and (T, S) [m].
+        stiffness, stretch: of the tendons, and by their pretension, (T,) [N/m], [m].
+        mu: capstan coefficient.
+        compliance: of the base [m/N].
+        disks: number of each segment, (S,).
+        weight: of each disk, (S, 3) [N].
+    """
+
+    length: Any
+    k0: Any
+    c3: Any
+    c5: Any
+    rest: Any
+    free: Any
+    arm: Any
+    chord: Any
+    stiffness: Any
+    stretch: Any
+    mu: Any
+    compliance: Any
+    disks: Any
+    weight: Any
+
+
+@compiled
+def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivative):
+    """Set what the unknowns `x` (2S + 1,) leave over [rad], and its derivative; return the largest of it.
+
+    Args: inputs: command (T,), tip force and moment (3,); anchor (T, S)
+    path at which each tendon would not slip; smooth: width of stretch [m] over which a tendon becomes
+    taut, 0 for at once; work: working space; state, set: span, slip (T, S), tension
+    (T,), residual (2S + 1,); derivative, set: (2S + 1, 2S + 1).
+    """
+    length, k0, c3, c5, rest, free, arm, chord, stiffness, pretension, mu, compliance, count, weight = robot
+    command, tip_force, tip_moment = inputs
+    span, slip, tension, residual = state
+    segments, tendons = len(length), len(stiffness)
+    last = 2 * segments
+    arms, turning, frames, force, moved = work
+    shift = x[last] * SHIFT_UNIT_M
+    for i in range(last + 1):
+        residual[i] = 0.0
+        for j in range(last + 1):
+            derivative[i, j] = 0.0
+
+    # Turn of a tendon from the base to the middle of each segment: its cosh, sinh, and |b|.
+    turn = 0.0
+    for s in range(segments):
+        bx, by = x[2 * s], x[2 * s + 1]
+        norm = math.sqrt(bx * bx + by * by + _TURN_FLOOR_RAD * _TURN_FLOOR_RAD)
+        half = 0.5 * mu * (norm - _TURN_FLOOR_RAD)
+        turning[s, 0] = math.cosh(turn + half)
+        turning[s, 1] = math.sinh(turn + half)
+        turning[s, 2] = norm
+        turn += 2.0 * half
+
+    # Tendons: moments less what they push, in N m.
+    total_tension, total_grip = 0.0, 0.0
+    for t in range(tendons):
+        path = 0.0
+        for s in range(segments):
+            bx, by, sag = x[2 * s], x[2 * s + 1], chord[t, s]
+            arms[2 * s] = arm[t, s, 0] + sag * bx
+            arms[2 * s + 1] = arm[t, s, 1] + sag * by
+            own = arm[t, s, 0] * bx + arm[t, s, 1] * by + 0.5 * sag * (bx * bx + by * by)
+            slip[t, s] = min(max((own - anchor[t, s]) / PRE_SLIDING_M, -1.0), 1.0) if mu > 0.0 else 0.0
+            path += own
+        grip = 0.0
+        if by_tension:
+            pull = command[t]
+        else:
+            stretch = command[t] + pretension[t] - path - shift
+            if smooth > 0.0:
+                root = math.sqrt(stretch * stretch + smooth * smooth)
+                grip = 0.5 * stiffness[t] * (1.0 + stretch / root)
+                pull = 0.5 * stiffness[t] * (stretch + root)
+            elif stretch > 0.0:
+                grip = stiffness[t]
+                pull = grip * stretch
+            else:
+                pull = 0.0
+        tension[t] = pull
+        total_tension += pull
+        total_grip += grip
+        for s in range(segments):
+            cosh, sinh, x_slip = turning[s, 0], turning[s, 1], slip[t, s]
+            share = cosh - x_slip * sinh
+            span[t, s] = pull * share
+            if pull == 0.0:
+                continue
+            ax, ay = arms[2 * s], arms[2 * s + 1]
+            residual[2 * s] -= ax * pull * share
+            residual[2 * s + 1] -= ay * pull * share
+            derivative[2 * s, 2 * s] -= pull * share * chord[t, s]
+            derivative[2 * s + 1, 2 * s + 1] -= pull * share * chord[t, s]
+            if grip > 0.0:
+                for j in range(segments * 2):
+                    derivative[2 * s, j] += share * grip * ax * arms[j]
+                    derivative[2 * s + 1, j] += share * grip * ay * arms[j]
+                derivative[2 * s, last] += share * grip * ax * SHIFT_UNIT_M
+                derivative[2 * s + 1, last] += share * grip * ay * SHIFT_UNIT_M
+            if mu > 0.0:
+                by_turn = mu * pull * (sinh - x_slip * cosh)
+                for j in range(s + 1):
+                    part = by_turn * (0.5 if j == s else 1.0) / turning[j, 2]
+                    for a in range(2):
+                        derivative[2 * s, 2 * j + a] -= ax * part * x[2 * j + a]
+                        derivative[2 * s + 1, 2 * j + a] -= ay * part * x[2 * j + a]
+                if abs(x_slip) < 1.0:  # a stuck tendon
+                    stuck = pull * sinh / PRE_SLIDING_M
+                    derivative[2 * s, 2 * s] += stuck * ax * ax
+                    derivative[2 * s, 2 * s + 1] += stuck * ax * ay
+                    derivative[2 * s + 1, 2 * s] += stuck * ay * ax
+                    derivative[2 * s + 1, 2 * s + 1] += stuck * ay * ay
+        if grip > 0.0:
+            for j in range(last):
+                derivative[last, j] += compliance / SHIFT_UNIT_M * grip * arms[j]
+
+    if acts(tip_force, tip_moment, weight):
+        for j in range(-1, last):  # here, then moved by each component
+            if j >= 0:
+                x[j] += _DIFFERENCE_RAD
+            find_generalised_load(x, length, count, weight, tip_force, tip_moment, frames, moved)
+            for i in range(last):
+                if j < 0:
+                    force[i] = moved[i]
+                    residual[i] -= force[i]
+                else:
+                    derivative[i, j] -= (moved[i] - force[i]) / _DIFFERENCE_RAD
+            if j >= 0:
+                x[j] -= _DIFFERENCE_RAD
+
+    # Elastic moments; every row over its segment's stiffness, in rad.
+    largest = 0.0
+    for s in range(segments):
+        away_x, away_y = x[2 * s] - rest[s, 0], x[2 * s + 1] - rest[s, 1]
+        square = away_x * away_x + away_y * away_y
+        factor = 1.0 + square * (c3[s] + square * c5[s])
+        slope = 2.0 * c3[s] + 4.0 * square * c5[s]
+        for a in range(2):
+            i = 2 * s + a
+            away = away_x if a == 0 else away_y
+            if not free[s, a]:
+                residual[i] = away
+                for j in range(last + 1):
+                    derivative[i, j] = 1.0 if i == j else 0.0
+            else:
+                residual[i] = residual[i] / k0[s] + away * factor
+                for j in range(last + 1):
+                    derivative[i, j] /= k0[s]
+                derivative[i, i] += factor
+                derivative[i, 2 * s] += slope * away * away_x
+                derivative[i, 2 * s + 1] += slope * away * away_y
+            largest = max(largest, abs(residual[i]))
+
+    # The base gives way under the sum of the tensions.
+    residual[last] = x[last] - compliance / SHIFT_UNIT_M * total_tension
+    derivative[last, last] = 1.0 + compliance * total_grip
+    return max(largest, abs(residual[last]))

@@ -1,0 +1,149 @@
+"""Equilibria of robots of arcs along their inputs, compiled.
+
+A row is sought from the balances of the rows before it; without friction these decide nothing but which
+balance is found where there are several. Where Newton's method finds no balance, inputs and loads are
+brought on step by step: with friction from the row before, without from the robot at rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from catheter_sim.kinds.continuum.theory.arc_kernels.balance import PRE_SLIDING_M, ArcRobot
+from catheter_sim.kinds.continuum.theory.arc_kernels.newton import TOLERANCE_RAD, find_equilibrium
+from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.mechanics.vectors import copy
+
+_SHORTEST_WAY = 1.0 / 64.0  # of what changes from one row to the next
+
+
+@compiled
+def _anchored(x, robot, slip, anchor):
+    """Set `anchor` (T, S) to the paths at which tendons that have `slip` at `x` would have none."""
+    arm, chord = robot.arm, robot.chord
+    for t in range(anchor.shape[0]):
+        for s in range(anchor.shape[1]):
+            bx, by = x[2 * s], x[2 * s + 1]
+            path = arm[t, s, 0] * bx + arm[t, s, 1] * by + 0.5 * chord[t, s] * (bx * bx + by * by)
+            anchor[t, s] = path - PRE_SLIDING_M * slip[t, s]
+
+
+@compiled
+def _followed(x, guess, robot, by_tension, begin, end, anchor, between, work, newton, state):
+    """Move `x`, in balance at `begin`, to the balance at `end`; return what is left over there [rad].
+
+    At once from `guess` or, where that ends in no balance, by short ways.
+
+    Args: begin, end: command (T,), tip force and moment (3,), and the share of weight and pretension that
+    acts; between: space for the same and for pretension and weight.
+    """
+    stretch, weight = robot.stretch, robot.weight
+    command, tip_force, tip_moment, pretension, weighing, kept = between
+    copy(x, kept)
+    copy(guess, x)
+    reached, way, size = 0.0, 1.0, 0.0
+    while reached < 1.0:
+        place = min(reached + way, 1.0)
+        for i in range(len(command)):
+            command[i] = begin[0][i] + place * (end[0][i] - begin[0][i])
+        for i in range(3):
+            tip_force[i] = begin[1][i] + place * (end[1][i] - begin[1][i])
+            tip_moment[i] = begin[2][i] + place * (end[2][i] - begin[2][i])
+        share = begin[3] + place * (1.0 - begin[3])
+        for i in range(len(stretch)):
+            pretension[i] = share * stretch[i]
+        for s in range(len(weight)):
+            for i in range(3):
+                weighing[s, i] = share * weight[s, i]
+        there = ArcRobot(
+            robot.length, robot.k0, robot.c3, robot.c5, robot.rest, robot.free, robot.arm, robot.chord,
+            robot.stiffness, pretension, robot.mu, robot.compliance, robot.disks, weighing,
+        )  # fmt: skip
+        size = find_equilibrium(
+            x, there, by_tension, (command, tip_force, tip_moment), anchor, work, newton, state
+        )
+        if size <= TOLERANCE_RAD:
+            reached = place
+            way *= 2.0
+            copy(x, kept)
+            if robot.mu > 0.0 and reached < 1.0:
+                _anchored(x, robot, state[1], anchor)
+        else:
+            way *= 0.25 if way == 1.0 else 0.5
+            if way < _SHORTEST_WAY:
+                break
+            copy(kept, x)
+    return size
+
+
+@compiled
+def solve_histories(robots, free, disks, by_tension, inputs, every, results):
+    """Set `results` to the equilibria of B robots at each `every`-th of r rows, see `arc_equilibrium`.
+
+    Args:
+        robots: length (B, S), stiffness k0 [N m/rad] and c3, c5 of the law in the bend (B, S), rest
+            (B, S, 2), arm (B, T, S, 2), chord (B, T, S), tendons' stiffness and stretch by their
+            pretension (B, T), mu, base compliance (B,), weight of each disk (B, S, 3).
+        free: which bends are free, (S, 2).
+        disks: of each segment, (S,).
+        by_tension: what the commands are.
+        inputs: commands (B, r, T), tip force and moment (B, r, 3).
+        every: which rows are wanted; those of robots with friction are marched through all the same.
+        results: unknowns (B, n, 2S + 1), tension (B, n, T), span (B, n, T, S), residual (B, n) [rad].
+    """
+    lengths, k0s, c3s, c5s, rests, arms, chords, stiffnesses, stretches, mus, compliances, weights = robots
+    commands, tip_forces, tip_moments = inputs
+    unknowns, tensions, spans, residuals = results
+    batch, rows, tendons = commands.shape
+    segments = lengths.shape[1]
+    n = 2 * segments + 1
+    work = (
+        np.empty(n),
+        np.empty((segments, 3)),
+        np.empty((segments + 1, 3, 3)),
+        np.empty(n),
+        np.empty(n),
+    )
+    newton = (np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n))
+    span, slip = np.empty((tendons, segments)), np.zeros((tendons, segments))
+    tension, residual = np.empty(tendons), np.empty(n)
+    state = (span, slip, tension, residual)
+    between = (
+        np.empty(tendons), np.empty(3), np.empty(3), np.empty(tendons), np.empty((segments, 3)), np.empty(n)
+    )  # fmt: skip
+    guess, at_rest, before, now = np.empty(n), np.zeros(n), np.empty(n), np.empty(n)
+    anchor = np.empty((tendons, segments))
+    nothing = (np.zeros(tendons), np.zeros(3), np.zeros(3), 0.0)
+    for b in range(batch):
+        robot = ArcRobot(
+            lengths[b], k0s[b], c3s[b], c5s[b], rests[b], free, arms[b], chords[b], stiffnesses[b],
+            stretches[b], mus[b], compliances[b], disks, weights[b],
+        )  # fmt: skip
+        for s in range(segments):
+            at_rest[2 * s], at_rest[2 * s + 1] = rests[b, s, 0], rests[b, s, 1]
+        copy(at_rest, now)
+        copy(at_rest, before)
+        for t in range(tendons):
+            for s in range(segments):
+                slip[t, s] = 0.0
+        _anchored(at_rest, robot, slip, anchor)
+        rough = mus[b] > 0.0
+        begin = nothing
+        for row in range(0, rows, 1 if rough else every):
+            end = (commands[b, row], tip_forces[b, row], tip_moments[b, row], 1.0)
+            for i in range(n):
+                guess[i] = now[i] + 0.5 * (now[i] - before[i]) if row > 1 and rough else now[i]
+            if not rough:
+                copy(at_rest, now)
+            copy(now, before)
+            size = _followed(now, guess, robot, by_tension, begin, end, anchor, between, work, newton, state)
+            if rough:
+                _anchored(now, robot, slip, anchor)
+                begin = end
+            if row % every == 0:
+                place = row // every
+                copy(now, unknowns[b, place])
+                copy(tension, tensions[b, place])
+                for t in range(tendons):
+                    copy(span[t], spans[b, place, t])
+                residuals[b, place] = size

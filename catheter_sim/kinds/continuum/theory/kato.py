@@ -1,0 +1,196 @@
+"""The neuroendoscope's forward kinematic mappings as published, and the constant-curvature assumption.
+
+Kato et al. 2016 (doi 10.1007/s11548-015-1310-2). Cells bend in circular arcs (its A2), the moment
+arm is the eyelet's offset (A3), weight is left out (A6), tendons do not stretch (A7). The tension
+that enters is that of the first cell: there is no eyelet before it. Angles and tensions are found
+cell by cell from the base, so nothing is solved for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import brentq
+
+from catheter_sim.core.inputs import Inputs, row_name
+from catheter_sim.core.posture import Array
+from catheter_sim.core.static_run import StaticRun
+from catheter_sim.errors import InputError
+from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.kinds.continuum.theory.planar import arc_chain
+from catheter_sim.kinds.continuum.theory.planar_chain import (
+    PlanarChain,
+    drives,
+    elastic_moment,
+    planar_chain,
+    posture,
+    require_tension_inputs,
+    require_unloaded,
+    rest_angles,
+    static_run,
+)
+from catheter_sim.mechanics.slip import tensions_behind
+
+# One step: tensions at the actuators, angles and tensions before -> angles (n,) and tensions (t, n).
+_Step = Callable[[PlanarChain, Array, Array, Array], tuple[Array, Array]]
+
+
+def fkm(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return the postures of the extended forward kinematic mapping, as printed (Kato 2016, Eqs 2-9).
+
+    A row of inputs is one time k of the paper; before the first the robot is at rest. The mapping
+    only reads the sign of theta^k - theta^(k-1), so **its answer depends on how many rows lead to
+    it**, and the rows are taken as they are:
+
+    - In monotone arching the number of rows does not matter.
+    - Coming back in few large steps, tension rises from the base until a cell would bend further
+      than before; there the sign turns and tension falls along the old distribution. That is the
+      peaked profile of the paper's Fig. 14, up to one eyelet's jump in tension too high beyond the
+      peak, because nothing says that a cell may stick.
+    - Coming back in many small steps, each step moves the peak by one cell and lifts everything
+      beyond it by that jump, whatever the step's size: the robot bends further while its tendon is
+      let out.
+    - A row that repeats the one before it has sgn(0) = 0 in its first cell, so no friction there;
+      after n such rows there is none anywhere.
+
+    `fkm_stick` mends this, and no more than this.
+
+    Args:
+        robot: every segment bends in the xz plane, one hinge a cell.
+        inputs: tensions; no tip force or moment in the plane.
+        gravity_mps2: in the base frame, shape (3,) [m/s^2]; none in the plane.
+
+    Raises:
+        InputError: the mapping does not know this robot or these inputs.
+    """
+    return _march("fkm", _printed_step, robot, inputs, gravity_mps2, substeps=False)
+
+
+def fkm_stick(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return the postures of the printed mapping, with cells that may stick.
+
+    Eqs 3 and 7 and the ratio of Eq. 4 are the printed ones. What differs is the exponent: Eq. 4 knows
+    the two signs of slip only, and sgn(theta^k - theta^(k-1)) contradicts itself where the tension
+    propagated for extending would bend the next cell further than before. Here the ratio bounds the
+    tension behind an eyelet on both sides, and the moment on the next cell keeps its value between
+    the bounds (`slip.tensions_behind`, over all tendons that pass that cell). Where Eq. 4 does not
+    contradict itself the two agree. Inputs move linearly from row to row, so that their number does
+    not matter.
+
+    Arguments and errors as in `fkm`.
+    """
+    return _march("fkm_stick", _sticking_step, robot, inputs, gravity_mps2, substeps=True)
+
+
+def pcca(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return the postures under the piecewise-constant-curvature assumption (as compared in Kato 2016).
+
+    No friction: each tendon's tension is the same in all of its cells, so that all cells of a
+    section bend alike, theta = sum(d tension) / K.
+
+    Arguments and errors as in `fkm`.
+    """
+    return _march("pcca", _uniform_step, robot, inputs, gravity_mps2, substeps=False)
+
+
+def tension_ratio(mu: float, angle: float) -> float:
+    """Return the ratio of the tensions behind and before an eyelet, bending further (Kato 2016, Eq. 4).
+
+    alpha = (1 - mu sin|theta/2|) / (1 + mu sin|theta/2|), with the angle [rad] of the cell before
+    the eyelet for both neighbours' (the paper's sin(theta_i/2) = sin(theta_(i+1)/2)). For small
+    angles it is the capstan's exp(-mu |theta|).
+
+    Raises:
+        ArithmeticError: mu sin|theta/2| >= 1: no tension passes, the formula has left its range.
+    """
+    friction = mu * math.sin(0.5 * abs(angle))
+    if friction >= 1.0 or abs(angle) > math.pi:
+        raise ArithmeticError(f"a cell bends by {math.degrees(angle):.0f} deg: no tension passes its eyelet")
+    return (1.0 - friction) / (1.0 + friction)
+
+
+def _march(
+    model: str, step: _Step, robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array, substeps: bool
+) -> StaticRun:
+    chain = planar_chain(robot, model)
+    gravity = np.asarray(gravity_mps2, dtype=float)
+    require_tension_inputs(inputs, model)
+    require_unloaded(inputs, gravity, model)
+    angles, tension = rest_angles(chain), np.zeros(chain.offset.shape)
+    postures, residual = [], []
+    for row, steps in enumerate(drives(chain, inputs, gravity)):
+        try:
+            for drive in steps if substeps else steps[-1:]:
+                angles, tension = step(chain, drive.tension, angles, tension)
+        except ArithmeticError as error:
+            raise InputError(f"{row_name(inputs, row)}: static model {model!r}: {error}") from None
+        p_w, R_w = arc_chain(angles, chain.cell_length)
+        postures.append(posture(chain, angles, p_w, R_w, tension, steps[-1]))
+        lack = (chain.offset * tension).sum(axis=0) - elastic_moment(chain, angles)
+        residual.append(float(np.abs(lack).max()))
+    return static_run(model, inputs, gravity, postures, residual)
+
+
+def _printed_step(chain: PlanarChain, tension: Array, angles: Array, _: Array) -> tuple[Array, Array]:
+    """Eqs 7 and 8 with 4, alternately, from the base to the tip."""
+    now, entering = np.zeros_like(angles), tension
+    in_cells = np.zeros(chain.offset.shape)
+    for i in range(len(angles)):
+        in_cells[:, i] = np.where(chain.reaches[:, i], entering, 0.0)
+        now[i] = _bend_angle(chain, i, _moment(chain, i, in_cells))
+        ratio = tension_ratio(chain.mu, now[i])
+        entering = entering * ratio ** (np.sign(chain.offset[:, i]) * np.sign(now[i] - angles[i]))
+    return now, in_cells
+
+
+def _sticking_step(chain: PlanarChain, tension: Array, angles: Array, kept: Array) -> tuple[Array, Array]:
+    """Eq. 7, and Eq. 4 as the two bounds between which a cell's moment keeps its value."""
+    now, entering = np.zeros_like(angles), tension
+    in_cells = np.zeros(chain.offset.shape)
+    capstan = 1.0  # no eyelet before the first cell
+    for i in range(len(angles)):
+        here = chain.reaches[:, i]
+        behind = tensions_behind(
+            entering[here].tolist(), kept[here, i].tolist(), chain.offset[here, i].tolist(), capstan
+        )
+        in_cells[here, i] = behind
+        now[i] = _bend_angle(chain, i, _moment(chain, i, in_cells))
+        capstan = 1.0 / tension_ratio(chain.mu, now[i])
+        entering = in_cells[:, i]
+    return now, in_cells
+
+
+def _uniform_step(chain: PlanarChain, tension: Array, angles: Array, _: Array) -> tuple[Array, Array]:
+    in_cells = np.where(chain.reaches, tension[:, None], 0.0)
+    cells = range(len(chain.cell_length))
+    return np.array([_bend_angle(chain, i, _moment(chain, i, in_cells)) for i in cells]), in_cells
+
+
+def _moment(chain: PlanarChain, cell: int, in_cells: Array) -> float:
+    """Return the tendons' moment on a cell; equal and opposite ones leave exactly nothing."""
+    return math.fsum((chain.offset[:, cell] * in_cells[:, cell]).tolist())
+
+
+def _bend_angle(chain: PlanarChain, cell: int, moment: float) -> float:
+    """Return the angle at which a cell's elastic moment is `moment` (Kato 2016, Eq. 3, where linear)."""
+    length = float(chain.cell_length[cell])
+    cubic, quintic = float(chain.cubic[cell]), float(chain.quintic[cell])
+    linear = moment / float(chain.stiffness[cell])  # the curvature, if the law were linear
+    k = linear
+    if (cubic != 0.0 or quintic != 0.0) and linear != 0.0:
+
+        def excess(k: float) -> float:
+            return k * (1.0 + k * k * (cubic + k * k * quintic)) - linear
+
+        # On a softening law the angle is that on the branch which starts at rest.
+        end = linear
+        for _ in range(60):
+            if excess(end) * linear >= 0.0:
+                break
+            end *= 1.1
+        else:
+            raise ArithmeticError(f"cell {cell + 1}: no angle has the elastic moment {moment:.3g} N m")
+        k = float(brentq(excess, 0.0, end, xtol=1e-14 * abs(linear), rtol=1e-15))
+    return (k + float(chain.rest_curvature[cell])) * length

@@ -1,0 +1,92 @@
+"""The twin of tendon-driven continuum robots.
+
+Robots that bend in a plane and are driven by tension go through the exact-arm statics, all at once
+(`theory.planar_batch`) or, with tendons that it does not know, one by one (`fkm_exact_arm`). All others go
+through arcs of constant curvature, all at once (`theory.arc_equilibrium`), with tendons that run straight
+between disks, as in the simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.core.statics import OneByOne, StaticModel, Twin, TwinStates
+from catheter_sim.kinds.continuum.drives import outputs
+from catheter_sim.kinds.continuum.layout import links
+from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.kinds.continuum.theory.arc_equilibrium import solve_rows
+from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots, joint_values, loads, places
+from catheter_sim.kinds.continuum.theory.exact_arm import MODEL, fkm_exact_arm
+from catheter_sim.kinds.continuum.theory.planar import hinge_faces, rotations
+from catheter_sim.kinds.continuum.theory.planar_batch import knows, solve_planar
+from catheter_sim.kinds.continuum.theory.planar_chain import bends_in_plane, joint_angles
+from catheter_sim.mechanics.arcs import points_on_arcs
+
+_EXACT_ARM: StaticModel[ContinuumRobot] = StaticModel(MODEL, "one robot at a time", fkm_exact_arm)
+
+
+@dataclass(frozen=True)
+class ArcTwin:
+    """Constant-curvature twin of any continuum robot."""
+
+    carries_load: bool = True
+
+    def solve(
+        self,
+        robots: Sequence[ContinuumRobot],
+        arriving: Sequence[Inputs],
+        gravity_mps2: Array,
+        elements: Sequence[int],
+        every: int,
+    ) -> TwinStates:
+        """Return where robots are, as `Twin.solve` says."""
+        arcs = arc_robots(robots, straight_between_disks=True)
+        commands = np.array([item.tendon for item in arriving])
+        acting = loads(robots, arriving, gravity_mps2)
+        states = solve_rows(arcs, commands, arriving[0].actuation == "tension", acting, every)
+        segment, fraction = places(robots[0])
+        disks = list(elements)
+        p_w, R_w = points_on_arcs(states.bend, arcs.length[:, None], segment[disks], fraction[disks])
+        p_w[..., 2] -= states.shift[..., None]
+        return TwinStates(p_w, R_w, partial(joint_values, robots[0], states.bend), states.tension)
+
+
+@dataclass(frozen=True)
+class PlanarTwin:
+    """Exact-arm twin of planar robots driven by tension."""
+
+    carries_load: bool = True
+
+    def solve(
+        self,
+        robots: Sequence[ContinuumRobot],
+        arriving: Sequence[Inputs],
+        gravity_mps2: Array,
+        elements: Sequence[int],
+        every: int,
+    ) -> TwinStates:
+        """Return where robots are, as `Twin.solve` says; NaN from the row on at which nothing balances."""
+        shown = slice(None, None, every)
+        angles, shift = solve_planar(robots, arriving, gravity_mps2)
+        angles = angles[:, shown]
+        length = np.array([[[link.length_m for link in links(robot)]] for robot in robots])
+        p_w = hinge_faces(angles, length, elements)
+        p_w[..., 2] += shift[:, shown, None]
+        R_w = rotations(np.cumsum(angles, axis=2)[:, :, list(elements)])
+        tension = np.array([item.tendon[shown] for item in arriving])
+        return TwinStates(p_w, R_w, partial(joint_angles, robots[0], angles), tension)
+
+
+def twin(robot: ContinuumRobot, actuation: str) -> Twin[ContinuumRobot]:
+    """Return the twin of robots like `robot` driven by "tension" or "displacement"."""
+    if not bends_in_plane(robot) or actuation != "tension":
+        return ArcTwin()
+    if knows(robot):
+        return PlanarTwin()
+    return OneByOne(_EXACT_ARM, len(outputs(robot).joints))

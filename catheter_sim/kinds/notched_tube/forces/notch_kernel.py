@@ -1,0 +1,250 @@
+"""Inner loops of a notched tube's step, compiled: where links hang, and how notches resist.
+
+`catheter_sim.kinds.notched_tube.forces.notches` says what the loops are for. Index k counts notches and links
+from 0 at the base. Arrays: `notch`, shape (n, 10): see the columns' names; `fibre`, (n, f, 3): x from the
+centroid, y, area; `metal`, (4,): modulus, strains at which the plateaus begin in tension and in compression,
+share of the modulus that the plateau loses; `hinge`, (n, a), a = 1 or 3: MuJoCo's numbers of the hinges
+toward +x, toward +y and about the tube.
+"""
+
+from __future__ import annotations
+
+import math
+
+from catheter_sim.mechanics.arrays import Array, Index
+from catheter_sim.mechanics.compiled import compiled_in_place
+
+# Columns of `notch` [m, rad, 1/rad^2, 1/rad^4, N m/rad].
+HEIGHT, BELOW, CENTROID, REST_X, REST_Y, CUBIC, QUINTIC, STIFF_X, STIFF_Y, PITCH = range(10)
+COLUMNS = 10
+SCRATCH = (9, 4)
+_SHARE = 0.5  # of the way to balance that a stretch goes in a step
+
+
+@compiled_in_place
+def _about(axis: Array, angle: float, out: Array) -> None:
+    """Fill the quaternion of a turn about a unit vector."""
+    sine = math.sin(0.5 * angle)
+    out[0] = math.cos(0.5 * angle)
+    for i in range(3):
+        out[1 + i] = sine * axis[i]
+
+
+@compiled_in_place
+def _after_back(turn: Array, q: Array) -> None:
+    """Take the turn back from `q`: q becomes conj(turn) q."""
+    a, b, c, d = turn[0], -turn[1], -turn[2], -turn[3]
+    e, f, g, h = q[0], q[1], q[2], q[3]
+    q[0] = a * e - b * f - c * g - d * h
+    q[1] = a * f + b * e + c * h - d * g
+    q[2] = a * g - b * h + c * e + d * f
+    q[3] = a * h + b * g - c * f + d * e
+
+
+@compiled_in_place
+def _turned(q: Array, way: float, v: Array, out: Array) -> None:
+    """Fill `v` turned by the quaternion, `way` = 1, or back, -1."""
+    s, x, y, z = q[0], way * q[1], way * q[2], way * q[3]
+    a, b, c = 2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]), 2.0 * (x * v[1] - y * v[0])
+    u0, u1, u2 = v[0], v[1], v[2]
+    out[0] = u0 + s * a + y * c - z * b
+    out[1] = u1 + s * b + z * a - x * c
+    out[2] = u2 + s * c + x * b - y * a
+
+
+@compiled_in_place
+def _helix(w: Array, length: float, p: Array, slope: Array, turn: Array, k: int) -> None:
+    """Fill a helix' end, and its slope and turn by component k of the rotation vector w."""
+    a, b, c = w[0], w[1], w[2]
+    q = a * a + b * b + c * c
+    if q < 1e-3:
+        c1, d1 = 0.5 - q / 24.0 * (1.0 - q / 30.0), -1.0 / 24.0 + q / 360.0 - q * q / 13440.0
+        c2, d2 = 1.0 / 6.0 - q / 120.0 * (1.0 - q / 42.0), -1.0 / 120.0 + q / 2520.0 - q * q / 120960.0
+    else:
+        angle = math.sqrt(q)
+        c0, c1 = math.sin(angle) / angle, (1.0 - math.cos(angle)) / q
+        c2 = (1.0 - c0) / q
+        d1, d2 = (0.5 * c0 - c1) / q, (-0.5 * (math.cos(angle) - c0) / q - c2) / q
+    u0, u1, u2 = a * c, b * c, c * c - q
+    p[0], p[1], p[2] = length * (c1 * b + c2 * u0), length * (c2 * u1 - c1 * a), length * (1.0 + c2 * u2)
+    e1, e2 = 2.0 * d1 * w[k], 2.0 * d2 * w[k]
+    ka, kb, kc = (1.0 if k == 0 else 0.0), (1.0 if k == 1 else 0.0), (1.0 if k == 2 else 0.0)
+    slope[0] = length * (e1 * b + c1 * kb + e2 * u0 + c2 * (ka * c + a * kc))
+    slope[1] = length * (e2 * u1 + c2 * (kb * c + b * kc) - e1 * a - c1 * ka)
+    slope[2] = length * (e2 * u2 - 2.0 * c2 * (a * ka + b * kb))
+    turn[0] = ka + c1 * (b * kc - c * kb) + c2 * (a * w[k] - q * ka)
+    turn[1] = kb + c1 * (c * ka - a * kc) + c2 * (b * w[k] - q * kb)
+    turn[2] = kc + c1 * (a * kb - b * ka) + c2 * (c * w[k] - q * kc)
+
+
+@compiled_in_place
+def place(
+    qpos: Array,
+    qpos_index: Index,
+    notch: Array,
+    stretch: Array,
+    hinge: Index,
+    body: Index,
+    jnt_pos: Array,
+    jnt_axis: Array,
+    body_pos: Array,
+    body_quat: Array,
+    scratch: Array,
+) -> None:
+    """Move hinges and links in the model to where the notches' arcs have them.
+
+    A link hangs on its notch's hinges so that it stands at the end of the arc, turned by the rotation vector
+    (-y, x, t) of the hinges' angles, and each hinge lies on the line about which the link turns now.
+
+    Args:
+        qpos: MuJoCo's positions; `qpos_index` picks the hinges' angles, shape (n, a).
+        notch: see the columns.
+        stretch: of the strips, shape (n,).
+        hinge, body: numbers in MuJoCo, shapes (n, a) and (n,).
+        jnt_pos, jnt_axis, body_pos, body_quat: out: MuJoCo's.
+        scratch: shape `SCRATCH`.
+    """
+    w, p, slope, at, q, turn = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
+    far, axis, point = scratch[6], scratch[7], scratch[8]
+    axes = hinge.shape[1]
+    for k in range(notch.shape[0]):
+        w[0] = w[2] = 0.0
+        w[1] = qpos[qpos_index[k, 0]]
+        if axes == 3:
+            w[0], w[2] = -qpos[qpos_index[k, 1]], qpos[qpos_index[k, 2]]
+        length, offset = notch[k, HEIGHT] * (1.0 + stretch[k]), notch[k, CENTROID]
+        size = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+        half = 0.5 if size < 1e-8 else math.sin(0.5 * size) / size
+        q[0] = math.cos(0.5 * size)
+        for i in range(3):
+            q[1 + i] = half * w[i]
+        _helix(w, length, p, slope, axis, 1)
+        at[0], at[1], at[2] = 1.0, 0.0, 0.0
+        _turned(q, 1.0, at, far)
+        for i in range(3):
+            at[i] = p[i] + offset * far[i]
+        at[0] -= offset
+        at[2] += notch[k, BELOW]
+        for back in range(axes):  # from the last hinge to the first: its line, and its turn taken back
+            j = axes - 1 - back
+            _helix(w, length, p, slope, axis, 1 if j == 0 else (0 if j == 1 else 2))
+            size = math.sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2])
+            if j == 1:
+                size = -size
+            for i in range(3):
+                axis[i] /= size
+                slope[i] /= size
+            point[0] = p[0] - offset - (slope[1] * axis[2] - slope[2] * axis[1])
+            point[1] = p[1] - (slope[2] * axis[0] - slope[0] * axis[2])
+            point[2] = p[2] + notch[k, BELOW] - (slope[0] * axis[1] - slope[1] * axis[0])
+            _about(axis, qpos[qpos_index[k, j]], turn)
+            _after_back(turn, q)
+            for i in range(3):
+                far[i] = point[i] - at[i]
+            _turned(turn, -1.0, far, slope)
+            for i in range(3):
+                at[i] = point[i] - slope[i]
+            _turned(q, -1.0, axis, jnt_axis[hinge[k, j]])
+            _turned(q, -1.0, slope, jnt_pos[hinge[k, j]])
+        for i in range(3):
+            body_pos[body[k], i] = at[i]
+        for i in range(4):
+            body_quat[body[k], i] = q[i]
+
+
+@compiled_in_place
+def _section(fibre: Array, metal: Array, stretch: float, kx: float, ky: float, out: Array) -> None:
+    """Fill the section's N, Mx, My, and the slope of N by the stretch."""
+    for i in range(4):
+        out[i] = 0.0
+    modulus, tension, compression, lost = metal[0], metal[1], metal[2], metal[3]
+    for i in range(fibre.shape[0]):
+        x, y = fibre[i, 0], fibre[i, 1]
+        strain = stretch - x * ky + y * kx
+        slope = modulus * fibre[i, 2]
+        force = slope * strain
+        if strain > tension:
+            force -= lost * slope * (strain - tension)
+            slope *= 1.0 - lost
+        elif strain < -compression:
+            force -= lost * slope * (strain + compression)
+            slope *= 1.0 - lost
+        out[0] += force
+        out[1] += y * force
+        out[2] -= x * force
+        out[3] += slope
+
+
+@compiled_in_place
+def stretch_on(
+    qpos: Array,
+    qpos_index: Index,
+    notch: Array,
+    fibre: Array,
+    metal: Array,
+    tension: Array,
+    drive: float,
+    stretch: Array,
+    balance: Array,
+    scratch: Array,
+) -> None:
+    """Move the strips' stretches toward balance with the tendon, N = -T c, c the arc's chord over its length.
+
+    A driven tendon slackens by its drive's stiffness times what they give way by: that is foreseen here.
+
+    Args:
+        qpos, qpos_index, notch: as in `place`.
+        fibre, metal: see the module's text.
+        tension: of the tendon in each notch, shape (n,) [N].
+        drive: stiffness of the tendon's drive, 0 where its tension is given [N/m].
+        stretch: changed, shape (n,).
+        balance: scratch, shape (n, 3): what is left over [N], c, and its slope by the stretch [N].
+        scratch: shape `SCRATCH`.
+    """
+    found, ask, answer = scratch[0], 0.0, 0.0
+    for k in range(notch.shape[0]):
+        y, x = qpos[qpos_index[k, 0]], 0.0
+        if qpos_index.shape[1] == 3:
+            x = -qpos[qpos_index[k, 1]]
+        height = notch[k, HEIGHT]
+        kx, ky = (x + notch[k, REST_Y]) / height, (y - notch[k, REST_X]) / height
+        _section(fibre[k], metal, stretch[k], kx, ky, found)
+        half = 0.5 * math.sqrt(x * x + y * y)
+        chord = 1.0 if half < 1e-8 else math.sin(half) / half
+        lack = found[0] + tension[k] * chord
+        ask += height * chord * lack / found[3]
+        answer += height * chord * chord / found[3]
+        balance[k, 0], balance[k, 1], balance[k, 2] = lack, chord, found[3]
+    slackens = _SHARE * drive * ask / (1.0 + _SHARE * drive * answer)
+    for k in range(notch.shape[0]):
+        stretch[k] -= _SHARE * (balance[k, 0] - balance[k, 1] * slackens) / balance[k, 2]
+
+
+@compiled_in_place
+def resist(
+    qpos: Array,
+    qpos_index: Index,
+    notch: Array,
+    fibre: Array,
+    metal: Array,
+    stretch: Array,
+    dof: Index,
+    torque: Array,
+    scratch: Array,
+) -> None:
+    """Take the notches' moments, but for what the model's springs hold of them, from `torque`, (nv,) [N m].
+
+    Arguments are those of `stretch_on`; `dof`, shape (n, a), are the hinges' degrees of freedom.
+    """
+    found = scratch[0]
+    for k in range(notch.shape[0]):
+        spatial = qpos_index.shape[1] == 3
+        bent = qpos[qpos_index[k, 0]] - notch[k, REST_X]
+        aside = qpos[qpos_index[k, 1]] - notch[k, REST_Y] if spatial else 0.0
+        height = notch[k, HEIGHT]
+        _section(fibre[k], metal, stretch[k], -aside / height, bent / height, found)
+        square = (bent * bent + aside * aside) / notch[k, PITCH] ** 2
+        law = 1.0 + square * (notch[k, CUBIC] + square * notch[k, QUINTIC])
+        torque[dof[k, 0]] -= law * found[2] - notch[k, STIFF_X] * bent
+        if spatial:
+            torque[dof[k, 1]] += law * found[1] + notch[k, STIFF_Y] * aside

@@ -1,0 +1,171 @@
+"""A notched tube as a chain of links in MJCF: link k is the uncut tube after notch k.
+
+A link hangs on its notch's hinges. In the file as it stands these lie where the unbent notch turns; before
+every step `catheter_sim.kinds.notched_tube.forces.notches` moves them with the bend. A viewer that does not
+shows small bends only, and a metal without a plateau.
+
+Names in the model (k counts from 1 at the base): bodies `link_<k>`, origin on the tube's axis at the notch's
+upper edge; joints `x<k>`, `y<k>`, `t<k>`; sites `face_<k>`, `tip`, and `hole_<tendon>_<i>`: at the lower edge
+of notch k for i = 2 k - 2, at its upper one for i = 2 k - 1, and in the tip.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+
+from catheter_sim.kinds.notched_tube.forces import notch_kernel
+from catheter_sim.kinds.notched_tube.forces.notches import notch_table
+from catheter_sim.kinds.notched_tube.layout import HINGES, Notch, notches, rest_angles
+from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
+from catheter_sim.kinds.notched_tube.springs import (
+    bending_seen_from_tendon,
+    spring_stiffness,
+    stop_stiffness,
+)
+from catheter_sim.kinds.notched_tube.theory.section import closing_angle
+from catheter_sim.mjcf import names
+from catheter_sim.mjcf.backend import mjcf
+from catheter_sim.mjcf.colours import tendon_colour
+from catheter_sim.mjcf.mount import add_feed, add_mount, pass_feed
+
+# An inextensible tendon driven by displacement is a spring this many times stiffer than the tube's bending
+# seen from it: its stretch stays below 0.1 % of the bending's share.
+INEXTENSIBLE_RATIO = 1000.0
+_FARTHEST_RAD = math.pi  # away from the notch: further than any bend
+
+
+def add_chain(root: mjcf.RootElement, robot: NotchedTubeRobot) -> list[mjcf.Element]:
+    """Add the links, joints and holes of `robot`; return the base and the links' bodies."""
+    row = notches(robot)
+    jnt_pos, jnt_axis, body_pos, body_quat = _places(robot, row)
+    bodies = [add_mount(root, robot)]
+    tendon = robot.tendons[0]
+    add_feed(root, robot, tendon.name, (tendon.radius_m, 0.0))
+    _site(bodies[0], names.hole(tendon.name, 0), (tendon.radius_m, 0.0, 0.0))
+    letters = HINGES if robot.bending_axes == "xy" else HINGES[:1]
+    for k, notch in enumerate(row):
+        body = bodies[-1].add("body", name=names.link(notch.index), pos=body_pos[k], quat=body_quat[k])
+        for j, letter in enumerate(letters):
+            _add_joint(body, robot, notch, letter, jnt_pos[k, j], jnt_axis[k, j])
+        radius, uncut = notch.segment.outer_radius_m, notch.uncut_m
+        transverse = notch.mass_kg * (radius**2 / 4.0 + uncut**2 / 12.0)
+        body.add(
+            "inertial",
+            pos=(0, 0, 0.5 * uncut),
+            mass=notch.mass_kg,
+            diaginertia=(transverse, transverse, notch.mass_kg * radius**2 / 2.0),
+        )
+        _site(body, names.face(notch.index), (0.0, 0.0, uncut))
+        _site(body, names.hole(tendon.name, 2 * k + 1), (tendon.radius_m, 0.0, 0.0))
+        _site(body, names.hole(tendon.name, 2 * k + 2), (tendon.radius_m, 0.0, uncut))
+        bodies.append(body)
+    _site(bodies[-1], names.TIP, (0.0, 0.0, row[-1].uncut_m))
+    return bodies
+
+
+def add_tendon(root: mjcf.RootElement, robot: NotchedTubeRobot, width_m: float) -> None:
+    """Add the tendon, from edge to edge, drawn with the radius `width_m`."""
+    tendon = robot.tendons[0]
+    element = root.tendon.add("spatial", name=names.tendon(tendon.name), width=width_m)
+    element.rgba = tendon_colour(0)
+    pass_feed(element, robot, tendon.name)
+    for k in range(2 * len(notches(robot)) + 1):
+        element.add("site", site=names.hole(tendon.name, k))
+
+
+def add_displacement_actuator(root: mjcf.RootElement, robot: NotchedTubeRobot) -> None:
+    """Add the actuator that takes the tendon's displacement; to be called when the tendon is there."""
+    tendon = robot.tendons[0]
+    name, stiffness = names.tendon(tendon.name), tendon.stiffness_N_per_m
+    if not math.isfinite(stiffness):
+        stiffness = INEXTENSIBLE_RATIO * bending_seen_from_tendon(robot)
+    # force = -pretension - k (displacement + length - rest length), pulls only
+    root.actuator.add(
+        "general",
+        name=name,
+        tendon=name,
+        biastype="affine",
+        gainprm=(-stiffness,),
+        biasprm=(stiffness * _rest_length(root, robot) - tendon.pretension_N, -stiffness, 0.0),
+        forcerange=(-1e9, 0.0),
+    )
+
+
+def _places(
+    robot: NotchedTubeRobot, row: list[Notch]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return hinges' places and axes, (n, a, 3), and links' places and turns, (n, 3) and (n, 4), at rest."""
+    axes = 3 if robot.bending_axes == "xy" else 1
+    count = len(row)
+    hinge = np.arange(count * axes).reshape(count, axes)
+    angles = np.array([rest_angles(notch)[:axes] for notch in row]).ravel()
+    jnt_pos, jnt_axis = np.zeros((count * axes, 3)), np.zeros((count * axes, 3))
+    body_pos, body_quat = np.zeros((count, 3)), np.zeros((count, 4))
+    notch_kernel.place(
+        angles,
+        hinge,
+        notch_table(robot),
+        np.zeros(count),
+        hinge,
+        np.arange(count),
+        jnt_pos,
+        jnt_axis,
+        body_pos,
+        body_quat,
+        np.zeros(notch_kernel.SCRATCH),
+    )
+    shape = (count, axes, 3)
+    return jnt_pos.reshape(shape) + 0.0, jnt_axis.reshape(shape) + 0.0, body_pos + 0.0, body_quat + 0.0
+
+
+def _add_joint(
+    body: mjcf.Element, robot: NotchedTubeRobot, notch: Notch, letter: str, pos: np.ndarray, axis: np.ndarray
+) -> None:
+    j = HINGES.index(letter)
+    stiffness, dynamics = spring_stiffness(robot, notch.segment)[j], robot.dynamics
+    joint = body.add(
+        "joint",
+        name=f"{letter}{notch.index}",
+        type="hinge",
+        axis=axis,
+        pos=pos,
+        stiffness=stiffness,
+        springref=rest_angles(notch)[j],
+        damping=stiffness * dynamics.relaxation_time_s,
+        armature=stiffness * dynamics.inertia_time_s**2,
+    )
+    if letter == "x":
+        _close(joint, robot, notch)
+
+
+def _close(joint: mjcf.Element, robot: NotchedTubeRobot, notch: Notch) -> None:
+    """Let the hinge stop where the notch is closed, as stiff as uncut tube.
+
+    MuJoCo's limit resists by k d / (1 - d) times the hinge's inertia, here nearly all armature; k and the
+    damping are those of a mass that comes to rest in two steps.
+    """
+    dynamics = robot.dynamics
+    rate = 1.0 / (2.0 * dynamics.timestep_s)
+    inertia = spring_stiffness(robot, notch.segment)[0] * dynamics.inertia_time_s**2
+    ratio = stop_stiffness(robot, notch.segment) / (inertia * rate**2)
+    hard = ratio / (1.0 + ratio)
+    joint.limited = True
+    joint.range = (-_FARTHEST_RAD, closing_angle(notch.segment))
+    joint.solreflimit = (-(rate**2), -2.0 * rate)
+    joint.solimplimit = (hard, hard, 1e-3, 0.5, 2.0)
+
+
+def _rest_length(root: mjcf.RootElement, robot: NotchedTubeRobot) -> float:
+    """Return the tendon's length in the unloaded tube [m]."""
+    model = mujoco.MjModel.from_xml_string(root.to_xml_string())
+    data = mujoco.MjData(model)
+    data.qpos[:] = model.qpos_spring
+    mujoco.mj_fwdPosition(model, data)
+    return float(data.ten_length[model.tendon(names.tendon(robot.tendons[0].name)).id])
+
+
+def _site(body: mjcf.Element, name: str, pos: tuple[float, float, float]) -> None:
+    body.add("site", name=name, pos=pos, size=(1e-4,), group=5)

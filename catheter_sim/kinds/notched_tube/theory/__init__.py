@@ -1,0 +1,1 @@
+"""Static models of notched tubes."""

@@ -1,0 +1,36 @@
+"""Robots of rigid links with rolling joints, pulled by elastic rods."""
+
+from typing import TYPE_CHECKING
+
+from catheter_sim.core.kind import Kind
+from catheter_sim.kinds.rolling.spec import RollingRobot
+
+KIND = Kind("rolling", RollingRobot, __name__)
+
+if TYPE_CHECKING:  # mypy holds the faces to their protocols
+    from catheter_sim.core.kind import Checks, Drives, Model, Picture, Steering
+    from catheter_sim.core.law import Laws
+    from catheter_sim.core.law_copies import Batched
+    from catheter_sim.core.published import Robots
+    from catheter_sim.kinds.rolling import (
+        batched,
+        checks,
+        drives,
+        gpu,
+        laws,
+        model,
+        picture,
+        robots,
+        steering,
+    )
+    from catheter_sim.mechanics.device import Gpu
+
+    _checks: Checks[RollingRobot] = checks
+    _drives: Drives[RollingRobot] = drives
+    _model: Model[RollingRobot] = model
+    _picture: Picture[RollingRobot] = picture
+    _steering: Steering[RollingRobot] = steering
+    _robots: Robots = robots
+    _laws: Laws[RollingRobot] = laws
+    _batched: Batched[RollingRobot] = batched
+    _gpu: Gpu[RollingRobot] = gpu

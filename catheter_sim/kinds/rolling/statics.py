@@ -1,0 +1,26 @@
+"""The static models of robots of rolling joints."""
+
+from __future__ import annotations
+
+from catheter_sim.core.statics import StaticModel
+from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.kinds.rolling.theory.complete import complete, virtual_work
+from catheter_sim.kinds.rolling.theory.pcc import pcc
+from catheter_sim.kinds.rolling.theory.printed import printed
+
+MODELS: tuple[StaticModel[RollingRobot], ...] = (
+    StaticModel(
+        "printed",
+        "the balance of chest_tube_2025, Eqs 1-24, as printed with the least repairs; knows no unloading",
+        printed,
+    ),
+    StaticModel(
+        "complete", "Newton-Euler balance of every link, friction with history, weight and tip load", complete
+    ),
+    StaticModel(
+        "virtual_work", "as complete, by virtual work: the reference of its compiled form", virtual_work
+    ),
+    StaticModel(
+        "pcc", "piecewise constant curvature, no friction, no weight (as compared in chest_tube_2025)", pcc
+    ),
+)

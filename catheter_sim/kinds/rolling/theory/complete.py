@@ -1,0 +1,196 @@
+"""The static models `complete` and `virtual_work`: the same robot, balanced in two ways.
+
+`complete` takes the Newton-Euler balance of every link, compiled (`kernels`); `virtual_work` the
+principle of virtual work, in plain NumPy. They agree to rounding. Neither shows the buckling of the
+even joints that the printed balance of chest_tube_2025 has (`printed`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.core.inputs import Inputs, row_name
+from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.posture import Array
+from catheter_sim.core.static_run import NoEquilibrium, StaticRun, require_tensions
+from catheter_sim.errors import InputError
+from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.kinds.rolling.theory import virtual_work as by_virtual_work
+from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
+from catheter_sim.kinds.rolling.theory.history import Stretch, postures, stretches, ways
+from catheter_sim.kinds.rolling.theory.kernels.history import follow, load_batch
+from catheter_sim.kinds.rolling.theory.kernels.packed import pack
+from catheter_sim.kinds.rolling.theory.loads import loads
+
+_SHORTEST_STEP = 1e-4  # share of the way between two rows
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Equilibria of one robot, one a row.
+
+    Attributes:
+        theta: bend angles, shape (r, n) [rad].
+        at_joint: tension of the pulled rods in each joint's gap, shape (r, t, n) [N].
+        link_length: as compressed, shape (r, n) [m].
+        unbalanced: moment left at each joint, shape (r, n) [N m].
+    """
+
+    theta: Array
+    at_joint: Array
+    link_length: Array
+    unbalanced: Array
+
+
+def complete(
+    robot: RollingRobot, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+) -> StaticRun:
+    """Return the postures by the complete Newton-Euler balance, with the friction's history.
+
+    The history is that of each rod alone (`rods.tensions`): where several rods are pulled against one
+    another, or a load moves the robot while a rod is held, Coulomb's law may ask for something else.
+
+    Args:
+        robot: a robot of rolling joints.
+        inputs: tensions of its rods, and optionally tip force and moment.
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        others: further forces, steady from the start.
+
+    Raises:
+        InputError: displacement inputs, or no posture balances a row.
+    """
+    return _run("complete", robot, inputs, gravity_mps2, others)
+
+
+def virtual_work(
+    robot: RollingRobot, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+) -> StaticRun:
+    """Return the postures by virtual work; arguments, history and errors as in `complete`."""
+    return _run("virtual_work", robot, inputs, gravity_mps2, others)
+
+
+def solve_history(
+    chain: RollingChain,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    others: Sequence[LinkForce] = (),
+    step_bend_rad: float | None = None,
+) -> Solved:
+    """Return the equilibria of every row, one after another, by the complete balance.
+
+    Arguments are those of `history.ways`.
+
+    Raises:
+        InputError: no posture balances a row.
+    """
+    robot, way = pack(chain), ways(chain, inputs, gravity_mps2, others, step_bend_rad)
+    r, n, t = len(way.steps), chain.joints, chain.pulled
+    theta, length, value = np.empty((r, n)), np.empty((r, n)), np.empty((r, n))
+    at_joint = np.empty((r, t, n))
+    reached = follow(
+        *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
+        *(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment, way.steps),
+        *(theta, length, at_joint, value),
+    )
+    if reached < r:
+        raise _no_equilibrium("complete", inputs, reached)
+    return Solved(theta[1:], at_joint[1:], length[1:], value[1:])
+
+
+def solve_loaded(
+    chain: RollingChain,
+    tension: Array,
+    gravity_mps2: Array,
+    force_tip: Array | None = None,
+    moment_tip: Array | None = None,
+) -> Solved:
+    """Return the equilibria of a batch of tensions, each loaded from rest: no history but its own.
+
+    Args:
+        chain: the robot.
+        tension: at the actuator, shape (b, t) [N].
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        force_tip, moment_tip: the same for all, shape (3,) [N], [N m].
+
+    Raises:
+        InputError: no posture balances one of them.
+    """
+    packed = pack(chain)
+    acting = loads(chain, gravity_mps2, force_tip, moment_tip)
+    b, n, t = len(tension), chain.joints, chain.pulled
+    order = np.argsort(tension.sum(axis=1), kind="stable")  # neighbours are good starts for one another
+    drive = np.ascontiguousarray(tension[order], dtype=float)
+    theta, length, value = np.empty((b, n)), np.empty((b, n)), np.empty((b, n))
+    at_joint = np.empty((b, t, n))
+    failed = load_batch(
+        *(packed.joint, packed.rod, packed.stiffness, packed.pulled, packed.mu, drive, length),
+        *(acting.link, acting.point, acting.force, acting.tip_moment, theta, at_joint, value),
+    )
+    if failed >= 0:
+        raise InputError(
+            f"static model 'complete': no posture balances the tensions {tension[order[failed]].tolist()} N"
+        )
+    back = np.argsort(order, kind="stable")
+    return Solved(theta[back], at_joint[back], length[back], value[back])
+
+
+def solve_history_by_virtual_work(
+    chain: RollingChain, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+) -> Solved:
+    """Return the equilibria of every row by virtual work; as `solve_history`."""
+    theta, kept = chain.rest_angle.copy(), np.zeros((chain.pulled, chain.joints))
+    rows = []
+    for row, way in enumerate(stretches(chain, inputs, gravity_mps2, others)):
+        try:
+            found = _follow(chain, way, theta, kept)
+        except NoEquilibrium:
+            raise _no_equilibrium("virtual_work", inputs, row) from None
+        theta, kept = found.theta, found.tension.above
+        rows.append((theta, found.tension.at_joint, found.link_length, found.unbalanced))
+    thetas, at_joint, length, value = (np.array(column[1:]) for column in zip(*rows, strict=True))
+    return Solved(thetas, at_joint, length, value)
+
+
+def _follow(chain: RollingChain, way: Stretch, theta: Array, kept: Array) -> by_virtual_work.Balance:
+    """Return the equilibrium at the end of `way`; steps are halved where none is found."""
+    done, stride = 0.0, 1.0 / way.steps
+    while True:
+        part = done + stride
+        part = 1.0 if part > 1.0 - 1e-9 else part
+        drive, acting = way.at(part)
+        try:
+            found = by_virtual_work.equilibrium(chain, drive, acting, theta, kept)
+        except NoEquilibrium:
+            stride *= 0.5
+            if stride < _SHORTEST_STEP:
+                raise
+            continue
+        theta, kept, done = found.theta, found.tension.above, part
+        if done == 1.0:
+            return found
+
+
+def _run(
+    model: str,
+    robot: RollingRobot,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    others: Sequence[LinkForce],
+) -> StaticRun:
+    require_tensions(inputs, model)
+    chain = rolling_chain(robot)
+    gravity = np.asarray(gravity_mps2, dtype=float)
+    solve = solve_history if model == "complete" else solve_history_by_virtual_work
+    solved = solve(chain, inputs, gravity, others)
+    found = postures(chain, inputs, gravity, solved.theta, solved.at_joint, solved.link_length)
+    residual = np.abs(solved.unbalanced).max(axis=1)
+    return StaticRun(model, inputs, gravity, tuple(found), residual)
+
+
+def _no_equilibrium(model: str, inputs: Inputs, row: int) -> InputError:
+    place = row_name(inputs, row - 1) if row else "at rest under its weight"
+    what = "no posture close by balances rods and loads; the robot snaps or folds"
+    return InputError(f"{place}: static model {model!r}: {what}")

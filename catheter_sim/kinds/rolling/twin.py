@@ -1,0 +1,61 @@
+"""The twin of robots of rolling joints: the complete balance, with friction's history, one after another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.core.inputs import Inputs, slice_inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.core.statics import Twin, TwinStates
+from catheter_sim.errors import InputError
+from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.kinds.rolling.theory.chain import rolling_chain
+from catheter_sim.kinds.rolling.theory.complete import solve_history
+from catheter_sim.kinds.rolling.theory.history import faces
+
+# Five times the static model's own: without weight, inputs that move one way between rows make the same
+# history in one step. A load that moves the robot while a rod is held makes it depend on the steps: random
+# histories of the bench under their own weight move by at most 0.04 mm (`chest_tube`) and 0.006 mm (section).
+_STEP_RAD = 0.2
+
+
+@dataclass(frozen=True)
+class RollingTwin:
+    """Twin of robots of rolling joints."""
+
+    carries_load: bool = True
+
+    def solve(
+        self,
+        robots: Sequence[RollingRobot],
+        arriving: Sequence[Inputs],
+        gravity_mps2: Array,
+        elements: Sequence[int],
+        every: int,
+    ) -> TwinStates:
+        """Return where robots are, as `Twin.solve` says; NaN of one that folds in any row."""
+        shown, wanted = slice(None, None, every), list(elements)
+        shape = len(robots), len(arriving[0].time_s[shown])
+        p_w, R_w = np.full((*shape, len(wanted), 3), np.nan), np.full((*shape, len(wanted), 3, 3), np.nan)
+        angles = np.full((*shape, sum(segment.joints for segment in robots[0].segments)), np.nan)
+        tension = np.full((*shape, arriving[0].tendon.shape[1]), np.nan)
+        for index, (robot, inputs) in enumerate(zip(robots, arriving, strict=True)):
+            chain = rolling_chain(robot)
+            try:
+                solved = solve_history(chain, inputs, gravity_mps2, step_bend_rad=_STEP_RAD)
+            except InputError:
+                continue
+            angles[index], tension[index] = solved.theta[shown], inputs.tendon[shown]
+            if wanted:
+                rows = slice_inputs(inputs, shown)
+                places, turns = faces(chain, rows, gravity_mps2, angles[index], solved.link_length[shown])
+                p_w[index], R_w[index] = places[:, wanted], turns[:, wanted]
+        return TwinStates(p_w, R_w, lambda: angles, tension)
+
+
+def twin(robot: RollingRobot, actuation: str) -> Twin[RollingRobot]:
+    """Return the twin of robots like `robot`, which tensions drive."""
+    return RollingTwin()

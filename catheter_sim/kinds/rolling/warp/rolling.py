@@ -1,0 +1,76 @@
+"""The rolling joints and rods of all copies."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from catheter_sim.kinds.rolling.forces.rods import RodElasticity
+from catheter_sim.kinds.rolling.forces.rolling import Rolling as OneRolling
+from catheter_sim.kinds.rolling.warp import rolling_kernel
+from catheter_sim.mechanics.device import Copies, DeviceLaw, DevicePulls
+
+
+class Rolling(DeviceLaw):
+    """`kinds.rolling.forces.rolling.Rolling` and `RodElasticity` in every copy."""
+
+    def __init__(
+        self, copies: Copies, rolling: OneRolling, rods: RodElasticity, pulls: DevicePulls, tension: Any
+    ) -> None:
+        """Prepare.
+
+        Args:
+            copies: where it runs.
+            rolling, rods: the simulator's own.
+            pulls: what knows the tensions at the actuators.
+            tension: in the gaps, as friction leaves it, shape (m, t, n) [N]; None: without friction.
+        """
+        self._copies, self._pulls = copies, pulls
+        layout = rolling.layout()
+        joint, rod, dofs = rods.arrays()
+        self._shape = (len(joint),)
+        self._qpos, self._dofs = copies.whole(layout.qpos_index), copies.whole(dofs)
+        self._joint, self._rod = copies.real(joint), copies.real(rod)
+        self._axis = copies.whole(layout.axis)
+        self._length, self._free = copies.each(layout.length), copies.each(layout.length)
+        self._joint_index, self._body_index = (
+            copies.whole(layout.joint_index),
+            copies.whole(layout.body_index),
+        )
+        self._hinges, self._links = copies.own("jnt_pos"), copies.own("body_pos")
+        self._even = tension is None
+        self._pulled = (pulls.entering.shape[1], len(joint))
+        self._compressible = rolling.compressible
+        if self._compressible:
+            self._tension = copies.room(*self._pulled) if tension is None else tension
+            self._ends = copies.whole(layout.ends)
+            self._stiff = [copies.real(layout.length), copies.real(layout.compliance)]
+            self._tops = [copies.whole(layout.top_link), copies.real(layout.top_depth)]
+            self._tops += [copies.whole(layout.top_site)]
+            self._sites = copies.own("site_pos")
+            self._home = copies.wp.clone(self._sites)
+
+    def before(self) -> None:
+        """Shorten the links and put the hinges where they have rolled to."""
+        copies, model, data = self._copies, self._copies.model, self._copies.data
+        if self._compressible:
+            if self._even:
+                self._pulls.between()
+                copies.launch(rolling_kernel.pull_evenly, self._pulled, self._pulls.entering, self._tension)
+            loads = self._tension, self._ends, model.opt.gravity, model.body_mass, data.xmat
+            links = self._body_index, *self._stiff, *self._tops, self._length, self._sites
+            copies.launch(rolling_kernel.compress, (), *loads, *links)
+        joints = data.qpos, self._qpos, self._joint, self._axis, self._length
+        places = self._joint_index, self._body_index, self._hinges, self._links
+        copies.launch(rolling_kernel.place, (), *joints, *places)
+
+    def between(self) -> None:
+        """Add the moments with which rods and sleeve resist bending."""
+        data = self._copies.data
+        joints = data.qpos, self._qpos, self._joint, self._rod, self._dofs
+        self._copies.launch(rolling_kernel.resist, self._shape, *joints, data.qfrc_applied)
+
+    def reset(self) -> None:
+        """Give the links their own lengths back."""
+        self._length.assign(self._free)
+        if self._compressible:
+            self._sites.assign(self._home)

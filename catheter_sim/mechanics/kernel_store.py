@@ -1,0 +1,132 @@
+"""Where compiled kernels are kept on disk: a folder for each state of the sources that a kernel is made of.
+
+Numba renews what it keeps of a function when the function's own file changes. A kernel that calls another
+file's kernel, or holds another file's constant, would then keep the old one. Here a kernel is kept under a
+hash of its file and of every file of this package that this one imports, directly or not. Trees with the
+same sources share what is kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+
+_SOURCES = Path(__file__).resolve().parents[2]  # the folder in which the package lies
+_PACKAGE = "catheter_sim"
+_IMPORT = re.compile(rf"^\s*from {_PACKAGE}([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+_KEPT_STATES = 4  # of each file's kernels: what an editor goes back and forth between
+
+
+def store_folders() -> Iterator[Path]:
+    """Yield the folders that may hold compiled kernels, the best first.
+
+    `NUMBA_CACHE_DIR` where it is set, then the user's cache, then the package's own folder.
+    """
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    if chosen:
+        yield Path(chosen) / _PACKAGE
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    yield Path(home) / _PACKAGE / "kernels"
+    yield Path(__file__).resolve().parent / "__pycache__" / "kernels"
+
+
+@lru_cache(maxsize=1)
+def _store() -> Path | None:
+    """Return the first folder in which files can be written; None: there is none."""
+    for folder in store_folders():
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder).close()
+        except OSError:
+            continue
+        return folder
+    return None
+
+
+def _imported(text: str) -> Iterator[Path]:
+    """Yield the files of this package from which a source imports."""
+    for match in _IMPORT.finditer(text):
+        module = _SOURCES.joinpath(_PACKAGE, *match[1].split(".")[1:])
+        names = re.findall(r"^\s*(\w+)|[,(]\s*(\w+)", match[2])
+        candidates = [module / f"{first or second}.py" for first, second in names]
+        for file in (*candidates, module.with_suffix(".py"), module / "__init__.py"):
+            if file.is_file():
+                yield file
+
+
+def sources_of(file: Path) -> list[Path]:
+    """Return `file` and every file of this package that it imports, directly or not, sorted."""
+    found, waiting = {file}, [file]
+    while waiting:
+        for other in _imported(waiting.pop().read_text(encoding="utf-8")):
+            if other not in found:
+                found.add(other)
+                waiting.append(other)
+    return sorted(found)
+
+
+@lru_cache(maxsize=256)
+def state_of(file: Path) -> str:
+    """Return the hash of the sources of `file`."""
+    digest = hashlib.sha256()
+    for source in sources_of(file):
+        digest.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
+    return digest.hexdigest()[:20]
+
+
+class _Locator(_CacheLocator):
+    def __init__(self, folder: Path, file: Path, function: Callable[..., Any]) -> None:
+        self._state = state_of(file)
+        self._folder = folder / f"{file.parent.name}.{file.stem}-{self._state}"
+        self._line = function.__code__.co_firstlineno
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _Locator | None:
+        store = _store()
+        if store is None or not os.path.exists(py_file):
+            return None
+        return cls(store, Path(py_file).resolve(), py_func)
+
+    def ensure_cache_path(self) -> None:
+        if not self._folder.exists():
+            self._forget_old_states()
+        self._folder.mkdir(parents=True, exist_ok=True)
+
+    def _forget_old_states(self) -> None:
+        stem = self._folder.name.rsplit("-", 1)[0]
+        states = [item for item in self._folder.parent.glob(f"{stem}-*") if item.is_dir()]
+        states.sort(key=lambda item: item.stat().st_mtime)
+        for old in states[: max(0, len(states) - _KEPT_STATES + 1)]:
+            shutil.rmtree(old, ignore_errors=True)
+
+    def get_cache_path(self) -> str:
+        return str(self._folder)
+
+    def get_source_stamp(self) -> str:
+        return self._state
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+
+class _Implementation(CompileResultCacheImpl):
+    _locator_classes: list[Any] = [_Locator]  # noqa: RUF012 - as Numba declares it
+
+
+class KernelCache(FunctionCache):
+    """What is kept of one compiled function.
+
+    Raises:
+        RuntimeError: there is no folder to keep it in.
+    """
+
+    _impl_class = _Implementation

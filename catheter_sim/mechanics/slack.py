@@ -1,0 +1,53 @@
+"""Actuators of driven tendons pull only: which of them a step clamps, for one robot and for copies.
+
+MuJoCo clamps an actuator's force at the start of a step and then leaves its stiffness out of the implicit
+solution: a stiff tendon that is paid out would jump between taut and slack at every step. Left unclamped for
+the step in which it slackens, it ends near zero by itself. So only those are clamped that were slack before
+the command changed. Index i picks among m copies.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from catheter_sim.mechanics.compiled import compiled
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def clamp_of_slack(force_before: Array) -> Array:
+    """Return the largest forces of actuators: none push, but those are left alone that pulled before."""
+    return np.where(force_before < 0.0, 1e9, 0.0)
+
+
+@compiled
+def clamp_slack_of(
+    copies: Index,
+    pulls: Index,
+    tendons: Index,
+    gain: Array,
+    bias: Array,
+    length_gain: Array,
+    length: Array,
+    ctrl: Array,
+    before: Array,
+    force_range: Array,
+) -> None:
+    """Set the largest forces of the actuators that pull tendons, and keep their controls.
+
+    Args:
+        copies: which of the m.
+        pulls, tendons: actuators and what they pull, shape (k,).
+        gain, bias, length_gain: of these: force = gain control + bias + length_gain length, shape (k,).
+        length: of the tendons, shape (m, nt) [m].
+        ctrl: controls, shape (m, nu).
+        before: in: controls of the last step; out: of this one, shape (m, k).
+        force_range: out: at [..., 1]: none of a tendon that was slack before, shape (m, nu, 2) [N].
+    """
+    for i in copies:
+        for k in range(pulls.shape[0]):
+            force = gain[k] * before[i, k] + bias[k] + length_gain[k] * length[i, tendons[k]]
+            force_range[i, pulls[k], 1] = 1e9 if force < 0.0 else 0.0
+            before[i, k] = ctrl[i, pulls[k]]

@@ -1,0 +1,135 @@
+"""Puts a robot into somebody else's MuJoCo model: onto a moving arm, or beside another robot.
+
+    spec = mujoco.MjSpec.from_file("arm.xml")               # timestep and integrator as the robot's
+    attach(spec, robot, spec.site("flange"), "scope_")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    scope = Simulator(robot, model=model, data=data, prefix="scope_")
+
+All names of the robot's elements begin with the prefix. They hang on a body `<prefix>base_frame`, whose
+frame is the robot's base frame: z along the robot's axis, origin in the middle of its base. Its geoms touch
+nothing, as in the robot's own model; its lights, cameras and background stay behind.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import mujoco
+
+from catheter_sim.core.drive import driven_by
+from catheter_sim.core.law import BASE
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.effects.apply import wholly_built_in
+from catheter_sim.errors import InputError
+from catheter_sim.modelling.model_cache import remembered_mjcf
+
+Place: TypeAlias = mujoco.MjsFrame | mujoco.MjsBody | mujoco.MjsSite
+
+
+def attach(
+    spec: mujoco.MjSpec, robot: RobotSpec, frame: Place, prefix: str, actuation: str | None = None
+) -> None:
+    """Attach `robot` to a model that is not compiled yet.
+
+    A model without joints takes the robot's time step and integrator over. Any other must have the robot's
+    integrator, and a time step that is not longer than the robot's: the laws that run beside a step are made
+    for these.
+
+    Args:
+        spec: the model; changed in place.
+        robot: the robot; such of its `effects` as act on the robot itself are built in.
+        frame: a frame, body or site of `spec` that becomes the robot's base frame.
+        prefix: of the names of all its elements; no name in `spec` may begin with it.
+        actuation: "tension" or "displacement"; default: the robot's own.
+
+    Raises:
+        InputError: the prefix is empty or taken, the model's time step or integrator does not fit, or an
+            effect acts on inputs or outputs.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> import mujoco
+        >>> robot, spec = cs.load_robot("neuroendoscope_section"), mujoco.MjSpec()
+        >>> spec.option.gravity = [0.0, 0.0, 0.0]
+        >>> cs.attach(spec, robot, spec.worldbody.add_frame(pos=[0.0, 0.0, 0.2]), "scope_")
+        >>> scope = cs.Simulator(robot, model=spec.compile(), prefix="scope_")
+        >>> scope.set_inputs([0.4, 0.0])
+        >>> scope.settle()
+        True
+        >>> (1e3 * scope.posture().p_w[-1]).round(1)
+        array([40.5,  0. , 36. ])
+    """
+    _require_free(spec, prefix)
+    actuation = actuation or robot.actuation
+    if robot.effects:
+        robot = wholly_built_in(driven_by(robot, actuation))
+    child = mujoco.MjSpec.from_string(remembered_mjcf(robot, actuation))
+    _fit_options(spec, child, robot)
+    _leave_behind(child)
+    _take_settings(child, spec)
+    base = _base_at(frame)
+    base.name = prefix + BASE
+    # A body of its own, so that no frame is worked into the links' places, which laws move.
+    spec.attach(child, prefix=prefix, frame=base.add_frame())
+
+
+def _require_free(spec: mujoco.MjSpec, prefix: str) -> None:
+    """Raise `InputError` where elements of two robots could not be told apart."""
+    if not prefix:
+        raise InputError("prefix: must not be empty: the names of the robot's elements begin with it")
+    bodies = [body.name for body in spec.bodies]
+    others = [name.removesuffix(BASE) for name in bodies if name.endswith(BASE)]
+    kinds = spec.bodies, spec.joints, spec.sites, spec.tendons, spec.actuators, spec.geoms
+    taken = [item.name for items in kinds for item in items if item.name.startswith(prefix)]
+    inside = [other for other in others if prefix.startswith(other)]
+    if taken or inside:
+        shown = taken[0] if taken else inside[0] + BASE
+        raise InputError(f"prefix {prefix!r}: not to be told apart from {shown!r} of the model")
+
+
+def _fit_options(spec: mujoco.MjSpec, child: mujoco.MjSpec, robot: RobotSpec) -> None:
+    """Let the model's time step and integrator be such as the robot needs, or raise `InputError`."""
+    if not spec.joints:
+        spec.option.timestep, spec.option.integrator = child.option.timestep, child.option.integrator
+        return
+    wanted = mujoco.mjtIntegrator(child.option.integrator)
+    if spec.option.integrator != wanted:
+        name = wanted.name.removeprefix("mjINT_").lower()
+        raise InputError(f"{robot.name}: needs the integrator {name!r}: set spec.option.integrator")
+    if spec.option.timestep > child.option.timestep:
+        raise InputError(
+            f"{robot.name}: needs a time step of at most {child.option.timestep:g} s, not "
+            f"{spec.option.timestep:g} s: set spec.option.timestep"
+        )
+
+
+def _leave_behind(child: mujoco.MjSpec) -> None:
+    """Take out of a robot's own model what belongs to its scene, and let its geoms touch nothing."""
+    skies = [item for item in child.textures if item.type == mujoco.mjtTexture.mjTEXTURE_SKYBOX]
+    for item in [*child.lights, *child.cameras, *skies]:
+        child.delete(item)
+    for geom in child.geoms:
+        geom.contype = geom.conaffinity = 0
+
+
+def _take_settings(child: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    """Give a robot's own model the settings of `spec`, which hold for all: MuJoCo warns of others."""
+    child.option.timestep, child.option.gravity = spec.option.timestep, spec.option.gravity
+    child.visual.map.zfar = spec.visual.map.zfar
+
+
+def _base_at(place: Place) -> mujoco.MjsBody:
+    """Return a new body whose frame is that of `place`."""
+    if isinstance(place, mujoco.MjsBody):
+        return place.add_body()
+    body = place.parent.add_body()
+    if isinstance(place, mujoco.MjsFrame):
+        body.set_frame(place)
+        return body
+    if place.frame is not None:
+        body.set_frame(place.frame)
+    body.pos, body.quat = place.pos, place.quat
+    for name in ("type", "axisangle", "xyaxes", "zaxis", "euler"):  # other ways to say how it is turned
+        setattr(body.alt, name, getattr(place.alt, name))
+    return body

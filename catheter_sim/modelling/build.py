@@ -1,0 +1,66 @@
+"""Any robot as MJCF: what all kinds share; its kind adds the rest (`model.py`)."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import mujoco
+
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.errors import InputError
+from catheter_sim.kinds import face_of, kind_of
+from catheter_sim.mjcf.backend import mjcf
+from catheter_sim.modelling.scene import add_scene
+
+_DEEPEST_CALLS = 5000  # a few for each of the 400 links that a robot may have
+
+
+def build_mjcf(robot: RobotSpec, actuation: str | None = None, friction_tails: bool = False) -> str:
+    """Return a self-contained MJCF model of `robot` as text.
+
+    An actuator's control is the tendon's tension [N], or its displacement [m] from just taut at rest
+    (pull positive); neither can push. Names are explained in `mjcf.names` and in the
+    module `mjcf.chain` of each kind.
+
+    Args:
+        robot: the robot; its `effects` are not read.
+        actuation: "tension" or "displacement"; default: the robot's own.
+        friction_tails: carry the elements of the reference friction law. The shipped law needs none:
+            it runs beside the model (`catheter_sim.simulation.friction`).
+
+    Raises:
+        InputError: MuJoCo refuses the model, or the robot knows no such actuation.
+    """
+    actuation = actuation or robot.actuation
+    root = mjcf.RootElement(model=robot.name.replace("/", "_"))
+    root.compiler.angle = "radian"
+    root.compiler.autolimits = True
+    root.option.timestep = robot.dynamics.timestep_s
+    root.option.integrator = "discrete"
+    root.option.gravity = (0.0, 0.0, 0.0)
+    root.option.flag.contact = "disable"
+    root.custom.add("numeric", name="friction_mu", data=[robot.friction.mu])
+    add_scene(root, robot)
+    kind_of(robot).model.add(root, robot, actuation)
+    if friction_tails:
+        face_of(robot, "friction_tails", "reference friction law").add(root, robot)
+    with _deep_enough():
+        text = root.to_xml_string(precision=9)
+    try:
+        mujoco.MjModel.from_xml_string(text)
+    except ValueError as error:
+        raise InputError(f"{robot.name}: MuJoCo refuses the model: {' '.join(str(error).split())}") from None
+    return text
+
+
+@contextmanager
+def _deep_enough() -> Iterator[None]:
+    """Let Python call itself as deep as a robot's longest row of links: PyMJCF writes one inside another."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _DEEPEST_CALLS))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)

@@ -1,0 +1,102 @@
+"""Where to put the camera so that a robot's whole motion fills the picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from catheter_sim.modelling.scene import FOVY_DEG, View
+from catheter_sim.pictures.state import State, put
+
+Array = NDArray[np.float64]
+
+_MARGIN = 1.12  # picture over what is to be seen
+_VISIBLE_GROUPS = 3  # MuJoCo shows the geom groups 0 to 2
+
+
+def swept_points(model: mujoco.MjModel, states: Iterable[State]) -> Array:
+    """Return points that enclose what is drawn in all `states`, shape (n, 3) [m].
+
+    Args:
+        model: the robot; it is left in the last state.
+        states: of its simulator.
+    """
+    data = mujoco.MjData(model)
+    shown = model.geom_group < _VISIBLE_GROUPS
+    radius = model.geom_rbound[shown, np.newaxis]
+    clouds = []
+    for state in states:
+        put(state, model, data)
+        for side in np.concatenate([np.eye(3), -np.eye(3)]):
+            clouds.append(data.geom_xpos[shown] + radius * side)
+    return np.concatenate(clouds)
+
+
+def fitted_view(view: View, points: Array, width: int, height: int) -> View:
+    """Return a view along the same direction as `view` that just holds `points`.
+
+    Args:
+        view: whose direction is kept.
+        points: to be seen, shape (n, 3) [m].
+        width, height: of the picture [pixels].
+    """
+    right, up = view.axes
+    half = math.tan(math.radians(FOVY_DEG / 2.0))
+    across, along, toward = points @ right, points @ up, points @ view.backward
+    middle = [(values.min() + values.max()) / 2.0 for values in (across, along, toward)]
+    needed = np.maximum(np.abs(along - middle[1]), np.abs(across - middle[0]) * height / width)
+    # A point nearer to the camera than the target needs more room.
+    distance = float((_MARGIN * needed / half + toward - middle[2]).max())
+    target = middle[0] * right + middle[1] * up + middle[2] * view.backward
+    return View(view.name, target, view.backward, 2.0 * distance * half)
+
+
+def free_camera(view: View) -> mujoco.MjvCamera:
+    """Return MuJoCo's free camera, whose field of view is `FOVY_DEG`, standing at `view`."""
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = view.target
+    camera.distance = float(np.linalg.norm(view.position - view.target))
+    forward = -view.backward
+    camera.azimuth = math.degrees(math.atan2(forward[1], forward[0]))
+    camera.elevation = math.degrees(math.asin(forward[2]))
+    return camera
+
+
+def emptiest_corner(
+    view: View,
+    points: Array,
+    width: int,
+    height: int,
+    size: tuple[int, int],
+    taken: tuple[int, int] | None = None,
+) -> tuple[int, int]:
+    """Return the corner (row, column: 0 first, 1 last) where a small rectangle hides the fewest points.
+
+    Args:
+        view: what the picture shows.
+        points: shape (n, 3) [m].
+        width, height: of the picture [pixels].
+        size: width and height of the rectangle [pixels].
+        taken: a corner that is no choice.
+    """
+    right, up = view.axes
+    scale = height / view.height
+    u = (points - view.target) @ right * scale + width / 2.0
+    v = -((points - view.target) @ up) * scale + height / 2.0
+    hidden = {
+        (row, column): int(
+            (
+                ((v > height - size[1]) if row else (v < size[1]))
+                & ((u > width - size[0]) if column else (u < size[0]))
+            ).sum()
+        )
+        for row in (0, 1)
+        for column in (0, 1)
+        if (row, column) != taken
+    }
+    return min(hidden, key=lambda corner: hidden[corner])

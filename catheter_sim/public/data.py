@@ -1,0 +1,244 @@
+"""Robots, inputs and measured data from what a user has at hand: ids, files, mappings, data frames."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from catheter_sim.errors import InputError, cut, shown, unknown
+from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, robot_of
+
+if TYPE_CHECKING:
+    from catheter_sim.core.inputs import Inputs
+    from catheter_sim.core.robot import RobotSpec
+    from catheter_sim.core.settings import Settings
+    from catheter_sim.diagnosis.data.trials import Dataset
+    from catheter_sim.tables import Array, Table
+
+
+def load_robot(ref: str | os.PathLike[str], settings: Settings = ()) -> RobotSpec:
+    """Return the robot that `ref` names, with `settings` applied, checked.
+
+    Args:
+        ref: a robot id (`list_robots`), an id with a parameter set (`chest_tube_section@prototype`), or the
+            path of a robot `.toml`.
+        settings: a text `KEY=VALUE`, several, or a mapping of dotted keys to values: every key of the robot's
+            `.toml` form, and every effect's parameter (`effects.backlash.width_mm`).
+
+    Raises:
+        InputError: unknown robot or key, unreadable file, impossible robot.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> cs.load_robot("neuroendoscope_section", {"friction.mu": 0.2}).friction.mu
+        0.2
+    """
+    from catheter_sim.catalogue import load_robot as load
+
+    return load(path_of(ref, "robot"), settings)
+
+
+def inputs(robot: RobotSpec | str | os.PathLike[str], table: Any) -> Inputs:
+    """Return what drives `robot`, from a mapping or a data frame.
+
+    Args:
+        robot: a robot, its id or its file.
+        table: `time_s` [s], shape (r,), and input columns by name, each with its unit in its name, shape (r,)
+            or one number for all rows. A channel that is left out is zero.
+
+    Raises:
+        InputError: no `time_s`, an unknown channel, a missing or impossible value; the message names the row.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> pull = {"time_s": [0.0, 1.0], "tension_right_N": [0.0, 0.4]}
+        >>> cs.inputs("neuroendoscope_section", pull).tendon[:, 0]
+        array([0. , 0.4])
+    """
+    from catheter_sim.channels import read_inputs as read
+
+    return read(robot_of(robot), table_of(table, "inputs"))
+
+
+def read_inputs(robot: RobotSpec | str | os.PathLike[str], path: str | os.PathLike[str]) -> Inputs:
+    """Return what drives `robot`, from a CSV file with `time_s` and the robot's channels.
+
+    Raises:
+        InputError: the file cannot be read, or as for `inputs`; the message names the line.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> from pathlib import Path
+        >>> _ = Path("in.csv").write_text("time_s,tension_right_N\\n0,0\\n1,0.4\\n")
+        >>> len(cs.read_inputs("neuroendoscope_section", "in.csv"))
+        2
+    """
+    from catheter_sim.channels import read_inputs as read
+    from catheter_sim.tables import read_table
+
+    return read(robot_of(robot), read_table(path_of(path, "inputs")))
+
+
+def inputs_of(robot: RobotSpec, given: Any) -> Inputs:
+    """Return `given` as inputs: inputs as they are, else a file's path, a mapping or a data frame."""
+    from catheter_sim.core.inputs import Inputs as Value
+
+    if isinstance(given, Value):
+        if given.tendon.shape[1] != len(robot.tendons):
+            raise InputError(
+                f"inputs: of {given.tendon.shape[1]} tendons; {robot.name} has {len(robot.tendons)}"
+            )
+        return given
+    return read_inputs(robot, given) if isinstance(given, str | os.PathLike) else inputs(robot, given)
+
+
+def table_of(table: Any, where: str, known: Collection[str] | None = None) -> Table:
+    """Return a mapping or a data frame, anything with `keys()` and columns by name, as a table.
+
+    Args:
+        table: `time_s` and columns by name, shape (r,) or one number each.
+        where: what to call it in errors.
+        known: the columns to read besides `time_s`; others may hold anything, and are named in the table's
+            `ignored`. None: every column.
+
+    Raises:
+        InputError: it is none, has no `time_s`, or columns of other lengths or of no numbers.
+    """
+    from catheter_sim.tables import Table as Value
+
+    if isinstance(table, Value):
+        return table
+    if not is_table(table):
+        raise InputError(f"{where}: a mapping or a data frame of columns is needed, not {shown(table)}")
+    names = [str(name) for name in table.keys()]  # noqa: SIM118 - a data frame's iterator is its columns too
+    if "time_s" not in names:
+        raise InputError(f"{where}: no column time_s; columns: {cut(', '.join(names), 200) or '(none)'}")
+    time_s = _numbers(table["time_s"], f"{where}: time_s")
+    if time_s.ndim != 1 or not len(time_s):
+        raise InputError(f"{where}: time_s: one number a row is needed, one row at least")
+    rows = tuple(range(1, len(time_s) + 1))
+    columns, ignored = {}, []
+    for name in names:
+        if name == "time_s":
+            continue
+        if known is not None and name not in known:
+            ignored.append(name)
+            continue
+        columns[name] = _column(table[name], time_s, f"{where}: {name}")
+    read = Value(time_s, columns, where, rows, tuple(ignored), row_noun="row")
+    if not np.isfinite(time_s).all():
+        raise InputError(f"{read.row(int(np.argmin(np.isfinite(time_s))))}: time_s: a number is needed")
+    return read
+
+
+def is_table(value: Any) -> bool:
+    """Return whether `value` has columns by name, as a mapping or a data frame has."""
+    return hasattr(value, "keys") and hasattr(value, "__getitem__")
+
+
+def _column(values: Any, time_s: Array, where: str) -> Array:
+    numbers = _numbers(values, where)
+    if numbers.ndim == 0:
+        return np.full(len(time_s), float(numbers))
+    if numbers.shape != time_s.shape:
+        raise InputError(f"{where}: shape {numbers.shape} where time_s has {time_s.shape}")
+    return numbers
+
+
+def _numbers(values: Any, where: str) -> Array:
+    try:
+        return np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{where}: numbers are needed, not {shown(values)}") from None
+
+
+def load_dataset(path: str | os.PathLike[str]) -> Dataset:
+    """Return the measured data in a folder (`dataset.toml` and a CSV for each trial), checked.
+
+    Raises:
+        InputError: anything in the folder is missing, unknown or impossible.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> from catheter_sim.resources import assets_folder
+        >>> cs.load_dataset(assets_folder() / "examples" / "opencr_v4").robot.name
+        'opencr_v4'
+    """
+    from catheter_sim.diagnosis.data.dataset import load_dataset as load
+
+    return load(path_of(path, "dataset"))
+
+
+def dataset(
+    robot: RobotSpec | str | os.PathLike[str],
+    tables: Any,
+    outputs: Sequence[str] | None = None,
+    gravity_mps2: Sequence[float] = AT_REST,
+    roles: Mapping[str, str] | Sequence[str] = (),
+    calibration: Mapping[str, Sequence[float]] | None = None,
+    name: str = "data",
+) -> Dataset:
+    """Return measured data from mappings or data frames, one a trial, checked as those in a folder are.
+
+    Args:
+        robot: a robot, its id or its file.
+        tables: of each trial, by its name or in order, or of the only one: `time_s` [s], input columns and
+            measured columns, as in a trial's CSV; NaN is a missing value of an output.
+        outputs: names of the measured columns that count; default: every output column that all tables have.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+        roles: "train", "heldout" or "", by a trial's name or in order; default: the tool splits by whole
+            trials, or by whole cycles of one trial.
+        calibration: numbers of the robot with their bounds (`{"friction.mu": (0.0, 0.5)}`) that are fitted
+            before anything is called wrong, as under `[calibration]` of a `dataset.toml`.
+        name: what reports call the data.
+
+    Raises:
+        InputError: anything is missing, unknown or impossible; the message names the trial.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> import numpy as np
+        >>> t = np.arange(4.0)
+        >>> trial = {"time_s": t, "tension_right_N": 0.1 * t, "tip_x_mm": 2.0 * t}
+        >>> again = trial | {"tip_x_mm": 2.1 * t}
+        >>> cs.dataset("neuroendoscope_section", [trial, again]).output_channels
+        ('tip_x_mm',)
+    """
+    from catheter_sim.channels import output_channels
+    from catheter_sim.diagnosis.data.dataset import known_inputs
+    from catheter_sim.diagnosis.data.from_tables import dataset_of
+
+    value = robot_of(robot)
+    reference = os.fspath(robot) if isinstance(robot, str | os.PathLike) else value.name
+    columns = {*known_inputs(value), *output_channels(value)}
+    named = {trial: table_of(table, trial, columns) for trial, table in _named(tables, name).items()}
+    given = _roles(roles, list(named))
+    trials = [(trial, given.get(trial, ""), table) for trial, table in named.items()]
+    gravity = gravity_of(gravity_mps2)
+    return dataset_of(value, reference, trials, outputs, gravity, dict(calibration or {}), name)
+
+
+def _named(tables: Any, name: str) -> dict[str, Any]:
+    """Return tables by their trials' names."""
+    if is_table(tables) and "time_s" in tables:
+        return {"trial_1": tables}
+    if isinstance(tables, Mapping):
+        return {str(trial): table for trial, table in tables.items()}
+    if isinstance(tables, str) or not isinstance(tables, Iterable):
+        raise InputError(f"{name}: tables, one a trial, are needed, not {shown(tables)}")
+    return {f"trial_{index}": table for index, table in enumerate(tables, start=1)}
+
+
+def _roles(roles: Mapping[str, str] | Sequence[str], trials: Sequence[str]) -> dict[str, str]:
+    """Return roles by the trials' names."""
+    if isinstance(roles, Mapping):
+        for trial in roles:
+            if trial not in trials:
+                raise unknown("trial", str(trial), trials, "roles")
+        return dict(roles)
+    if isinstance(roles, str) or (roles and len(roles) != len(trials)):
+        raise InputError(f"roles = {shown(roles)}: one for each of {len(trials)} trials is needed, or none")
+    return dict(zip(trials, roles, strict=False))

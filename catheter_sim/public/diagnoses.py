@@ -1,0 +1,193 @@
+"""What a simulation gets wrong, given measured data: the diagnosis, and what can be done with it."""
+
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from catheter_sim.errors import InputError, shown, unknown
+from catheter_sim.public.arguments import path_of
+from catheter_sim.public.listing import Listing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from catheter_sim.core.robot import RobotSpec
+    from catheter_sim.diagnosis.data.trials import Dataset
+    from catheter_sim.diagnosis.report.result import Cause
+    from catheter_sim.diagnosis.report.result import Diagnosis as Result
+
+_COLUMNS = ("cause", "parameter", "value", "low", "high", "gain_percent")
+_MOST_JOBS = 256
+
+
+@dataclass(frozen=True, repr=False)
+class Diagnosis:
+    """What was found in one data set: see `diagnose`, which returns it.
+
+    Attributes:
+        result: every figure and series, with its evidence.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> import numpy as np
+        >>> time_s, noise = np.arange(24.0), np.random.default_rng(1)
+        >>> specimen = cs.load_robot("mitral_transseptal", {"effects.backlash.width_mm": 0.4})
+        >>> def measured(most_mm):
+        ...     pull = {"time_s": time_s, "displacement_bending_mm": most_mm * np.sin(0.42 * time_s)}
+        ...     seen = cs.statics(specimen, pull, model="pk").to_table(["tip_x_mm", "tip_z_mm"])
+        ...     return pull | {name: tip + noise.normal(0.0, 0.05, 24) for name, tip in seen.columns.items()}
+        >>> data = cs.dataset("mitral_transseptal", [measured(most) for most in (1.8, 2.1, 2.4)])
+        >>> found = cs.diagnose(data)
+        >>> found
+        <Diagnosis: cause_found (backlash)>
+        >>> width = found.to_table()[0]
+        >>> width["parameter"], round(width["value"], 2)
+        ('width_mm', 0.4)
+    """
+
+    result: Result
+
+    @property
+    def verdict(self) -> str:
+        """Return "cause_found", "no_discrepancy", "unexplained" or "data_suspect"."""
+        return self.result.verdict
+
+    @property
+    def causes(self) -> tuple[Cause, ...]:
+        """Return the causes, by their share of the gain; none unless the verdict is "cause_found"."""
+        return self.result.causes
+
+    @property
+    def sentence(self) -> str:
+        """Return what was found, in one sentence."""
+        from catheter_sim.diagnosis.report.html import sentence
+
+        return sentence(self.result)
+
+    @cached_property
+    def document(self) -> Mapping[str, Any]:
+        """The content of `diagnosis.json`."""
+        from catheter_sim.diagnosis.report.to_json import to_json
+
+        return to_json(self.result)
+
+    @property
+    def robot(self) -> RobotSpec:
+        """Return the extended robot: the specification with calibration and causes in it."""
+        return self.result.extended_robot
+
+    def to_table(self) -> Listing:
+        """Return a row for each parameter of each cause, with its 95 % interval; no cause: no row."""
+        rows = tuple(
+            {
+                "cause": cause.name,
+                "parameter": name,
+                "value": parameter.value,
+                "low": parameter.ci95[0],
+                "high": parameter.ci95[1],
+                "gain_percent": cause.gain_percent,
+            }
+            for cause in self.causes
+            for name, parameter in cause.parameters.items()
+        )
+        return Listing(self.verdict.replace("_", " "), _COLUMNS, rows)
+
+    def to_dataframe(self) -> Any:
+        """Return `to_table` as a pandas `DataFrame`.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        return self.to_table().to_dataframe()
+
+    def plot(self, trial: str | None = None) -> Figure:
+        """Return a figure of a trial over time: measured, before (calibrated, without causes) and after.
+
+        Args:
+            trial: its name or file; default: the first that was held out.
+
+        Raises:
+            InputError: no such trial.
+        """
+        from catheter_sim.diagnosis.report.pictures import is_point, shown_columns
+        from catheter_sim.diagnosis.report.series_picture import series_figure
+
+        fits = [fit for fit in self.result.fits if trial in (None, fit.file)]
+        if not fits:
+            raise unknown("trial", str(trial), dict.fromkeys(fit.file for fit in self.result.fits))
+        fit = next((fit for fit in fits if fit.role == "heldout"), fits[0])
+        columns = shown_columns(self.result, [fit])
+        figure = series_figure(fit, columns, in_space=is_point(columns))
+        figure.suptitle(f"{fit.file} ({fit.role})", fontsize="medium")
+        return figure
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the report to a folder, as `catheter-sim diagnose` does.
+
+        Raises:
+            InputError: the folder cannot be made or written.
+        """
+        from catheter_sim.diagnosis.pipeline import write_diagnosis
+        from catheter_sim.files import check_output_folder
+
+        write_diagnosis(self.result, check_output_folder(path_of(path, "save")))
+
+    def __repr__(self) -> str:
+        names = ", ".join(cause.name for cause in self.causes)
+        return f"<Diagnosis: {self.verdict}{f' ({names})' if names else ''}>"
+
+    def _repr_html_(self) -> str:
+        table = self.to_table()._repr_html_() if self.causes else ""
+        return f"<p>{html.escape(self.sentence)}</p>{table}"
+
+
+def diagnose(
+    dataset: Dataset | str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    jobs: int = 1,
+) -> Diagnosis:
+    """Say what a simulation gets wrong about measured data, name the cause and extend the model by it.
+
+    Args:
+        dataset: from `load_dataset` or `dataset`, or a folder.
+        out: a folder for the report; default: nothing is written. With it, a run that was stopped goes on
+            where it was when it is started again.
+        jobs: processes to fit with.
+
+    Raises:
+        InputError: the data are not what they must be, or the folder cannot be written.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> import numpy as np
+        >>> time_s, noise = np.arange(24.0), np.random.default_rng(1)
+        >>> def measured(most_mm):
+        ...     pull = {"time_s": time_s, "displacement_bending_mm": most_mm * np.sin(0.42 * time_s)}
+        ...     seen = cs.statics("mitral_transseptal", pull, model="pk").to_table(["tip_x_mm", "tip_z_mm"])
+        ...     return pull | {name: tip + noise.normal(0.0, 0.05, 24) for name, tip in seen.columns.items()}
+        >>> data = cs.dataset("mitral_transseptal", [measured(most) for most in (1.8, 2.1, 2.4)])
+        >>> cs.diagnose(data, out="report").verdict
+        'no_discrepancy'
+        >>> from pathlib import Path
+        >>> Path("report/report.html").exists()
+        True
+    """
+    from catheter_sim.diagnosis.data.trials import Dataset as Data
+    from catheter_sim.diagnosis.fitting.workers import Workers
+    from catheter_sim.diagnosis.pipeline import diagnose as diagnose_into
+    from catheter_sim.diagnosis.pipeline import diagnose_dataset
+    from catheter_sim.files import check_output_folder
+    from catheter_sim.public.data import load_dataset
+
+    if isinstance(jobs, bool) or not isinstance(jobs, int) or not 1 <= jobs <= _MOST_JOBS:
+        raise InputError(f"jobs = {shown(jobs)}: a whole number of 1 to {_MOST_JOBS} is needed")
+    folder = None if out is None else check_output_folder(path_of(out, "out"))
+    data = dataset if isinstance(dataset, Data) else load_dataset(dataset)
+    if folder is None:
+        return Diagnosis(diagnose_dataset(data, Workers(jobs)))
+    return Diagnosis(diagnose_into(data, folder, jobs))

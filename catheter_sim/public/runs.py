@@ -1,0 +1,251 @@
+"""A robot along a history of inputs, by simulation or by a static model, and what can be done with it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from catheter_sim.errors import InputError, SimulationDiverged, shown, unknown
+from catheter_sim.public.arguments import AT_REST, columns_of, gravity_of, path_of, robot_of
+from catheter_sim.public.data import inputs_of
+from catheter_sim.public.listing import data_frame, listing_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from catheter_sim.core.inputs import Inputs
+    from catheter_sim.core.posture import Array, Posture
+    from catheter_sim.core.robot import RobotSpec
+    from catheter_sim.tables import Table
+
+HELD, DYNAMIC = "simulation", "simulation in motion"
+_TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+
+
+@dataclass(frozen=True, repr=False)
+class Run:
+    """What is observed of a robot along its inputs, row by row.
+
+    Attributes:
+        robot: as it was specified, effects named.
+        inputs: as they were commanded.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+        postures: one a row, SI units.
+        by: what made it: "simulation", "simulation in motion", or the static model's name.
+        residual: of a static model, the largest unbalanced moment of each row, shape (r,) [N m]; else None.
+        at_rest: of a simulation, whether each row had come to rest, shape (r,); else None.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> pull = {"time_s": [0.0, 1.0], "tension_right_N": [0.0, 0.4]}
+        >>> run = cs.statics("neuroendoscope_section", pull, model="fkm_exact_arm")
+        >>> run.to_table(["tip_x_mm"]).columns["tip_x_mm"].round(2)
+        array([ 0.  , 40.48])
+    """
+
+    robot: RobotSpec
+    inputs: Inputs
+    gravity_mps2: Array
+    postures: tuple[Posture, ...]
+    by: str
+    residual: Array | None = None
+    at_rest: Array | None = None
+
+    def __len__(self) -> int:
+        return len(self.postures)
+
+    def to_table(self, columns: Sequence[str] | None = None) -> Table:
+        """Return the output columns in file units; `columns` (default: all that the robot has) names them.
+
+        Raises:
+            InputError: the robot has no such column.
+        """
+        from catheter_sim.channels import check_output_channels
+        from catheter_sim.columns import output_table
+
+        names = None if columns is None else columns_of(columns)
+        check_output_channels(self.robot, names or (), "columns")
+        return output_table(self.robot, self.inputs.time_s, self.postures, names)
+
+    def to_dataframe(self, columns: Sequence[str] | None = None) -> Any:
+        """Return `to_table` with its `time_s` as a pandas `DataFrame`.
+
+        Raises:
+            InputError: pandas is not installed, or as for `to_table`.
+        """
+        table = self.to_table(columns)
+        return data_frame({"time_s": table.time_s, **table.columns})
+
+    def plot(self, columns: Sequence[str] | None = None) -> Figure:
+        """Return a figure of output columns over time, those of one unit in one panel.
+
+        Args:
+            columns: default: the tip's place, and the tensions.
+
+        Raises:
+            InputError: as for `to_table`.
+        """
+        from matplotlib.figure import Figure as Canvas
+
+        from catheter_sim.channels import output_channels
+        from catheter_sim.diagnosis.data.columns import unit_of
+
+        names = (
+            columns_of(columns)
+            if columns is not None
+            else [name for name in output_channels(self.robot) if name in _TIP or name.startswith("tension_")]
+        )
+        table = self.to_table(names)
+        units: dict[str, list[str]] = {}
+        for name in names:
+            units.setdefault(unit_of(name), []).append(name)
+        figure = Canvas(figsize=(8.0, 2.4 * max(1, len(units)) + 0.6), layout="constrained")
+        panels = figure.subplots(max(1, len(units)), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (unit, members) in zip(panels, units.items(), strict=False):
+            for name in members:
+                axes.plot(table.time_s, table.columns[name], label=name.removesuffix(f"_{unit}"))
+            axes.set_ylabel(f"[{unit}]")
+            axes.legend(fontsize="small", frameon=False)
+        panels[-1].set_xlabel("time [s]")
+        figure.suptitle(f"{self.robot.name}: {self.by}", fontsize="medium")
+        return figure
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write every output column to a CSV file, as `catheter-sim simulate` does.
+
+        Raises:
+            InputError: the file cannot be written, or does not end in `.csv`.
+        """
+        from catheter_sim.tables import write_table
+
+        file = path_of(path, "save")
+        if not file.lower().endswith(".csv"):
+            raise InputError(f"{file}: a run is saved as a table; choices: .csv")
+        write_table(self.to_table(), file)
+
+    def __repr__(self) -> str:
+        return f"<Run of {self.robot.name} by {self.by}: {len(self)} rows>"
+
+    def _repr_html_(self) -> str:
+        table = self.to_table(_TIP)
+        return listing_of(repr(self)[1:-1], {"time_s": table.time_s, **table.columns})._repr_html_()
+
+
+def simulate(
+    robot: RobotSpec | str | os.PathLike[str],
+    inputs: Any,
+    gravity_mps2: Sequence[float] = AT_REST,
+    dynamic: bool = False,
+) -> Run:
+    """Return what MuJoCo makes of a robot under `inputs`, its effects included, from rest.
+
+    Args:
+        robot: a robot, its id or its file.
+        inputs: from `inputs` or `read_inputs`, or what these take: a mapping, a data frame, a CSV file.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+        dynamic: follow `time_s`; else each row is held until the robot rests.
+
+    Raises:
+        InputError: anything is not possible.
+        SimulationDiverged: the simulation left the finite numbers; the message says at which row and time.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> run = cs.simulate("chest_tube_section", {"time_s": [0.0, 1.0], "tension_active_N": [0.0, 20.0]})
+        >>> len(run), run.by
+        (2, 'simulation')
+    """
+    from catheter_sim.simulation.replay import simulate as run_robot
+
+    value = robot_of(robot)
+    commanded = inputs_of(value, inputs)
+    done = run_robot(value, commanded, gravity_of(gravity_mps2), dynamic=dynamic)
+    if done.failure is not None:
+        raise SimulationDiverged(done.failure)
+    by = DYNAMIC if dynamic else HELD
+    return Run(value, commanded, done.gravity_mps2, done.postures, by, at_rest=done.at_rest)
+
+
+def statics(
+    robot: RobotSpec | str | os.PathLike[str],
+    inputs: Any,
+    model: str,
+    gravity_mps2: Sequence[float] = AT_REST,
+) -> Run:
+    """Return what a static model says of a robot under `inputs`, its effects included, row after row.
+
+    Args:
+        robot: a robot, its id or its file.
+        inputs: as for `simulate`.
+        model: one of `list_models(robot)`.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+
+    Raises:
+        InputError: the model does not know the robot, or a row has no balance.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> pull = {"time_s": [0.0, 1.0], "tension_active_N": [0.0, 20.0]}
+        >>> cs.statics("chest_tube_section", pull, model="complete")
+        <Run of chest_tube_section by complete: 2 rows>
+    """
+    from catheter_sim.core.inputs import row_name
+    from catheter_sim.core.posture import finite_rows
+    from catheter_sim.theory.run import STATIC_MODELS
+
+    value = robot_of(robot)
+    fitting = [name for name, item in STATIC_MODELS.items() if item.applies_to(value)]
+    if model not in fitting:
+        raise unknown("static model", str(model), fitting, value.name)
+    commanded = inputs_of(value, inputs)
+    gravity = gravity_of(gravity_mps2)
+    solved = STATIC_MODELS[model].solve(value, commanded, gravity)
+    row = finite_rows(solved.postures)
+    if row < len(solved.postures):
+        raise InputError(f"{row_name(commanded, row)}: static model {model!r} gives no finite posture")
+    return Run(value, commanded, gravity, solved.postures, model, residual=solved.residual)
+
+
+def build(robot: RobotSpec | str | os.PathLike[str]) -> Any:
+    """Return a robot's MuJoCo model, effects built in, as a `mujoco.MjSpec`.
+
+    What runs beside MuJoCo's own step (friction, nonlinear springs) is in `Simulator`, not in the model.
+
+    Raises:
+        InputError: the robot is not possible.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> cs.build("neuroendoscope_section").compile().ntendon
+        2
+    """
+    import mujoco
+
+    from catheter_sim.effects.apply import built_in
+    from catheter_sim.modelling.build import build_mjcf
+
+    return mujoco.MjSpec.from_string(build_mjcf(built_in(robot_of(robot))))
+
+
+def render(run: Run, path: str | os.PathLike[str], width: int = 1280, height: int = 720) -> None:
+    """Write a picture (.png: the last row) or a video (.mp4: all rows) of a simulation, without a screen.
+
+    The inputs are simulated once more, each row held; a run in motion or of a static model has no picture.
+
+    Raises:
+        InputError: another file's ending, a run that has no picture, or nothing to draw with.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> run = cs.simulate("neuroendoscope_section", {"time_s": [0.0], "tension_right_N": [0.3]})
+        >>> cs.render(run, "tip.png", width=320, height=240)
+    """
+    from catheter_sim.effects.apply import in_force
+    from catheter_sim.pictures.offscreen import render as draw
+
+    if not isinstance(run, Run) or run.by != HELD:
+        raise InputError(f"render: {shown(run)}: only a run of `simulate` whose rows are held is drawn")
+    acting = in_force(run.robot, run.inputs)
+    draw(acting.robot, acting.inputs, tuple(run.gravity_mps2), path_of(path, "render"), width, height)

@@ -1,0 +1,71 @@
+"""A simulated robot's inputs on their way to its actuators, and the tensions that come of them."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from catheter_sim.core.law import Controls, Pulls, RobotInModel
+from catheter_sim.core.posture import Array
+from catheter_sim.mechanics.slack import clamp_of_slack
+
+
+class Actuation:
+    """The actuators of a robot in a model.
+
+    Attributes:
+        controls: what stands between inputs and actuators.
+        pulls: the actuators that pull tendons.
+    """
+
+    def __init__(self, place: RobotInModel, data: mujoco.MjData, controls: Controls, given: bool) -> None:
+        """Prepare; `given`: whether the inputs are tensions."""
+        model = place.model
+        self._model, self._data, self.controls = model, data, controls
+        pulls = controls.pulls
+        bias, length_gain = model.actuator_biasprm[pulls, :2].T.copy()
+        self.pulls = Pulls(
+            pulls,
+            model.actuator_trnid[pulls, 0],
+            given,
+            model.actuator_gainprm[pulls, 0].copy(),
+            bias,
+            length_gain,
+        )
+        # Control ranges are for sliders; a simulation takes what it is given.
+        model.actuator_ctrllimited[place.actuators()] = 0
+        self._arrived = np.zeros(len(controls.spans))
+        self._ctrl_before = np.zeros(len(pulls))
+
+    def reset(self) -> None:
+        """Return to inputs of zero that have always been so."""
+        self._arrived = np.zeros(len(self.controls.spans))
+        self.set(self._arrived)
+        self._ctrl_before[:] = 0.0
+
+    def set(self, inputs: Array) -> None:
+        """Set the controls of the following steps, by inputs of shape (t,).
+
+        Raises:
+            InputError: an input that the robot cannot follow.
+        """
+        controls = self.controls
+        self._arrived = controls.arriving(self._arrived, inputs)
+        self._data.ctrl[controls.actuators] = controls.controls(self._arrived)
+
+    def tension(self) -> Array:
+        """Return the tension of each input at the actuator, shape (t,) [N]; of a pair the tauter one's."""
+        data = self._data
+        pulled = np.maximum(self.pulls.tension(data), 0.0)
+        return self.controls.tension(data.qpos, data.ctrl, pulled)
+
+    def let_taut_tendons_slacken(self) -> None:
+        """Clamp at zero only the tensions of tendons that were slack before the command changed.
+
+        See `mechanics.slack`; to be called once a step, where tendons are driven.
+        """
+        pulls, data = self.pulls, self._data
+        before = pulls.gain * self._ctrl_before + pulls.bias
+        before += pulls.length_gain * data.ten_length[pulls.tendons]
+        self._model.actuator_forcerange[pulls.actuators, 1] = clamp_of_slack(before)
+        self._ctrl_before[:] = data.ctrl[pulls.actuators]

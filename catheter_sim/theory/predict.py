@@ -1,0 +1,107 @@
+"""What fits go by: outputs of many robots with effects along commanded inputs, in file units, fast.
+
+A diagnosis asks for the outputs of many robots that differ in a few numbers. A kind's twin
+(`kinds/<kind>/twin.py`) says where the robots are; their effects and the output columns are put around it
+here, once for all kinds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from catheter_sim.channels import outputs_of
+from catheter_sim.columns import Shown, shown_by, write_columns
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array, Observed
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.core.statics import OneByOne, Twin, TwinStates
+from catheter_sim.effects.apply import (
+    arriving_inputs,
+    embodied,
+    remembers_what_was_seen,
+    seen,
+    sees_otherwise,
+)
+from catheter_sim.kinds import kind_of
+from catheter_sim.theory.run import STATIC_MODELS
+
+# (robots with effects, alike but for their numbers; commanded inputs; every how many rows)
+# -> outputs in file units, (B, r, o); NaN of a row without balance
+Predict = Callable[[Sequence[Any], Inputs, int], Array]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Outputs by a twin; a value, so that it can be sent to other processes.
+
+    Attributes:
+        twin: of the robots' kind.
+        shown: the output columns wanted.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+    """
+
+    twin: Twin[Any]
+    shown: Shown
+    gravity_mps2: Array
+
+    def __call__(self, robots: Sequence[RobotSpec], inputs: Inputs, every: int = 1) -> Array:
+        """Return the outputs of `robots` at each `every`-th row, shape (B, r, o); NaN: no balance.
+
+        The other rows still make the history.
+        """
+        arriving = [arriving_inputs(robot, inputs) for robot in robots]
+        built_in = [embodied(robot) for robot in robots]
+        # What an effect shows late depends on rows that are left out.
+        step = 1 if any(remembers_what_was_seen(robot) for robot in robots) else every
+        states = self.twin.solve(built_in, arriving, self.gravity_mps2, self.shown.elements, step)
+        if any(sees_otherwise(robot) for robot in robots):
+            states = _observed(robots, states, inputs.time_s[::step], self.shown.tip)
+        R_w = None if self.shown.tip is None else states.R_w[:, :, self.shown.tip]
+        outputs = write_columns(self.shown, states.p_w, R_w, states.joint_angles, states.tension)
+        return outputs if step == every else outputs[:, ::every]
+
+
+def twin_for(robot: RobotSpec, actuation: str, columns: Sequence[str], gravity_mps2: Array) -> Prediction:
+    """Return what fits go by for robots like `robot` driven by `actuation`.
+
+    Args:
+        robot: of which the others differ in numbers only.
+        actuation: "tension" or "displacement".
+        columns: the output columns wanted.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+    """
+    twin = kind_of(robot).twin.twin(robot, actuation)
+    return Prediction(twin, shown_by(robot, columns), gravity_mps2)
+
+
+def by_static_model(model: str, robot: RobotSpec, columns: Sequence[str], gravity_mps2: Array) -> Prediction:
+    """Return outputs of robots like `robot` by any static model, one robot after another.
+
+    Args:
+        model: its name.
+        robot, columns, gravity_mps2: as in `twin_for`.
+    """
+    twin = OneByOne(STATIC_MODELS[model].model, len(outputs_of(robot).joints))
+    return Prediction(twin, shown_by(robot, columns), gravity_mps2)
+
+
+def _observed(robots: Sequence[RobotSpec], states: TwinStates, time_s: Array, tip: int | None) -> TwinStates:
+    """Return what is measured of the states: positions, the tip's orientation if it is shown, and angles."""
+    remember = any(remembers_what_was_seen(robot) for robot in robots)
+    angles = states.joint_angles() if remember else np.empty((*states.tension.shape[:2], 0))
+    tips = states.R_w[:, :, [] if tip is None else [tip]]
+    rows = zip(states.p_w, tips, angles, states.tension, strict=True)
+    found = [seen(robot, Observed(time_s, *own)) for robot, own in zip(robots, rows, strict=True)]
+    p_w, tips, late, tension = (
+        np.array([getattr(item, name) for item in found])
+        for name in ("p_w", "R_w", "joint_angles", "tension")
+    )
+    R_w = states.R_w
+    if tip is not None:
+        R_w = R_w.copy()
+        R_w[:, :, tip] = tips[:, :, 0]
+    return TwinStates(p_w, R_w, (lambda: late) if remember else states.joint_angles, tension)

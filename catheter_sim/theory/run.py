@@ -1,0 +1,80 @@
+"""The static models of all kinds by name: the one list that command line, validation and tests read.
+
+A kind's own models (`kinds/<kind>/statics.py`) know no effects. These are put around here, once for all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.kind import Kind
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticModel
+from catheter_sim.effects.apply import embodied, in_force
+from catheter_sim.kinds import KINDS, kind_of
+
+
+@dataclass(frozen=True)
+class TheoryModel:
+    """A static model of one kind, for robots with effects.
+
+    Attributes:
+        kind: of robots, the only one that it knows.
+        model: the kind's own, without effects.
+    """
+
+    kind: Kind[Any]
+    model: StaticModel[Any]
+
+    @property
+    def name(self) -> str:
+        """As on the command line."""
+        return self.model.name
+
+    @property
+    def summary(self) -> str:
+        """What it is and where it comes from, one line."""
+        return self.model.summary
+
+    @property
+    def law(self) -> Callable[[Any, Inputs, Array], StaticRun]:
+        """Robot, arriving inputs and gravity to the postures; the robot's `effects` are not read."""
+        return self.model.law
+
+    def applies_to(self, robot: RobotSpec) -> bool:
+        """Return whether the model knows `robot`, its effects included."""
+        if kind_of(robot) is not self.kind:
+            return False
+        return self.model.carries(embodied(robot) if robot.effects else robot)
+
+    def solve(self, robot: RobotSpec, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+        """Return what is observed of `robot` with its effects, row after row, as inputs are commanded.
+
+        Args:
+            robot: as it is specified, of a kind that the model applies to.
+            inputs: as commanded; `inputs` of the result are those, too.
+            gravity_mps2: in the base frame, shape (3,) [m/s^2].
+
+        Raises:
+            InputError: an effect is not possible, the model does not carry the robot, or a row has no
+                balance.
+        """
+        acting = in_force(robot, inputs)
+        run = self.law(acting.robot, acting.inputs, gravity_mps2)
+        if not robot.effects:
+            return run
+        return replace(run, inputs=inputs, postures=acting.observed(run.postures))
+
+
+def _of_all_kinds() -> Iterator[TheoryModel]:
+    for kind in KINDS.values():
+        for model in kind.statics.MODELS:
+            yield TheoryModel(kind, model)
+
+
+STATIC_MODELS: dict[str, TheoryModel] = {item.name: item for item in _of_all_kinds()}

@@ -1,0 +1,121 @@
+"""A planted form of a cause is told from its other forms where they differ, and listed with them elsewhere.
+
+The data are those of the static model that the twin goes by: what a diagnosis could know at best.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planted import Effects, data_set, displacement_history, pair_history, small_robot
+
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.robot import Friction
+from catheter_sim.diagnosis.causes.forms import in_best_forms, with_forms
+from catheter_sim.diagnosis.data.parting import split
+from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.problem import Problem, Term
+from catheter_sim.diagnosis.pipeline import diagnose_dataset
+from catheter_sim.diagnosis.report.result import Cause
+from catheter_sim.diagnosis.report.rows import form_words
+from catheter_sim.diagnosis.report.to_json import to_json
+from catheter_sim.diagnosis.stages.pose import training_problem
+
+LAG, DELAY = Term("rate", ("lag_s",)), Term("rate", ("delay_s",))
+OUTPUT_LAG, OUTPUT_DELAY = Term("rate", ("output_lag_s",)), Term("rate", ("output_delay_s",))
+
+
+def paced(inputs: Inputs, seed: int) -> Inputs:
+    """Return the same rows at random intervals of 0.4 to 3 s."""
+    steps = np.random.default_rng(seed).uniform(0.4, 3.0, len(inputs) - 1)
+    return replace(inputs, time_s=np.concatenate([[0.0], np.cumsum(steps)]))
+
+
+def section_data(effects: Effects) -> Dataset:
+    """Return three trials of the neuroendoscope's section, whose tendons rub: one a repeat of another."""
+    histories = [paced(pair_history(seed, 3), seed) for seed in (1, 1, 2)]
+    columns = ("tip_x_mm", "tip_z_mm", "body_15_x_mm", "body_15_z_mm")
+    name = "neuroendoscope_section"
+    return data_set(load_robot(name), name, effects, histories, columns, solver="fkm_exact_arm")
+
+
+def small_data(effects: Effects) -> Dataset:
+    """Return three trials of a robot that hardly bends, and does not rub."""
+    robot = replace(small_robot(), friction=Friction(0.0))
+    histories = [paced(displacement_history(seed), seed) for seed in (1, 2, 3)]
+    histories = [replace(item, tendon=0.1 * item.tendon) for item in histories]
+    columns = ("tip_x_mm", "tip_y_mm")
+    return data_set(robot, "small.toml", effects, histories, columns, noise_mm=0.05, solver="CC")
+
+
+def chosen_form(dataset: Dataset, first: Term) -> tuple[Problem, Fit, Cause]:
+    """Return the hypothesis to which the simplest form leads, and its cause."""
+    problem = training_problem(dataset, split(dataset)[0])
+    found = in_best_forms(problem, fit(problem, (first,), cross_validate=False))
+    (cause,) = with_forms(problem, [Cause("rate", {}, 100.0)], found)
+    return problem, found, cause
+
+
+@pytest.mark.parametrize(
+    ("planted", "form", "term"),
+    [
+        ({"output_lag_s": 0.8}, "output_lag", OUTPUT_LAG),
+        ({"output_delay_s": 0.8}, "output_delay", OUTPUT_DELAY),
+        ({"lag_s": 0.8}, "input_lag", LAG),
+        ({"delay_s": 0.8}, "input_delay", DELAY),
+    ],
+)
+def test_where_tendons_rub_the_forms_are_told_apart(planted: dict[str, float], form: str, term: Term) -> None:
+    """From the lag of the inputs the search goes to the form that was planted, and finds none as good."""
+    _, found, cause = chosen_form(section_data({"rate": planted}), LAG)
+    assert found.terms == (term,)
+    assert cause.form == form
+    assert cause.forms_as_good == ()
+    ((name, value),) = planted.items()
+    assert found.values["rate", name] == pytest.approx(value, rel=0.05)
+
+
+@pytest.mark.parametrize("planted", [{"lag_s": 0.8}, {"output_lag_s": 0.8}])
+def test_where_a_robot_is_a_proportion_a_lag_is_one_on_either_side(planted: dict[str, float]) -> None:
+    """A robot in proportion to its inputs shows the same, late before or behind it: the first stays."""
+    _, found, cause = chosen_form(small_data({"rate": planted}), LAG)
+    assert found.terms == (LAG,)
+    assert (cause.form, cause.forms_as_good) == ("input_lag", ("output_lag",))
+
+
+def test_a_cause_of_one_form_has_no_other() -> None:
+    """Its form is named; nothing else is fitted."""
+    dataset = section_data({"stiffness": {"scale": 1.3}})
+    problem = training_problem(dataset, split(dataset)[0])
+    chosen = fit(problem, (Term("stiffness", ("scale",)),), cross_validate=False)
+    assert in_best_forms(problem, chosen) is chosen
+    (cause,) = with_forms(problem, [Cause("stiffness", {}, 100.0)], chosen)
+    assert (cause.form, cause.forms_as_good) == ("scale", ())
+    assert with_forms(problem, [], chosen) == ()
+
+
+@pytest.mark.slow
+def test_a_tracker_that_lags_is_found_as_rate() -> None:
+    """A diagnosis that knows nothing names the cause, its form and the lag."""
+    found = diagnose_dataset(section_data({"rate": {"output_lag_s": 0.8}}), simulation=False)
+    assert found.verdict == "cause_found"
+    (cause,) = found.causes
+    assert (cause.name, cause.form) == ("rate", "output_lag")
+    low, high = cause.parameters["output_lag_s"].ci95
+    assert low < 0.8 < high
+    (written,) = to_json(found)["causes"]
+    assert (written["form"], written["forms_as_good"]) == ("output_lag", [])
+
+
+def test_a_report_says_in_which_form_a_cause_acts() -> None:
+    """With its equation and what does as well; nothing where a cause has one form alone."""
+    late = Cause("rate", {}, 90.0, "output_lag", ("input_lag", "output_delay"))
+    said = form_words(late)
+    assert said.startswith("Here it acts on what is observed, as output lag: output_lag_s y' = x - y.")
+    assert said.endswith("On these data input lag or output delay would do as well.")
+    assert form_words(Cause("stiffness", {}, 90.0, "scale")) == ""
+    assert form_words(Cause("rate", {}, 90.0)) == ""

@@ -1,0 +1,91 @@
+"""Every number by which a diagnosis decides stands in one file, with its unit and its reason."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import catheter_sim.diagnosis
+from catheter_sim.diagnosis import thresholds
+
+FOLDER = Path(catheter_sim.diagnosis.__file__).parent
+OWN = "thresholds.py"
+# What decides nothing: factors between units, sizes of files and pictures, waiting times, scales of numbers.
+NO_THRESHOLDS = {
+    "base_frame/register.py": {"_MM_PER_M"},
+    "data/nuisance.py": {"_SCALE", "_RANGE_PARTS"},
+    "data_faults/units.py": {"METRES", "OUTPUT_FACTORS", "INPUT_FACTORS"},
+    "fitting/noise.py": {"_MAD_TO_SIGMA"},
+    "fitting/workers.py": {"_ROUNDS", "_LONGEST_WAIT_S", "_LOOK_EVERY_S", "_LARGEST_BYTES"},
+    "report/drawing.py": {"_DPI", "LEGEND"},
+    "report/fitted_series.py": {"_LONGEST_NAME"},
+    "report/html.py": {"_MOST_CANDIDATES"},
+    "report/pictures.py": {"_MOST_COLUMNS"},
+    "report/to_json.py": {"_DIGITS"},
+}
+
+
+def constants(path: Path) -> dict[str, ast.stmt]:
+    """Return the module-level constants of a file that hold a number, by name."""
+    found: dict[str, ast.stmt] = {}
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
+            continue
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        names = [item.id for target in targets for item in ast.walk(target) if isinstance(item, ast.Name)]
+        numbers = [
+            item
+            for item in ast.walk(node.value)
+            if isinstance(item, ast.Constant)
+            and isinstance(item.value, int | float)
+            and not isinstance(item.value, bool)
+        ]
+        found |= {name: node for name in names if numbers and name == name.upper()}
+    return found
+
+
+def test_no_other_file_holds_a_threshold() -> None:
+    """A constant that holds a number stands in `thresholds`, or is listed here as none."""
+    elsewhere: dict[str, set[str]] = {}
+    for path in FOLDER.rglob("*.py"):
+        name = path.relative_to(FOLDER).as_posix()
+        if name != OWN and constants(path):
+            elsewhere[name] = set(constants(path))
+    assert elsewhere == NO_THRESHOLDS
+
+
+@pytest.mark.parametrize("name", constants(FOLDER / OWN))
+def test_threshold_says_its_unit_what_it_decides_and_why(name: str) -> None:
+    """The text after a constant: "[unit] what it decides. Why: the reason."."""
+    path = FOLDER / OWN
+    body = ast.parse(path.read_text(encoding="utf-8")).body
+    after = body[body.index(next(node for node in body if is_assignment_of(node, name))) + 1]
+    assert isinstance(after, ast.Expr)
+    assert isinstance(after.value, ast.Constant)
+    text = " ".join(str(after.value.value).split())
+    assert re.fullmatch(r"\[[^\]]+\] .*\bWhy: .+\.", text), text
+
+
+def is_assignment_of(node: ast.stmt, name: str) -> bool:
+    """Return whether a statement gives a value to `name`."""
+    return isinstance(node, ast.Assign) and any(
+        isinstance(target, ast.Name) and target.id == name for target in node.targets
+    )
+
+
+def test_every_threshold_is_used() -> None:
+    """By a file of the diagnosis other than their own."""
+    texts = [
+        path.read_text(encoding="utf-8") for path in FOLDER.rglob("*.py") if path.name != "thresholds.py"
+    ]
+    unused = [
+        name
+        for name in vars(thresholds)
+        if name == name.upper()
+        and not name.startswith("_")
+        and not any(re.search(rf"\b{name}\b", text) for text in texts)
+    ]
+    assert unused == []

@@ -1,0 +1,86 @@
+"""A compiled kernel is renewed when any source that it is made of changes, and only then."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from catheter_sim.mechanics import kernel_store
+
+_COMPILED = "from catheter_sim.mechanics.compiled import compiled"
+INNER = f"{_COMPILED}\n\nFACTOR = {{}}\n\n\n@compiled\ndef scaled(x):\n    return FACTOR * x\n"
+OUTER = (
+    f"{_COMPILED}\nfrom catheter_sim.inner_of_test import scaled\n\n\n"
+    "@compiled\ndef twice_scaled(x):\n    return 2.0 * scaled(x)\n"
+)
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A source tree of its own, whose kernels are kept in a store of its own."""
+    folder = tmp_path / "catheter_sim"
+    folder.mkdir()
+    (folder / "outer_of_test.py").write_text(OUTER)
+    monkeypatch.setattr(kernel_store, "_SOURCES", tmp_path)
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "store"))
+    kernel_store._store.cache_clear()
+    yield folder
+    kernel_store._store.cache_clear()
+    kernel_store.state_of.cache_clear()
+    sys.modules.pop("catheter_sim.inner_of_test", None)
+
+
+def load(file: Path) -> ModuleType:
+    """Return the module in `file`, loaded anew, as part of the package."""
+    kernel_store.state_of.cache_clear()
+    name = f"catheter_sim.{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def result(package: Path, factor: float) -> tuple[float, int]:
+    """Return 2 * factor * 3 by the kernels, and how many of the outer one were found on disk."""
+    (package / "inner_of_test.py").write_text(INNER.format(factor))
+    load(package / "inner_of_test.py")
+    kernel = load(package / "outer_of_test.py").twice_scaled
+    value = kernel(3.0)
+    return value, sum(kernel.stats.cache_hits.values())
+
+
+def test_kernel_follows_the_constants_of_the_file_that_it_calls(package: Path) -> None:
+    """A changed inner file gives the new number; nothing changed gives what was kept."""
+    assert result(package, 2.0) == (12.0, 0)
+    assert result(package, 2.0) == (12.0, 1)
+    assert result(package, 5.0) == (30.0, 0)
+    assert result(package, 2.0) == (12.0, 1)
+
+
+def test_sources_are_followed_through_other_files(package: Path) -> None:
+    """What a file imports by way of another one counts; what nothing imports does not."""
+    (package / "inner_of_test.py").write_text("from catheter_sim.deep import (\n    a,\n    b,\n)\n")
+    (package / "deep").mkdir()
+    (package / "deep" / "b.py").write_text("")
+    (package / "deep" / "c.py").write_text("")
+    found = kernel_store.sources_of(package / "outer_of_test.py")
+    assert [file.name for file in found if "_of_test" in file.name or file.parent.name == "deep"] == [
+        "b.py",
+        "inner_of_test.py",
+        "outer_of_test.py",
+    ]
+
+
+def test_only_the_last_states_are_kept(package: Path) -> None:
+    """An editor's tenth version does not leave ten folders."""
+    for factor in range(1, 8):
+        result(package, float(factor))
+    folders = list((package.parent / "store" / "catheter_sim").glob("*inner_of_test-*"))
+    assert len(folders) <= 4

@@ -1,0 +1,62 @@
+"""Models from memory are those written anew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.robot import Friction, RobotSpec
+from catheter_sim.modelling import model_cache as remembered
+from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.modelling.model_cache import KEPT, remembered_mjcf
+
+
+@pytest.fixture
+def built(monkeypatch: pytest.MonkeyPatch) -> list[tuple[RobotSpec, str, bool]]:
+    """An empty memory; the arguments of what is written, in a list that grows."""
+    calls: list[tuple[RobotSpec, str, bool]] = []
+
+    def write(robot: RobotSpec, actuation: str, friction_tails: bool) -> str:
+        calls.append((robot, actuation, friction_tails))
+        return f"model {len(calls)}"
+
+    monkeypatch.setattr(remembered, "build_mjcf", write)
+    monkeypatch.setattr(remembered, "_written", [])
+    return calls
+
+
+def test_text_is_the_one_written_anew() -> None:
+    """The first time and the second."""
+    robot = load_robot("neuroendoscope_section")
+    text = build_mjcf(robot)
+    assert [remembered_mjcf(robot), remembered_mjcf(load_robot("neuroendoscope_section"))] == [text, text]
+
+
+def test_every_argument_counts(built: list[tuple[RobotSpec, str, bool]]) -> None:
+    """Another number, another actuation, other friction: another model; the robot's own actuation is one."""
+    robot = load_robot("neuroendoscope_section")
+    wanted = [
+        (robot, "tension", False),
+        (replace(robot, friction=Friction(0.01)), "tension", False),
+        (robot, "displacement", False),
+        (robot, "tension", True),
+    ]
+    first = [remembered_mjcf(*arguments) for arguments in wanted]
+    assert built == wanted
+    assert [remembered_mjcf(*arguments) for arguments in wanted] == first
+    assert remembered_mjcf(robot) == first[0]
+    assert built == wanted
+
+
+def test_what_is_used_is_kept_and_the_oldest_goes(built: list[tuple[RobotSpec, str, bool]]) -> None:
+    """Memory holds `KEPT` models; one that is read is the newest again."""
+    robot = load_robot("neuroendoscope_section")
+    robots = [replace(robot, friction=Friction(0.01 * k)) for k in range(KEPT + 1)]
+    for each in robots[:-1]:
+        remembered_mjcf(each)
+    assert remembered_mjcf(robots[0]) == "model 1"
+    remembered_mjcf(robots[-1])
+    assert remembered_mjcf(robots[0]) == "model 1"
+    assert remembered_mjcf(robots[1]) == f"model {KEPT + 2}"

@@ -1,0 +1,167 @@
+"""The tree shows the order of knowledge: imports run one way, and only a kind's folder knows its robots.
+
+The lists of what is still permitted only shrink: whoever mends an entry takes it out.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from catheter_sim.kinds import KINDS
+
+ROOT = Path(__file__).parent.parent / "catheter_sim"
+FILES = tuple(sorted(ROOT.rglob("*.py")))
+
+# Lower may not import from higher; packages of one rank may know each other.
+RANK = {
+    **dict.fromkeys(("errors", "units", "tables", "resources", "files", "progress"), 0),
+    "core": 1,
+    **dict.fromkeys(("mechanics", "mjcf"), 2),
+    "kinds": 3,
+    **dict.fromkeys(("channels", "columns", "catalogue", "effects"), 4),
+    **dict.fromkeys(("modelling", "simulation", "theory"), 5),
+    **dict.fromkeys(("pictures", "control", "envs", "diagnosis", "anatomy", "procedure", "viewer"), 6),
+    **dict.fromkeys(("blind_bench", "validation", "speed", "public"), 7),
+    **dict.fromkeys(("cli", "__main__", "__init__"), 8),
+}
+SPECS = "ContinuumRobot|RollingRobot|CatheterRobot|NotchedTubeRobot"
+
+# Still permitted: importer -> what it imports from above, or from another kind.
+UPWARD: dict[str, set[str]] = {
+    "diagnosis/fitting/workers.py": {"__init__"},
+}
+
+# Still permitted: files of more than 500 lines.
+LONG_FILES: set[str] = {
+    "kinds/notched_tube/theory/kernel.py",
+}
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+@cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
+
+
+def top(module: str) -> str:
+    part = module.split(".")[1] if "." in module else "__init__"
+    return "__init__" if part.startswith("__") else part
+
+
+def kind_of(module: str) -> str:
+    parts = module.split(".")
+    return parts[2] if parts[1:2] == ["kinds"] and len(parts) > 3 else ""
+
+
+def imports(node: ast.AST) -> Iterator[str]:
+    """Yield the package's modules that are imported below `node`, but for mypy alone."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
+            continue
+        if isinstance(child, ast.ImportFrom) and (child.module or "").startswith("catheter_sim"):
+            for item in child.names:
+                yield f"{child.module}.{item.name}"
+        elif isinstance(child, ast.Import):
+            yield from (item.name for item in child.names if item.name.startswith("catheter_sim"))
+        else:
+            yield from imports(child)
+
+
+def upward(path: Path) -> set[str]:
+    name = name_of(path)
+    own = name.split("/")[0].removesuffix(".py")
+    folder = name.split("/")[1] if name.startswith("kinds/") and name.count("/") > 1 else ""
+    found = set()
+    for module in imports(tree_of(path)):
+        if RANK[top(module)] > RANK[own]:
+            found.add(top(module))
+        elif folder and kind_of(module) not in ("", folder):
+            found.add(f"kinds.{kind_of(module)}")
+    return found
+
+
+def test_every_part_has_a_rank() -> None:
+    """A new package is given its place."""
+    parts = {name_of(path).split("/")[0].removesuffix(".py") for path in FILES}
+    assert parts <= set(RANK)
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_imports_run_one_way(path: Path) -> None:
+    """Nothing imports from above, and no kind imports another's folder."""
+    assert upward(path) <= UPWARD.get(name_of(path), set())
+
+
+def matching(pattern: str, outside: tuple[str, ...]) -> set[str]:
+    """Return the files in which a line matches, comments left out, but for some folders and files."""
+    found = set()
+    for path in FILES:
+        code = re.sub(r"#.*", "", path.read_text())
+        if not name_of(path).startswith(outside) and re.search(pattern, code):
+            found.add(name_of(path))
+    return found
+
+
+def test_nobody_asks_of_which_class_a_robot_is() -> None:
+    """Outside its folder a robot's class is tested nowhere; its kind answers."""
+    tests = rf"(isinstance\([^)]*({SPECS})|require_(continuum|no_catheter|rolling|catheter)\()"
+    assert matching(tests, tuple(f"kinds/{kind}/" for kind in KINDS)) == set()
+
+
+def test_nothing_dispatches_on_a_robots_class() -> None:
+    """`singledispatch` has no list of what a kind must answer."""
+    assert matching("singledispatch", ()) == set()
+
+
+def test_nobody_compares_an_actuation() -> None:
+    """What an input column is, its drive says."""
+    compared = (
+        r"(==|!=)\s*\"(tension|displacement)\"|(?<!for )actuation (==|!=|in) |(==|!=) [\w.]*actuation\b"
+    )
+    assert matching(compared, ("kinds/", "channels.py", "core/drive.py")) == set()
+
+
+def test_files_are_short_enough() -> None:
+    """At most 500 lines."""
+    long = {name_of(path): len(path.read_text().splitlines()) for path in FILES}
+    assert {name for name, lines in long.items() if lines > 500} <= LONG_FILES
+
+
+def test_functions_take_few_arguments() -> None:
+    """At most 12, but for compiled kernels."""
+    found = set()
+    for path in FILES:
+        if "kernel" in name_of(path) or "/gpu/" in f"/{name_of(path)}" or "/warp/" in name_of(path):
+            continue
+        for node in ast.walk(tree_of(path)):
+            if not isinstance(node, ast.FunctionDef):
+                continue
+            arguments = node.args
+            count = len(arguments.posonlyargs) + len(arguments.args) + len(arguments.kwonlyargs)
+            compiled = any(
+                "compiled" in ast.unparse(item) or "njit" in ast.unparse(item) for item in node.decorator_list
+            )
+            if count > 12 and not compiled:
+                found.add(f"{name_of(path)}: {node.name}")
+    assert found == set()
+
+
+def test_an_import_from_above_is_seen() -> None:
+    """The lines above would notice a wrong import: by either form of statement, inside a function, too."""
+    for line in ("from catheter_sim.cli import main", "import catheter_sim.cli.main"):
+        tree = ast.parse(f"def late():\n    {line}\n")
+        (module,) = imports(tree)
+        assert RANK[top(module)] > RANK["kinds"]
+    hidden = ast.parse("if TYPE_CHECKING:\n    from catheter_sim.cli import main\n")
+    assert not list(imports(hidden))
+    assert kind_of("catheter_sim.kinds.rolling.spec.Rod") == "rolling"
+    assert kind_of("catheter_sim.kinds.kind_of") == ""
