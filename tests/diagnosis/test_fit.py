@@ -14,7 +14,7 @@ from catheter_sim.diagnosis.data.nuisance import nuisances_of
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.intervals import intervals
-from catheter_sim.diagnosis.fitting.probe import carried_over, probe
+from catheter_sim.diagnosis.fitting.probe import carried_over, foreseen, reached, tangent, values_at
 from catheter_sim.diagnosis.fitting.problem import Problem, Term, fitted_numbers
 from catheter_sim.diagnosis.fitting.residuals import residuals
 from catheter_sim.diagnosis.fitting.stretches import blocks_of, fold_of
@@ -230,12 +230,16 @@ def test_a_probe_foretells_the_fit():
     """One step beside the current fit already ranks the true cause before a wrong one."""
     problem = made({"axial_compression": {"stiffness_N_per_mm": 15.0}}, noise_mm=0.05)
     current = fit(problem, (FRAME,))
-    right = probe(problem, current, (FRAME, Term("axial_compression", ("stiffness_N_per_mm",))))
-    wrong = probe(problem, current, (FRAME, Term("twist", ("rate_deg_per_m",))))
-    assert right[0] < 0.2 * wrong[0]
-    assert set(right[1]) == {
-        free.key
-        for free in fitted_numbers(problem, (FRAME, Term("axial_compression", ("stiffness_N_per_mm",))))
+    right, wrong = Term("axial_compression", ("stiffness_N_per_mm",)), Term("twist", ("rate_deg_per_m",))
+    steps = {
+        term: foreseen(problem, current, (FRAME, term), tangent(problem, current, term))
+        for term in (right, wrong)
+    }
+    assert steps[right].cost < 0.3 * steps[wrong].cost
+    true, false = (reached(problem, (FRAME, term), steps[term].points)[0] for term in (right, wrong))
+    assert true < 0.2 * false
+    assert set(values_at(problem, (FRAME, right), steps[right].points[0])) == {
+        free.key for free in fitted_numbers(problem, (FRAME, right))
     }
 
 
