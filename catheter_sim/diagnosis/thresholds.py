@@ -166,7 +166,7 @@ robot that stands still; twice the largest measured value counts where that is m
 DERIVATIVE_STEP = 0.05
 """[scales of the parameter] Step of the derivative by differences. Why: assumed; small beside a change that
 matters (one scale), large beside what a solver leaves."""
-MOST_FIT_STEPS = 12
+MOST_FIT_STEPS = 24
 """[steps] Of a fit. Why: assumed; it bounds the time."""
 MOST_ROUGH_STEPS = 4
 """[steps] Of a fit that only says which sets of two are worth fitting well. Why: the first steps take most of
@@ -187,7 +187,7 @@ FOLD_CONVERGED = 1e-3
 FOLD_BEYOND_FIRST_ORDER = 0.2
 """[share of the change] By which the residuals without a fold may differ from first order. Why: a fold
 changes them by a tenth of the noise or so, of which a fifth decides nothing."""
-MOST_FOLD_STEPS = 6
+MOST_FOLD_STEPS = 12
 """[steps] Of a fit without a fold. Why: it starts at the fit to all rows."""
 NO_INFLUENCE = 1e-2
 """[weights, root mean square, per scale] A number that changes the residuals by less is left alone. Why: a
@@ -199,6 +199,9 @@ MOST_VALLEY_TRIALS = 100
 FOLD_STEP_PARTS = (1.0, 0.3, 0.1)
 """[share of the step] Tried in this order, until the error on the rows kept falls. Why: a whole step may
 leave the range in which the model is nearly linear."""
+NO_DAMPING = 1e-9
+"""[share of the normal matrix's diagonal] Of the step that leaves a fold out. Why: next to none; it keeps the
+matrix regular where numbers do the same."""
 ROWS_TO_SCAN_BY = 100
 """[rows] Of whole trials, for a scan. Why: a scan tells minima apart that lie a twelfth of a range from one
 another, which a hundred rows show."""
@@ -253,8 +256,11 @@ FINALISTS = 3
 """[hypotheses] Fitted in one step; as many of few numbers, and as many beside the best set. Why: a probe is
 one step of a fit, which ranks well but not surely."""
 PAIRS = 24
-"""[sets of two causes] Fitted roughly where those beside the best single causes leave structure. Why: one step
-from a single cause tells little of a set whose numbers are both far from it."""
+"""[sets of two causes] Fitted roughly where those beside the best single causes leave structure. Why: one
+step from a single cause tells little of a set whose numbers are both far from it."""
+PROBE_DAMPINGS = (1e-3, 0.3, 10.0)
+"""[share of the normal matrix's diagonal] Of the steps of a probe. Why: a whole step, one half as long, and a
+short one where the derivative misleads."""
 SHORTLIST = 3
 """[hypotheses] Beyond those to be fitted, of which the first step is computed with the full model. Why: their
 derivatives rank them well but not surely."""

@@ -17,9 +17,8 @@ from catheter_sim.diagnosis.thresholds import (
     FOLD_CONVERGED,
     FOLD_STEP_PARTS,
     MOST_FOLD_STEPS,
+    NO_DAMPING,
 )
-
-_UNDAMPED = 1e-9
 
 
 def left_out_residuals(
@@ -39,7 +38,7 @@ def left_out_residuals(
     fold = fold_of(block)
     prior = prior_of(numbers)
     keeps = [fold != index for index in np.unique(fold)]
-    steps = np.array([damped_step(at, box, _UNDAMPED, prior, keep) for keep in keeps])
+    steps = np.array([damped_step(at, box, NO_DAMPING, prior, keep) for keep in keeps])
     steps = np.clip(at.x + steps, *box) - at.x
     changes = steps @ at.jacobian.T
     if _are_first_order(problem, numbers, at, steps, changes):

@@ -25,9 +25,7 @@ from catheter_sim.diagnosis.fitting.problem import (
     start_of,
 )
 from catheter_sim.diagnosis.fitting.residuals import residuals
-from catheter_sim.diagnosis.thresholds import DERIVATIVE_STEP
-
-_DAMPINGS = (1e-3, 0.3, 10.0)
+from catheter_sim.diagnosis.thresholds import DERIVATIVE_STEP, PROBE_DAMPINGS
 
 
 @dataclass(frozen=True)
@@ -105,7 +103,7 @@ def foreseen(
         if fitted.key in old:
             jacobian[:, index] = current.jacobian[:, old[fitted.key]]
     at, prior = Linearised(x, error, jacobian), prior_of(numbers)
-    points = np.array([np.clip(x + damped_step(at, box, damping, prior), *box) for damping in _DAMPINGS])
+    points = np.array([np.clip(x + damped_step(at, box, damping, prior), *box) for damping in PROBE_DAMPINGS])
     errors = error + (points - x) @ jacobian.T
     costs = [float(item @ item) + prior.cost(point) for item, point in zip(errors, points, strict=True)]
     order = np.argsort(costs, kind="stable")
