@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.probe import (
     Foreseen,
@@ -42,7 +41,7 @@ class Search:
         say: called with a line when a step is done.
         fits: by hypothesis.
         tangents: of terms beside the fit of a hypothesis.
-        lacking: the residual of a hypothesis without one of its terms.
+        lacking: what it does to take one of its terms from the fit of a hypothesis.
         steps: by the hypotheses from which and to which, what the step reaches with the full model.
     """
 
@@ -51,7 +50,7 @@ class Search:
     say: Callable[[str], None]
     fits: dict[frozenset[Term], Fit] = field(default_factory=dict)
     tangents: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
-    lacking: dict[tuple[frozenset[Term], Term], Array] = field(default_factory=dict)
+    lacking: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
     steps: dict[tuple[frozenset[Term], frozenset[Term]], tuple[float, Known]] = field(default_factory=dict)
 
     @property
@@ -86,8 +85,8 @@ class Search:
         found = map_calls(self.pool, tangent, [(self.problem, wanted[key], key[1]) for key in missing])
         self.tangents |= dict(zip(missing, found, strict=True))
         absent = [key for key in removed if key not in self.lacking]
-        errors = map_calls(self.pool, without, [(self.problem, removed[key], key[1]) for key in absent])
-        self.lacking |= dict(zip(absent, errors, strict=True))
+        taken = map_calls(self.pool, without, [(self.problem, removed[key], key[1]) for key in absent])
+        self.lacking |= dict(zip(absent, taken, strict=True))
         return [
             foreseen(
                 self.problem,

@@ -67,9 +67,9 @@ def descend(
     for _ in range(most):
         step = damped_step(at, box, damping, prior, keep)
         promised = cost - _promised_cost(at, step, prior, keep)
-        if at.exact and promised < converged * cost:
-            return at
-        found, factor = _lower(problem, numbers, at, cost, box, damping, prior, keep)
+        last = at.exact and promised < converged * cost
+        factors = ((1.0,),) if last else ((1.0,), LARGER_DAMPINGS)
+        found, factor = _lower(problem, numbers, at, cost, box, damping, prior, keep, factors)
         if found is None:
             if at.exact:
                 return at
@@ -97,12 +97,13 @@ def _lower(
     damping: float,
     prior: Prior,
     keep: np.ndarray | slice,
+    factors_in_turn: Sequence[Sequence[float]],
 ) -> tuple[Linearised | None, float]:
     """Return a point of less than `cost`, its derivative carried there, and by what its damping was larger.
 
-    First `damping` itself is tried, then several larger ones side by side. None: none is better.
+    The dampings of each of `factors_in_turn` are tried side by side. None: none is better.
     """
-    for factors in ((1.0,), LARGER_DAMPINGS):
+    for factors in factors_in_turn:
         steps = np.array([damped_step(at, box, damping * factor, prior, keep) for factor in factors])
         points = np.clip(at.x + steps, *box)
         errors = residuals(problem, numbers, points)
@@ -110,6 +111,8 @@ def _lower(
         best = int(np.argmin(costs))
         if costs[best] < cost:
             moved = points[best] - at.x
+            if not moved.any():
+                break  # the same point: what it gains is rounding
             change = errors[best] - at.error - at.jacobian @ moved
             carried = at.jacobian + np.outer(change, moved / (moved @ moved))
             return Linearised(points[best], errors[best], carried, exact=False), factors[best]

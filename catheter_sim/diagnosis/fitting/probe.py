@@ -30,16 +30,18 @@ from catheter_sim.diagnosis.thresholds import DERIVATIVE_STEP, PROBE_DAMPINGS
 
 @dataclass(frozen=True)
 class Tangent:
-    """What a term does beside a fit, to first order.
+    """What a change of a fit's hypothesis does, to first order: a term more, or one less.
 
     Attributes:
-        error: the residual with the term's numbers at their start, shape (n,).
-        columns: its derivative by those of its numbers that the fit does not have, shape (n, k).
+        error: the residual with the new numbers at their start, shape (n,).
+        keys: the numbers that the fit does not have, by effect and parameter; k of them.
+        columns: the derivative by these, shape (n, k).
     """
 
     error: Array
+    keys: tuple[tuple[str, str], ...]
     columns: Array
-    SHAPES = "error:n columns:nk"  # of what is read (`kept`)
+    SHAPES = "error:n keys:k columns:nk"  # of what is read (`kept`)
 
 
 @dataclass(frozen=True)
@@ -64,24 +66,28 @@ def beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:
 
 def tangent(problem: Problem, current: Fit, term: Term) -> Tangent:
     """Return what `term` does beside `current`, in the place of another variant of its effect there."""
-    terms = beside(current.terms, term)
+    return _toward(problem, current, beside(current.terms, term))
+
+
+def without(problem: Problem, current: Fit, term: Term) -> Tangent:
+    """Return what it does to take `term` from `current`. Known-uncertain numbers that it had superseded come
+    back; the others stay as they are."""
+    return _toward(problem, current, tuple(item for item in current.terms if item is not term))
+
+
+def _toward(problem: Problem, current: Fit, terms: tuple[Term, ...]) -> Tangent:
     numbers = fitted_numbers(problem, terms)
     x, high = _start(current, terms, numbers)
-    new = _new(current, numbers)
+    old = {fitted.key for fitted in current.numbers}
+    new = [index for index, fitted in enumerate(numbers) if fitted.key not in old]
     step = np.where(x + DERIVATIVE_STEP > high, -DERIVATIVE_STEP, DERIVATIVE_STEP)
     errors = residuals(problem, numbers, np.concatenate([x[None], x + np.diag(step)[new]]))
-    return Tangent(errors[0], ((errors[1:] - errors[0]) / step[new][:, None]).T)
-
-
-def without(problem: Problem, current: Fit, term: Term) -> Array:
-    """Return the residual of `current` with `term` taken from it, the other numbers as they are, (n,)."""
-    terms = tuple(item for item in current.terms if item is not term)
-    numbers = fitted_numbers(problem, terms)
-    return residuals(problem, numbers, start_of(numbers, current.values)[None])[0]
+    columns = ((errors[1:] - errors[0]) / step[new][:, None]).T
+    return Tangent(errors[0], tuple(numbers[index].key for index in new), columns)
 
 
 def foreseen(
-    problem: Problem, current: Fit, terms: Sequence[Term], beyond: Tangent, lacking: Array | None = None
+    problem: Problem, current: Fit, terms: Sequence[Term], beyond: Tangent, lacking: Tangent | None = None
 ) -> Foreseen:
     """Return what a step from `current` to the hypothesis `terms` reaches, to first order.
 
@@ -90,18 +96,19 @@ def foreseen(
         current: where from.
         terms: the hypothesis: terms of `current` and one more.
         beyond: the tangent of that one beside `current`.
-        lacking: the residual of `current` without the term that `terms` lacks, if it lacks one.
+        lacking: the tangent of `current` without the term that `terms` lacks, if it lacks one.
     """
     numbers = fitted_numbers(problem, terms)
     x, _ = _start(current, terms, numbers)
     box = box_of(numbers)
-    error = beyond.error if lacking is None else beyond.error + lacking - current.residual
-    old = {fitted.key: column for column, fitted in enumerate(current.numbers)}
-    jacobian = np.empty((len(error), len(numbers)))
-    jacobian[:, _new(current, numbers)] = beyond.columns
-    for index, fitted in enumerate(numbers):
-        if fitted.key in old:
-            jacobian[:, index] = current.jacobian[:, old[fitted.key]]
+    error = beyond.error
+    columns = {fitted.key: column for fitted, column in zip(current.numbers, current.jacobian.T, strict=True)}
+    for change in (lacking, beyond):
+        if change is not None:
+            columns |= dict(zip(change.keys, change.columns.T, strict=True))
+    if lacking is not None:
+        error = error + lacking.error - current.residual
+    jacobian = np.stack([columns[fitted.key] for fitted in numbers], axis=-1)
     at, prior = Linearised(x, error, jacobian), prior_of(numbers)
     points = np.array([np.clip(x + damped_step(at, box, damping, prior), *box) for damping in PROBE_DAMPINGS])
     errors = error + (points - x) @ jacobian.T
@@ -133,12 +140,6 @@ def _start(current: Fit, terms: Sequence[Term], numbers: Sequence[FittedNumber])
     """Return where a step from `current` begins, and the upper bounds, each (p,)."""
     low, high = box_of(numbers)
     return np.clip(start_of(numbers, carried_over(current, terms)), low, high), high
-
-
-def _new(current: Fit, numbers: Sequence[FittedNumber]) -> list[int]:
-    """Return the places of the numbers that `current` does not have."""
-    old = {fitted.key for fitted in current.numbers}
-    return [index for index, fitted in enumerate(numbers) if fitted.key not in old]
 
 
 def carried_over(current: Fit, terms: Sequence[Term]) -> dict[tuple[str, str], float]:
