@@ -184,9 +184,9 @@ FIT_CONVERGED = 2e-4
 decides between hypotheses (`PAYS_SHARE`)."""
 FOLD_CONVERGED = 1e-3
 """[the same] Of a fit without a fold. Why: its rows are predicted, no numbers are reported of it."""
-FOLD_BEYOND_FIRST_ORDER = 0.2
-"""[share of the change] By which the residuals without a fold may differ from first order. Why: a fold
-changes them by a tenth of the noise or so, of which a fifth decides nothing."""
+FOLD_FIRST_ORDER = 0.1
+"""[share of the error of the rows left out] The change by which these rows may be predicted to first order.
+Why: what bends on so short a way changes their error by a hundredth or so, a third of what pays."""
 MOST_FOLD_STEPS = 12
 """[steps] Of a fit without a fold. Why: it starts at the fit to all rows."""
 NO_INFLUENCE = 1e-2

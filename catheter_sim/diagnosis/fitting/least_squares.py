@@ -67,7 +67,7 @@ def descend(
     for _ in range(most):
         step = damped_step(at, box, damping, prior, keep)
         promised = cost - _promised_cost(at, step, prior, keep)
-        last = at.exact and promised < converged * cost
+        last = at.exact and 0.0 <= promised < converged * cost  # less than none where bounds bend the step
         factors = ((1.0,),) if last else ((1.0,), LARGER_DAMPINGS)
         found, factor = _lower(problem, numbers, at, cost, box, damping, prior, keep, factors)
         if found is None:

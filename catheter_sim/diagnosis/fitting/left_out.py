@@ -13,8 +13,8 @@ from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem
 from catheter_sim.diagnosis.fitting.residuals import residuals
 from catheter_sim.diagnosis.fitting.stretches import fold_of
 from catheter_sim.diagnosis.thresholds import (
-    FOLD_BEYOND_FIRST_ORDER,
     FOLD_CONVERGED,
+    FOLD_FIRST_ORDER,
     FOLD_STEP_PARTS,
     MOST_FOLD_STEPS,
     NO_DAMPING,
@@ -30,38 +30,30 @@ def left_out_residuals(
 ) -> Array:
     """Return the residual of each fold under the parameters fitted without it, shape (n,).
 
-    Those parameters are one Gauss-Newton step away from the fit to all rows. Where the model is linear along
-    the longest of these steps (`FOLD_BEYOND_FIRST_ORDER`), its derivative gives the residuals; otherwise they
-    are computed with the full model: where the whole step would raise the error on the rows kept, a part of
-    the step away, and where any part would raise it, with the rows kept fitted anew.
+    Those parameters are one Gauss-Newton step away from the fit to all rows. Where this step hardly changes the
+    rows left out (`FOLD_FIRST_ORDER`), the derivative gives their residuals; otherwise they are computed with
+    the full model: where the whole step would raise the error on the rows kept, a part of the step away, and
+    where any part would raise it, with the rows kept fitted anew.
     """
     fold = fold_of(block)
     prior = prior_of(numbers)
     keeps = [fold != index for index in np.unique(fold)]
     steps = np.array([damped_step(at, box, NO_DAMPING, prior, keep) for keep in keeps])
     steps = np.clip(at.x + steps, *box) - at.x
-    changes = steps @ at.jacobian.T
-    if _are_first_order(problem, numbers, at, steps, changes):
-        errors = at.error + changes
-    else:
-        errors = _with_the_full_model(problem, numbers, at, steps, keeps, box, prior)
+    errors = at.error + steps @ at.jacobian.T
+    sizes = [
+        [np.linalg.norm(part[~keep]) for part in (error - at.error, at.error)]
+        for keep, error in zip(keeps, errors, strict=True)
+    ]
+    far = [index for index, (change, size) in enumerate(sizes) if change > FOLD_FIRST_ORDER * size]
+    if far:
+        errors[far] = _with_the_full_model(
+            problem, numbers, at, steps[far], [keeps[index] for index in far], box, prior
+        )
     left_out = at.error.copy()
     for keep, without in zip(keeps, errors, strict=True):
         left_out[~keep] = without[~keep]
     return left_out
-
-
-def _are_first_order(
-    problem: Problem, numbers: Sequence[FittedNumber], at: Linearised, steps: Array, changes: Array
-) -> bool:
-    """Return whether the residuals change by `changes` (k, n) along `steps` (k, p), shown on the longest."""
-    longest = int(np.argmax((changes**2).sum(axis=1)))
-    change = changes[longest]
-    size = np.linalg.norm(change)
-    if size <= FOLD_BEYOND_FIRST_ORDER**2 * np.linalg.norm(at.error):
-        return True  # what bends on so short a way changes no error
-    found = residuals(problem, numbers, (at.x + steps[longest])[None])[0]
-    return bool(np.linalg.norm(found - at.error - change) <= FOLD_BEYOND_FIRST_ORDER * size)
 
 
 def _with_the_full_model(
