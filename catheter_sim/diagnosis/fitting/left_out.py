@@ -30,10 +30,10 @@ def left_out_residuals(
 ) -> Array:
     """Return the residual of each fold under the parameters fitted without it, shape (n,).
 
-    Those parameters are one Gauss-Newton step away from the fit to all rows. Where this step hardly changes the
-    rows left out (`FOLD_FIRST_ORDER`), the derivative gives their residuals; otherwise they are computed with
-    the full model: where the whole step would raise the error on the rows kept, a part of the step away, and
-    where any part would raise it, with the rows kept fitted anew.
+    Those parameters are one Gauss-Newton step away from the fit to all rows. Where this step hardly changes
+    the rows left out (`FOLD_FIRST_ORDER`), the derivative gives their residuals; otherwise they are computed
+    with the full model: where the whole step would raise the error on the rows kept, a part of the step away,
+    and where any part would raise it, with the rows kept fitted anew.
     """
     fold = fold_of(block)
     prior = prior_of(numbers)
@@ -41,15 +41,14 @@ def left_out_residuals(
     steps = np.array([damped_step(at, box, NO_DAMPING, prior, keep) for keep in keeps])
     steps = np.clip(at.x + steps, *box) - at.x
     errors = at.error + steps @ at.jacobian.T
-    sizes = [
-        [np.linalg.norm(part[~keep]) for part in (error - at.error, at.error)]
-        for keep, error in zip(keeps, errors, strict=True)
-    ]
-    far = [index for index, (change, size) in enumerate(sizes) if change > FOLD_FIRST_ORDER * size]
+    far = []
+    for index, keep in enumerate(keeps):
+        change, size = (np.linalg.norm(part[~keep]) for part in (errors[index] - at.error, at.error))
+        if change > FOLD_FIRST_ORDER * size:
+            far.append(index)
     if far:
-        errors[far] = _with_the_full_model(
-            problem, numbers, at, steps[far], [keeps[index] for index in far], box, prior
-        )
+        kept = [keeps[index] for index in far]
+        errors[far] = _with_the_full_model(problem, numbers, at, steps[far], kept, box, prior)
     left_out = at.error.copy()
     for keep, without in zip(keeps, errors, strict=True):
         left_out[~keep] = without[~keep]
