@@ -18,8 +18,6 @@ from __future__ import annotations
 # ruff: noqa: E402 - what the adapter imports stands in the adapter
 import os
 
-from catheter_sim.theory.predict import twin_for
-
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # sums of threads have no fixed order
 
 import argparse
@@ -61,6 +59,7 @@ from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.pictures.offscreen import render as _render
 from catheter_sim.simulation.replay import simulate as _simulate
 from catheter_sim.tables import Table
+from catheter_sim.theory.predict import twin_for
 from catheter_sim.theory.run import STATIC_MODELS
 
 _load = lru_cache(maxsize=None)(load_robot)

@@ -166,13 +166,29 @@ robot that stands still; twice the largest measured value counts where that is m
 DERIVATIVE_STEP = 0.05
 """[scales of the parameter] Step of the derivative by differences. Why: assumed; small beside a change that
 matters (one scale), large beside what a solver leaves."""
-MOST_FIT_STEPS = 12
+MOST_FIT_STEPS = 24
 """[steps] Of a fit. Why: assumed; it bounds the time."""
+MOST_ROUGH_STEPS = 4
+"""[steps] Of a fit that only says which sets of two are worth fitting well. Why: the first steps take most of
+what there is to take."""
+FIRST_DAMPING = 1e-4
+"""[share of the curvature] With which a fit starts. Why: assumed; the first step is nearly a whole one."""
+LARGER_DAMPINGS = (10.0, 100.0, 1e3, 1e5)
+"""[times the damping] Tried side by side where a step fails. Why: assumed; the last leaves only the steepest
+way, a little."""
+FAIR_GAIN = 0.25
+"""[share of the gain promised] A step with less has its derivative worked out anew. Why: the usual bound
+below which a trust region shrinks."""
 FIT_CONVERGED = 2e-4
 """[relative fall of the sum of squares] A smaller one is not worth another step. Why: far below what
 decides between hypotheses (`PAYS_SHARE`)."""
 FOLD_CONVERGED = 1e-3
 """[the same] Of a fit without a fold. Why: its rows are predicted, no numbers are reported of it."""
+FOLD_FIRST_ORDER = 0.1
+"""[share of the error of the rows left out] The change by which these rows may be predicted to first order.
+Why: what bends on so short a way changes their error by a hundredth or so, a third of what pays."""
+MOST_FOLD_STEPS = 12
+"""[steps] Of a fit without a fold. Why: it starts at the fit to all rows."""
 NO_INFLUENCE = 1e-2
 """[weights, root mean square, per scale] A number that changes the residuals by less is left alone. Why: a
 hundredth of the noise."""
@@ -183,6 +199,12 @@ MOST_VALLEY_TRIALS = 100
 FOLD_STEP_PARTS = (1.0, 0.3, 0.1)
 """[share of the step] Tried in this order, until the error on the rows kept falls. Why: a whole step may
 leave the range in which the model is nearly linear."""
+NO_DAMPING = 1e-9
+"""[share of the normal matrix's diagonal] Of the step that leaves a fold out. Why: next to none; it keeps the
+matrix regular where numbers do the same."""
+ROWS_TO_SCAN_BY = 100
+"""[rows] Of whole trials, for a scan. Why: a scan tells minima apart that lie a twelfth of a range from one
+another, which a hundred rows show."""
 GRID_VALUES = (12, 6)
 """[values per number] Of the scan of one number, and of two. Why: a delay of nine seconds has a lesser
 minimum nearby; twelve values of its range step over that."""
@@ -234,8 +256,14 @@ FINALISTS = 3
 """[hypotheses] Fitted in one step; as many of few numbers, and as many beside the best set. Why: a probe is
 one step of a fit, which ranks well but not surely."""
 PAIRS = 24
-"""[sets of two causes] Fitted where those beside the best single causes leave structure. Why: one step from
-a single cause tells little of a set whose numbers are both far from it."""
+"""[sets of two causes] Fitted roughly where those beside the best single causes leave structure. Why: one
+step from a single cause tells little of a set whose numbers are both far from it."""
+PROBE_DAMPINGS = (1e-3, 0.3, 10.0)
+"""[share of the normal matrix's diagonal] Of the steps of a probe. Why: a whole step, one half as long, and a
+short one where the derivative misleads."""
+SHORTLIST = 3
+"""[hypotheses] Beyond those to be fitted, of which the first step is computed with the full model. Why: their
+derivatives rank them well but not surely."""
 RIVALS = 2
 """[hypotheses] Fitted in the place of each chosen cause. Why: assumed; what does as well ranks first among
 the probes."""
@@ -307,9 +335,12 @@ about there."""
 
 # ---------------------------------------------------------------- simulation and the next experiment
 
-SMOOTH_RAMP_S = 0.4
-"""[s of simulated time] From row to row of a robot without friction. Why: assumed to be enough to come to
-rest; dry friction would remember an overshoot."""
+SMOOTH_RAMP_S = 0.1
+"""[s of simulated time] From row to row of a robot without friction. Why: measured on 60 rows of eight
+robots, it moves the outputs by at most 0.004 mm from where a whole second leads."""
+DRY_RAMP_S = 0.5
+"""[s of simulated time] The same with friction, which remembers an overshoot. Why: measured likewise, 0.002
+mm; with half of it 0.016 mm."""
 TELLS_APART_NOISE = 2.0
 """[times the noise, root mean square] Inputs that part two causes by it tell them apart. Why: assumed; over
 hundreds of rows that is far beyond chance."""

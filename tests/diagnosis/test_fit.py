@@ -7,15 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from planted import as_inputs, displacement_history, pair_history, small_robot
+from scipy.optimize import least_squares
 
 from catheter_sim.catalogue import load_robot
+from catheter_sim.core.effect import Parameter
 from catheter_sim.diagnosis.causes.comparison import as_good, pays
-from catheter_sim.diagnosis.data.nuisance import nuisances_of
+from catheter_sim.diagnosis.data.nuisance import Nuisance, nuisances_of
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.intervals import intervals
-from catheter_sim.diagnosis.fitting.probe import carried_over, probe
-from catheter_sim.diagnosis.fitting.problem import Problem, Term, fitted_numbers
+from catheter_sim.diagnosis.fitting.probe import carried_over, foreseen, reached, tangent, values_at, without
+from catheter_sim.diagnosis.fitting.problem import Problem, Term, box_of, fitted_numbers
 from catheter_sim.diagnosis.fitting.residuals import residuals
 from catheter_sim.diagnosis.fitting.stretches import blocks_of, fold_of
 from catheter_sim.effects import EFFECTS
@@ -58,6 +60,26 @@ def test_recovers_what_was_put_in(term, effects):
     found = fit(made(effects), (term,), cross_validate=False).values
     for name, value in effects[term.effect].items():
         assert found[term.effect, name] == pytest.approx(value, rel=2e-3)
+
+
+def test_the_optimum_is_another_solvers():
+    """With noise and three causes that bend the model, SciPy's trust region ends where the fit does."""
+    effects = {"stiffness": {"scale": 0.7}, "backlash": {"width_mm": 0.4}, "twist": {"rate_deg_per_m": 60.0}}
+    problem = made(effects, noise_mm=0.2)
+    terms = tuple(Term(name, tuple(values)) for name, values in effects.items())
+    found = fit(problem, terms, cross_validate=False)
+    low, high = box_of(found.numbers)
+    other = least_squares(
+        lambda x: residuals(problem, found.numbers, x[None])[0],
+        np.clip(found.x * 1.2, low + 1e-3, high - 1e-3),
+        bounds=(low, high),
+        diff_step=1e-4,
+        xtol=1e-8,
+        ftol=1e-10,
+    )
+    assert float(found.residual @ found.residual) == pytest.approx(2.0 * other.cost, rel=2e-4)
+    error = 1.0 / np.sqrt((found.jacobian**2).sum(axis=0))
+    assert np.abs(found.x - other.x).max() < 0.3 * error.max()
 
 
 def test_an_effect_that_is_not_there_stays_at_null():
@@ -226,16 +248,41 @@ def test_missing_values_are_left_out():
     assert found.values["measurement_frame", "translation_x_mm"] == pytest.approx(3.0, rel=1e-3)
 
 
+def test_what_a_cause_supersedes_comes_back_without_it():
+    """A shift known to be uncertain is fitted with every cause but a frame, also where one replaces it."""
+    offset = Term("actuation_offset", ("offset_t1_mm",))
+    shift = Nuisance(
+        Parameter("shift_mm", 0.0, -50.0, 50.0, scale=1.0, start=0.0),
+        lambda robot, value: robot,
+        superseded_by=(FRAME.effect,),
+        change_outputs=lambda columns, outputs, values: outputs + values[:, None, None] * np.eye(3)[0],
+    )
+    effects = {"actuation_offset": {"offset_t1_mm": 0.02}, "measurement_frame": {"translation_x_mm": 3.0}}
+    problem = replace(made(effects, noise_mm=0.05), nuisances=(shift,))
+    frame = fit(problem, (FRAME,), cross_validate=False)
+    taken = without(problem, frame, FRAME)
+    assert taken.keys == (("", "shift_mm"),)
+    ahead = foreseen(problem, frame, (offset,), tangent(problem, frame, offset), taken)
+    cost, values = reached(problem, (offset,), ahead.points)
+    assert ahead.cost == pytest.approx(cost, rel=0.05)
+    assert values["", "shift_mm"] == pytest.approx(3.0, abs=0.1)
+    assert cost < 1.1 * float((fit(problem, (offset,), cross_validate=False).residual ** 2).sum())
+
+
 def test_a_probe_foretells_the_fit():
     """One step beside the current fit already ranks the true cause before a wrong one."""
     problem = made({"axial_compression": {"stiffness_N_per_mm": 15.0}}, noise_mm=0.05)
     current = fit(problem, (FRAME,))
-    right = probe(problem, current, (FRAME, Term("axial_compression", ("stiffness_N_per_mm",))))
-    wrong = probe(problem, current, (FRAME, Term("twist", ("rate_deg_per_m",))))
-    assert right[0] < 0.2 * wrong[0]
-    assert set(right[1]) == {
-        free.key
-        for free in fitted_numbers(problem, (FRAME, Term("axial_compression", ("stiffness_N_per_mm",))))
+    right, wrong = Term("axial_compression", ("stiffness_N_per_mm",)), Term("twist", ("rate_deg_per_m",))
+    steps = {
+        term: foreseen(problem, current, (FRAME, term), tangent(problem, current, term))
+        for term in (right, wrong)
+    }
+    assert steps[right].cost < 0.3 * steps[wrong].cost
+    true, false = (reached(problem, (FRAME, term), steps[term].points)[0] for term in (right, wrong))
+    assert true < 0.2 * false
+    assert set(values_at(problem, (FRAME, right), steps[right].points[0])) == {
+        free.key for free in fitted_numbers(problem, (FRAME, right))
     }
 
 

@@ -23,7 +23,7 @@ from catheter_sim.core.effect import Parameter
 from catheter_sim.diagnosis.fitting import kept
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.kept import Unusable, packed, returned, unpacked
-from catheter_sim.diagnosis.fitting.probe import probe
+from catheter_sim.diagnosis.fitting.probe import reached
 from catheter_sim.diagnosis.fitting.problem import FittedNumber, Term
 from catheter_sim.diagnosis.fitting.profile import profile_interval
 from catheter_sim.diagnosis.next_experiment.propose import _refitted
@@ -79,7 +79,7 @@ def there_and_back(value: Any, kind: Any = Any) -> Any:
     [
         (a_fit(), returned(fit)),
         ((a_fit(), 2.5), returned(_refitted)),
-        ((0.1 + 0.2, {("b", "y"): -0.0, ("a", "x"): math.inf, ("", "z"): 1e-320}), returned(probe)),
+        ((0.1 + 0.2, {("b", "y"): -0.0, ("a", "x"): math.inf, ("", "z"): 1e-320}), returned(reached)),
         ((-math.inf, 3), returned(profile_interval)),
         (Replay(np.full((3, 2), np.nan), np.ones((3, 2), order="F"), "why", 1), returned(replay)),
         (Replay(np.zeros((0, 2)), np.zeros((0, 2)), None, 0), returned(replay)),
@@ -164,7 +164,7 @@ def test_a_file_runs_nothing(hostile: Any, tmp_path: Any) -> None:
 
 def test_a_file_cut_short_or_changed_is_refused() -> None:
     """Cut at any byte, or with any byte changed, it is no result, or (an unread byte) still the same one."""
-    value, kind = (1.5, {("a", "b"): 2.5}), returned(probe)
+    value, kind = (1.5, {("a", "b"): 2.5}), returned(reached)
     content = packed(value, ASKED, kind)
     for end in range(len(content)):
         with pytest.raises(Unusable):

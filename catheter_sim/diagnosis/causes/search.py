@@ -6,15 +6,29 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.probe import probe
+from catheter_sim.diagnosis.fitting.probe import (
+    Foreseen,
+    Tangent,
+    beside,
+    foreseen,
+    reached,
+    tangent,
+    values_at,
+    without,
+)
 from catheter_sim.diagnosis.fitting.problem import Problem, Term
 from catheter_sim.diagnosis.fitting.workers import Workers, map_calls
-from catheter_sim.diagnosis.thresholds import FINALISTS, MOST_FORMS, PAIRS, RIVALS
+from catheter_sim.diagnosis.thresholds import (
+    FINALISTS,
+    MOST_FORMS,
+    MOST_ROUGH_STEPS,
+    PAIRS,
+    RIVALS,
+    SHORTLIST,
+)
 
 Known = Mapping[tuple[str, str], float]
-
-
-Probe = tuple[float, dict[tuple[str, str], float]]  # as `probe.probe` returns it
+Hypothesis = tuple[Fit, tuple[Term, ...]]  # where from, and where to
 
 
 @dataclass
@@ -26,14 +40,18 @@ class Search:
         problem: the training trials.
         say: called with a line when a step is done.
         fits: by hypothesis.
-        probes: by the hypotheses from which and to which.
+        tangents: of terms beside the fit of a hypothesis.
+        lacking: what it does to take one of its terms from the fit of a hypothesis.
+        steps: by the hypotheses from which and to which, what the step reaches with the full model.
     """
 
     pool: Workers
     problem: Problem
     say: Callable[[str], None]
     fits: dict[frozenset[Term], Fit] = field(default_factory=dict)
-    probes: dict[tuple[frozenset[Term], frozenset[Term]], Probe] = field(default_factory=dict)
+    tangents: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
+    lacking: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
+    steps: dict[tuple[frozenset[Term], frozenset[Term]], tuple[float, Known]] = field(default_factory=dict)
 
     @property
     def tried(self) -> list[Fit]:
@@ -51,22 +69,75 @@ class Search:
         self.fits |= dict(zip(missing, found, strict=True))
         return [self.fits[frozenset(terms)] for terms, _ in hypotheses]
 
-    def probed(self, hypotheses: Sequence[tuple[Fit, tuple[Term, ...]]]) -> list[Probe]:
-        """Return what one step from a fit reaches toward a hypothesis, for several pairs of them, in
-        order."""
+    def foreseen(self, hypotheses: Sequence[Hypothesis]) -> list[Foreseen]:
+        """Return what one step from a fit promises toward a hypothesis of one more term, in order."""
+        wanted: dict[tuple[frozenset[Term], Term], Fit] = {}
+        removed: dict[tuple[frozenset[Term], Term], Fit] = {}
+        keys = []
+        for start, terms in hypotheses:
+            mine = frozenset(start.terms)
+            (extra,) = set(terms) - mine
+            gone = [term for term in start.terms if term not in terms and term.effect != extra.effect]
+            keys.append(((mine, extra), [(mine, term) for term in gone]))
+            wanted[mine, extra] = start
+            removed |= {(mine, term): start for term in gone}
+        missing = [key for key in wanted if key not in self.tangents]
+        found = map_calls(self.pool, tangent, [(self.problem, wanted[key], key[1]) for key in missing])
+        self.tangents |= dict(zip(missing, found, strict=True))
+        absent = [key for key in removed if key not in self.lacking]
+        taken = map_calls(self.pool, without, [(self.problem, removed[key], key[1]) for key in absent])
+        self.lacking |= dict(zip(absent, taken, strict=True))
+        return [
+            foreseen(
+                self.problem,
+                start,
+                terms,
+                self.tangents[beyond],
+                self.lacking[gone[0]] if gone else None,
+            )
+            for (start, terms), (beyond, gone) in zip(hypotheses, keys, strict=True)
+        ]
+
+    def best(
+        self,
+        hypotheses: Sequence[Hypothesis],
+        groups: Iterable[tuple[Sequence[int], int]],
+    ) -> list[tuple[tuple[Term, ...], Known]]:
+        """Return the hypotheses whose step reaches furthest, with the values there, group by group.
+
+        Args:
+            hypotheses: all.
+            groups: indices of some of them, and how many of these to return.
+        """
+        forecast = self.foreseen(hypotheses)
+        groups = [
+            (sorted(group, key=lambda index: forecast[index].cost)[: count + SHORTLIST], count)
+            for group, count in groups
+        ]
         keys = [(frozenset(start.terms), frozenset(terms)) for start, terms in hypotheses]
-        missing = [index for index, key in enumerate(keys) if key not in self.probes]
-        found = map_calls(self.pool, probe, [(self.problem, *hypotheses[index]) for index in missing])
-        self.probes |= {keys[index]: item for index, item in zip(missing, found, strict=True)}
-        return [self.probes[key] for key in keys]
+        asked = list(dict.fromkeys(index for group, _ in groups for index in group))
+        missing = [index for index in asked if keys[index] not in self.steps]
+        found = map_calls(
+            self.pool,
+            reached,
+            [(self.problem, hypotheses[index][1], forecast[index].points) for index in missing],
+        )
+        self.steps |= {keys[index]: item for index, item in zip(missing, found, strict=True)}
+        picked = dict.fromkeys(
+            index
+            for group, count in groups
+            for index in sorted(group, key=lambda index: self.steps[keys[index]][0])[:count]
+        )
+        return [(hypotheses[index][1], self.steps[keys[index]][1]) for index in picked]
 
     def promising(self, null: Fit, terms: Sequence[Term]) -> Sequence[Term]:
         """Return the variants of one effect to fit alone: of many, the `FINALISTS` best probed."""
         if len(terms) <= FINALISTS:
             return terms
-        probes = self.probed([(null, (term,)) for term in terms])
-        order = sorted(range(len(terms)), key=lambda index: probes[index][0])
-        return [terms[index] for index in sorted(order[:FINALISTS])]
+        hypotheses = [(null, (term,)) for term in terms]
+        picked = self.best(hypotheses, [(range(len(terms)), FINALISTS)])
+        chosen = {term for (term,), _ in picked}
+        return [term for term in terms if term in chosen]
 
     def with_one_more_cause(
         self, beam: Sequence[Fit], variants: tuple[Sequence[Term], Sequence[Term]]
@@ -84,19 +155,19 @@ class Search:
                 terms = beside(start.terms, term)
                 if terms:
                     new.setdefault(frozenset(terms), (start, terms, term in simple))
-        hypotheses = list(new.values())
-        probes = self.probed([(start, terms) for start, terms, _ in hypotheses])
-        order = sorted(range(len(probes)), key=lambda index: probes[index][0])
-        few = [index for index in order if hypotheses[index][2]]
-        first = [index for index in order if hypotheses[index][0] is beam[0]]
-        picked = dict.fromkeys(index for ranked in (order, few, first) for index in ranked[:FINALISTS])
-        return in_order(self.fitted([(hypotheses[i][1], probes[i][1]) for i in picked]))
+        hypotheses = [(start, terms) for start, terms, _ in new.values()]
+        every = range(len(hypotheses))
+        few = [index for index, (_, _, is_simple) in enumerate(new.values()) if is_simple]
+        first = [index for index in every if hypotheses[index][0] is beam[0]]
+        return in_order(
+            self.fitted(self.best(hypotheses, [(group, FINALISTS) for group in (every, few, first)]))
+        )
 
     def pairs(self, singles: Sequence[Fit], variants: Sequence[Term]) -> list[Fit]:
         """Return the best fits of two causes each, of all sets of two `variants` that were fitted alone.
 
         One step from a single cause tells little of a set in which both numbers are far from it; so `PAIRS`
-        sets are fitted before the `FINALISTS` are chosen.
+        sets are fitted roughly before the `FINALISTS` are chosen.
         """
         starts = [item for item in singles if item.terms[0] in variants]
         hypotheses = [
@@ -105,16 +176,20 @@ class Search:
             for other in starts
             if start.causes != other.causes
         ]
-        probes = self.probed(hypotheses)
+        forecast = self.foreseen(hypotheses)
         known: dict[frozenset[Term], tuple[tuple[Term, ...], Known]] = {}
-        for index in sorted(range(len(probes)), key=lambda index: probes[index][0]):
+        for index in sorted(range(len(hypotheses)), key=lambda index: forecast[index].cost):
             terms = hypotheses[index][1]
-            known.setdefault(frozenset(terms), (terms, probes[index][1]))
-        sets = list(known.values())[:PAIRS]
+            known.setdefault(
+                frozenset(terms), (terms, values_at(self.problem, terms, forecast[index].points[0]))
+            )
         fits = map_calls(
             self.pool,
             fit,
-            [(self.problem, terms, dict(values), False, False, True) for terms, values in sets],
+            [
+                (self.problem, terms, dict(values), False, False, True, MOST_ROUGH_STEPS)
+                for terms, values in list(known.values())[:PAIRS]
+            ],
         )
         best = sorted(fits, key=lambda item: float(item.residual @ item.residual))[:FINALISTS]
         return self.fitted([(item.terms, item.values) for item in best])
@@ -142,19 +217,11 @@ class Search:
             for rival in variants
             if rival.effect not in named
         ]
-        probes = self.probed([(chosen, terms) for _, terms in hypotheses])
-        picked: list[int] = []
-        for name in chosen.causes:
-            mine = [index for index, (cause, _) in enumerate(hypotheses) if cause == name]
-            picked += sorted(mine, key=lambda index: probes[index][0])[:RIVALS]
-        self.fitted([(hypotheses[index][1], probes[index][1]) for index in picked])
-
-
-def beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:
-    """Return `terms` with `extra`, in the place of another variant of its effect; () if not new."""
-    if extra in terms:
-        return ()
-    return (*(term for term in terms if term.effect != extra.effect), extra)
+        places = [
+            ([index for index, (cause, _) in enumerate(hypotheses) if cause == name], RIVALS)
+            for name in chosen.causes
+        ]
+        self.fitted(self.best([(chosen, terms) for _, terms in hypotheses], places))
 
 
 def in_order(fits: Iterable[Fit]) -> list[Fit]:

@@ -18,10 +18,18 @@ from catheter_sim.diagnosis.fitting.least_squares import (
     linearised,
 )
 from catheter_sim.diagnosis.fitting.left_out import left_out_residuals
-from catheter_sim.diagnosis.fitting.prior import Prior, prior_of
-from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem, Term, fitted_numbers, start_of
+from catheter_sim.diagnosis.fitting.prior import prior_of
+from catheter_sim.diagnosis.fitting.problem import (
+    FittedNumber,
+    Problem,
+    Term,
+    box_of,
+    fitted_numbers,
+    start_of,
+)
 from catheter_sim.diagnosis.fitting.residuals import residuals
 from catheter_sim.diagnosis.fitting.stretches import blocks_of
+from catheter_sim.diagnosis.thresholds import MOST_FIT_STEPS
 
 
 @dataclass(frozen=True)
@@ -80,6 +88,7 @@ def fit(
     cross_validate: bool = True,
     thorough: bool = False,
     scan: bool = False,
+    most: int = MOST_FIT_STEPS,
 ) -> Fit:
     """Return the least-squares fit of a hypothesis.
 
@@ -91,35 +100,29 @@ def fit(
         thorough: search for the bottom of a valley in which numbers trade against one another.
         scan: start from the best point of a grid over the effects' numbers, if that is better and they are
             no more than two: there may be a lesser minimum nearer to the known values.
+        most: steps of the search, unless it is thorough.
     """
     numbers = fitted_numbers(problem, terms)
     block = blocks_of(problem)
-    bounds = np.array([fitted.parameter.fit_bounds for fitted in numbers]).reshape(-1, 2)
-    scale = np.array([fitted.parameter.scale for fitted in numbers])
-    low, high = bounds[:, 0] / scale, bounds[:, 1] / scale
-    x = np.clip(start_of(numbers, known), low, high)
+    box = box_of(numbers)
+    x = np.clip(start_of(numbers, known), *box)
     if len(numbers) == 0:
         error = residuals(problem, numbers, x[None])[0]
         empty = np.zeros((len(error), 0))
         return Fit(tuple(terms), numbers, x, error, empty, np.zeros(0, bool), block, error)
     prior = prior_of(numbers)
     if scan:
-        x = best_of_grid(problem, numbers, x, (low, high), prior)
-    search = descend_valley if thorough else descend
-    x = search(problem, numbers, x, (low, high), prior)
-    error, jacobian = linearised(problem, numbers, x, high)
+        x = best_of_grid(problem, numbers, x, box, prior)
+    if thorough:
+        at = linearised(problem, numbers, descend_valley(problem, numbers, x, box, prior), box[1])
+    else:
+        at = descend(problem, numbers, linearised(problem, numbers, x, box[1]), box, prior, most=most)
     null = start_of(numbers, {fitted.key: fitted.parameter.null for fitted in numbers})
-    rested = np.where(influential(jacobian), x, null)
-    if (rested != x).any() and _cost(problem, numbers, rested, prior) <= error @ error + prior.cost(x):
-        x = rested  # a number without influence has the value that does nothing
-        error, jacobian = linearised(problem, numbers, x, high)
-    held = held_at_bound(x, low, high, prior.gradient(x) + jacobian.T @ error)
-    left_out = error
-    if cross_validate:
-        left_out = left_out_residuals(problem, numbers, x, error, jacobian, block, (low, high))
-    return Fit(tuple(terms), numbers, x, error, jacobian, held, block, left_out)
-
-
-def _cost(problem: Problem, numbers: Sequence[FittedNumber], x: Array, prior: Prior) -> float:
-    error = residuals(problem, numbers, x[None])[0]
-    return float(error @ error) + prior.cost(x)
+    rested = np.where(influential(at.jacobian), at.x, null)
+    if (rested != at.x).any():  # a number without influence has the value that does nothing
+        there = residuals(problem, numbers, rested[None])[0]
+        if there @ there + prior.cost(rested) <= at.error @ at.error + prior.cost(at.x):
+            at = linearised(problem, numbers, rested, box[1], there)
+    held = held_at_bound(at.x, *box, prior.gradient(at.x) + at.jacobian.T @ at.error)
+    left_out = left_out_residuals(problem, numbers, at, block, box) if cross_validate else at.error
+    return Fit(tuple(terms), numbers, at.x, at.error, at.jacobian, held, block, left_out)

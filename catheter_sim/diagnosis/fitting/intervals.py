@@ -13,7 +13,7 @@ from catheter_sim.diagnosis.data.trials import measured_of
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.least_squares import influential, linearised
 from catheter_sim.diagnosis.fitting.prior import prior_of
-from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.fitting.problem import Problem, box_of
 from catheter_sim.diagnosis.thresholds import TRUSTED_SHARE
 
 Interval = tuple[float, float]
@@ -113,16 +113,15 @@ def shift_by_model(test: Problem, result: Fit, other: Sequence[Array]) -> Array:
         In units of the numbers' scales, shape (p,).
     """
     shift = np.zeros(len(result.numbers))
-    bounds = np.array([fitted.parameter.fit_bounds for fitted in result.numbers]).reshape(-1, 2)
-    scale = np.array([fitted.parameter.scale for fitted in result.numbers])
     if not len(shift):
         return shift
-    error, jacobian = linearised(test, result.numbers, result.x, bounds[:, 1] / scale)
+    at = linearised(test, result.numbers, result.x, box_of(result.numbers)[1])
+    jacobian = at.jacobian
     parts = []
     for trial, values in zip(test.trials, other, strict=True):
         measured = measured_of(trial, test.columns)
         parts.append(((values - measured) / test.weight)[:: test.every][np.isfinite(measured[:: test.every])])
-    apart = np.concatenate(parts) - error
+    apart = np.concatenate(parts) - at.error
     known = np.isfinite(apart)
     use = influential(jacobian[known]) & ~result.held
     if use.any():

@@ -1,58 +1,145 @@
-"""How far one step from a fit toward a larger hypothesis gets: a cheap way to rank what is worth fitting."""
+"""How far one step from a fit toward a larger hypothesis gets: a cheap way to rank what is worth fitting.
+
+The derivative by a term's numbers beside a fit (`tangent`) is worked out once and serves every hypothesis
+that adds this term there. By it small matrices tell what a step reaches (`foreseen`). Of the few best the
+step is computed with the full model (`reached`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.least_squares import damped_step
+from catheter_sim.diagnosis.fitting.least_squares import Linearised, damped_step
 from catheter_sim.diagnosis.fitting.prior import prior_of
-from catheter_sim.diagnosis.fitting.problem import Problem, Term, fitted_numbers, start_of
+from catheter_sim.diagnosis.fitting.problem import (
+    FittedNumber,
+    Problem,
+    Term,
+    box_of,
+    fitted_numbers,
+    start_of,
+)
 from catheter_sim.diagnosis.fitting.residuals import residuals
-from catheter_sim.diagnosis.thresholds import DERIVATIVE_STEP
+from catheter_sim.diagnosis.thresholds import DERIVATIVE_STEP, PROBE_DAMPINGS
 
 
-def probe(
-    problem: Problem, current: Fit, terms: Sequence[Term]
-) -> tuple[float, dict[tuple[str, str], float]]:
-    """Return what one Gauss-Newton step from `current` to the hypothesis `terms` reaches.
+@dataclass(frozen=True)
+class Tangent:
+    """What a change of a fit's hypothesis does, to first order: a term more, or one less.
 
-    Returns:
-        The sum of squared residuals, and the values there by effect and parameter. The derivative by
-        what `current` already fits is taken over from it, so that a probe costs little.
+    Attributes:
+        error: the residual with the new numbers at their start, shape (n,).
+        keys: the numbers that the fit does not have, by effect and parameter; k of them.
+        columns: the derivative by these, shape (n, k).
     """
+
+    error: Array
+    keys: tuple[tuple[str, str], ...]
+    columns: Array
+    SHAPES = "error:n keys:k columns:nk"  # of what is read (`kept`)
+
+
+@dataclass(frozen=True)
+class Foreseen:
+    """What a step toward a hypothesis reaches, by the derivative alone.
+
+    Attributes:
+        cost: the least sum of squares.
+        points: where it and the same with other dampings lead, the best first, shape (3, p).
+    """
+
+    cost: float
+    points: Array
+
+
+def beside(terms: tuple[Term, ...], extra: Term) -> tuple[Term, ...]:
+    """Return `terms` with `extra`, in the place of another variant of its effect; () if not new."""
+    if extra in terms:
+        return ()
+    return (*(term for term in terms if term.effect != extra.effect), extra)
+
+
+def tangent(problem: Problem, current: Fit, term: Term) -> Tangent:
+    """Return what `term` does beside `current`, in the place of another variant of its effect there."""
+    return _toward(problem, current, beside(current.terms, term))
+
+
+def without(problem: Problem, current: Fit, term: Term) -> Tangent:
+    """Return what it does to take `term` from `current`. Known-uncertain numbers that it had superseded come
+    back; the others stay as they are."""
+    return _toward(problem, current, tuple(item for item in current.terms if item is not term))
+
+
+def _toward(problem: Problem, current: Fit, terms: tuple[Term, ...]) -> Tangent:
     numbers = fitted_numbers(problem, terms)
-    known = carried_over(current, terms)
-    bounds = np.array([fitted.parameter.fit_bounds for fitted in numbers]).reshape(-1, 2)
-    scale = np.array([fitted.parameter.scale for fitted in numbers])
-    low, high = bounds[:, 0] / scale, bounds[:, 1] / scale
-    x = np.clip(start_of(numbers, known), low, high)
-    old = {fitted.key: column for column, fitted in enumerate(current.numbers)}
+    x, high = _start(current, terms, numbers)
+    old = {fitted.key for fitted in current.numbers}
     new = [index for index, fitted in enumerate(numbers) if fitted.key not in old]
     step = np.where(x + DERIVATIVE_STEP > high, -DERIVATIVE_STEP, DERIVATIVE_STEP)
     errors = residuals(problem, numbers, np.concatenate([x[None], x + np.diag(step)[new]]))
-    jacobian = np.empty((errors.shape[1], len(numbers)))
-    for index, fitted in enumerate(numbers):
-        if fitted.key in old:
-            jacobian[:, index] = current.jacobian[:, old[fitted.key]]
-    for row, index in enumerate(new):
-        jacobian[:, index] = (errors[row + 1] - errors[0]) / step[index]
-    prior = prior_of(numbers)
-    points = np.array(
-        [
-            np.clip(x + damped_step(jacobian, errors[0], x, (low, high), factor, prior), low, high)
-            for factor in (1e-3, 0.3, 10.0)
-        ]
-    )
+    columns = ((errors[1:] - errors[0]) / step[new][:, None]).T
+    return Tangent(errors[0], tuple(numbers[index].key for index in new), columns)
+
+
+def foreseen(
+    problem: Problem, current: Fit, terms: Sequence[Term], beyond: Tangent, lacking: Tangent | None = None
+) -> Foreseen:
+    """Return what a step from `current` to the hypothesis `terms` reaches, to first order.
+
+    Args:
+        problem: trials and twin.
+        current: where from.
+        terms: the hypothesis: terms of `current` and one more.
+        beyond: the tangent of that one beside `current`.
+        lacking: the tangent of `current` without the term that `terms` lacks, if it lacks one.
+    """
+    numbers = fitted_numbers(problem, terms)
+    x, _ = _start(current, terms, numbers)
+    box = box_of(numbers)
+    error = beyond.error
+    columns = {fitted.key: column for fitted, column in zip(current.numbers, current.jacobian.T, strict=True)}
+    for change in (lacking, beyond):
+        if change is not None:
+            columns |= dict(zip(change.keys, change.columns.T, strict=True))
+    if lacking is not None:
+        error = error + lacking.error - current.residual
+    jacobian = np.stack([columns[fitted.key] for fitted in numbers], axis=-1)
+    at, prior = Linearised(x, error, jacobian), prior_of(numbers)
+    points = np.array([np.clip(x + damped_step(at, box, damping, prior), *box) for damping in PROBE_DAMPINGS])
+    errors = error + (points - x) @ jacobian.T
+    costs = [float(item @ item) + prior.cost(point) for item, point in zip(errors, points, strict=True)]
+    order = np.argsort(costs, kind="stable")
+    return Foreseen(costs[order[0]], points[order])
+
+
+def reached(
+    problem: Problem, terms: Sequence[Term], points: Array
+) -> tuple[float, dict[tuple[str, str], float]]:
+    """Return the least sum of squares at any of `points` (k, p), and the values there by effect and
+    parameter."""
+    numbers = fitted_numbers(problem, terms)
     costs = (residuals(problem, numbers, points) ** 2).sum(axis=1)
     best = int(np.argmin(costs))
-    values = {
+    return float(costs[best]), values_at(problem, terms, points[best])
+
+
+def values_at(problem: Problem, terms: Sequence[Term], x: Array) -> dict[tuple[str, str], float]:
+    """Return the numbers of a hypothesis at `x` (p,) in the parameters' units, by effect and parameter."""
+    return {
         fitted.key: fitted.parameter.from_fit(float(value) * fitted.parameter.scale)
-        for fitted, value in zip(numbers, points[best], strict=True)
+        for fitted, value in zip(fitted_numbers(problem, terms), x, strict=True)
     }
-    return float(costs[best]), values
+
+
+def _start(current: Fit, terms: Sequence[Term], numbers: Sequence[FittedNumber]) -> tuple[Array, Array]:
+    """Return where a step from `current` begins, and the upper bounds, each (p,)."""
+    low, high = box_of(numbers)
+    return np.clip(start_of(numbers, carried_over(current, terms)), low, high), high
 
 
 def carried_over(current: Fit, terms: Sequence[Term]) -> dict[tuple[str, str], float]:

@@ -108,3 +108,10 @@ def with_fewer_rows(problem: Problem) -> Problem:
     """Return `problem` with as few rows compared as a choice of hypotheses needs (`ROWS_TO_CHOOSE_BY`)."""
     rows = sum(len(trial.inputs) for trial in problem.trials)
     return replace(problem, every=max(1, round(rows / ROWS_TO_CHOOSE_BY)))
+
+
+def box_of(numbers: Sequence[FittedNumber]) -> tuple[Array, Array]:
+    """Return the least and the largest values of fitted numbers in units of their scales, each (p,)."""
+    bounds = np.array([fitted.parameter.fit_bounds for fitted in numbers]).reshape(-1, 2)
+    scale = np.array([fitted.parameter.scale for fitted in numbers])
+    return bounds[:, 0] / scale, bounds[:, 1] / scale

@@ -12,9 +12,9 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls
-from catheter_sim.diagnosis.thresholds import SMOOTH_RAMP_S
+from catheter_sim.diagnosis.thresholds import DRY_RAMP_S, SMOOTH_RAMP_S
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
-from catheter_sim.simulation.replay import RAMP_S, simulate
+from catheter_sim.simulation.replay import simulate
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,8 @@ def replay(
 ) -> Replay:
     """Return a trial replayed with `robot`, its effects in force."""
     built = embodied(robot)
-    # Dry friction remembers an overshoot, so that only a robot without it may be moved fast.
-    ramp_s = RAMP_S if built.friction.mu > 0.0 else SMOOTH_RAMP_S
+    # Dry friction remembers an overshoot, so that a robot without it may be moved faster.
+    ramp_s = DRY_RAMP_S if built.friction.mu > 0.0 else SMOOTH_RAMP_S
     arriving = arriving_inputs(robot, trial.inputs)
     run = simulate(built, arriving, gravity_mps2, ramp_s=ramp_s, progress=progress)
     outputs = np.full((len(trial.inputs), len(columns)), np.nan)
