@@ -23,6 +23,34 @@ def clamp_of_slack(force_before: Array) -> Array:
 
 
 @compiled
+def clamp_slack(
+    pulls: Index,
+    tendons: Index,
+    gain: Array,
+    bias: Array,
+    length_gain: Array,
+    length: Array,
+    ctrl: Array,
+    before: Array,
+    force_range: Array,
+) -> None:
+    """Set the largest forces of the actuators that pull one robot's tendons, and keep their controls.
+
+    Args:
+        pulls, tendons: actuators and what they pull, shape (k,).
+        gain, bias, length_gain: of these: force = gain control + bias + length_gain length, shape (k,).
+        length: of the tendons, shape (nt,) [m].
+        ctrl: controls, shape (nu,).
+        before: in: controls of the last step; out: of this one, shape (k,).
+        force_range: out: at [:, 1]: none of a tendon that was slack before, shape (nu, 2) [N].
+    """
+    for k in range(pulls.shape[0]):
+        force = gain[k] * before[k] + bias[k] + length_gain[k] * length[tendons[k]]
+        force_range[pulls[k], 1] = 1e9 if force < 0.0 else 0.0
+        before[k] = ctrl[pulls[k]]
+
+
+@compiled
 def clamp_slack_of(
     copies: Index,
     pulls: Index,
@@ -35,19 +63,8 @@ def clamp_slack_of(
     before: Array,
     force_range: Array,
 ) -> None:
-    """Set the largest forces of the actuators that pull tendons, and keep their controls.
-
-    Args:
-        copies: which of the m.
-        pulls, tendons: actuators and what they pull, shape (k,).
-        gain, bias, length_gain: of these: force = gain control + bias + length_gain length, shape (k,).
-        length: of the tendons, shape (m, nt) [m].
-        ctrl: controls, shape (m, nu).
-        before: in: controls of the last step; out: of this one, shape (m, k).
-        force_range: out: at [..., 1]: none of a tendon that was slack before, shape (m, nu, 2) [N].
-    """
+    """Do it for those of m copies that `copies` picks: an axis of m before those of all that changes."""
     for i in copies:
-        for k in range(pulls.shape[0]):
-            force = gain[k] * before[i, k] + bias[k] + length_gain[k] * length[i, tendons[k]]
-            force_range[i, pulls[k], 1] = 1e9 if force < 0.0 else 0.0
-            before[i, k] = ctrl[i, pulls[k]]
+        clamp_slack(
+            pulls, tendons, gain, bias, length_gain, length[i], ctrl[i], before[i], force_range[i]
+        )

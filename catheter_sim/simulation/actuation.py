@@ -7,7 +7,7 @@ import numpy as np
 
 from catheter_sim.core.law import Controls, Pulls, RobotInModel
 from catheter_sim.core.posture import Array
-from catheter_sim.mechanics.slack import clamp_of_slack
+from catheter_sim.mechanics.slack import clamp_slack
 
 
 class Actuation:
@@ -26,7 +26,7 @@ class Actuation:
         bias, length_gain = model.actuator_biasprm[pulls, :2].T.copy()
         self.pulls = Pulls(
             pulls,
-            model.actuator_trnid[pulls, 0],
+            model.actuator_trnid[pulls, 0].astype(np.int64),
             given,
             model.actuator_gainprm[pulls, 0].copy(),
             bias,
@@ -65,7 +65,14 @@ class Actuation:
         See `mechanics.slack`; to be called once a step, where tendons are driven.
         """
         pulls, data = self.pulls, self._data
-        before = pulls.gain * self._ctrl_before + pulls.bias
-        before += pulls.length_gain * data.ten_length[pulls.tendons]
-        self._model.actuator_forcerange[pulls.actuators, 1] = clamp_of_slack(before)
-        self._ctrl_before[:] = data.ctrl[pulls.actuators]
+        clamp_slack(
+            pulls.actuators,
+            pulls.tendons,
+            pulls.gain,
+            pulls.bias,
+            pulls.length_gain,
+            data.ten_length,
+            data.ctrl,
+            self._ctrl_before,
+            self._model.actuator_forcerange,
+        )

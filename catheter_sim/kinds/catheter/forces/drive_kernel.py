@@ -1,6 +1,6 @@
-"""What drives many copies of one catheter, compiled: the torsion pairs' tangents and the pairs' plays.
+"""What drives one catheter or many copies, compiled: the torsion pairs' tangents and the pairs' plays.
 
-The same as `TorsionPairs.tangent` and `PairControls.arriving`, which the tests hold it to.
+The tests hold the tangents to `TorsionPairs.tension` and its slope, and the plays to `PairControls.arriving`.
 Index i picks among the m copies.
 """
 
@@ -19,40 +19,39 @@ Index = NDArray[np.int64]
 
 
 @compiled
-def tangents_of(
-    copies: Index,
-    actuators: Index,
-    places: Index,
-    law: Array,
-    qpos: Array,
-    ctrl: Array,
-    bias: Array,
-) -> None:
-    """Make the torsion joints' actuators the tangents of their pairs' law.
+def tangents(actuators: Index, places: Index, law: Array, qpos: Array, ctrl: Array, bias: Array) -> None:
+    """Make one catheter's torsion joints' actuators the tangents of their pairs' law.
 
     Args:
-        copies: which of the m.
         actuators, places: of the joints, and of their angles in `qpos`, shape (k,).
         law: of each: radius, wrap's height [m], wrap [rad], home length [m], stiffness, actuator's gain
             [N/m], shape (k, 6).
-        qpos: positions, shape (m, nq).
-        ctrl: controls, shape (m, nu) [m].
-        bias: out: at [..., :2]: bias and length gain, shape (m, nu, 3 or more).
+        qpos: positions, shape (nq,).
+        ctrl: controls, shape (nu,) [m].
+        bias: out: at [:, :2]: bias and length gain, shape (nu, 3 or more).
     """
+    for k in range(actuators.shape[0]):
+        radius, height, wrap, home = law[k, 0], law[k, 1], law[k, 2], law[k, 3]
+        stiffness, gain = law[k, 4], law[k, 5]
+        angle, control = qpos[places[k]], ctrl[actuators[k]]
+        around = radius * max(wrap - abs(angle), 0.0)
+        wrapped = math.hypot(around, height)
+        arm = radius
+        if height > 0.0:  # on a drum wrapped and around are one; at the wrap's very end both are 0
+            arm *= around / (wrapped if wrapped > 0.0 else 1.0)
+        short = control - math.copysign(home - wrapped, angle)
+        slope = stiffness * arm**2
+        bias[actuators[k], 0] = stiffness * short * arm + slope * angle - gain * control
+        bias[actuators[k], 1] = -slope
+
+
+@compiled
+def tangents_of(
+    copies: Index, actuators: Index, places: Index, law: Array, qpos: Array, ctrl: Array, bias: Array
+) -> None:
+    """Do it for those of m copies that `copies` picks: an axis of m before those of all that changes."""
     for i in copies:
-        for k in range(actuators.shape[0]):
-            radius, height, wrap, home = law[k, 0], law[k, 1], law[k, 2], law[k, 3]
-            stiffness, gain = law[k, 4], law[k, 5]
-            angle, control = qpos[i, places[k]], ctrl[i, actuators[k]]
-            around = radius * max(wrap - abs(angle), 0.0)
-            wrapped = math.hypot(around, height)
-            arm = radius
-            if height > 0.0:
-                arm *= around / (wrapped if wrapped > 0.0 else 1.0)
-            short = control - math.copysign(home - wrapped, angle)
-            slope = stiffness * arm**2
-            bias[i, actuators[k], 0] = stiffness * short * arm + slope * angle - gain * control
-            bias[i, actuators[k], 1] = -slope
+        tangents(actuators, places, law, qpos[i], ctrl[i], bias[i])
 
 
 @compiled

@@ -48,6 +48,7 @@ class TorsionPairs(Law):
 
     Attributes:
         pairs: their places among the robot's pairs, shape (k,).
+        law: their numbers, as `drive_kernel.tangents` takes them, shape (k, 6).
     """
 
     def __init__(self, robot: CatheterRobot, place: RobotInModel) -> None:
@@ -65,9 +66,11 @@ class TorsionPairs(Law):
         self._home = np.hypot(self._radius * self._wrap, self._height)
         self._stiffness = np.array([tendon_stiffness(robot, robot.tendons[index]) for index in turns])
         self._gain = model.actuator_gainprm[self._actuators, 0].copy()
+        numbers = self._radius, self._height, self._wrap, self._home, self._stiffness, self._gain
+        self.law = np.stack(numbers, axis=1)
 
     def arrays(self) -> TorsionArrays:
-        """Return what `tangent` needs to know of the pairs."""
+        """Return what their law needs to know of the pairs."""
         return TorsionArrays(
             actuators=self._actuators,
             qpos=self._qpos,
@@ -82,34 +85,20 @@ class TorsionPairs(Law):
     def actuate(self, step: Step) -> None:
         """Let the torsion joints' actuators be their pairs at the present angles and controls."""
         if len(self.pairs):
-            bias = self.tangent(step.data.qpos, step.data.ctrl)
-            self._model.actuator_biasprm[self._actuators, :2] = bias
+            data, bias = step.data, self._model.actuator_biasprm
+            drive_kernel.tangents(self._actuators, self._qpos, self.law, data.qpos, data.ctrl, bias)
 
-    def tangent(self, qpos: Array, ctrl: Array) -> Array:
-        """Return bias and length gain of the pairs' actuators, shape (..., k, 2).
+    def tension(self, qpos: Array, ctrl: Array) -> Array:
+        """Return the tension of each pair's tauter tendon, shape (..., k) [N].
 
         Args:
             qpos: positions, shape (..., nq).
             ctrl: controls, shape (..., nu).
         """
-        angle, control = qpos[..., self._qpos], ctrl[..., self._actuators]
-        short, arm = self._unwound(angle, control)
-        moment, slope = self._stiffness * short * arm, self._stiffness * arm**2
-        return np.stack([moment + slope * angle - self._gain * control, -slope], axis=-1)
-
-    def tension(self, qpos: Array, ctrl: Array) -> Array:
-        """Return the tension of each pair's tauter tendon, shape (..., k) [N]; arguments as of `tangent`."""
-        short, _ = self._unwound(qpos[..., self._qpos], ctrl[..., self._actuators])
-        return np.abs(self._stiffness * short)
-
-    def _unwound(self, angle: Array, displacement: Array) -> tuple[Array, Array]:
-        """Return by how much each torsion pair is stretched [m], and its arm [m/rad]: Eq. 6, its slope."""
+        angle, displacement = qpos[..., self._qpos], ctrl[..., self._actuators]
         around = self._radius * np.maximum(self._wrap - np.abs(angle), 0.0)
-        wrapped = np.hypot(around, self._height)
-        drawn = np.copysign(self._home - wrapped, angle)
-        # On a drum wrapped and around are one; at the wrap's very end both are 0.
-        arm = self._radius * np.where(self._height > 0.0, around / np.where(wrapped > 0.0, wrapped, 1.0), 1.0)
-        return displacement - drawn, arm
+        drawn = np.copysign(self._home - np.hypot(around, self._height), angle)
+        return np.abs(self._stiffness * (displacement - drawn))
 
 
 class TorsionCopies(CopiesLaw):
@@ -118,8 +107,7 @@ class TorsionCopies(CopiesLaw):
     def __init__(self, pairs: TorsionPairs, arrays: CopyArrays) -> None:
         own = pairs.arrays()
         self._actuators, self._qpos = own.actuators, own.qpos
-        numbers = own.radius, own.height, own.wrap, own.home, own.stiffness, own.gain
-        self._law = np.stack(numbers, axis=1)
+        self._law = pairs.law
         self._arrays, self._bias = arrays, arrays.own("actuator_biasprm")
 
     def actuate(self, copies: drive_kernel.Index) -> None:
