@@ -16,8 +16,9 @@ from catheter_sim.kinds.rolling.theory.chain import rolling_chain
 from catheter_sim.kinds.rolling.theory.complete import solve_history
 from catheter_sim.kinds.rolling.theory.history import faces
 
-# Five times the static model's own: without weight, inputs that move one way between rows make the same
-# history in one step. A load that moves the robot while a rod is held makes it depend on the steps: random
+# Without weight and loads, inputs that move one way between rows make the same history in one step.
+_UNLOADED_STEP_RAD = 1.0
+# Five times the static model's own. A load that moves the robot while a rod is held makes it depend on the steps: random
 # histories of the bench under their own weight move by at most 0.04 mm (`chest_tube`) and 0.006 mm (section).
 _STEP_RAD = 0.2
 
@@ -44,8 +45,10 @@ class RollingTwin:
         tension = np.full((*shape, arriving[0].tendon.shape[1]), np.nan)
         for index, (robot, inputs) in enumerate(zip(robots, arriving, strict=True)):
             chain = rolling_chain(robot)
+            unloaded = not (gravity_mps2.any() or inputs.force_tip.any() or inputs.moment_tip.any())
+            step_rad = _UNLOADED_STEP_RAD if unloaded else _STEP_RAD
             try:
-                solved = solve_history(chain, inputs, gravity_mps2, step_bend_rad=_STEP_RAD)
+                solved = solve_history(chain, inputs, gravity_mps2, step_bend_rad=step_rad)
             except InputError:
                 continue
             angles[index], tension[index] = solved.theta[shown], inputs.tendon[shown]
