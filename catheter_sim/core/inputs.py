@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from catheter_sim.core.posture import Array
 
 
@@ -38,6 +40,16 @@ def slice_inputs(inputs: Inputs, rows: slice) -> Inputs:
         tendon=inputs.tendon[rows],
         force_tip=inputs.force_tip[rows],
         moment_tip=inputs.moment_tip[rows],
+    )
+
+
+def same_inputs(one: Inputs, other: Inputs) -> bool:
+    """Return whether two inputs are the same, number by number."""
+    if one is other:
+        return True
+    names = ("time_s", "tendon", "force_tip", "moment_tip")
+    return one.actuation == other.actuation and all(
+        np.array_equal(getattr(one, name), getattr(other, name)) for name in names
     )
 
 

@@ -65,6 +65,4 @@ def clamp_slack_of(
 ) -> None:
     """Do it for those of m copies that `copies` picks: an axis of m before those of all that changes."""
     for i in copies:
-        clamp_slack(
-            pulls, tendons, gain, bias, length_gain, length[i], ctrl[i], before[i], force_range[i]
-        )
+        clamp_slack(pulls, tendons, gain, bias, length_gain, length[i], ctrl[i], before[i], force_range[i])

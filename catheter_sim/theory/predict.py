@@ -15,7 +15,7 @@ import numpy as np
 
 from catheter_sim.channels import outputs_of
 from catheter_sim.columns import Shown, shown_by, write_columns
-from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.inputs import Inputs, same_inputs
 from catheter_sim.core.posture import Array, Observed
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import OneByOne, Twin, TwinStates
@@ -55,14 +55,49 @@ class Prediction:
         """
         arriving = [arriving_inputs(robot, inputs) for robot in robots]
         built_in = [embodied(robot) for robot in robots]
+        first, which = _distinct(built_in, arriving)
         # What an effect shows late depends on rows that are left out.
         step = 1 if any(remembers_what_was_seen(robot) for robot in robots) else every
-        states = self.twin.solve(built_in, arriving, self.gravity_mps2, self.shown.elements, step)
+        states = self.twin.solve(
+            [built_in[index] for index in first],
+            [arriving[index] for index in first],
+            self.gravity_mps2,
+            self.shown.elements,
+            step,
+        )
+        if len(first) < len(robots):
+            states = _repeated(states, which)
         if any(sees_otherwise(robot) for robot in robots):
             states = _observed(robots, states, inputs.time_s[::step], self.shown.tip)
         R_w = None if self.shown.tip is None else states.R_w[:, :, self.shown.tip]
         outputs = write_columns(self.shown, states.p_w, R_w, states.joint_angles, states.tension)
         return outputs if step == every else outputs[:, ::every]
+
+
+def _distinct(built_in: Sequence[RobotSpec], arriving: Sequence[Inputs]) -> tuple[list[int], list[int]]:
+    """Return the indices of distinct robots and inputs, and which of these each one has.
+
+    Robots that differ in what is seen of them alone are the same here.
+    """
+    first: list[int] = []
+    which: list[int] = []
+    for robot, inputs in zip(built_in, arriving, strict=True):
+        for place, index in enumerate(first):
+            if same_inputs(inputs, arriving[index]) and robot == built_in[index]:
+                which.append(place)
+                break
+        else:
+            first.append(len(which))
+            which.append(len(first) - 1)
+    return first, which
+
+
+def _repeated(states: TwinStates, which: Sequence[int]) -> TwinStates:
+    """Return the states of robots of which several are the same."""
+    rows = np.array(which)
+    return TwinStates(
+        states.p_w[rows], states.R_w[rows], lambda: states.joint_angles()[rows], states.tension[rows]
+    )
 
 
 def twin_for(robot: RobotSpec, actuation: str, columns: Sequence[str], gravity_mps2: Array) -> Prediction:

@@ -81,9 +81,25 @@ def _toward(problem: Problem, current: Fit, terms: tuple[Term, ...]) -> Tangent:
     old = {fitted.key for fitted in current.numbers}
     new = [index for index, fitted in enumerate(numbers) if fitted.key not in old]
     step = np.where(x + DERIVATIVE_STEP > high, -DERIVATIVE_STEP, DERIVATIVE_STEP)
-    errors = residuals(problem, numbers, np.concatenate([x[None], x + np.diag(step)[new]]))
-    columns = ((errors[1:] - errors[0]) / step[new][:, None]).T
-    return Tangent(errors[0], tuple(numbers[index].key for index in new), columns)
+    beside_it = x + np.diag(step)[new]
+    if _does_nothing(current, numbers, x):
+        error, beside_error = current.residual, residuals(problem, numbers, beside_it)
+    else:
+        error, *others = residuals(problem, numbers, np.concatenate([x[None], beside_it]))
+        beside_error = np.array(others).reshape(len(new), len(error))
+    columns = ((beside_error - error) / step[new][:, None]).T
+    return Tangent(error, tuple(numbers[index].key for index in new), columns)
+
+
+def _does_nothing(current: Fit, numbers: Sequence[FittedNumber], x: Array) -> bool:
+    """Return whether `numbers` at `x` (p,) are those of a fit, and others at the value that does nothing."""
+    mine = {fitted.key: float(value) for fitted, value in zip(current.numbers, current.x, strict=True)}
+    null = start_of(numbers, {fitted.key: fitted.parameter.null for fitted in numbers})
+    same = [
+        mine.pop(fitted.key, nothing) == value
+        for fitted, nothing, value in zip(numbers, null, x, strict=True)
+    ]
+    return all(same) and not mine
 
 
 def foreseen(

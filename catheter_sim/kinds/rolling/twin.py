@@ -43,14 +43,17 @@ class RollingTwin:
         p_w, R_w = np.full((*shape, len(wanted), 3), np.nan), np.full((*shape, len(wanted), 3, 3), np.nan)
         angles = np.full((*shape, sum(segment.joints for segment in robots[0].segments)), np.nan)
         tension = np.full((*shape, arriving[0].tendon.shape[1]), np.nan)
+        first = None
         for index, (robot, inputs) in enumerate(zip(robots, arriving, strict=True)):
             chain = rolling_chain(robot)
             unloaded = not (gravity_mps2.any() or inputs.force_tip.any() or inputs.moment_tip.any())
             step_rad = _UNLOADED_STEP_RAD if unloaded else _STEP_RAD
             try:
-                solved = solve_history(chain, inputs, gravity_mps2, step_bend_rad=step_rad)
+                solved = solve_history(chain, inputs, gravity_mps2, step_bend_rad=step_rad, guide=first)
             except InputError:
                 continue
+            if index == 0 and unloaded:  # under a load another's way may lead to another equilibrium
+                first = solved.theta
             angles[index], tension[index] = solved.theta[shown], inputs.tendon[shown]
             if wanted:
                 rows = slice_inputs(inputs, shown)

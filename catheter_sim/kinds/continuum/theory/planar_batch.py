@@ -90,6 +90,7 @@ def solve_planar(
             weight,
             np.concatenate([pulled, wrench], axis=2),
             steps,
+            unloaded,
             angles,
         )
     else:

@@ -78,10 +78,12 @@ def solve_history(
     gravity_mps2: Array,
     others: Sequence[LinkForce] = (),
     step_bend_rad: float | None = None,
+    guide: Array | None = None,
 ) -> Solved:
     """Return the equilibria of every row, one after another, by the complete balance.
 
-    Arguments are those of `history.ways`.
+    Arguments are those of `history.ways`, and `guide`: angles of a robot that is much alike under the same
+    number of rows, shape (r, n) [rad], along which the search goes.
 
     Raises:
         InputError: no posture balances a row.
@@ -90,10 +92,13 @@ def solve_history(
     r, n, t = len(way.steps), chain.joints, chain.pulled
     theta, length, value = np.empty((r, n)), np.empty((r, n)), np.empty((r, n))
     at_joint = np.empty((r, t, n))
+    way_of_other = np.empty((0, n))
+    if guide is not None:  # before the first row both rest
+        way_of_other = np.concatenate([guide[:1], guide])
     reached = follow(
         *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
         *(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment, way.steps),
-        *(theta, length, at_joint, value),
+        *(way_of_other, theta, length, at_joint, value),
     )
     if reached < r:
         raise _no_equilibrium("complete", inputs, reached)

@@ -148,14 +148,14 @@ def _advance(
     trend: Array,
     angles: Array,
     slip: Array,
-) -> bool:
+) -> int:
     """Move `angles` and `slip` on from one drive to another, a step that fails halved: `sliding._settle`.
 
-    `trend` is where to look first, and becomes what the angles did.
+    `trend` is where to look first, and becomes what the angles did. Returned is in how many steps, 0: failed.
     """
     drive, start = np.empty(len(drive_to)), np.empty(len(angles))
     copy(angles, start)
-    done, size = 0, _FINEST
+    done, size, taken = 0, _FINEST, 0
     while done < _FINEST:
         for i in range(len(drive)):
             drive[i] = drive_from[i] + (done + size) / _FINEST * (drive_to[i] - drive_from[i])
@@ -165,12 +165,13 @@ def _advance(
             size //= 2
             continue
         if not found and not _creep(cell, offset, passing, mu, weight, drive, angles, slip):
-            return False
+            return 0
+        taken += 1 if found else 2
         done += size
         size = done & -done  # the rest of the part that this one is the first half of
     for k in range(len(trend)):
         trend[k] = angles[k] - start[k]
-    return True
+    return taken
 
 
 @compiled
@@ -194,6 +195,7 @@ def march_by_sliding(
     weight: Array,
     drive: Array,
     steps: np.ndarray,
+    alike: bool,
     angles: Array,
 ) -> None:
     """Fill the cells' angles of B robots along r rows of inputs, NaN from the row on where none balances.
@@ -206,14 +208,18 @@ def march_by_sliding(
         weight: along x and z on each distal face, shape (B, n, 2) [N].
         drive: tensions, force along x and z on the tip, moment about y there, shape (B, r, t + 3).
         steps: in how many equal steps each row is reached from the one before, shape (r,).
+        alike: let each search begin where the change of the first robot's angles leads to. A robot that
+            jumps, as one under weight may, could so come to another of its equilibria.
         angles: to be filled, shape (B, r, n) [rad].
     """
     batch, rows, n = angles.shape
     t = offset.shape[1]
     now, trend, slip = np.empty(n), np.zeros(n), np.empty((n, t))
     past, before, after = np.empty(t + 3), np.empty(t + 3), np.empty(t + 3)
+    firsts = np.zeros((steps.sum() + 1, n))  # changes of the first robot's angles, step by step
+    straight = np.zeros(steps.sum() + 1, np.bool_)  # which of these were found at once
     for b in range(batch):
-        balanced = True
+        balanced, place = True, 0
         for row in range(-1, rows):
             # Before the first row, inputs of zero: the robot sags without tension, so without friction,
             # and its eyelets remember nothing of it.
@@ -233,11 +239,19 @@ def march_by_sliding(
                 for i in range(t + 3 if row >= 0 else 0):
                     last = drive[b, row - 1, i] if row > 0 else 0.0
                     after[i] = last + (step + 1) / count * (drive[b, row, i] - last)
-                scale(trend, _share_of_last_step(past, before, after, t))
+                if alike and b > 0 and straight[place]:
+                    copy(firsts[place], trend)
+                else:
+                    scale(trend, _share_of_last_step(past, before, after, t))
                 copy(before, past)
-                balanced = _advance(
+                taken = _advance(
                     cell[b], offset[b], passing, mu[b], weight[b], before, after, trend, now, slip
                 )
+                balanced = taken > 0
                 copy(after, before)
+                if b == 0:
+                    straight[place] = taken == 1
+                    copy(trend, firsts[place])
+                place += 1
             for k in range(n if row >= 0 else 0):
                 angles[b, row, k] = now[k] if balanced else math.nan

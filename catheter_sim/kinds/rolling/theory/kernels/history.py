@@ -33,23 +33,27 @@ def advance(
     moment_from: Array,
     moment_to: Array,
     steps: int,
+    trend: Array,
     at_joint: Array,
     value: Array,
     work: tuple[Array, ...],
 ) -> float:
     """Go from one row of inputs to the next in `steps` or more equal steps; return the share reached.
 
-    `theta`, `kept` and `length` are moved along; `at_joint` and `value` are filled. A step that finds
-    no equilibrium is halved. Less than 1 is returned where none is found however short the step.
+    `theta`, `kept` and `length` are moved along; `at_joint` and `value` are filled. The search for each
+    equilibrium begins where its share of `trend`, the change of `theta` that is expected, leads to. A step
+    that finds none begins once more without, and then is halved. Less than 1 is returned where none is found
+    however short the step.
     """
-    done, stride = 0.0, 1.0 / steps
+    done, stride, foreseen = 0.0, 1.0 / steps, True
     above, guess, lengths = np.empty_like(kept), np.empty_like(theta), np.empty_like(length)
     drive, force, moment = np.empty_like(drive_to), np.empty_like(force_to), np.empty_like(moment_to)
     while done < 1.0:
         part = min(done + stride, 1.0)
         if 1.0 - part < 1e-9:
             part = 1.0
-        copy(theta, guess)
+        for k in range(theta.shape[0]):
+            guess[k] = theta[k] + ((part - done) * trend[k] if foreseen else 0.0)
         copy(length, lengths)
         blend(drive_from, drive_to, part, drive)
         for p in range(force.shape[0]):
@@ -59,6 +63,9 @@ def advance(
             joint, rod, stiffness, pulled, mu, drive, kept, guess, lengths,
             load_link, load_point, force, moment, at_joint, above, value, work,
         )  # fmt: skip
+        if not found and foreseen:
+            foreseen = False
+            continue
         if not found:
             stride *= 0.5
             if stride < _SHORTEST_STEP:
@@ -84,6 +91,7 @@ def follow(
     load_force: Array,
     tip_moment: Array,
     steps: np.ndarray,
+    guide: Array,
     theta: Array,
     length: Array,
     at_joint: Array,
@@ -91,17 +99,22 @@ def follow(
 ) -> int:
     """Go from rest without load through rows of inputs; return how many were reached.
 
+    `guide`, shape (r, n), is the way of a robot that is much alike; (0, n): none is known.
     `drive`, shape (r, t), `load_force`, (r, p, 3), `tip_moment`, (r, 3), and `steps`, (r,), are those of the
     rows; `theta`, `length`, `value`, shape (r, n), and `at_joint`, (r, t, n), are filled.
     """
     rows, n = theta.shape
     angle, lengths = joint[:, REST].copy(), joint[:, LENGTH].copy()
     kept, before, work = np.zeros((pulled, n)), 0, workspace(n, pulled)
+    trend = np.zeros(n)
     for row in range(rows):
+        if row > 0 and len(guide) > 0:
+            for k in range(n):
+                trend[k] = guide[row, k] - guide[row - 1, k]
         reached = advance(
             joint, rod, stiffness, pulled, mu, drive[before], drive[row], angle, kept, lengths,
             load_link, load_point, load_force[before], load_force[row], tip_moment[before], tip_moment[row],
-            steps[row], at_joint[row], value[row], work,
+            steps[row], trend, at_joint[row], value[row], work,
         )  # fmt: skip
         if reached < 1.0:
             return row
@@ -135,7 +148,7 @@ def load_batch(
     """
     batch, n = theta.shape
     nothing, kept, above = np.zeros((pulled, n)), np.zeros((pulled, n)), np.empty((pulled, n))
-    slack, work = np.zeros(pulled), workspace(n, pulled)
+    slack, still, work = np.zeros(pulled), np.zeros(n), workspace(n, pulled)
     for b in range(batch):
         for k in range(n):
             theta[b, k] = theta[b - 1, k] if b > 0 else joint[k, REST]
@@ -152,7 +165,7 @@ def load_batch(
             reached = advance(
                 joint, rod, stiffness, pulled, mu, slack, drive[b], theta[b], kept, length[b],
                 load_link, load_point, load_force, load_force, tip_moment, tip_moment, 8,
-                at_joint[b], value[b], work,
+                still, at_joint[b], value[b], work,
             )  # fmt: skip
             if reached < 1.0:
                 return b

@@ -108,6 +108,12 @@ def pull_and_bend_rods(
             )
             if r >= pulled:
                 continue
+            at_joint[r, k] = tension
+            if tension == 0.0 and kept[r, k] == 0.0:  # a slack rod neither pulls nor rubs
+                wrench[r, k, 0], wrench[r, k, 1], wrench[r, k, 2] = across, along, 0.0
+                above[r, k] = 0.0
+                first = k + 1
+                continue
             length = math.hypot(across, along)
             slope = (across * across_slope + along * along_slope) / length
             second = (
@@ -117,7 +123,6 @@ def pull_and_bend_rods(
                 + along * (radius - across_slope)
                 - slope * slope
             ) / length
-            at_joint[r, k] = tension
             wrench[r, k, 0], wrench[r, k, 1], wrench[r, k, 2] = across, along, tension / length
             jacobian[k, k] -= tension * second
             for j in range(first, k):
