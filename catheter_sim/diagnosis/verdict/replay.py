@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.columns import posture_columns
+from catheter_sim.core.drive import Quantity, quantity_of
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
@@ -60,7 +61,7 @@ def replay(
     dry = built.friction.mu > 0.0
     ramp_s = DRY_RAMP_S if dry else SMOOTH_RAMP_S
     stride = 1
-    if arriving.actuation == "tension":
+    if quantity_of(arriving.actuation) is Quantity.TENSION:
         stride = DRY_STRIDE if dry else SMOOTH_STRIDE
     longer = replace(built.dynamics, timestep_s=built.dynamics.timestep_s * stride)
     run = simulate(replace(built, dynamics=longer), arriving, gravity_mps2, ramp_s=ramp_s, progress=progress)

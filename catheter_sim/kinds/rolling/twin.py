@@ -18,8 +18,9 @@ from catheter_sim.kinds.rolling.theory.history import faces
 
 # Without weight and loads, inputs that move one way between rows make the same history in one step.
 _UNLOADED_STEP_RAD = 1.0
-# Five times the static model's own. A load that moves the robot while a rod is held makes it depend on the steps: random
-# histories of the bench under their own weight move by at most 0.04 mm (`chest_tube`) and 0.006 mm (section).
+# Five times the static model's own. A load that moves the robot while a rod is held makes it depend on the
+# steps: random histories of the bench under their own weight move by at most 0.04 mm (`chest_tube`) and
+# 0.006 mm (section).
 _STEP_RAD = 0.2
 
 
