@@ -18,6 +18,7 @@ import struct
 import types
 import typing
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -148,8 +149,14 @@ def _made(node: Any, members: Mapping[str, np.ndarray], classes: Mapping[str, ty
     raise Unusable(f"{tag!r} is no part of a result")
 
 
+@cache
 def _fields(kind: Any) -> list[str]:
     return [field.name for field in dataclasses.fields(kind)]
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    return typing.get_type_hints(kind)
 
 
 def _classes(kind: Any, found: dict[str, type] | None = None) -> dict[str, type]:
@@ -157,7 +164,7 @@ def _classes(kind: Any, found: dict[str, type] | None = None) -> dict[str, type]
     found = {} if found is None else found
     if isinstance(kind, type) and dataclasses.is_dataclass(kind) and kind.__name__ not in found:
         found[kind.__name__] = kind
-        for part in typing.get_type_hints(kind).values():
+        for part in _hints(kind).values():
             _classes(part, found)
     for part in typing.get_args(kind):
         _classes(part, found)
@@ -179,7 +186,7 @@ def _misfit(value: Any, kind: Any) -> str:
         if not all(np.issubdtype(value.dtype, scalar) for scalar in wanted):
             return f"an array of {value.dtype}"
     elif dataclasses.is_dataclass(origin):
-        hints = typing.get_type_hints(origin)
+        hints = _hints(origin)
         inside = [(getattr(value, name), hints[name]) for name in _fields(origin)]
     elif origin is tuple and parts[1:] != (...,):
         if len(value) != len(parts):

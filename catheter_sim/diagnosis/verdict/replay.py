@@ -13,7 +13,13 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls
-from catheter_sim.diagnosis.thresholds import DRY_RAMP_S, DRY_STRIDE, SMOOTH_RAMP_S, SMOOTH_STRIDE
+from catheter_sim.diagnosis.thresholds import (
+    DRY_RAMP_S,
+    DRY_STRIDE,
+    SMOOTH_DRIVEN_STRIDE,
+    SMOOTH_RAMP_S,
+    SMOOTH_STRIDE,
+)
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.simulation.replay import simulate
 
@@ -52,17 +58,18 @@ def replay(
 ) -> Replay:
     """Return a trial replayed with `robot`, its effects in force.
 
-    Where tensions are given, in time steps longer than the robot's own: held rows end at rest, wherever the
-    steps between them fell. A run that so fails, or does not come to rest, is made anew in its own.
+    In time steps longer than the robot's own: held rows end at rest, wherever the steps between them fell. A
+    run that so fails, or does not come to rest, is made anew in its own.
     """
     built = embodied(robot)
     arriving = arriving_inputs(robot, trial.inputs)
     # Dry friction remembers an overshoot, so that a robot without it may be moved faster.
     dry = built.friction.mu > 0.0
     ramp_s = DRY_RAMP_S if dry else SMOOTH_RAMP_S
-    stride = 1
     if quantity_of(arriving.actuation) is Quantity.TENSION:
         stride = DRY_STRIDE if dry else SMOOTH_STRIDE
+    else:
+        stride = 1 if dry else SMOOTH_DRIVEN_STRIDE
     longer = replace(built.dynamics, timestep_s=built.dynamics.timestep_s * stride)
     run = simulate(replace(built, dynamics=longer), arriving, gravity_mps2, ramp_s=ramp_s, progress=progress)
     if stride > 1 and (run.failure is not None or not run.at_rest.all()):

@@ -72,9 +72,8 @@ def solve_planar(
     tension = np.array([item.tendon for item in inputs], dtype=float)
     wrench = np.array([_planar_wrench(item) for item in inputs])
     offset = np.array([chain.offset[:, 0] for chain in chains])
-    slides = _ends_apart(robots[0])
-    unloaded = slides and not (weight.any() or wrench.any())
-    step_bend_rad = UNLOADED_STEP_BEND_RAD if unloaded else STEP_BEND_RAD
+    slides, unloaded = _ends_apart(robots[0]), not (weight.any() or wrench.any())
+    step_bend_rad = UNLOADED_STEP_BEND_RAD if slides and unloaded else STEP_BEND_RAD
     steps = np.max([step_counts(chains[0], item, step_bend_rad) for item in inputs], axis=0)
     angles = np.empty((*tension.shape[:2], cell.shape[1]))
     if slides:
@@ -94,7 +93,7 @@ def solve_planar(
             angles,
         )
     else:
-        march_by_tension(cell, np.abs(offset), mu, weight, tension, wrench, steps, angles)
+        march_by_tension(cell, np.abs(offset), mu, weight, tension, wrench, steps, unloaded, angles)
     load = weight[:, :, 1].sum(axis=1)[:, None] + wrench[:, :, 1] - tension.sum(axis=2)
     return angles, load / np.array([[chain.mount_stiffness] for chain in chains])
 

@@ -112,6 +112,7 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
         np.empty(tendons), np.empty(3), np.empty(3), np.empty(tendons), np.empty((segments, 3)), np.empty(n)
     )  # fmt: skip
     guess, at_rest, before, now = np.empty(n), np.zeros(n), np.empty(n), np.empty(n)
+    firsts, balanced = np.empty((rows, n)), np.zeros(rows, np.bool_)  # of the first robot
     anchor = np.empty((tendons, segments))
     nothing = (np.zeros(tendons), np.zeros(3), np.zeros(3), 0.0)
     for b in range(batch):
@@ -131,8 +132,13 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
         begin = nothing
         for row in range(0, rows, 1 if rough else every):
             end = (commands[b, row], tip_forces[b, row], tip_moments[b, row], 1.0)
-            for i in range(n):
-                guess[i] = now[i] + 0.5 * (now[i] - before[i]) if row > 1 and rough else now[i]
+            last = row - (1 if rough else every)
+            if b > 0 and last >= 0 and balanced[last] and balanced[row]:  # it moves as the first one did
+                for i in range(n):
+                    guess[i] = now[i] + firsts[row, i] - firsts[last, i]
+            else:
+                for i in range(n):
+                    guess[i] = now[i] + 0.5 * (now[i] - before[i]) if row > 1 and rough else now[i]
             if not rough:
                 copy(at_rest, now)
             copy(now, before)
@@ -140,6 +146,9 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
             if rough:
                 _anchored(now, robot, slip, anchor)
                 begin = end
+            if b == 0:
+                copy(now, firsts[row])
+                balanced[row] = size <= TOLERANCE_RAD
             if row % every == 0:
                 place = row // every
                 copy(now, unknowns[b, place])

@@ -16,6 +16,7 @@ from catheter_sim.kinds.continuum.theory.planar_kernels.loads import find_load_m
 from catheter_sim.kinds.continuum.theory.planar_kernels.tension_cell import bisected, excess
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.mechanics.vectors import copy
 
 # A secant step is a hundred times more exact than it is long, and so is a round of the loads.
 _CELL_STEP_RAD = 3e-10
@@ -184,6 +185,7 @@ def march_by_tension(
     tension: Array,
     wrench: Array,
     steps: np.ndarray,
+    alike: bool,
     angles: Array,
 ) -> None:
     """Fill the cells' angles of B robots along r rows of inputs, NaN from the row on where none balances.
@@ -196,12 +198,15 @@ def march_by_tension(
         tension: right and left, shape (B, r, 2) [N].
         wrench: force along x and z on the tip and moment about y there, shape (B, r, 3) [N], [N m].
         steps: in how many equal steps each row is reached from the one before, shape (r,).
+        alike: let each search begin where the change of the first robot's angles leads to, as in
+            `sliding_march`.
         angles: to be filled, shape (B, r, n) [rad].
     """
     batch, rows, n = angles.shape
     work, slope, trend, now = np.empty((5, n)), np.empty(n), np.empty(n), np.empty(n)
     kept, behind = np.empty((n, 2)), np.empty((n, 2))
     pull, push = np.empty(2), np.empty(3)
+    firsts = np.zeros((steps.sum() + 1, n))  # changes of the first robot's angles, step by step
     for b in range(batch):
         heavy = False
         for k in range(n):
@@ -209,7 +214,7 @@ def march_by_tension(
             slope[k] = elastic_slope(cell[b], k, now[k])
             heavy = heavy or weight[b, k, 0] != 0.0 or weight[b, k, 1] != 0.0
             trend[k] = kept[k, 0] = kept[k, 1] = 0.0
-        balanced = True
+        balanced, place = True, 0
         for row in range(-1 if heavy else 0, rows):  # before the first one, at rest under its weight
             share = _share_of_last_step(tension[b], row, steps)
             for k in range(n):
@@ -223,9 +228,14 @@ def march_by_tension(
                 for i in range(3):
                     push[i] = _between(wrench[b], row, i, part)
                     loaded = loaded or push[i] != 0.0
+                if alike and b > 0:
+                    copy(firsts[place], trend)
                 balanced = balanced and _settle(
                     cell[b], arm[b], mu[b], weight[b], pull, push, loaded,
                     kept, slope, trend, now, work, behind,
                 )  # fmt: skip
+                if b == 0:
+                    copy(trend, firsts[place])
+                place += 1
             for k in range(n if row >= 0 else 0):
                 angles[b, row, k] = now[k] if balanced else math.nan
