@@ -346,8 +346,8 @@ SMOOTH_STRIDE = 20
 measured on 40 to 60 rows of five robots, it moves the outputs by at most 0.001 mm; tendons that are drawn
 would not come to rest."""
 SMOOTH_DRIVEN_STRIDE = 2
-"""[time steps] The same of a robot without friction that is driven by displacements. Why: measured on 40 to 60
-rows of three robots, 1e-5 mm; with four, catheters do not come to rest."""
+"""[time steps] The same of a robot without friction that is driven by displacements. Why: measured on 40 to
+60 rows of three robots, 1e-5 mm; with four, catheters do not come to rest."""
 DRY_STRIDE = 4
 """[time steps] The same with friction, where tensions are given. Why: measured on 60 rows of four robots, 0.01 mm; of one with 20, a
 rolling robot diverges."""

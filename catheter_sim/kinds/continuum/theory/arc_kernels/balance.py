@@ -12,6 +12,7 @@ PRE_SLIDING_M = 1e-5  # path within which a stuck tendon gives way
 SHIFT_UNIT_M = 1e-3  # the base's shift is solved for in this unit, alike in size to an angle
 _TURN_FLOOR_RAD = 1e-4  # smooths |b| at zero
 _DIFFERENCE_RAD = 1e-6  # of the load's derivative: only Newton's speed depends on it
+LOAD_SLOPE_NEAR_RAD = 0.02  # bends so near have nearly the same derivative of the loads' part
 
 
 class ArcRobot(NamedTuple):
@@ -52,7 +53,8 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivativ
 
     Args: inputs: command (T,), tip force and moment (3,); anchor (T, S)
     path at which each tendon would not slip; smooth: width of stretch [m] over which a tendon becomes
-    taut, 0 for at once; work: working space; state, set: span, slip (T, S), tension
+    taut, 0 for at once; work: working space, its last array where the derivative of the loads' part was worked
+    out, which serves near there (NaN: nowhere yet); state, set: span, slip (T, S), tension
     (T,), residual (2S + 1,); derivative, set: (2S + 1, 2S + 1).
     """
     length, k0, c3, c5, rest, free, arm, chord, stiffness, pretension, mu, compliance, count, weight = robot
@@ -60,7 +62,7 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivativ
     span, slip, tension, residual = state
     segments, tendons = len(length), len(stiffness)
     last = 2 * segments
-    arms, turning, frames, force, moved = work
+    arms, turning, frames, force, moved, load_slope, load_slope_at = work
     shift = x[last] * SHIFT_UNIT_M
     for i in range(last + 1):
         residual[i] = 0.0
@@ -141,18 +143,22 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivativ
                 derivative[last, j] += compliance / SHIFT_UNIT_M * grip * arms[j]
 
     if acts(tip_force, tip_moment, weight):
-        for j in range(-1, last):  # here, then moved by each component
-            if j >= 0:
+        find_generalised_load(x, length, count, weight, tip_force, tip_moment, frames, force)
+        near = True
+        for j in range(last):
+            near = near and abs(x[j] - load_slope_at[j]) < LOAD_SLOPE_NEAR_RAD
+        if not near:
+            for j in range(last):
+                load_slope_at[j] = x[j]
                 x[j] += _DIFFERENCE_RAD
-            find_generalised_load(x, length, count, weight, tip_force, tip_moment, frames, moved)
-            for i in range(last):
-                if j < 0:
-                    force[i] = moved[i]
-                    residual[i] -= force[i]
-                else:
-                    derivative[i, j] -= (moved[i] - force[i]) / _DIFFERENCE_RAD
-            if j >= 0:
-                x[j] -= _DIFFERENCE_RAD
+                find_generalised_load(x, length, count, weight, tip_force, tip_moment, frames, moved)
+                x[j] = load_slope_at[j]
+                for i in range(last):
+                    load_slope[i, j] = (moved[i] - force[i]) / _DIFFERENCE_RAD
+        for i in range(last):
+            residual[i] -= force[i]
+            for j in range(last):
+                derivative[i, j] -= load_slope[i, j]
 
     # Elastic moments; every row over its segment's stiffness, in rad.
     largest = 0.0

@@ -15,6 +15,7 @@ from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.vectors import copy
 
 _SHORTEST_WAY = 1.0 / 64.0  # of what changes from one row to the next
+_MOST_SOUGHT = 4  # rows without balance of a robot, after which the others are sought at once only
 
 
 @compiled
@@ -29,10 +30,10 @@ def _anchored(x, robot, slip, anchor):
 
 
 @compiled
-def _followed(x, guess, robot, by_tension, begin, end, anchor, between, work, newton, state):
+def _followed(x, guess, robot, by_tension, begin, end, shortest, anchor, between, work, newton, state):
     """Move `x`, in balance at `begin`, to the balance at `end`; return what is left over there [rad].
 
-    At once from `guess` or, where that ends in no balance, by short ways.
+    At once from `guess` or, where that ends in no balance, by ways not shorter than `shortest`.
 
     Args: begin, end: command (T,), tip force and moment (3,), and the share of weight and pretension that
     acts; between: space for the same and for pretension and weight.
@@ -70,7 +71,7 @@ def _followed(x, guess, robot, by_tension, begin, end, anchor, between, work, ne
                 _anchored(x, robot, state[1], anchor)
         else:
             way *= 0.25 if way == 1.0 else 0.5
-            if way < _SHORTEST_WAY:
+            if way < shortest:
                 break
             copy(kept, x)
     return size
@@ -103,6 +104,8 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
         np.empty((segments + 1, 3, 3)),
         np.empty(n),
         np.empty(n),
+        np.empty((n - 1, n - 1)),
+        np.empty(n - 1),
     )
     newton = (np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n))
     span, slip = np.empty((tendons, segments)), np.zeros((tendons, segments))
@@ -129,7 +132,7 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
                 slip[t, s] = 0.0
         _anchored(at_rest, robot, slip, anchor)
         rough = mus[b] > 0.0
-        begin = nothing
+        begin, lost = nothing, 0
         for row in range(0, rows, 1 if rough else every):
             end = (commands[b, row], tip_forces[b, row], tip_moments[b, row], 1.0)
             last = row - (1 if rough else every)
@@ -142,7 +145,11 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
             if not rough:
                 copy(at_rest, now)
             copy(now, before)
-            size = _followed(now, guess, robot, by_tension, begin, end, anchor, between, work, newton, state)
+            shortest = _SHORTEST_WAY if lost < _MOST_SOUGHT else 1.0
+            size = _followed(
+                now, guess, robot, by_tension, begin, end, shortest, anchor, between, work, newton, state
+            )
+            lost += 1 if size > TOLERANCE_RAD else 0
             if rough:
                 _anchored(now, robot, slip, anchor)
                 begin = end

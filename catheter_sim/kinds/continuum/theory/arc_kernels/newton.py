@@ -11,7 +11,7 @@ import math
 from catheter_sim.kinds.continuum.theory.arc_kernels.balance import balance
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.linear import solve_vector
-from catheter_sim.mechanics.vectors import copy
+from catheter_sim.mechanics.vectors import copy, fill
 
 TOLERANCE_RAD = 1e-10  # unbalanced moment over the segment's stiffness
 # Where Newton's method fails at once, tendons become taut over a stretch narrowed from round to round.
@@ -33,6 +33,7 @@ def _newton(x, robot, by_tension, inputs, anchor, smooth, tolerance, most, work,
     """
     derivative, step, tried, _ = newton
     copy(x, tried)
+    fill(work[6], math.nan)
     allowed, share, damped, evaluations, worse = math.inf, 1.0, 0, 0, 0
     while True:
         evaluations += 1
