@@ -102,7 +102,9 @@ def remove_abandoned(folder: Path) -> None:
         return
     try:
         with os.scandir(folder) as entries:
-            begun = [entry.path for entry in entries if _LEFT.fullmatch(entry.name)]
+            begun = [
+                item.path for item in entries if item.name.startswith(".") and _LEFT.fullmatch(item.name)
+            ]
     except OSError:  # whoever writes there will say so
         return
     for path in begun:

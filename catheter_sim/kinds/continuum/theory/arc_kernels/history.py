@@ -78,6 +78,23 @@ def _followed(x, guess, robot, by_tension, begin, end, shortest, anchor, between
 
 
 @compiled
+def _same_before(command, tip_force, tip_moment, row, every):
+    """Return the first row before `row`, of each `every`-th, that has the same inputs, -1 if none has."""
+    for other in range(0, row, every):
+        same = True
+        for i in range(command.shape[1]):
+            if command[other, i] != command[row, i]:
+                same = False
+                break
+        for i in range(3 if same else 0):
+            same = same and tip_force[other, i] == tip_force[row, i]
+            same = same and tip_moment[other, i] == tip_moment[row, i]
+        if same:
+            return other
+    return -1
+
+
+@compiled
 def solve_histories(robots, free, disks, by_tension, inputs, every, results):
     """Set `results` to the equilibria of B robots at each `every`-th of r rows, see `arc_equilibrium`.
 
@@ -134,6 +151,21 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
         rough = mus[b] > 0.0
         begin, lost = nothing, 0
         for row in range(0, rows, 1 if rough else every):
+            known = -1
+            if not rough:
+                known = _same_before(commands[b], tip_forces[b], tip_moments[b], row, every)
+            if known >= 0 and residuals[b, known // every] <= TOLERANCE_RAD:
+                if b == 0:
+                    copy(firsts[known], firsts[row])
+                    balanced[row] = True
+                old, place = known // every, row // every
+                copy(unknowns[b, old], now)
+                copy(unknowns[b, old], unknowns[b, place])
+                copy(tensions[b, old], tensions[b, place])
+                for t in range(tendons):
+                    copy(spans[b, old, t], spans[b, place, t])
+                residuals[b, place] = residuals[b, old]
+                continue
             end = (commands[b, row], tip_forces[b, row], tip_moments[b, row], 1.0)
             last = row - (1 if rough else every)
             if b > 0 and last >= 0 and balanced[last] and balanced[row]:  # it moves as the first one did
