@@ -196,10 +196,9 @@ NEAR_BOUND = 1e-3
 """[scales of the parameter] A number so near to its bound is at it. Why: no such change matters."""
 MOST_VALLEY_TRIALS = 100
 """[trials] Of the thorough search for the bottom of a valley. Why: assumed; it bounds the time."""
-FOLD_DAMPINGS = (1e-3, 0.1, 10.0)
-"""[share of the normal matrix's diagonal] Of the step, tried in this order after the whole one, until the
-error on the rows kept falls. Why: a whole step may leave the range in which the model is nearly linear, most
-of all along numbers that the rows hardly tell apart."""
+FOLD_STEP_PARTS = (1.0, 0.3, 0.1)
+"""[share of the step] Tried in this order, until the error on the rows kept falls. Why: a whole step may
+leave the range in which the model is nearly linear."""
 NO_DAMPING = 1e-9
 """[share of the normal matrix's diagonal] Of the step that leaves a fold out. Why: next to none; it keeps the
 matrix regular where numbers do the same."""
@@ -350,8 +349,8 @@ SMOOTH_DRIVEN_STRIDE = 2
 """[time steps] The same of a robot without friction that is driven by displacements. Why: measured on 40 to
 60 rows of three robots, 1e-5 mm; with four, catheters do not come to rest."""
 DRY_STRIDE = 4
-"""[time steps] The same with friction, where tensions are given. Why: measured on 60 rows of four robots, 0.01
-mm; with 20, a rolling robot diverges."""
+"""[time steps] The same with friction, where tensions are given. Why: measured on 60 rows of four robots,
+0.01 mm; with 20, a rolling robot diverges."""
 TELLS_APART_NOISE = 2.0
 """[times the noise, root mean square] Inputs that part two causes by it tell them apart. Why: assumed; over
 hundreds of rows that is far beyond chance."""

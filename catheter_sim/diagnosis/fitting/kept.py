@@ -149,7 +149,6 @@ def _made(node: Any, members: Mapping[str, np.ndarray], classes: Mapping[str, ty
     raise Unusable(f"{tag!r} is no part of a result")
 
 
-@cache
 def _fields(kind: Any) -> list[str]:
     return [field.name for field in dataclasses.fields(kind)]
 

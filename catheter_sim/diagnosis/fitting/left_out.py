@@ -14,8 +14,8 @@ from catheter_sim.diagnosis.fitting.residuals import residuals
 from catheter_sim.diagnosis.fitting.stretches import fold_of
 from catheter_sim.diagnosis.thresholds import (
     FOLD_CONVERGED,
-    FOLD_DAMPINGS,
     FOLD_FIRST_ORDER,
+    FOLD_STEP_PARTS,
     MOST_FOLD_STEPS,
     NO_DAMPING,
 )
@@ -32,8 +32,8 @@ def left_out_residuals(
 
     Those parameters are one Gauss-Newton step away from the fit to all rows. Where this step hardly changes
     the rows left out (`FOLD_FIRST_ORDER`), the derivative gives their residuals; otherwise they are computed
-    with the full model: where the whole step would raise the error on the rows kept, a damped step away, and
-    where each of these would raise it, with the rows kept fitted anew.
+    with the full model: where the whole step would raise the error on the rows kept, a part of the step away,
+    and where any part would raise it, with the rows kept fitted anew.
     """
     fold = fold_of(block)
     prior = prior_of(numbers)
@@ -68,10 +68,8 @@ def _with_the_full_model(
     errors = np.repeat(at.error[None], len(keeps), axis=0)
     least = np.array([float(at.error[keep] @ at.error[keep]) + prior.cost(at.x) for keep in keeps])
     waiting: np.ndarray = np.arange(len(keeps))
-    for damping in (None, *FOLD_DAMPINGS):
-        if damping is not None:
-            steps[waiting] = [damped_step(at, box, damping, prior, keeps[i]) for i in waiting.tolist()]
-        points = np.clip(at.x + steps[waiting], *box)
+    for part in FOLD_STEP_PARTS:
+        points = np.clip(at.x + part * steps[waiting], *box)
         found = residuals(problem, numbers, points)
         costs = [
             float((found[k][keeps[i]] ** 2).sum()) + prior.cost(points[k])

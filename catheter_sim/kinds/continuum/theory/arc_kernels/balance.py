@@ -53,8 +53,8 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivativ
 
     Args: inputs: command (T,), tip force and moment (3,); anchor (T, S)
     path at which each tendon would not slip; smooth: width of stretch [m] over which a tendon becomes
-    taut, 0 for at once; work: working space, its last array where the derivative of the loads' part was worked
-    out, which serves near there (NaN: nowhere yet); state, set: span, slip (T, S), tension
+    taut, 0 for at once; work: working space, its last array where the derivative of the loads' part was
+    worked out, which serves near there (NaN: nowhere yet); state, set: span, slip (T, S), tension
     (T,), residual (2S + 1,); derivative, set: (2S + 1, 2S + 1).
     """
     length, k0, c3, c5, rest, free, arm, chord, stiffness, pretension, mu, compliance, count, weight = robot
