@@ -185,7 +185,7 @@ def _misfit(value: Any, kind: Any) -> str:
         if not all(np.issubdtype(value.dtype, scalar) for scalar in wanted):
             return f"an array of {value.dtype}"
     elif dataclasses.is_dataclass(origin):
-        hints = _hints(origin)
+        hints = _hints(typing.cast(type, origin))
         inside = [(getattr(value, name), hints[name]) for name in _fields(origin)]
     elif origin is tuple and parts[1:] != (...,):
         if len(value) != len(parts):
