@@ -49,6 +49,17 @@ class CopiesLaw:
     compiled = True
     moved: Mapping[str, Array] = MappingProxyType({})
 
+    def reset(self, copies: np.ndarray) -> None:
+        """Forget the history."""
+
+    def before(self, copies: np.ndarray, tension: Array) -> None:
+        """Do what comes before a step.
+
+        Args:
+            copies: which.
+            tension: of each tendon in each span as the last step left it, shape (m, t, n) [N].
+        """
+
     def place(self, copies: np.ndarray) -> None:
         """Move joints of the model to where the positions have them."""
 

@@ -22,7 +22,7 @@ from catheter_sim.mechanics.arrays import Index
 RAMP_S = 1.0  # simulated time from rest to the drives' goal, before the robot settles
 PULLED_SHARE = 0.5  # of the tension drives in a random draw: single tendons and antagonists alike
 PATH_LEGS = 2  # random levels that a way goes through
-_MOST_DRAWS = 20
+_MOST_DRAWS = 100
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,8 @@ class ReachEnv(TipEnv):
 
     The default tolerance is the target value of Kato 2016 (doi 10.1007/s11548-015-1310-2): a mean
     error of 5 mm leaves good margins in aiming at a tumour of 2 cm. `ChestTubeReach-v0` keeps it (1.3 %
-    of the robot's length). The single sections and the mitral catheters ask for 2 mm (assumed).
+    of the robot's length). The single sections and the mitral catheters ask for 2 mm, the notched wrist, 6 mm
+    long, for 0.2 mm (assumed).
 
     The tip has to stay, for half a second (5 steps, assumed), because chance passes through targets: the tip
     of a section moves on a curve, and friction holds it still where random actions turn about. After random

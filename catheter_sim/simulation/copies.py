@@ -115,9 +115,9 @@ class Copies:
         robot, place, pulls = simulator.robot, simulator.place, self._pulls
         laws = face.laws(robot, place, arrays)
         self._moved = {name: field for law in laws for name, field in law.moved.items()}
-        self._placing, self._actuating, self._pushing = (
+        self._forgetting, self._starting, self._placing, self._actuating, self._pushing = (
             [law for law in laws if getattr(type(law), name) is not getattr(CopiesLaw, name)]
-            for name in ("place", "actuate", "between")
+            for name in ("reset", "before", "place", "actuate", "between")
         )
         if self._driven:
             self._clamp = arrays.own("actuator_forcerange")
@@ -135,6 +135,8 @@ class Copies:
         self._failed[copies] = False
         self._run(self._batch.reset, copies, stage=_NOTHING)
         self._inputs.reset(copies)
+        for law in self._forgetting:
+            law.reset(copies)
         if self._driven:
             self._ctrl_before[copies] = 0.0
         if self._law is not None:
@@ -195,6 +197,10 @@ class Copies:
         if not self._splits:
             self._run(self._batch.step, copies)
             return
+        if self._starting:
+            tension = self._span_tension(copies)
+            for law in self._starting:
+                self._native(law.before, copies, tension)
         if self._placing:
             self._place(copies)
             self._run(self._batch.forward, copies, stage=_VELOCITIES)
@@ -237,6 +243,15 @@ class Copies:
         pulls = self._pulls
         force = pulls.gain * self._ctrl[np.ix_(copies, pulls.actuators)] + pulls.bias
         return -(force + pulls.length_gain * self._length[np.ix_(copies, pulls.tendons)])
+
+    def _span_tension(self, copies: Index) -> Array:
+        """Return tensions in each span as the last step left them, shape (m, t, n) [N]."""
+        if self._law is not None:
+            return self._law.tension
+        spans = self._controls.spans
+        tension = np.zeros((self.count, len(spans), int(spans.max())))
+        tension[copies] = np.maximum(self._tension_now(copies), 0.0)[:, :, None]
+        return tension
 
     def _place(self, copies: Index) -> None:
         """Put joints where the positions have them."""

@@ -45,6 +45,11 @@ class CapstanCopies(CapstanFriction):
         self._bound = {name: batch.bind(name) for name in names}
         self._bound["ten_J"] = batch.bind("ten_J") if ten_J is None else ten_J
 
+    @property
+    def tension(self) -> Array:
+        """Tension of every tendon in every span after a step, shape (m, t, n) [N]; of use inside its end."""
+        return self._of[0]
+
     def forget(self, copies: Index) -> None:
         """Forget the history of some copies."""
         self._of[0, copies], self._slips[copies], self._pasts[copies] = 0.0, 0, 0.0

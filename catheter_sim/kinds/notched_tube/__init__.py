@@ -10,8 +10,10 @@ KIND = Kind("notched_tube", NotchedTubeRobot, __name__)
 if TYPE_CHECKING:  # mypy holds the faces to their protocols
     from catheter_sim.core.kind import Checks, Drives, Model, Picture, Steering
     from catheter_sim.core.law import Laws
+    from catheter_sim.core.law_copies import Batched
     from catheter_sim.core.published import Robots
     from catheter_sim.kinds.notched_tube import (
+        batched,
         checks,
         drives,
         laws,
@@ -28,3 +30,4 @@ if TYPE_CHECKING:  # mypy holds the faces to their protocols
     _steering: Steering[NotchedTubeRobot] = steering
     _robots: Robots = robots
     _laws: Laws[NotchedTubeRobot] = laws
+    _batched: Batched[NotchedTubeRobot] = batched

@@ -16,8 +16,8 @@ from catheter_sim.kinds.rolling.theory.chain import rolling_chain
 from catheter_sim.kinds.rolling.theory.complete import solve_history
 from catheter_sim.kinds.rolling.theory.history import faces
 
-# Without weight and loads, inputs that move one way between rows make the same history in one step.
-_UNLOADED_STEP_RAD = 1.0
+# Of the rods of one end that move alone, without weight and loads: these make the same history in one step.
+_ALONE_STEP_RAD = 1.0
 # Five times the static model's own. A load that moves the robot while a rod is held makes it depend on the
 # steps: random histories of the bench under their own weight move by at most 0.04 mm (`chest_tube`) and
 # 0.006 mm (section).
@@ -48,9 +48,16 @@ class RollingTwin:
         for index, (robot, inputs) in enumerate(zip(robots, arriving, strict=True)):
             chain = rolling_chain(robot)
             unloaded = not (gravity_mps2.any() or inputs.force_tip.any() or inputs.moment_tip.any())
-            step_rad = _UNLOADED_STEP_RAD if unloaded else _STEP_RAD
+            alone_rad = _ALONE_STEP_RAD if unloaded else None
             try:
-                solved = solve_history(chain, inputs, gravity_mps2, step_bend_rad=step_rad, guide=first)
+                solved = solve_history(
+                    chain,
+                    inputs,
+                    gravity_mps2,
+                    step_bend_rad=_STEP_RAD,
+                    alone_bend_rad=alone_rad,
+                    guide=first,
+                )
             except InputError:
                 continue
             if index == 0 and unloaded:  # under a load another's way may lead to another equilibrium

@@ -29,9 +29,9 @@ from catheter_sim.kinds.continuum.theory.planar_kernels.tension_march import mar
 # Of the whole robot between two steps. Over a loop of whole bends the tip is at most 0.04 mm from where the
 # steps of `fkm_exact_arm` lead it; over 48 of two sections, 0.1 mm, and 0.015 mm in the root mean square.
 STEP_BEND_RAD = 0.1
-# The same where tendons slide and nothing else acts: inputs that move one way between rows make the same
-# history in one step (less than 1e-8 mm apart over random histories of the bench).
-UNLOADED_STEP_BEND_RAD = 1.0
+# The same of the tendons of one end that move alone, where tendons slide and nothing else acts: these make
+# the same history in one step, to 1e-6 mm over random histories (to 0.06 mm where all tendons move).
+ALONE_STEP_BEND_RAD = 1.0
 _SAME_OFFSET_M = 1e-12
 
 
@@ -73,8 +73,8 @@ def solve_planar(
     wrench = np.array([_planar_wrench(item) for item in inputs])
     offset = np.array([chain.offset[:, 0] for chain in chains])
     slides, unloaded = _ends_apart(robots[0]), not (weight.any() or wrench.any())
-    step_bend_rad = UNLOADED_STEP_BEND_RAD if slides and unloaded else STEP_BEND_RAD
-    steps = np.max([step_counts(chains[0], item, step_bend_rad) for item in inputs], axis=0)
+    alone_rad = ALONE_STEP_BEND_RAD if slides and unloaded else None
+    steps = np.max([step_counts(chains[0], item, STEP_BEND_RAD, alone_rad) for item in inputs], axis=0)
     angles = np.empty((*tension.shape[:2], cell.shape[1]))
     if slides:
         reach = chains[0].reaches.sum(axis=1)

@@ -24,6 +24,8 @@ from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment
 # Between two rows of inputs the models go in steps of at most this much bending of the whole robot.
 # Halving it moves the tip of `neuroendoscope_section` by at most 5 um over its nominal table.
 STEP_BEND_RAD = 0.025
+_BESIDE_SHARE = 0.1  # of a step's bend, beside tendons of one end that move all but alone
+_ROUNDING = 1e-9
 _MAX_STEPS = 2000  # between two rows; only inputs far beyond what a robot can bear ask for more
 
 
@@ -201,20 +203,32 @@ def drives(chain: PlanarChain, inputs: Inputs, gravity_mps2: Array) -> Iterator[
         tension, force, moment = inputs.tendon[row], inputs.force_tip[row], float(inputs.moment_tip[row, 1])
 
 
-def step_counts(chain: PlanarChain, inputs: Inputs, step_bend_rad: float) -> NDArray[np.intp]:
+def step_counts(
+    chain: PlanarChain, inputs: Inputs, step_bend_rad: float, alone_bend_rad: float | None = None
+) -> NDArray[np.intp]:
     """Return in how many steps to go from row to row, from zero inputs to the first, shape (r,).
 
-    A step's change of inputs bends a frictionless robot by no more than `step_bend_rad`.
+    A step's change of inputs bends a frictionless robot by no more than `step_bend_rad`, or by no more than
+    `alone_bend_rad`, where that is given, if all but the tendons of one end bend it by less than a tenth of
+    `step_bend_rad`.
     """
 
     def changes(values: Array) -> Array:
-        return np.abs(np.diff(values, axis=0, prepend=0.0)).sum(axis=1)
+        return np.abs(np.diff(values, axis=0, prepend=0.0))
 
     compliance = float(np.sum(chain.cell_length / chain.stiffness))  # rad per N m
     arm = max((tendon.radius_m for tendon in chain.robot.tendons), default=0.0)
-    moment = arm * changes(inputs.tendon) + changes(inputs.moment_tip[:, 1:2])
-    moment += float(np.sum(chain.cell_length)) * changes(inputs.force_tip[:, [0, 2]])
-    return np.clip(np.ceil(compliance * moment / step_bend_rad), 1, _MAX_STEPS).astype(np.intp)
+    pulls = compliance * arm * changes(inputs.tendon)
+    loads = changes(inputs.moment_tip[:, 1:2]).sum(axis=1)
+    loads += float(np.sum(chain.cell_length)) * changes(inputs.force_tip[:, [0, 2]]).sum(axis=1)
+    bend = pulls.sum(axis=1) + compliance * loads
+    counts = np.ceil(bend / step_bend_rad)
+    if alone_bend_rad is not None:
+        ends = [tendon.ends_at for tendon in chain.robot.tendons]
+        alone = np.max([pulls[:, [end == own for own in ends]].sum(axis=1) for end in ends], axis=0)
+        beside = np.ceil((bend - alone) / (_BESIDE_SHARE * step_bend_rad) - _ROUNDING)
+        counts = np.maximum(np.ceil(alone / alone_bend_rad), np.minimum(counts, beside))
+    return np.clip(counts, 1, _MAX_STEPS).astype(np.intp)
 
 
 def at_rest(chain: PlanarChain, gravity_mps2: Array) -> PlanarDrive:

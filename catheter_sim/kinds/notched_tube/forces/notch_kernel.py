@@ -248,3 +248,72 @@ def resist(
         torque[dof[k, 0]] -= law * found[2] - notch[k, STIFF_X] * bent
         if spatial:
             torque[dof[k, 1]] += law * found[1] + notch[k, STIFF_Y] * aside
+
+
+@compiled_in_place
+def place_of(
+    copies: Index,
+    qpos: Array,
+    qpos_index: Index,
+    notch: Array,
+    stretch: Array,
+    hinge: Index,
+    body: Index,
+    jnt_pos: Array,
+    jnt_axis: Array,
+    body_pos: Array,
+    body_quat: Array,
+    scratch: Array,
+) -> None:
+    """`place` of many robots: an axis of m before those of all that changes; `copies` picks some of them."""
+    for i in copies:
+        place(
+            *(qpos[i], qpos_index, notch, stretch[i], hinge, body),
+            *(jnt_pos[i], jnt_axis[i], body_pos[i], body_quat[i], scratch),
+        )
+
+
+@compiled_in_place
+def stretch_on_of(
+    copies: Index,
+    qpos: Array,
+    qpos_index: Index,
+    notch: Array,
+    fibre: Array,
+    metal: Array,
+    tension: Array,
+    drive: float,
+    stretch: Array,
+    balance: Array,
+    scratch: Array,
+) -> None:
+    """`stretch_on` of many robots: qpos (m, nq), stretch (m, n); `copies` picks some of them.
+
+    `tension`, shape (m, 1, 2n), is that of the tendon in each span, in each notch and after it.
+    """
+    for i in copies:
+        stretch_on(
+            *(qpos[i], qpos_index, notch, fibre, metal, tension[i, 0, ::2], drive),
+            *(stretch[i], balance, scratch),
+        )
+
+
+@compiled_in_place
+def resist_of(
+    copies: Index,
+    qpos: Array,
+    qpos_index: Index,
+    notch: Array,
+    fibre: Array,
+    metal: Array,
+    stretch: Array,
+    dof: Index,
+    torque: Array,
+    scratch: Array,
+) -> None:
+    """`resist` of many robots: qpos (m, nq), stretch (m, n), torque (m, nv); `copies` picks some of them."""
+    for i in copies:
+        resist(
+            *(qpos[i], qpos_index, notch, fibre, metal, stretch[i]),
+            *(dof, torque[i], scratch),
+        )

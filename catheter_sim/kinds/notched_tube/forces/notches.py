@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from catheter_sim.core.law import Law, RobotInModel, Step, TendonPaths
+from catheter_sim.core.law_copies import CopiesLaw, CopyArrays
 from catheter_sim.core.posture import Array
 from catheter_sim.kinds.notched_tube.forces import notch_kernel
 from catheter_sim.kinds.notched_tube.layout import HINGES, notches, rest_angles
@@ -58,6 +59,14 @@ class Notches(Law):
         self._metal = np.array([modulus, *knees(metal), 1.0 - metal.plateau_slope])
         self._stretch, self._balance = np.zeros(len(row)), np.zeros((len(row), 3))
         self._scratch = np.zeros(notch_kernel.SCRATCH)
+
+    def arrays(self) -> tuple[Index, Index, Index, Index, Array, Array, Array]:
+        """Return what the law is made of, arguments of `notch_kernel`.
+
+        Positions, degrees of freedom, hinges, links; notches, fibres, metal.
+        """
+        places = self._qpos, self._dofs, self._hinge, self._body
+        return *places, self._notch, self._fibre, self._metal
 
     def reset(self) -> None:
         """Give the strips their own lengths back."""
@@ -111,6 +120,66 @@ class Notches(Law):
             self._stretch,
             self._dofs,
             step.data.qfrc_applied,
+            self._scratch,
+        )
+
+
+class NotchCopies(CopiesLaw):
+    """The notches of many copies, each with its strips' stretches."""
+
+    def __init__(self, notches: Notches, arrays: CopyArrays, drive: float) -> None:
+        """Prepare; `drive`: stiffness of the tendon's drive, 0 where its tension is given [N/m]."""
+        self._qpos, self._dofs, self._hinge, self._body, *self._numbers = notches.arrays()
+        self._drive = drive
+        self._arrays, count = arrays, len(arrays.qpos)
+        fields = "jnt_pos", "jnt_axis", "body_pos", "body_quat"
+        self.moved = {name: arrays.own(name) for name in fields}
+        self._stretch = np.zeros((count, len(self._body)))
+        self._balance = np.zeros((len(self._body), 3))
+        self._scratch = np.zeros(notch_kernel.SCRATCH)
+
+    def reset(self, copies: Index) -> None:
+        """Give the strips their own lengths back."""
+        self._stretch[copies] = 0.0
+
+    def before(self, copies: Index, tension: Array) -> None:
+        """Stretch the strips as the tendon presses them together."""
+        notch_kernel.stretch_on_of(
+            copies,
+            self._arrays.qpos,
+            self._qpos,
+            *self._numbers,
+            tension,
+            self._drive,
+            self._stretch,
+            self._balance,
+            self._scratch,
+        )
+
+    def place(self, copies: Index) -> None:
+        """Put hinges and links where the arcs have them."""
+        notch_kernel.place_of(
+            copies,
+            self._arrays.qpos,
+            self._qpos,
+            self._numbers[0],
+            self._stretch,
+            self._hinge,
+            self._body,
+            *self.moved.values(),
+            self._scratch,
+        )
+
+    def between(self, copies: Index) -> None:
+        """Add what the metal's law has beyond the model's springs."""
+        notch_kernel.resist_of(
+            copies,
+            self._arrays.qpos,
+            self._qpos,
+            *self._numbers,
+            self._stretch,
+            self._dofs,
+            self._arrays.applied,
             self._scratch,
         )
 

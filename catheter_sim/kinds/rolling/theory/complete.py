@@ -78,6 +78,7 @@ def solve_history(
     gravity_mps2: Array,
     others: Sequence[LinkForce] = (),
     step_bend_rad: float | None = None,
+    alone_bend_rad: float | None = None,
     guide: Array | None = None,
 ) -> Solved:
     """Return the equilibria of every row, one after another, by the complete balance.
@@ -88,7 +89,7 @@ def solve_history(
     Raises:
         InputError: no posture balances a row.
     """
-    robot, way = pack(chain), ways(chain, inputs, gravity_mps2, others, step_bend_rad)
+    robot, way = pack(chain), ways(chain, inputs, gravity_mps2, others, step_bend_rad, alone_bend_rad)
     r, n, t = len(way.steps), chain.joints, chain.pulled
     theta, length, value = np.empty((r, n)), np.empty((r, n)), np.empty((r, n))
     at_joint = np.empty((r, t, n))

@@ -22,6 +22,8 @@ from catheter_sim.kinds.rolling.theory.loads import Loads, loads
 # A step's change of inputs would bend the softest joint by at most this much, were it alone.
 # Halving it moves the tip of `chest_tube_section` by at most 2 um over its nominal tables.
 STEP_BEND_RAD = 0.04
+_BESIDE_SHARE = 0.1  # of a step's bend, beside rods of one end that move all but alone
+_ROUNDING = 1e-9
 _MAX_STEPS = 2000  # between two rows
 
 
@@ -78,6 +80,7 @@ def ways(
     gravity_mps2: Array,
     others: Sequence[LinkForce] = (),
     step_bend_rad: float | None = None,
+    alone_bend_rad: float | None = None,
 ) -> Ways:
     """Return the way to rest under the weight and `others` alone, and the way to each row of inputs.
 
@@ -87,19 +90,30 @@ def ways(
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
         others: further forces, steady from the start.
         step_bend_rad: what a step may bend the softest joint; default `STEP_BEND_RAD`.
+        alone_bend_rad: what the rods of one end may that move all but alone, the rest by less than a tenth of
+            `step_bend_rad`; default: no more than the others.
     """
     at_rest = loads(chain, gravity_mps2, others=others)
     force = np.repeat(at_rest.force[np.newaxis], len(inputs) + 1, axis=0)
     force[1:, at_rest.tip] = inputs.force_tip
     drive = np.concatenate([np.zeros((1, chain.pulled)), inputs.tendon])
     moment = np.concatenate([np.zeros((1, 3)), inputs.moment_tip])
+    moves = np.abs(np.diff(drive, axis=0))
+    arm = float(np.abs(chain.offset).max())
     change = (
-        float(np.abs(chain.offset).max()) * np.abs(np.diff(drive, axis=0)).sum(axis=1)
+        arm * moves.sum(axis=1)
         + float(chain.link_length.sum()) * np.linalg.norm(np.diff(force, axis=0), axis=(1, 2))
         + np.linalg.norm(np.diff(moment, axis=0), axis=1)
     )
-    largest = float(chain.rest_stiffness.min()) * (step_bend_rad or STEP_BEND_RAD)
-    steps = np.clip(np.ceil(change / largest), 1, _MAX_STEPS).astype(np.int64)
+    stiffness = float(chain.rest_stiffness.min())
+    largest = stiffness * (step_bend_rad or STEP_BEND_RAD)
+    counts = np.ceil(change / largest)
+    if alone_bend_rad is not None:
+        last = chain.last[: chain.pulled]
+        alone = np.max([moves[:, last == end].sum(axis=1) for end in last], axis=0)
+        beside = np.ceil((change - arm * alone) / (_BESIDE_SHARE * largest) - _ROUNDING)
+        counts = np.maximum(np.ceil(arm * alone / (stiffness * alone_bend_rad)), np.minimum(counts, beside))
+    steps = np.clip(counts, 1, _MAX_STEPS).astype(np.int64)
     return Ways(drive, force, moment, np.concatenate([[1], steps]), at_rest)
 
 

@@ -32,7 +32,7 @@ class March:
         self.theta, self.link_length = chain.rest_angle.copy(), chain.link_length.copy()
         self.drive = np.zeros(t)
         self.kept, self.at_joint, self.unbalanced = np.zeros((t, n)), np.zeros((t, n)), np.zeros(n)
-        self._work = workspace(n, t)
+        self._still, self._work = np.zeros(n), workspace(n, t)
 
     def copy(self) -> March:
         """Return another one in the same state."""
@@ -48,7 +48,7 @@ class March:
             *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
             *(self.drive, way.drive_to, self.theta, self.kept, self.link_length),
             *(end.link, end.point, start.force, end.force, start.tip_moment, end.tip_moment),
-            *(way.steps, self.at_joint, self.unbalanced, self._work),
+            *(way.steps, self._still, self.at_joint, self.unbalanced, self._work),
         )
         self.drive = way.drive_to
         return bool(reached == 1.0)
