@@ -150,11 +150,11 @@ def test_a_row_that_was_there_before_has_the_same_balance() -> None:
     """Without friction inputs alone decide: repeats are copied, to the last digit."""
     base = load_robot("spacer_disk")
     levels = np.random.default_rng(2).uniform(0.0, 4.0, (5, len(base.tendons)))
-    repeated = as_inputs(levels[[0, 1, 2, 1, 3, 0, 4, 2]], "tension")
+    repeated = as_inputs(levels[[0, 1, 2, 1, 3, 0, 2, 4]], "tension")
     predict = twin_for(base, "tension", COLUMNS, DOWN)
     found = predict([base], repeated)[0]
-    for first, again in ((1, 3), (0, 5), (2, 7)):
+    for first, again in ((1, 3), (0, 5), (2, 6)):
         assert np.array_equal(found[first], found[again])
     single = predict([base], as_inputs(levels, "tension"))[0]
-    np.testing.assert_allclose(found[[0, 1, 2, 4, 6]], single, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found[[0, 1, 2, 4, 7]], single, rtol=0, atol=1e-6)
     np.testing.assert_allclose(predict([base], repeated, 2)[0], found[::2], rtol=0, atol=1e-6)

@@ -92,6 +92,20 @@ def test_a_copy_that_is_not_finite_is_named_and_reset_heals_it() -> None:
     assert np.array_equal(copies.qpos, calm.qpos)
 
 
+def test_a_notched_tube_forgets_what_stretched_it() -> None:
+    """After a reset a pull leads where it led at first; the strips' stretches are part of the way."""
+    alone = plant("notched_wrist")
+    copies, both = Copies(alone.simulator, 2), np.arange(2)
+    rest, pulled = np.zeros((2, 1)), np.full((2, 1), 1.0)
+    copies.ramp(both, rest, pulled, 0.003)
+    first = copies.qpos.copy()
+    copies.ramp(both, pulled, pulled, 0.2)
+    assert np.abs(copies.qpos - first).max() > 1e-3
+    copies.reset(both)
+    copies.ramp(both, rest, pulled, 0.003)
+    np.testing.assert_allclose(copies.qpos, first, rtol=0, atol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("robot", "settings", "together"),
     [
