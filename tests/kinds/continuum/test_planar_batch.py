@@ -40,6 +40,7 @@ def use_steps(monkeypatch, bend_rad):
     """Make the models and the batch go from row to row in the same steps."""
     monkeypatch.setattr(planar_chain, "STEP_BEND_RAD", bend_rad)
     monkeypatch.setattr(planar_batch, "STEP_BEND_RAD", bend_rad)
+    monkeypatch.setattr(planar_batch, "ALONE_STEP_BEND_RAD", None)
 
 
 def tips_of_batch_mm(robot, inputs, gravity):
