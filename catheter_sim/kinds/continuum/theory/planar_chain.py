@@ -20,12 +20,11 @@ from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.drives import outputs
 from catheter_sim.kinds.continuum.layout import last_disk, links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment
+from catheter_sim.mechanics.step_counts import counts_where_alone
 
 # Between two rows of inputs the models go in steps of at most this much bending of the whole robot.
 # Halving it moves the tip of `neuroendoscope_section` by at most 5 um over its nominal table.
 STEP_BEND_RAD = 0.025
-_BESIDE_SHARE = 0.1  # of a step's bend, beside tendons of one end that move all but alone
-_ROUNDING = 1e-9
 _MAX_STEPS = 2000  # between two rows; only inputs far beyond what a robot can bear ask for more
 
 
@@ -226,8 +225,7 @@ def step_counts(
     if alone_bend_rad is not None:
         ends = [tendon.ends_at for tendon in chain.robot.tendons]
         alone = np.max([pulls[:, [end == own for own in ends]].sum(axis=1) for end in ends], axis=0)
-        beside = np.ceil((bend - alone) / (_BESIDE_SHARE * step_bend_rad) - _ROUNDING)
-        counts = np.maximum(np.ceil(alone / alone_bend_rad), np.minimum(counts, beside))
+        counts = counts_where_alone(bend, alone, step_bend_rad, alone_bend_rad)
     return np.clip(counts, 1, _MAX_STEPS).astype(np.intp)
 
 

@@ -18,12 +18,11 @@ from catheter_sim.kinds.rolling.theory.chain import RollingChain
 from catheter_sim.kinds.rolling.theory.kernels.links import tops
 from catheter_sim.kinds.rolling.theory.kernels.packed import pack
 from catheter_sim.kinds.rolling.theory.loads import Loads, loads
+from catheter_sim.mechanics.step_counts import counts_where_alone
 
 # A step's change of inputs would bend the softest joint by at most this much, were it alone.
 # Halving it moves the tip of `chest_tube_section` by at most 2 um over its nominal tables.
 STEP_BEND_RAD = 0.04
-_BESIDE_SHARE = 0.1  # of a step's bend, beside rods of one end that move all but alone
-_ROUNDING = 1e-9
 _MAX_STEPS = 2000  # between two rows
 
 
@@ -105,14 +104,12 @@ def ways(
         + float(chain.link_length.sum()) * np.linalg.norm(np.diff(force, axis=0), axis=(1, 2))
         + np.linalg.norm(np.diff(moment, axis=0), axis=1)
     )
-    stiffness = float(chain.rest_stiffness.min())
-    largest = stiffness * (step_bend_rad or STEP_BEND_RAD)
-    counts = np.ceil(change / largest)
+    stiffness, step_rad = float(chain.rest_stiffness.min()), step_bend_rad or STEP_BEND_RAD
+    counts = np.ceil(change / (stiffness * step_rad))
     if alone_bend_rad is not None:
         last = chain.last[: chain.pulled]
         alone = np.max([moves[:, last == end].sum(axis=1) for end in last], axis=0)
-        beside = np.ceil((change - arm * alone) / (_BESIDE_SHARE * largest) - _ROUNDING)
-        counts = np.maximum(np.ceil(arm * alone / (stiffness * alone_bend_rad)), np.minimum(counts, beside))
+        counts = counts_where_alone(change / stiffness, arm * alone / stiffness, step_rad, alone_bend_rad)
     steps = np.clip(counts, 1, _MAX_STEPS).astype(np.int64)
     return Ways(drive, force, moment, np.concatenate([[1], steps]), at_rest)
 
