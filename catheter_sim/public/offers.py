@@ -69,7 +69,7 @@ def list_models(robot: RobotSpec | str | os.PathLike[str] | None = None) -> List
     Examples:
         >>> import catheter_sim as cs
         >>> cs.list_models("chest_tube_section").column("name")
-        ['printed', 'complete', 'virtual_work', 'pcc']
+        ['printed', 'complete', 'complete_sliding', 'virtual_work', 'pcc']
     """
     from catheter_sim.public.arguments import robot_of
     from catheter_sim.theory.run import STATIC_MODELS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from catheter_sim.core.statics import StaticModel
 from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory.complete import complete, virtual_work
+from catheter_sim.kinds.rolling.theory.complete import complete, complete_sliding, virtual_work
 from catheter_sim.kinds.rolling.theory.pcc import pcc
 from catheter_sim.kinds.rolling.theory.printed import printed
 
@@ -16,6 +16,11 @@ MODELS: tuple[StaticModel[RollingRobot], ...] = (
     ),
     StaticModel(
         "complete", "Newton-Euler balance of every link, friction with history, weight and tip load", complete
+    ),
+    StaticModel(
+        "complete_sliding",
+        "as complete, with friction by how rods slide: also where loads or several ends move the robot",
+        complete_sliding,
     ),
     StaticModel(
         "virtual_work", "as complete, by virtual work: the reference of its compiled form", virtual_work

@@ -113,9 +113,9 @@ def test_moments_left_are_the_same_in_three_ways(reference: str) -> None:
         theta, drive, kept, acting, length = something(chain, seed)
         worked = balance(chain, theta, drive, kept, acting, length)
         by_link = reactions(chain, theta, worked.tension, acting, length)
-        at_joint, above, value = np.empty((t, n)), np.empty((t, n)), np.empty(n)
+        at_joint, above, value = np.empty((t, n)), np.empty((1, t, n)), np.empty(n)
         jacobian, lengths, work = np.empty((n, n)), length.copy(), workspace(n, t)
-        robot = packed.joint, packed.rod, packed.stiffness, t, packed.mu, drive, kept, theta
+        robot = packed.joint, packed.rod, packed.stiffness, t, packed.mu, 0.0, drive, kept[None], theta
         out = at_joint, above, value, jacobian, work
         free = evaluate(
             *robot, lengths.copy(), acting.link, acting.point, 0.0 * acting.force, acting.tip_moment, *out
@@ -128,7 +128,7 @@ def test_moments_left_are_the_same_in_three_ways(reference: str) -> None:
         np.testing.assert_allclose(value, worked.unbalanced, atol=1e-13 * size + 1e-14)
         np.testing.assert_allclose(jacobian, worked.jacobian, atol=1e-12 * np.abs(jacobian).max())
         np.testing.assert_allclose(at_joint, worked.tension.at_joint, rtol=1e-12)
-        np.testing.assert_allclose(above, worked.tension.above, rtol=1e-12)
+        np.testing.assert_allclose(above[0], worked.tension.above, rtol=1e-12)
         np.testing.assert_allclose(lengths, worked.link_length, rtol=1e-12)
 
 
@@ -389,7 +389,7 @@ def test_models_know_their_robots_and_inputs() -> None:
     """Rolling joints have the four models and no other; displacements and what snaps end in one line."""
     robot = load_robot("chest_tube_section")
     fitting = {name for name, model in STATIC_MODELS.items() if model.applies_to(robot)}
-    assert fitting == {"printed", "complete", "virtual_work", "pcc"}
+    assert fitting == {"printed", "complete", "complete_sliding", "virtual_work", "pcc"}
     assert not any(STATIC_MODELS[name].applies_to(load_robot("spacer_disk")) for name in fitting)
     for name in fitting:
         with pytest.raises(InputError, match=f"'{name}': takes tension inputs only"):

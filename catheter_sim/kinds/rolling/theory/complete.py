@@ -1,4 +1,4 @@
-"""The static models `complete` and `virtual_work`: the same robot, balanced in two ways.
+"""The static models `complete`, `complete_sliding` and `virtual_work`: the same robot, balanced in two ways.
 
 `complete` takes the Newton-Euler balance of every link, compiled (`kernels`); `virtual_work` the
 principle of virtual work, in plain NumPy. They agree to rounding. Neither shows the buckling of the
@@ -26,6 +26,9 @@ from catheter_sim.kinds.rolling.theory.kernels.packed import pack
 from catheter_sim.kinds.rolling.theory.loads import loads
 
 _SHORTEST_STEP = 1e-4  # share of the way between two rows
+# Of rods that stick, the first that finds an equilibrium. Ten times as much moves the tip of
+# `chest_tube_section` by 0.04 mm where it turns round, of `chest_tube` by 0.1 mm.
+PRE_SLIDING_M = (1e-8, 1e-7, 1e-6)
 
 
 @dataclass(frozen=True)
@@ -37,12 +40,15 @@ class Solved:
         at_joint: tension of the pulled rods in each joint's gap, shape (r, t, n) [N].
         link_length: as compressed, shape (r, n) [m].
         unbalanced: moment left at each joint, shape (r, n) [N m].
+        made: what each of all s steps along a history did, as `kernels.history.follow` leaves it; of no steps
+            without a history.
     """
 
     theta: Array
     at_joint: Array
     link_length: Array
     unbalanced: Array
+    made: Array
 
 
 def complete(
@@ -50,8 +56,9 @@ def complete(
 ) -> StaticRun:
     """Return the postures by the complete Newton-Euler balance, with the friction's history.
 
-    The history is that of each rod alone (`rods.tensions`): where several rods are pulled against one
-    another, or a load moves the robot while a rod is held, Coulomb's law may ask for something else.
+    The history is that of each rod alone (`rods.tensions`), and right as long as rods of one end pull the
+    robot. Where rods of several ends do, or a load moves the robot while a rod is held, Coulomb's law asks
+    for something else, as much as 190 mm away at the tip of `chest_tube`: see `complete_sliding`.
 
     Args:
         robot: a robot of rolling joints.
@@ -63,6 +70,17 @@ def complete(
         InputError: displacement inputs, or no posture balances a row.
     """
     return _run("complete", robot, inputs, gravity_mps2, others)
+
+
+def complete_sliding(
+    robot: RollingRobot, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
+) -> StaticRun:
+    """Return the postures by the complete balance, with friction by how the rods slide in the links.
+
+    Coulomb's law asks how a rod moves, not what its tension was: see `kernels.sliding`. Arguments and errors
+    as in `complete`.
+    """
+    return _run("complete_sliding", robot, inputs, gravity_mps2, others)
 
 
 def virtual_work(
@@ -80,11 +98,17 @@ def solve_history(
     step_bend_rad: float | None = None,
     alone_bend_rad: float | None = None,
     guide: Array | None = None,
+    pre_sliding_m: tuple[float, ...] = (),
 ) -> Solved:
     """Return the equilibria of every row, one after another, by the complete balance.
 
-    Arguments are those of `history.ways`, and `guide`: angles of a robot that is much alike under the same
-    number of rows, shape (r, n) [rad], along which the search goes.
+    Arguments are those of `history.ways`, and
+
+    Args:
+        guide: `Solved.made` of a robot that is much alike; the search begins where that went. One of
+            another number of steps says nothing.
+        pre_sliding_m: of rods that stick, by which friction goes by how they slide (`kernels.sliding`); the
+            first with which an equilibrium is found. None: friction keeps tensions.
 
     Raises:
         InputError: no posture balances a row.
@@ -93,17 +117,16 @@ def solve_history(
     r, n, t = len(way.steps), chain.joints, chain.pulled
     theta, length, value = np.empty((r, n)), np.empty((r, n)), np.empty((r, n))
     at_joint = np.empty((r, t, n))
-    way_of_other = np.empty((0, n))
-    if guide is not None:  # before the first row both rest
-        way_of_other = np.concatenate([guide[:1], guide])
+    made = np.empty((int(way.steps.sum()), 1 + t if pre_sliding_m else 1, n))
+    known = guide if guide is not None and guide.shape == made.shape else made[:0]
     reached = follow(
         *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
         *(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment, way.steps),
-        *(way_of_other, theta, length, at_joint, value),
+        *(np.array(pre_sliding_m), known, made, theta, length, at_joint, value),
     )
     if reached < r:
-        raise _no_equilibrium("complete", inputs, reached)
-    return Solved(theta[1:], at_joint[1:], length[1:], value[1:])
+        raise _no_equilibrium("complete_sliding" if pre_sliding_m else "complete", inputs, reached)
+    return Solved(theta[1:], at_joint[1:], length[1:], value[1:], made)
 
 
 def solve_loaded(
@@ -140,7 +163,7 @@ def solve_loaded(
             f"static model 'complete': no posture balances the tensions {tension[order[failed]].tolist()} N"
         )
     back = np.argsort(order, kind="stable")
-    return Solved(theta[back], at_joint[back], length[back], value[back])
+    return Solved(theta[back], at_joint[back], length[back], value[back], np.empty((0, 1, n)))
 
 
 def solve_history_by_virtual_work(
@@ -157,7 +180,7 @@ def solve_history_by_virtual_work(
         theta, kept = found.theta, found.tension.above
         rows.append((theta, found.tension.at_joint, found.link_length, found.unbalanced))
     thetas, at_joint, length, value = (np.array(column[1:]) for column in zip(*rows, strict=True))
-    return Solved(thetas, at_joint, length, value)
+    return Solved(thetas, at_joint, length, value, np.empty((0, 1, chain.joints)))
 
 
 def _follow(chain: RollingChain, way: Stretch, theta: Array, kept: Array) -> by_virtual_work.Balance:
@@ -189,8 +212,11 @@ def _run(
     require_tensions(inputs, model)
     chain = rolling_chain(robot)
     gravity = np.asarray(gravity_mps2, dtype=float)
-    solve = solve_history if model == "complete" else solve_history_by_virtual_work
-    solved = solve(chain, inputs, gravity, others)
+    if model == "virtual_work":
+        solved = solve_history_by_virtual_work(chain, inputs, gravity, others)
+    else:
+        gives = PRE_SLIDING_M if model == "complete_sliding" else ()
+        solved = solve_history(chain, inputs, gravity, others, pre_sliding_m=gives)
     found = postures(chain, inputs, gravity, solved.theta, solved.at_joint, solved.link_length)
     residual = np.abs(solved.unbalanced).max(axis=1)
     return StaticRun(model, inputs, gravity, tuple(found), residual)

@@ -21,7 +21,7 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds.rolling.checks import check
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.kinds.rolling.theory.complete import complete_sliding
 from catheter_sim.kinds.rolling.theory.history import stretches
 from catheter_sim.kinds.rolling.theory.kinematics import frames
 from catheter_sim.kinds.rolling.theory.march import March
@@ -78,11 +78,11 @@ def sense_shape(
     for name, value in {"tension_deviation_N": tension_deviation_N, **deviations}.items():
         if not 0.0 <= value < np.inf:
             raise InputError(f"{name}: a standard deviation of {value:g} is not possible")
-    run = complete(robot, inputs, gravity_mps2)
+    run = complete_sliding(robot, inputs, gravity_mps2)
     shares = {NOISE: _of_noise(robot, inputs, gravity_mps2, tension_deviation_N)}
     for key, deviation in deviations.items():
         up, down = (
-            _places(complete(_changed(robot, key, sign * deviation), inputs, gravity_mps2).postures)
+            _places(complete_sliding(_changed(robot, key, sign * deviation), inputs, gravity_mps2).postures)
             for sign in (1.0, -1.0)
         )
         shares[key] = _outer(0.5 * (up - down))

@@ -20,6 +20,7 @@ from catheter_sim.kinds.rolling.theory.kernels.columns import (
 )
 from catheter_sim.kinds.rolling.theory.kernels.links import roll_on
 from catheter_sim.kinds.rolling.theory.kernels.rods import pull_and_bend_rods
+from catheter_sim.kinds.rolling.theory.kernels.sliding import ABOVE, slide_and_bend_rods
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.vectors import cross3, dot3
@@ -29,10 +30,11 @@ from catheter_sim.mechanics.vectors import cross3, dot3
 def workspace(n: int, pulled: int) -> tuple[Array, ...]:
     """Return the arrays that `evaluate` works in, of n joints: made once for a whole history."""
     return (
-        np.empty((pulled, n, 3)), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+        np.empty((pulled, n, 3)), np.empty(n), np.empty(n), np.empty(n), np.empty((3, n)),
         np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)),
         np.empty((n, 3, 3)), np.empty((n + 1, 3)), np.empty((n + 1, 3)), np.empty((n, 3)), np.empty((n, 3)),
         np.empty((n, 3)), np.empty((n, 3)), np.empty((n + 1, 3, 3)), np.empty((3, 3)), np.empty((8, 3)),
+        np.empty((3, pulled, n)),
     )  # fmt: skip
 
 
@@ -43,8 +45,9 @@ def evaluate(
     stiffness: Array,
     pulled: int,
     mu: float,
+    pre_sliding_m: float,
     drive: Array,
-    kept: Array,
+    memory: Array,
     theta: Array,
     length: Array,
     load_link: np.ndarray,
@@ -52,7 +55,7 @@ def evaluate(
     load_force: Array,
     tip_moment: Array,
     at_joint: Array,
-    above: Array,
+    renewed: Array,
     value: Array,
     jacobian: Array,
     work: tuple[Array, ...],
@@ -60,18 +63,25 @@ def evaluate(
     """Fill tensions, the moment left at every joint and its derivative; renew the links' lengths.
 
     Link by link from the tip: all wrenches on a link, about the base's origin, give the reaction of its
-    joint; what that would have to carry about the joint's own axis is left over. Returned is whether joints
-    feel those above them, so that the derivative has entries above its diagonal: where a load acts.
+    joint; what that would have to carry about the joint's own axis is left over. `renewed` is what `memory`
+    becomes, see `sliding`. Returned is whether joints feel those above them, so that the derivative has
+    entries above its diagonal: where a load acts, or rods stick that others move.
     """
     n, loads = joint.shape[0], load_link.shape[0]
     wrench, elastic, sines, cosines, grows, along, axis, contact, up, origin, turned = work[:11]
-    pull, pull_moment, push, push_moment, moved, beyond, outer, R, small = work[11:]
+    pull, pull_moment, push, push_moment, moved, beyond, outer, R, small, rods = work[11:]
     face, chord, lower, product = small[0], small[1], small[2], small[3]
     point, react, react_moment = small[4], small[5], small[6]
-    pull_and_bend_rods(
-        joint, rod, stiffness, pulled, mu, drive, kept, theta, at_joint, above,
-        wrench, elastic, sines, cosines, grows, jacobian,
-    )  # fmt: skip
+    if pre_sliding_m > 0.0:
+        slide_and_bend_rods(
+            joint, rod, stiffness, pulled, mu, drive, memory, theta, at_joint, renewed,
+            wrench, elastic, sines, cosines, pre_sliding_m, rods, grows, jacobian,
+        )  # fmt: skip
+    else:
+        pull_and_bend_rods(
+            joint, rod, stiffness, pulled, mu, drive, memory[ABOVE], theta, at_joint, renewed[ABOVE],
+            wrench, elastic, sines, cosines, grows[0], jacobian,
+        )  # fmt: skip
     pull[:] = 0.0
     pull_moment[:] = 0.0
     face[:] = 0.0
@@ -170,6 +180,6 @@ def evaluate(
         inside = -dot3(up[k], beyond[k])
         for r in range(pulled):
             if not math.isnan(rod[r, k, OFFSET]):
-                inside += 0.5 * (at_joint[r, k] + above[r, k])
+                inside += 0.5 * (at_joint[r, k] + renewed[ABOVE, r, k])
         length[k] = joint[k, LENGTH] - inside * joint[k, COMPLIANCE]
-    return loaded
+    return loaded or pre_sliding_m > 0.0

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from catheter_sim.kinds.rolling.theory.kernels.balance import workspace
 from catheter_sim.kinds.rolling.theory.kernels.columns import LENGTH, REST
-from catheter_sim.kinds.rolling.theory.kernels.newton import find_equilibrium
+from catheter_sim.kinds.rolling.theory.kernels.newton import (
+    find_equilibrium,
+    find_equilibrium_by_sliding,
+)
+from catheter_sim.kinds.rolling.theory.kernels.sliding import SLIP, guess_shares
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.vectors import blend, copy
 
 _SHORTEST_STEP = 1e-4  # share of the way between two inputs
+_STEPS_FROM_REST = 8
 
 
 @compiled
@@ -24,7 +31,7 @@ def advance(
     drive_from: Array,
     drive_to: Array,
     theta: Array,
-    kept: Array,
+    memory: Array,
     length: Array,
     load_link: np.ndarray,
     load_point: Array,
@@ -32,49 +39,78 @@ def advance(
     force_to: Array,
     moment_from: Array,
     moment_to: Array,
+    pre_sliding_m: Array,
     steps: int,
-    trend: Array,
+    guide: Array,
+    made: Array,
     at_joint: Array,
     value: Array,
     work: tuple[Array, ...],
 ) -> float:
-    """Go from one row of inputs to the next in `steps` or more equal steps; return the share reached.
+    """Go from one row of inputs to the next in `steps` or more steps; return the share reached.
 
-    `theta`, `kept` and `length` are moved along; `at_joint` and `value` are filled. The search for each
-    equilibrium begins where its share of `trend`, the change of `theta` that is expected, leads to. A step
-    that finds none begins once more without, and then is halved. Less than 1 is returned where none is found
-    however short the step.
+    `theta`, `memory` and `length` are moved along; `at_joint` and `value` are filled. The search for each
+    equilibrium begins where its row of `guide` leads to, see `follow`. A step that finds none begins once
+    more without, and then is cut in halves. Less than 1 is returned where none is found however short it is.
     """
-    done, stride, foreseen = 0.0, 1.0 / steps, True
-    above, guess, lengths = np.empty_like(kept), np.empty_like(theta), np.empty_like(length)
+    renewed, guess, lengths = np.empty_like(memory), np.empty_like(theta), np.empty_like(length)
+    start, there = np.empty_like(theta), np.empty_like(drive_to)
     drive, force, moment = np.empty_like(drive_to), np.empty_like(force_to), np.empty_like(moment_to)
-    while done < 1.0:
-        part = min(done + stride, 1.0)
-        if 1.0 - part < 1e-9:
-            part = 1.0
+    done, stride, sliding = 0.0, 1.0 / steps, len(pre_sliding_m) > 0
+    for step in range(steps):
+        goal = (step + 1.0) / steps if step + 1 < steps else 1.0
+        foreseen = len(guide) > 0 and not math.isnan(guide[step, 0, 0])
+        whole, tries = True, 0
+        copy(theta, start)
+        while done < goal:
+            part = done + stride
+            if goal - part < 1e-9:
+                part = goal
+            for k in range(theta.shape[0]):
+                guess[k] = theta[k] + (guide[step, 0, k] if foreseen else 0.0)
+            copy(length, lengths)
+            blend(drive_from, drive_to, part, drive)
+            blend(drive_from, drive_to, done, there)
+            for p in range(force.shape[0]):
+                blend(force_from[p], force_to[p], part, force[p])
+            blend(moment_from, moment_to, part, moment)
+            if sliding:
+                if foreseen:
+                    renewed[SLIP] = guide[step, 1:]
+                elif tries > 0:
+                    renewed[SLIP] = memory[SLIP]
+                else:
+                    guess_shares(joint, rod, pulled, mu, there, drive, memory, theta, renewed)
+                found = find_equilibrium_by_sliding(
+                    joint, rod, stiffness, pulled, mu, pre_sliding_m[tries], drive, memory, guess, lengths,
+                    load_link, load_point, force, moment, at_joint, renewed, value, work,
+                )  # fmt: skip
+            else:
+                found = find_equilibrium(
+                    joint, rod, stiffness, pulled, mu, drive, memory, guess, lengths,
+                    load_link, load_point, force, moment, at_joint, renewed, value, work,
+                )  # fmt: skip
+            if found:
+                copy(guess, theta)
+                copy(lengths, length)
+                memory[:] = renewed
+                for r in range(pulled if sliding else 0):
+                    if drive[r] == 0.0:
+                        memory[SLIP, r] = 0.0  # without tension nothing rubs
+                done = part
+            elif sliding and not foreseen and tries < len(pre_sliding_m) - 1:
+                tries += 1
+                continue
+            elif not foreseen:
+                whole = False
+                stride *= 0.5
+                if stride < _SHORTEST_STEP:
+                    return done
+            foreseen, tries = False, 0
         for k in range(theta.shape[0]):
-            guess[k] = theta[k] + ((part - done) * trend[k] if foreseen else 0.0)
-        copy(length, lengths)
-        blend(drive_from, drive_to, part, drive)
-        for p in range(force.shape[0]):
-            blend(force_from[p], force_to[p], part, force[p])
-        blend(moment_from, moment_to, part, moment)
-        found = find_equilibrium(
-            joint, rod, stiffness, pulled, mu, drive, kept, guess, lengths,
-            load_link, load_point, force, moment, at_joint, above, value, work,
-        )  # fmt: skip
-        if not found and foreseen:
-            foreseen = False
-            continue
-        if not found:
-            stride *= 0.5
-            if stride < _SHORTEST_STEP:
-                return done
-            continue
-        copy(guess, theta)
-        copy(lengths, length)
-        kept[:] = above
-        done = part
+            made[step, 0, k] = theta[k] - start[k] if whole else math.nan
+        if sliding:
+            made[step, 1:] = memory[SLIP]
     return 1.0
 
 
@@ -91,7 +127,9 @@ def follow(
     load_force: Array,
     tip_moment: Array,
     steps: np.ndarray,
+    pre_sliding_m: Array,
     guide: Array,
+    made: Array,
     theta: Array,
     length: Array,
     at_joint: Array,
@@ -99,28 +137,31 @@ def follow(
 ) -> int:
     """Go from rest without load through rows of inputs; return how many were reached.
 
-    `guide`, shape (r, n), is the way of a robot that is much alike; (0, n): none is known.
+    Friction goes by how rods slide, by the first `pre_sliding_m` with which an equilibrium is found; of none,
+    by the tensions that it keeps.
+    `made` is filled for all s steps with what each did to the angles, NaN where it had to be cut, and where
+    rods slide with their shares after it: shape (s, 1, n) or (s, 1 + t, n). `guide` is `made` of a robot that
+    is much alike; of no steps: none is known.
     `drive`, shape (r, t), `load_force`, (r, p, 3), `tip_moment`, (r, 3), and `steps`, (r,), are those of the
     rows; `theta`, `length`, `value`, shape (r, n), and `at_joint`, (r, t, n), are filled.
     """
     rows, n = theta.shape
+    sliding = len(pre_sliding_m) > 0
     angle, lengths = joint[:, REST].copy(), joint[:, LENGTH].copy()
-    kept, before, work = np.zeros((pulled, n)), 0, workspace(n, pulled)
-    trend = np.zeros(n)
+    memory, before, work = np.zeros((3 if sliding else 1, pulled, n)), 0, workspace(n, pulled)
+    start = 0
     for row in range(rows):
-        if row > 0 and len(guide) > 0:
-            for k in range(n):
-                trend[k] = guide[row, k] - guide[row - 1, k]
+        end = start + steps[row]
         reached = advance(
-            joint, rod, stiffness, pulled, mu, drive[before], drive[row], angle, kept, lengths,
+            joint, rod, stiffness, pulled, mu, drive[before], drive[row], angle, memory, lengths,
             load_link, load_point, load_force[before], load_force[row], tip_moment[before], tip_moment[row],
-            steps[row], trend, at_joint[row], value[row], work,
+            pre_sliding_m, steps[row], guide[start:end], made[start:end], at_joint[row], value[row], work,
         )  # fmt: skip
         if reached < 1.0:
             return row
         copy(angle, theta[row])
         copy(lengths, length[row])
-        before = row
+        before, start = row, end
     return rows
 
 
@@ -147,25 +188,26 @@ def load_batch(
     filled. Each starts from the one before, and from rest in steps where that leads nowhere.
     """
     batch, n = theta.shape
-    nothing, kept, above = np.zeros((pulled, n)), np.zeros((pulled, n)), np.empty((pulled, n))
-    slack, still, work = np.zeros(pulled), np.zeros(n), workspace(n, pulled)
+    nothing, memory, renewed = np.zeros((1, pulled, n)), np.zeros((1, pulled, n)), np.empty((1, pulled, n))
+    slack, work = np.zeros(pulled), workspace(n, pulled)
+    nothing_slides, nothing_known, made = np.empty(0), np.empty((0, 1, n)), np.empty((_STEPS_FROM_REST, 1, n))
     for b in range(batch):
         for k in range(n):
             theta[b, k] = theta[b - 1, k] if b > 0 else joint[k, REST]
             length[b, k] = length[b - 1, k] if b > 0 else joint[k, LENGTH]
         found = find_equilibrium(
             joint, rod, stiffness, pulled, mu, drive[b], nothing, theta[b], length[b],
-            load_link, load_point, load_force, tip_moment, at_joint[b], above, value[b], work,
+            load_link, load_point, load_force, tip_moment, at_joint[b], renewed, value[b], work,
         )  # fmt: skip
         if not found:
             for k in range(n):
                 theta[b, k] = joint[k, REST]
                 length[b, k] = joint[k, LENGTH]
-            kept[:] = 0.0
+            memory[:] = 0.0
             reached = advance(
-                joint, rod, stiffness, pulled, mu, slack, drive[b], theta[b], kept, length[b],
-                load_link, load_point, load_force, load_force, tip_moment, tip_moment, 8,
-                still, at_joint[b], value[b], work,
+                joint, rod, stiffness, pulled, mu, slack, drive[b], theta[b], memory, length[b],
+                load_link, load_point, load_force, load_force, tip_moment, tip_moment,
+                nothing_slides, _STEPS_FROM_REST, nothing_known, made, at_joint[b], value[b], work,
             )  # fmt: skip
             if reached < 1.0:
                 return b
