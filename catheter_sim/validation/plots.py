@@ -116,11 +116,12 @@ def joint_angles(tensions: np.ndarray, printed: np.ndarray, complete: np.ndarray
 
 
 def histories(items: Sequence[Against], path: Path) -> None:
-    """Draw tip x over the rows of histories with friction, simulation over complete statics."""
+    """Draw tip x over the rows of histories with friction, simulation over statics."""
     figure = Figure(figsize=(4.6 * len(items), 3.4), layout="constrained")
     for axes, item in zip(figure.subplots(1, len(items), squeeze=False)[0], items, strict=True):
         for postures, style, label in (
-            (item.analytic, {"color": ORANGE}, "complete, each rod's own history"),
+            (item.by_tensions, {"color": GREY, "ls": "--"}, "each rod's own tensions"),
+            (item.analytic, {"color": ORANGE}, "complete"),
             (item.simulated, {"color": BLUE, "ls": "none", "marker": "o", "ms": 3}, "simulation"),
         ):
             axes.plot([posture.p_w[-1][0] * 1e3 for posture in postures], label=label, **style)

@@ -11,12 +11,13 @@ from catheter_sim.core.posture import Array, Posture
 
 @dataclass(frozen=True)
 class Against:
-    """One history with friction, answered by the simulation and the complete statics."""
+    """One history with friction, answered by the simulation, the complete statics, and a rule on tensions."""
 
     name: str
     rows_N: Array
     simulated: tuple[Posture, ...]
     analytic: tuple[Posture, ...]
+    by_tensions: tuple[Posture, ...]
 
 
 @dataclass(frozen=True)

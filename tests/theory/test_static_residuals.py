@@ -52,7 +52,8 @@ def test_residual_of_rolling_joints_is_the_largest_moment_left(
     clean = STATIC_MODELS[model].solve(section(), inputs, HANGING)
     assert clean.residual.max() < 1e-12
 
-    def short_of_it(*arguments: object) -> object:
+    def short_of_it(*arguments: object, pre_sliding_m: tuple[float, ...] = ()) -> object:
+        assert not pre_sliding_m
         solved = solve(*arguments)
         left = solved.unbalanced.copy()
         left[0, 3], left[1, 14] = 2e-4, -7e-4

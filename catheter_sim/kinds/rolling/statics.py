@@ -19,11 +19,13 @@ MODELS: tuple[StaticModel[RollingRobot], ...] = (
     ),
     StaticModel(
         "complete_sliding",
-        "as complete, with friction by how rods slide: also where loads or several ends move the robot",
+        "as complete, with friction always by how rods slide, also of one rod alone",
         complete_sliding,
     ),
     StaticModel(
-        "virtual_work", "as complete, by virtual work: the reference of its compiled form", virtual_work
+        "virtual_work",
+        "as complete, by virtual work, with friction always by the rods' tensions",
+        virtual_work,
     ),
     StaticModel(
         "pcc", "piecewise constant curvature, no friction, no weight (as compared in chest_tube_2025)", pcc

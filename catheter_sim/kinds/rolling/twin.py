@@ -12,18 +12,17 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.statics import Twin, TwinStates
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
+from catheter_sim.kinds.rolling.theory.chain import rolling_chain
 from catheter_sim.kinds.rolling.theory.complete import solve_history
-from catheter_sim.kinds.rolling.theory.history import faces
+from catheter_sim.kinds.rolling.theory.history import faces, several_rods_at_once
 
 # Of the rods of one end that move alone, without weight and loads: these make the same history in one step.
 _ALONE_STEP_RAD = 1.0
-# Where rods of several ends pull at once, or a load acts, friction goes by how rods slide: random histories
+# Where several rods pull at once, or a load acts, friction goes by how rods slide: random histories
 # of `chest_tube` then come within 0.5 mm of the simulation, rods that move one after another within 0.25 mm.
 # Keeping tensions errs by up to 190 mm there. A tenth of the pre-sliding halves that, in twice the time.
 _SLIDING_STEP_RAD = 0.08
 _PRE_SLIDING_M = (1e-7, 1e-6)
-_SLACK_SHARE = 1e-3  # of the largest tension: what an input that comes late leaves behind
 # Five times the static model's own. A load that moves the robot while a rod is held makes it depend on the
 # steps: random histories of the bench under their own weight move by at most 0.04 mm (`chest_tube`) and
 # 0.006 mm (section).
@@ -50,11 +49,11 @@ class RollingTwin:
         p_w, R_w = np.full((*shape, len(wanted), 3), np.nan), np.full((*shape, len(wanted), 3, 3), np.nan)
         angles = np.full((*shape, sum(segment.joints for segment in robots[0].segments)), np.nan)
         tension = np.full((*shape, arriving[0].tendon.shape[1]), np.nan)
-        first, tense_at_once = None, _pull_at_once(rolling_chain(robots[0]), arriving)
+        first, at_once = None, any(several_rods_at_once(inputs.tendon) for inputs in arriving)
         for index, (robot, inputs) in enumerate(zip(robots, arriving, strict=True)):
             chain = rolling_chain(robot)
             unloaded = not (gravity_mps2.any() or inputs.force_tip.any() or inputs.moment_tip.any())
-            sliding = tense_at_once or not unloaded
+            sliding = at_once or not unloaded
             alone_rad = None if sliding else _ALONE_STEP_RAD
             try:
                 solved = solve_history(
@@ -76,17 +75,6 @@ class RollingTwin:
                 places, turns = faces(chain, rows, gravity_mps2, angles[index], solved.link_length[shown])
                 p_w[index], R_w[index] = places[:, wanted], turns[:, wanted]
         return TwinStates(p_w, R_w, lambda: angles, tension)
-
-
-def _pull_at_once(chain: RollingChain, arriving: Sequence[Inputs]) -> bool:
-    """Return whether in any robot, and between any two rows, rods of two ends are tense at once."""
-    for inputs in arriving:
-        tense = inputs.tendon > _SLACK_SHARE * inputs.tendon.max(initial=0.0)
-        tense[1:] |= tense[:-1]
-        ends = [tense[:, chain.last[: chain.pulled] == end].any(axis=1) for end in np.unique(chain.last)]
-        if (np.sum(ends, axis=0) > 1).any():
-            return True
-    return False
 
 
 def twin(robot: RollingRobot, actuation: str) -> Twin[RollingRobot]:

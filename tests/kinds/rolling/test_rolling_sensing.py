@@ -10,7 +10,7 @@ from rolling_cases import HANGING, NO_GRAVITY, pulls
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.kinds.rolling.theory.complete import complete, complete_sliding
 from catheter_sim.kinds.rolling.theory.sensing import sense_shape
 
 pytestmark = pytest.mark.slow
@@ -58,7 +58,7 @@ def test_spread_of_a_parameter_is_that_of_drawn_parameters() -> None:
 
 
 def test_shares_add_up_and_none_is_none() -> None:
-    """The covariance is the sum of its causes, zero without deviations; the shape is that of `complete`."""
+    """The covariance is the sum of its causes, zero without deviations; the shape is `complete_sliding`'s."""
     robot = load_robot("chest_tube_section")
     inputs = pulls(TENSION_N)
     sensed = sense_shape(robot, inputs, HANGING, 0.1, {"clearance_mm": 0.02, "friction.mu": 0.01})
@@ -67,7 +67,8 @@ def test_shares_add_up_and_none_is_none() -> None:
     assert all(share[:, -1, 0, 0].max() > 0.0 for share in sensed.shares.values())
     certain = sense_shape(robot, inputs, HANGING, 0.0)
     assert not certain.covariance.any()
-    for one, other in zip(certain.run.postures, complete(robot, inputs, HANGING).postures, strict=True):
+    alike = complete_sliding(robot, inputs, HANGING).postures
+    for one, other in zip(certain.run.postures, alike, strict=True):
         np.testing.assert_array_equal(one.p_w, other.p_w)
 
 

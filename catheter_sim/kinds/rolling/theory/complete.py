@@ -7,6 +7,7 @@ even joints that the printed balance of chest_tube_2025 has (`printed`).
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory import virtual_work as by_virtual_work
 from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
-from catheter_sim.kinds.rolling.theory.history import Stretch, postures, stretches, ways
+from catheter_sim.kinds.rolling.theory.history import Stretch, postures, several_rods_at_once, stretches, ways
 from catheter_sim.kinds.rolling.theory.kernels.history import follow, load_batch
 from catheter_sim.kinds.rolling.theory.kernels.packed import pack
 from catheter_sim.kinds.rolling.theory.loads import loads
@@ -56,9 +57,10 @@ def complete(
 ) -> StaticRun:
     """Return the postures by the complete Newton-Euler balance, with the friction's history.
 
-    The history is that of each rod alone (`rods.tensions`), and right as long as rods of one end pull the
-    robot. Where rods of several ends do, or a load moves the robot while a rod is held, Coulomb's law asks
-    for something else, as much as 190 mm away at the tip of `chest_tube`: see `complete_sliding`.
+    As long as one rod at a time pulls and no load is given, its tensions alone tell how it rubs
+    (`rods.tensions`); weight makes that err by up to 0.35 mm at the tip of `chest_tube_section`. Where
+    several rods are tense at once, or a force or moment acts on the tip or on links, friction goes by how
+    rods slide, as in `complete_sliding`: tensions alone err there by up to 190 mm at the tip of `chest_tube`.
 
     Args:
         robot: a robot of rolling joints.
@@ -86,7 +88,10 @@ def complete_sliding(
 def virtual_work(
     robot: RollingRobot, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce] = ()
 ) -> StaticRun:
-    """Return the postures by virtual work; arguments, history and errors as in `complete`."""
+    """Return the postures by virtual work; arguments, errors and the choice of friction as in `complete`.
+
+    Where friction goes by how rods slide, how they do is read from `complete`: the balance alone is checked.
+    """
     return _run("virtual_work", robot, inputs, gravity_mps2, others)
 
 
@@ -125,7 +130,7 @@ def solve_history(
         *(np.array(pre_sliding_m), known, made, theta, length, at_joint, value),
     )
     if reached < r:
-        raise _no_equilibrium("complete_sliding" if pre_sliding_m else "complete", inputs, reached)
+        raise _no_equilibrium("complete", inputs, reached)
     return Solved(theta[1:], at_joint[1:], length[1:], value[1:], made)
 
 
@@ -183,6 +188,32 @@ def solve_history_by_virtual_work(
     return Solved(thetas, at_joint, length, value, np.empty((0, 1, chain.joints)))
 
 
+def balance_by_virtual_work(
+    chain: RollingChain, inputs: Inputs, gravity_mps2: Array, others: Sequence[LinkForce], solved: Solved
+) -> Solved:
+    """Return the equilibria by virtual work under the tensions that `solved` has along its rods, row by row.
+
+    Raises:
+        InputError: no posture balances a row.
+    """
+    rows, rod = [], np.arange(chain.pulled)
+    last = chain.last[: chain.pulled] - 1
+    for row, way in enumerate(itertools.islice(stretches(chain, inputs, gravity_mps2, others), 1, None)):
+        at_joint = solved.at_joint[row]
+        above = np.zeros_like(at_joint)
+        above[:, :-1] = at_joint[:, 1:]
+        above[rod, last] = at_joint[rod, last]  # a rod ends in its last link
+        try:
+            found = by_virtual_work.equilibrium(
+                chain, *way.at(1.0), solved.theta[row], above, solved.link_length[row]
+            )
+        except NoEquilibrium:
+            raise _no_equilibrium("virtual_work", inputs, row + 1) from None
+        rows.append((found.theta, found.tension.at_joint, found.link_length, found.unbalanced))
+    theta, tension, length, value = (np.array(column) for column in zip(*rows, strict=True))
+    return Solved(theta, tension, length, value, np.empty((0, 1, chain.joints)))
+
+
 def _follow(chain: RollingChain, way: Stretch, theta: Array, kept: Array) -> by_virtual_work.Balance:
     """Return the equilibrium at the end of `way`; steps are halved where none is found."""
     done, stride = 0.0, 1.0 / way.steps
@@ -212,11 +243,15 @@ def _run(
     require_tensions(inputs, model)
     chain = rolling_chain(robot)
     gravity = np.asarray(gravity_mps2, dtype=float)
-    if model == "virtual_work":
+    loaded = bool(inputs.force_tip.any() or inputs.moment_tip.any() or others)
+    sliding = model == "complete_sliding" or loaded or several_rods_at_once(inputs.tendon)
+    if model == "virtual_work" and not sliding:
         solved = solve_history_by_virtual_work(chain, inputs, gravity, others)
     else:
-        gives = PRE_SLIDING_M if model == "complete_sliding" else ()
+        gives = PRE_SLIDING_M if sliding else ()
         solved = solve_history(chain, inputs, gravity, others, pre_sliding_m=gives)
+        if model == "virtual_work":
+            solved = balance_by_virtual_work(chain, inputs, gravity, others, solved)
     found = postures(chain, inputs, gravity, solved.theta, solved.at_joint, solved.link_length)
     residual = np.abs(solved.unbalanced).max(axis=1)
     return StaticRun(model, inputs, gravity, tuple(found), residual)

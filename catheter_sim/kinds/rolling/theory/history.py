@@ -24,6 +24,7 @@ from catheter_sim.mechanics.step_counts import counts_where_alone
 # Halving it moves the tip of `chest_tube_section` by at most 2 um over its nominal tables.
 STEP_BEND_RAD = 0.04
 _MAX_STEPS = 2000  # between two rows
+_SLACK_SHARE = 1e-3  # of the largest tension: what an input that comes late leaves behind
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,13 @@ def ways(
         counts = counts_where_alone(change / stiffness, arm * alone / stiffness, step_rad, alone_bend_rad)
     steps = np.clip(counts, 1, _MAX_STEPS).astype(np.int64)
     return Ways(drive, force, moment, np.concatenate([[1], steps]), at_rest)
+
+
+def several_rods_at_once(tension: Array) -> bool:
+    """Return whether more than one rod is tense anywhere on the way through rows of tensions, (r, t) [N]."""
+    tense = tension > _SLACK_SHARE * tension.max(initial=0.0)
+    tense[1:] |= tense[:-1]
+    return bool((tense.sum(axis=1) > 1).any())
 
 
 def stretches(

@@ -94,7 +94,14 @@ def balance(
     )
 
 
-def equilibrium(chain: RollingChain, drive: Array, acting: Loads, start: Array, kept: Array) -> Balance:
+def equilibrium(
+    chain: RollingChain,
+    drive: Array,
+    acting: Loads,
+    start: Array,
+    kept: Array,
+    link_length: Array | None = None,
+) -> Balance:
     """Return the equilibria nearest to `start`; each configuration of the batch has its own.
 
     Args:
@@ -103,11 +110,12 @@ def equilibrium(chain: RollingChain, drive: Array, acting: Loads, start: Array, 
         acting: loads on the links, the same for all.
         start: bend angles to start from, shape (..., n) [rad].
         kept: tension above each joint before, shape (..., t, n) [N].
+        link_length: of the links as compressed at the start, shape (..., n) [m]; default: their own.
 
     Raises:
         NoEquilibrium: none was found for one configuration or more.
     """
-    length = np.broadcast_to(chain.link_length, np.shape(start))
+    length = np.broadcast_to(chain.link_length if link_length is None else link_length, np.shape(start))
     found: Balance | None = None
 
     def moments(theta: Array) -> tuple[Array, Array]:

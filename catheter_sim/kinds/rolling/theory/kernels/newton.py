@@ -127,10 +127,10 @@ def find_equilibrium_by_sliding(
             step[k] = -value[k] - along[2, k]
             worst = max(worst, abs(step[k]))
         if largest < ANGLE_TOLERANCE_RAD or largest * worst < 0.1 * ANGLE_TOLERANCE_RAD * before:
+            farthest = 0.0
             for k in range(n):
-                if abs(theta[k] - start[k]) > _FARTHEST_RAD:
-                    return False
-            return True
+                farthest = max(farthest, abs(theta[k] - start[k]))
+            return farthest <= _FARTHEST_RAD
         before = worst
         if not solve_vector(jacobian, step, 0.0):
             return False
