@@ -18,7 +18,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 
 _SOURCES = Path(__file__).resolve().parents[2]  # the folder in which the package lies
 _PACKAGE = "catheter_sim"
@@ -122,6 +122,20 @@ class _Implementation(CompileResultCacheImpl):
     _locator_classes: list[Any] = [_Locator]  # noqa: RUF012 - as Numba declares it
 
 
+class _CacheFile(IndexDataCacheFile):
+    def _load_index(self) -> dict[Any, str]:
+        """Return what is kept by argument types; nothing where the list cannot be read.
+
+        It can be cut short, and it can hold types of another version of the package, which called this
+        function, itself unchanged, with arguments that do not exist here.
+        """
+        try:
+            kept: dict[Any, str] = super()._load_index()
+        except Exception:  # whatever unpickling may raise: it is a list of files, to be made anew
+            return {}
+        return kept
+
+
 class KernelCache(FunctionCache):
     """What is kept of one compiled function.
 
@@ -130,3 +144,11 @@ class KernelCache(FunctionCache):
     """
 
     _impl_class = _Implementation
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._cache_file = _CacheFile(
+            cache_path=self._cache_path,
+            filename_base=self._impl.filename_base,
+            source_stamp=self._impl.locator.get_source_stamp(),
+        )

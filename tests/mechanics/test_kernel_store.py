@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import pickle
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -84,3 +85,16 @@ def test_only_the_last_states_are_kept(package: Path) -> None:
         result(package, float(factor))
     folders = list((package.parent / "store" / "catheter_sim").glob("*inner_of_test-*"))
     assert len(folders) <= 4
+
+
+@pytest.mark.parametrize("rest", [b"cno_such_module_here\ntype_of_arguments\n.", b"\x80\x05", b""])
+def test_a_list_that_cannot_be_read_is_made_anew(package: Path, rest: bytes) -> None:
+    """Types that this version does not have, or a file cut short: compiled again, and then kept again."""
+    assert result(package, 2.0) == (12.0, 0)
+    for index in (package.parent / "store").rglob("*.nbi"):
+        with index.open("rb") as file:
+            pickle.load(file)  # which Numba wrote it
+            version = index.read_bytes()[: file.tell()]
+        index.write_bytes(version + rest)
+    assert result(package, 2.0) == (12.0, 0)
+    assert result(package, 2.0) == (12.0, 1)
