@@ -68,7 +68,7 @@ class RollingTwin:
             except InputError:
                 continue
             if index == 0 and unloaded:  # under a load another's way may lead to another equilibrium
-                first = solved.made
+                first = solved
             angles[index], tension[index] = solved.theta[shown], inputs.tendon[shown]
             if wanted:
                 rows = slice_inputs(inputs, shown)

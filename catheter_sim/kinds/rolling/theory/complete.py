@@ -41,14 +41,15 @@ class Solved:
         at_joint: tension of the pulled rods in each joint's gap, shape (r, t, n) [N].
         link_length: as compressed, shape (r, n) [m].
         unbalanced: moment left at each joint, shape (r, n) [N m].
-        made: what each of all s steps along a history did, as `kernels.history.follow` leaves it; of no steps
-            without a history.
+        steps: how many lead to rest under the weight, then to each row, shape (r + 1,); without a history (0,).
+        made: what each of all s steps along a history did, as `kernels.history.follow` leaves it.
     """
 
     theta: Array
     at_joint: Array
     link_length: Array
     unbalanced: Array
+    steps: np.ndarray
     made: Array
 
 
@@ -102,7 +103,7 @@ def solve_history(
     others: Sequence[LinkForce] = (),
     step_bend_rad: float | None = None,
     alone_bend_rad: float | None = None,
-    guide: Array | None = None,
+    guide: Solved | None = None,
     pre_sliding_m: tuple[float, ...] = (),
 ) -> Solved:
     """Return the equilibria of every row, one after another, by the complete balance.
@@ -110,8 +111,8 @@ def solve_history(
     Arguments are those of `history.ways`, and
 
     Args:
-        guide: `Solved.made` of a robot that is much alike; the search begins where that went. One of
-            another number of steps says nothing.
+        guide: of a robot that is much alike, under as many rows; the search goes in its steps where those are
+            nearly as many as asked for, and begins where it went.
         pre_sliding_m: of rods that stick, by which friction goes by how they slide (`kernels.sliding`); the
             first with which an equilibrium is found. None: friction keeps tensions.
 
@@ -119,19 +120,27 @@ def solve_history(
         InputError: no posture balances a row.
     """
     robot, way = pack(chain), ways(chain, inputs, gravity_mps2, others, step_bend_rad, alone_bend_rad)
-    r, n, t = len(way.steps), chain.joints, chain.pulled
+    steps, alike = way.steps, guide is not None and _nearly_as_many(guide.steps, way.steps)
+    if guide is not None and alike:
+        steps = guide.steps
+    r, n, t = len(steps), chain.joints, chain.pulled
     theta, length, value = np.empty((r, n)), np.empty((r, n)), np.empty((r, n))
     at_joint = np.empty((r, t, n))
-    made = np.empty((int(way.steps.sum()), 1 + t if pre_sliding_m else 1, n))
-    known = guide if guide is not None and guide.shape == made.shape else made[:0]
+    made = np.empty((int(steps.sum()), 1 + t if pre_sliding_m else 1, n))
+    known = guide.made if guide is not None and alike and guide.made.shape == made.shape else made[:0]
     reached = follow(
         *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
-        *(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment, way.steps),
+        *(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment, steps),
         *(np.array(pre_sliding_m), known, made, theta, length, at_joint, value),
     )
     if reached < r:
         raise _no_equilibrium("complete", inputs, reached)
-    return Solved(theta[1:], at_joint[1:], length[1:], value[1:], made)
+    return Solved(theta[1:], at_joint[1:], length[1:], value[1:], steps, made)
+
+
+def _nearly_as_many(theirs: np.ndarray, asked: np.ndarray) -> bool:
+    """Return whether no row's steps are more than a tenth, and more than one, away from those asked for."""
+    return theirs.shape == asked.shape and bool((np.abs(theirs - asked) <= np.maximum(1, asked // 10)).all())
 
 
 def solve_loaded(
@@ -168,7 +177,9 @@ def solve_loaded(
             f"static model 'complete': no posture balances the tensions {tension[order[failed]].tolist()} N"
         )
     back = np.argsort(order, kind="stable")
-    return Solved(theta[back], at_joint[back], length[back], value[back], np.empty((0, 1, n)))
+    return Solved(
+        theta[back], at_joint[back], length[back], value[back], np.empty(0, np.int64), np.empty((0, 1, n))
+    )
 
 
 def solve_history_by_virtual_work(
@@ -185,7 +196,7 @@ def solve_history_by_virtual_work(
         theta, kept = found.theta, found.tension.above
         rows.append((theta, found.tension.at_joint, found.link_length, found.unbalanced))
     thetas, at_joint, length, value = (np.array(column[1:]) for column in zip(*rows, strict=True))
-    return Solved(thetas, at_joint, length, value, np.empty((0, 1, chain.joints)))
+    return Solved(thetas, at_joint, length, value, np.empty(0, np.int64), np.empty((0, 1, chain.joints)))
 
 
 def balance_by_virtual_work(
@@ -211,7 +222,7 @@ def balance_by_virtual_work(
             raise _no_equilibrium("virtual_work", inputs, row + 1) from None
         rows.append((found.theta, found.tension.at_joint, found.link_length, found.unbalanced))
     theta, tension, length, value = (np.array(column) for column in zip(*rows, strict=True))
-    return Solved(theta, tension, length, value, np.empty((0, 1, chain.joints)))
+    return Solved(theta, tension, length, value, np.empty(0, np.int64), np.empty((0, 1, chain.joints)))
 
 
 def _follow(chain: RollingChain, way: Stretch, theta: Array, kept: Array) -> by_virtual_work.Balance:
