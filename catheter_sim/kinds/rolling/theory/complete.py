@@ -41,7 +41,7 @@ class Solved:
         at_joint: tension of the pulled rods in each joint's gap, shape (r, t, n) [N].
         link_length: as compressed, shape (r, n) [m].
         unbalanced: moment left at each joint, shape (r, n) [N m].
-        steps: how many lead to rest under the weight, then to each row, shape (r + 1,); without a history (0,).
+        steps: how many lead to rest under the weight, then to each row, shape (r + 1,), or (0,).
         made: what each of all s steps along a history did, as `kernels.history.follow` leaves it.
     """
 
