@@ -10,7 +10,18 @@ from pathlib import Path
 
 from catheter_sim.tables import replaced_when_whole
 
-_COLUMNS = ("quantity", "unit", "ours", "analytic", "published", "error", "tolerance", "verdict", "source")
+_COLUMNS = (
+    "quantity", "unit", "ours", "analytic", "published", "error", "tolerance", "kind", "verdict", "source",
+)  # fmt: skip
+
+# What a figure of ours is worth beside the one that it is compared with. Only what is predicted is judged.
+PREDICTED = "predicted"  # by a model that knows nothing of the other figure
+FITTED = "fitted to it"  # numbers of the model were chosen so that it comes out
+READ_BACK = "read back"  # it went in, or follows from what went in, and comes out again
+ASSUMED = "assumed"  # it rests on a number that nobody prints, and another as good gives another figure
+REFUTED = "refuted"  # ours, or theirs, is shown to be wrong: the findings say which
+OUT_OF_REACH = "out of reach"  # what would make it comparable is not printed or not modelled: `source` says
+KINDS = (PREDICTED, FITTED, READ_BACK, ASSUMED, REFUTED, OUT_OF_REACH)
 
 
 @dataclass(frozen=True)
@@ -24,6 +35,10 @@ class Line:
         ours: the simulation's figure, None where the line compares whole histories.
         analytic: the static model's or reference solver's figure, None where there is none.
         published: the paper's figure, None where there is none.
+        kind: what our figure is worth, of `KINDS`.
+
+    Raises:
+        ValueError: an unknown kind, or a tolerance for a figure that is not predicted.
         error: what is judged, in `unit`; largest deviation where whole histories are compared.
         tolerance: the error allowed, None where the line only informs.
         source: where the compared figure comes from.
@@ -38,6 +53,14 @@ class Line:
     ours: float | None = None
     analytic: float | None = None
     published: float | None = None
+    kind: str = PREDICTED
+
+    def __post_init__(self) -> None:
+        """Check that only what is predicted is judged."""
+        if self.kind not in KINDS:
+            raise ValueError(f"{self.quantity}: kind {self.kind!r}; choices: {', '.join(KINDS)}")
+        if self.kind != PREDICTED and self.tolerance is not None:
+            raise ValueError(f"{self.quantity}: {self.kind}, so not to be judged")
 
     @property
     def passed(self) -> bool:

@@ -13,7 +13,7 @@ from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_se
 from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
 from catheter_sim.validation.coulomb import violations
 from catheter_sim.validation.drives import history, loop_area
-from catheter_sim.validation.lines import Line, Validation
+from catheter_sim.validation.lines import KINDS, PREDICTED, Line, Validation
 
 
 def line(error: float, tolerance: float | None = 1.0) -> Line:
@@ -35,6 +35,21 @@ def test_every_line_must_pass_and_there_must_be_one() -> None:
     assert not Validation((line(0.5), line(2.0)), ()).passed
     assert not Validation((line(2.0), line(0.5)), ()).passed
     assert not Validation((), ()).passed
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != PREDICTED])
+def test_only_what_is_predicted_is_judged(kind: str) -> None:
+    """A figure that was fitted, read back or assumed informs; a tolerance for it is refused."""
+    told = Line("robot", "tip", "mm", 0.1, None, "a test", kind=kind)
+    assert told.verdict == "for information"
+    assert kind in Validation((told, line(0.5)), ()).table_text()
+    with pytest.raises(ValueError, match=f"tip: {kind}, so not to be judged"):
+        Line("robot", "tip", "mm", 0.1, 1.0, "a test", kind=kind)
+
+
+def test_an_unknown_kind_names_the_choices() -> None:
+    with pytest.raises(ValueError, match="kind 'guessed'; choices: predicted, fitted to it, read back"):
+        Line("robot", "tip", "mm", 0.1, None, "a test", kind="guessed")
 
 
 @pytest.mark.parametrize("reverse", [False, True])

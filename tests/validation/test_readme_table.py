@@ -27,7 +27,8 @@ def shown(line: Line) -> list[str]:
         "-" if line.ours is None else f"{line.ours:.3g}",
         "-" if compared is None else f"{compared:.3g}",
         f"{line.error:.1g} {line.unit}",
-        f"{line.tolerance:.3g} {line.unit}",
+        "-" if line.tolerance is None else f"{line.tolerance:.3g} {line.unit}",
+        line.kind,
         line.source,
     ]
 
