@@ -22,9 +22,11 @@ from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.tdcr.displacement import driven, straight_lengths
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, DEGREES, PLANE, SPRING_FACTORS
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.newton import solve_rows
+from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.together import solve_eights
 from catheter_sim.kinds.continuum.theory.tdcr.postures import run_of
 from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, load, problem
 from catheter_sim.kinds.continuum.theory.tdcr.threads import share_out
+from catheter_sim.mechanics.eight import LANES
 
 # Turn of the robot by the straight one's moments that one load step may bring: with steps of 2.5 rad the
 # equilibria of the benchmark's cases (stiffness 0.1 to 1, 1 to 10 disks) are those of 25 steps.
@@ -108,13 +110,24 @@ def equilibria(
     force, moment = np.ascontiguousarray(loads.force_N), np.ascontiguousarray(loads.moment_N_m)
     first_share = np.minimum(1.0, _STEP_RAD / np.maximum(turn, 1e-9))
 
+    robot = (
+        model, may_move, rod.length_m, rod.bending_N_m2, rod.torsion_N_m2, hole, rod.last_disk, rod.mu,
+        projected,
+    )  # fmt: skip
+
     def solve(part: slice) -> None:
-        solve_rows(
-            model, may_move, rod.length_m, rod.bending_N_m2, rod.torsion_N_m2, hole, rod.last_disk, rod.mu,
-            projected, tension[part], force[part], moment[part], first_share[part], unknowns[part],
-            result.span_tension[part], result.wrench[part], result.p_w[part], result.R_w[part],
-            result.residual[part], result.reached[part], result.steps[part],
+        given = tension[part], force[part], moment[part]
+        found = (
+            unknowns[part], result.span_tension[part], result.wrench[part], result.p_w[part],
+            result.R_w[part], result.residual[part], result.reached[part],
         )  # fmt: skip
+        together = len(given[0]) // LANES * LANES
+        if together:
+            solve_eights(
+                *robot, *(array[:together] for array in given), first_share[part][:together],
+                *(array[:together] for array in found), result.steps[part][:together],
+            )  # fmt: skip
+        solve_rows(*robot, *given, first_share[part], *found, result.steps[part])
 
     share_out(solve, rows, threads)
     return result
