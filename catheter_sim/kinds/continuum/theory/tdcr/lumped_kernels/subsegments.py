@@ -25,10 +25,18 @@ def _arc_factors(t2: Any) -> tuple[Any, Any, Any, Any]:
 
     Each is a series in t^2 whose next term is below 1e-16 of the first up to `_SMALL_RAD2`.
     """
-    a = t2 * (1.0 / 42.0) * (1.0 - t2 * (1.0 / 72.0) * (1.0 - t2 * (1.0 / 110.0) * (1.0 - t2 * (1.0 / 156.0))))
+    a = (
+        t2
+        * (1.0 / 42.0)
+        * (1.0 - t2 * (1.0 / 72.0) * (1.0 - t2 * (1.0 / 110.0) * (1.0 - t2 * (1.0 / 156.0))))
+    )
     third = (1.0 - t2 * (1.0 / 20.0) * (1.0 - a)) * (1.0 / 6.0)
     sine = 1.0 - t2 * third
-    b = t2 * (1.0 / 56.0) * (1.0 - t2 * (1.0 / 90.0) * (1.0 - t2 * (1.0 / 132.0) * (1.0 - t2 * (1.0 / 182.0))))
+    b = (
+        t2
+        * (1.0 / 56.0)
+        * (1.0 - t2 * (1.0 / 90.0) * (1.0 - t2 * (1.0 / 132.0) * (1.0 - t2 * (1.0 / 182.0))))
+    )
     versine = 0.5 - t2 * (1.0 / 24.0) * (1.0 - t2 * (1.0 / 30.0) * (1.0 - b))
     d = t2 * (4.0 / 270.0) * (1.0 - t2 * (5.0 / 528.0) * (1.0 - t2 * (6.0 / 910.0)))
     dversine = -(1.0 - t2 * (2.0 / 30.0) * (1.0 - t2 * (3.0 / 112.0) * (1.0 - d))) * (1.0 / 24.0)
@@ -41,9 +49,7 @@ def _arc_factors(t2: Any) -> tuple[Any, Any, Any, Any]:
         sine = select_less(t2, _SMALL_RAD2, sine, far_sine)
         versine = select_less(t2, _SMALL_RAD2, versine, far_versine)
         third = select_less(t2, _SMALL_RAD2, third, (1.0 - far_sine) / square)
-        dversine = select_less(
-            t2, _SMALL_RAD2, dversine, (far_sine - 2.0 * far_versine) / (2.0 * square)
-        )
+        dversine = select_less(t2, _SMALL_RAD2, dversine, (far_sine - 2.0 * far_versine) / (2.0 * square))
     return sine, versine, third, dversine
 
 

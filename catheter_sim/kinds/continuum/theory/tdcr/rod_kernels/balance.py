@@ -25,7 +25,6 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
     COLUMNS,
     COMPLIANCE,
     INVERSE,
-    LANES,
     LOW,
     LOW_SLOPE,
     STEP,
@@ -40,6 +39,7 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.section import integra
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.tendon_forces import add_path_forces, add_span_pulls
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.mechanics.eight import LANES, eights
 from catheter_sim.mechanics.vectors import turned_back
 
 
@@ -71,6 +71,7 @@ def sections(
     tendons, n = span.shape
     along = path in (CONTINUOUS, LUMENS)
     columns = 6 if derive else 0
+    side_by_side = eights(w.reshape(-1, LANES))
     for first in range(0, n, LANES):
         steps = 1
         for i in range(LANES):
@@ -99,10 +100,10 @@ def sections(
                             both = 0.5 * (span[k, j] + span[k, j + 1])
                     w[(TENDONS + 3 * k + 1) * LANES + i] = span[k, j] - below
                     w[(TENDONS + 3 * k + 2) * LANES + i] = span[k, j] - both
-        integrate(w, hole, steps, along, columns)
-        set_body_wrenches(w, columns)
+        integrate(side_by_side, hole, steps, along, columns)
+        set_body_wrenches(side_by_side, columns)
         if not along:
-            add_span_pulls(w, hole, columns)
+            add_span_pulls(side_by_side, hole, columns)
         for i in range(min(LANES, n - first)):
             j = first + i
             for q in range(3):

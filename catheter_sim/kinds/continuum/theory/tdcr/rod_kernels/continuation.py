@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import CONTINUOUS, LENGTH, LUMENS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.friction import balanced
-from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import LANES, TENDONS
+from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import TENDONS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.newton import CONVERGED, TOO_FAR
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled, inlined
+from catheter_sim.mechanics.eight import LANES
 from catheter_sim.mechanics.vectors import copy_all, fill, turned, turned_back
 
 # What one correction may turn the sections by, summed: beyond it Newton's method may find another equilibrium
