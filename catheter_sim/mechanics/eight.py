@@ -1,4 +1,4 @@
-"""Eight numbers as one in compiled code: sums, products and roots that are the processor's vector instructions.
+"""Eight numbers as one in compiled code: each sum, product or root is one of the processor's vectors.
 
 A loop written for arrays of numbers works on eight problems side by side where its arrays hold `eight`s: an
 array of floats with a last axis of 8 becomes one by `eights`. The functions below are written for both, for
@@ -132,6 +132,17 @@ def eights(typingctx: Any, array: Any) -> Any:
     return out(array), codegen
 
 
+@register_jitable
+def floats_in_line(size: int) -> Any:
+    """Return `size` new floats that begin where one of the processor's lines of 64 bytes does.
+
+    Vectors that lie across two lines take twice as long to fetch. The floats' values are any.
+    """
+    flat = np.empty(size + LANES - 1)
+    first = (-(flat.ctypes.data // 8)) % LANES
+    return flat[first : first + size]
+
+
 def room(shape: Any, like: Any) -> Any:
     """Return a new array of a shape, a tuple, of what `like` holds, floats or eights; its numbers are any."""
     return np.empty(shape, like.dtype)
@@ -146,10 +157,7 @@ def _overload_room(shape: Any, like: Any) -> Any:
         size = LANES
         for length in shape:
             size *= length
-        flat = np.empty(size + LANES - 1)
-        # Vectors that lie across two of the processor's lines of 64 bytes take twice as long to fetch.
-        first = (-(flat.ctypes.data // 8)) % LANES
-        return eights(flat[first : first + size].reshape((*shape, LANES)))
+        return eights(floats_in_line(size).reshape((*shape, LANES)))
 
     return of_eight
 
@@ -241,12 +249,18 @@ def _overload_all_less(a: Any, b: Any) -> Any:
         return lambda a, b: a < b
 
     def of_eight(a: Any, b: Any) -> bool:
+        result = True
         for i in range(LANES):
-            if not lane(a, i) < b:
-                return False
-        return True
+            result = result and lane(a, i) < b
+        return result
 
     return of_eight
+
+
+@register_jitable
+def all_zero(a: Any) -> bool:
+    """Return whether all of `a` is zero."""
+    return all_less(abs(a), 5e-324)
 
 
 def plane_angle(y: Any, x: Any) -> Any:

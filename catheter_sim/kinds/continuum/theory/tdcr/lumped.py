@@ -24,7 +24,7 @@ from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, 
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.newton import solve_rows
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.together import solve_eights
 from catheter_sim.kinds.continuum.theory.tdcr.postures import run_of
-from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, load, problem
+from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, linear_bends, load, problem
 from catheter_sim.kinds.continuum.theory.tdcr.threads import share_out
 from catheter_sim.mechanics.eight import LANES
 
@@ -139,23 +139,6 @@ def free(rod: Problem, model: int) -> NDArray[np.bool_]:
     result[:, -1] = np.isfinite(rod.torsion_N_m2)
     result[:, 1 if model == ARC else PLANE] = ~rod.planar
     return result
-
-
-def linear_bends(rod: Problem, loads: Load) -> Array:
-    """Return the bends toward +x and +y that the straight robot's moments give, shape (r, n, 2) [rad]."""
-    runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]  # (t, n)
-    by_tendon = loads.tension_N @ (rod.hole_m[:, :, None] * runs[:, None]).transpose(1, 0, 2)  # (2, r, n)
-
-    def beyond(value: Array) -> Array:
-        return np.cumsum(value[:, ::-1], axis=1)[:, ::-1]
-
-    force = loads.force_N[:, :, :2]
-    moment = beyond(force * rod.disk_z_m[1:, None]) - beyond(force) * rod.disk_z_m[:-1, None]
-    moment += np.moveaxis(by_tendon, 0, 2)
-    twist = beyond(loads.moment_N_m)
-    moment[:, :, 0] += twist[:, :, 1]
-    moment[:, :, 1] -= twist[:, :, 0]
-    return moment * (rod.length_m / rod.bending_N_m2)[:, None]
 
 
 def links_like_arcs(bend: Array) -> Array:

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
     BODY,
     COLUMNS,
@@ -26,7 +24,9 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.strain import path_direction, strain_of
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
-from catheter_sim.mechanics.linear import solve_columns
+from catheter_sim.mechanics.eight import all_zero, room
+from catheter_sim.mechanics.linear_eights import solve_columns_of_any
+from catheter_sim.mechanics.vectors import dot3, fill
 
 
 @compiled
@@ -135,16 +135,17 @@ def add_path_forces(
         result: shape (6,).
         slope: result, by the wrench, shape (6, 6).
     """
-    strain, stiffness = np.zeros(6), np.empty((6, 6))
+    strain, stiffness = room((6,), wrench), room((6, 6), wrench)
+    fill(strain, 0.0)
     strain_of(rod, hole, tension, wrench, strain, stiffness)
-    by_strain = np.zeros((6, 6))  # transposed
-    tangent = np.empty(3)
+    by_strain, tangent = room((6, 6), wrench), room((3,), wrench)  # the first one transposed
+    fill(by_strain, 0.0)
     for k in range(len(hole)):
-        if pull[k] == 0.0:
+        if all_zero(pull[k]):
             continue
         x, y = hole[k, 0], hole[k, 1]
         path_direction(strain, hole[k], tangent)
-        length = math.sqrt(tangent[0] ** 2 + tangent[1] ** 2 + tangent[2] ** 2)
+        length = math.sqrt(dot3(tangent, tangent))
         t0, t1, t2 = tangent[0] / length, tangent[1] / length, tangent[2] / length
         result[0] += pull[k] * y * t2
         result[1] -= pull[k] * x * t2
@@ -178,7 +179,7 @@ def add_path_forces(
             by_strain[i, 5] += pull[k] * d2
     if not derive:
         return
-    solve_columns(stiffness, by_strain)  # symmetric
+    solve_columns_of_any(stiffness, by_strain)  # symmetric
     for i in range(6):
         for c in range(6):
             slope[i, c] = by_strain[c, i]
