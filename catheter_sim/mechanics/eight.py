@@ -84,7 +84,8 @@ def _add_operator(symbol: Callable[..., Any], instruction: str) -> None:
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         pair = (_vector(context, builder, kind, value) for kind, value in zip(sig.args, args, strict=True))
-        return getattr(builder, instruction)(*pair)
+        # A product and a sum after it may become one instruction, which rounds once in the place of twice.
+        return getattr(builder, instruction)(*pair, flags=("contract",))
 
     for kinds in ((eight, eight), *((eight, one) for one in _SINGLE), *((one, eight) for one in _SINGLE)):
         lower_builtin(symbol, *kinds)(lowered)

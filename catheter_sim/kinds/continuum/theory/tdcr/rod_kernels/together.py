@@ -32,7 +32,7 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.newton import (
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.sections import sections_of_eights
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.strain import start_laws
 from catheter_sim.mechanics.arrays import Array
-from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.mechanics.compiled import compiled, inlined
 from catheter_sim.mechanics.eight import (
     LANES,
     all_less,
@@ -44,6 +44,15 @@ from catheter_sim.mechanics.eight import (
     select_less,
 )
 from catheter_sim.mechanics.vectors import fill
+
+
+@inlined
+def _floats(shape: tuple[int, ...]) -> Array:
+    """Return new floats, shape (..., LANES), whose eights are in line."""
+    size = LANES
+    for length in shape:
+        size *= length
+    return floats_in_line(size).reshape((*shape, LANES))
 
 
 @compiled
@@ -67,9 +76,9 @@ def follow_together(
         reached: result, 1 where a row is balanced; the other rows are left as they were.
     """
     tendons, n = len(hole), len(rough)
-    wrenches, spans = np.empty((n, 6, LANES)), np.empty((tendons, n, LANES))
-    shifts, turns, lefts = np.empty((n, 3, LANES)), np.empty((n + 1, 3, 3, LANES)), np.empty((n, 6, LANES))
-    loads, pulls = np.empty((n, 6, LANES)), np.empty((tendons, LANES))
+    wrenches, spans = _floats((n, 6)), _floats((tendons, n))
+    shifts, turns, lefts = _floats((n, 3)), _floats((n + 1, 3, 3)), _floats((n, 6))
+    loads, pulls = _floats((n, 6)), _floats((tendons,))
     x, s, p, R = eights(wrenches), eights(spans), eights(shifts), eights(turns)
     r, f, t = eights(lefts), eights(loads), eights(pulls)
     w = floats_in_line((TENDONS + 3 * tendons) * LANES)
