@@ -144,6 +144,23 @@ def floats_in_line(size: int) -> Any:
     return flat[first : first + size]
 
 
+@register_jitable
+def floats_of_eights(shape: Any) -> Any:
+    """Return new floats, shape (..., 8), for `eights`; their values are any."""
+    size = LANES
+    for length in shape:
+        size *= length
+    return floats_in_line(size).reshape((*shape, LANES))
+
+
+@register_jitable
+def take_lane(source: Any, i: int, row: Any) -> None:
+    """Write what lane i of floats, shape (..., 8), holds into `row`, shape (...)."""
+    flat, to = source.reshape(-1, LANES), row.reshape(-1)
+    for k in range(len(flat)):
+        to[k] = flat[k, i]
+
+
 def room(shape: Any, like: Any) -> Any:
     """Return a new array of a shape, a tuple, of what `like` holds, floats or eights; its numbers are any."""
     return np.empty(shape, like.dtype)
@@ -155,10 +172,7 @@ def _overload_room(shape: Any, like: Any) -> Any:
         return lambda shape, like: np.empty(shape)
 
     def of_eight(shape: Any, like: Any) -> Any:
-        size = LANES
-        for length in shape:
-            size *= length
-        return eights(floats_in_line(size).reshape((*shape, LANES)))
+        return eights(floats_of_eights(shape))
 
     return of_eight
 

@@ -126,10 +126,10 @@ def solve_rows(
         steps: load steps that were taken, shape (r,).
     """
     rows, n, d = x.shape
-    r, B, C = np.empty((n, d)), np.empty((n, d, 3)), np.empty((n, d, 3))
-    D, parts = np.empty((n, d, d)), np.empty((4, n, d, 3))
-    loads, swing = np.empty((n + 2, 3)), np.empty((n + 2, 3, 3))
-    step, good = np.empty((n, d)), np.empty((n, d))
+    r, B, C = room((n, d), x), room((n, d, 3), x), room((n, d, 3), x)
+    D, parts = room((n, d, d), x), room((4, n, d, 3), x)
+    loads, swing = room((n + 2, 3), x), room((n + 2, 3, 3), x)
+    step, good = room((n, d), x), room((n, d), x)
     for row in range(rows):
         if reached[row] == 1.0:
             continue

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.balance import evaluate
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.newton import (
     LONGEST_STEP_RAD,
@@ -19,7 +17,17 @@ from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.newton import (
 )
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
-from catheter_sim.mechanics.eight import LANES, all_less, eights, lane, larger, room, select_less
+from catheter_sim.mechanics.eight import (
+    LANES,
+    all_less,
+    eights,
+    floats_of_eights,
+    lane,
+    larger,
+    room,
+    select_less,
+    take_lane,
+)
 from catheter_sim.mechanics.vectors import fill
 
 _MOST_ROUNDS = 12  # beyond it a row is better off by itself
@@ -32,14 +40,6 @@ def _spread(rows: Array, start: int, out: Array) -> None:
     for i in range(LANES):
         for k in range(len(to)):
             to[k, i] = flat[start + i, k]
-
-
-@compiled
-def _gather(source: Array, i: int, row: Array) -> None:
-    """Write lane i of what stands side by side, (..., LANES), into a row, (...)."""
-    flat, to = source.reshape(-1, LANES), row.reshape(-1)
-    for k in range(len(flat)):
-        to[k] = flat[k, i]
 
 
 @compiled
@@ -73,9 +73,15 @@ def solve_eights(
     """
     rows, n, d = x.shape
     count = len(hole)
-    pulls, forces, moments = np.empty((count, LANES)), np.empty((n, 3, LANES)), np.empty((n, 3, LANES))
-    guess, spans, wrenches = np.empty((n, d, LANES)), np.empty((count, n, LANES)), np.empty((n, 6, LANES))
-    places, turns, left = np.empty((n + 1, 3, LANES)), np.empty((n + 1, 3, 3, LANES)), np.empty((n, d, LANES))
+    pulls, forces, moments = (
+        floats_of_eights((count,)), floats_of_eights((n, 3)), floats_of_eights((n, 3)),
+    )  # fmt: skip
+    guess, spans, wrenches = (
+        floats_of_eights((n, d)), floats_of_eights((count, n)), floats_of_eights((n, 6)),
+    )  # fmt: skip
+    places, turns, left = (
+        floats_of_eights((n + 1, 3)), floats_of_eights((n + 1, 3, 3)), floats_of_eights((n, d)),
+    )  # fmt: skip
     now, r = eights(guess), eights(left)
     B, C = room((n, d, 3), now), room((n, d, 3), now)
     D, parts = room((n, d, d), now), room((4, n, d, 3), now)
@@ -116,11 +122,11 @@ def solve_eights(
                 continue
             reached[row] = 1.0
             steps[row] = 1
-            _gather(guess, i, x[row])
-            _gather(spans, i, span[row])
-            _gather(wrenches, i, wrench[row])
-            _gather(places, i, p[row])
-            _gather(turns, i, R[row])
+            take_lane(guess, i, x[row])
+            take_lane(spans, i, span[row])
+            take_lane(wrenches, i, wrench[row])
+            take_lane(places, i, p[row])
+            take_lane(turns, i, R[row])
             residual[row] = 0.0
             for k in range(n):
                 for e in range(d):

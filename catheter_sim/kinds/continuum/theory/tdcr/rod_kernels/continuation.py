@@ -105,13 +105,13 @@ def _advance(
         The share of the way that was reached (1.0: all), and the number of Newton's corrections.
     """
     tendons, n = span.shape
-    tension, applied = np.empty(tendons), np.empty((n, 6))
+    tension, applied = room((tendons,), wrench), room((n, 6), wrench)
     for k in range(tendons):
         tension[k] = tension1[k] - tension0[k]
     for j in range(n):
         for i in range(6):
             applied[j, i] = applied1[j, i] - applied0[j, i]
-    slope, old_wrench, old_angle = np.empty((n, 6)), np.empty((n, 6)), np.empty((tendons, n))
+    slope, old_wrench, old_angle = room((n, 6), wrench), room((n, 6), wrench), room((tendons, n), wrench)
     unbent_wrenches(path, hole, last, mu, angle, tension, applied, turn, shift, R_w, slope)
     if one_step:
         turned = 0.0
@@ -198,10 +198,16 @@ def follow(
     """
     rows, tendons = tension.shape
     n = len(rod)
-    turn, angle, angle_before = np.empty((n, 3, 3)), np.zeros((tendons, n)), np.zeros((tendons, n))
+    turn, angle, angle_before = (
+        room((n, 3, 3), wrench),
+        room((tendons, n), wrench),
+        room((tendons, n), wrench),
+    )
+    fill(angle, 0.0)
+    fill(angle_before, 0.0)
     w = floats_in_line((TENDONS + 3 * tendons) * LANES)
     fill(w, 0.0)
-    pulls, loads = np.zeros((3, tendons)), np.zeros((3, n, 6))
+    pulls, loads = room((3, tendons), wrench), room((3, n, 6), wrench)
     for row in range(rows):
         if reached[row] == 1.0:
             fill(angle_before, 0.0)

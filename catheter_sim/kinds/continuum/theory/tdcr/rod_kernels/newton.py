@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.balance import left_over
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import CONTINUOUS, LUMENS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.sections import sections
@@ -166,11 +164,11 @@ def newton(
         How it ended, the number of corrections, and what the first one turned the sections by [rad].
     """
     n = span.shape[1]
-    turn_slope = np.empty((n, 3, 6))
-    here, above, load = np.empty((n, 6, 6)), np.empty((n, 6, 6)), np.empty((n, 6, 3))
-    by_tip, last = np.empty((n, 6, 3)), np.empty((3, 3))
-    step, end, low = np.empty((n, 6)), np.empty((n, 6)), np.empty((n, 6))
-    strain, inverse = np.empty((n, 6)), np.empty((n, 6, 6))
+    turn_slope = room((n, 3, 6), wrench)
+    here, above, load = room((n, 6, 6), wrench), room((n, 6, 6), wrench), room((n, 6, 3), wrench)
+    by_tip, last = room((n, 6, 3), wrench), room((3, 3), wrench)
+    step, end, low = room((n, 6), wrench), room((n, 6), wrench), room((n, 6), wrench)
+    strain, inverse = room((n, 6), wrench), room((n, 6, 6), wrench)
     if path in (CONTINUOUS, LUMENS):
         start_laws(rough, hole, span, wrench, strain, inverse)
     largest = math.inf

@@ -122,7 +122,7 @@ def sections_of_eights(
     strain: Array,
     inverse: Array,
     derive: bool,
-    w: Array,
+    v: Array,
     turn: Array,
     shift: Array,
     turn_slope: Array,
@@ -131,11 +131,10 @@ def sections_of_eights(
     low: Array,
     low_slope: Array,
 ) -> None:
-    """Do as `sections` for eight robots side by side, section after section."""
+    """Do as `sections` for eight robots side by side, section after section; `v`: the workspace of eights."""
     tendons, n = span.shape
     along = path in (CONTINUOUS, LUMENS)
     columns = 6 if derive else 0
-    v = eights(w.reshape(-1, LANES))
     for j in range(n):
         steps = int(rod[j, STEPS])
         v[STEP] = rod[j, LENGTH] / steps

@@ -32,35 +32,19 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.newton import (
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.sections import sections_of_eights
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.strain import start_laws
 from catheter_sim.mechanics.arrays import Array
-from catheter_sim.mechanics.compiled import compiled, inlined
+from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.eight import (
     LANES,
     all_less,
     eights,
-    floats_in_line,
+    floats_of_eights,
     lane,
     larger,
     room,
     select_less,
+    take_lane,
 )
 from catheter_sim.mechanics.vectors import fill
-
-
-@inlined
-def _floats(shape: tuple[int, ...]) -> Array:
-    """Return new floats, shape (..., LANES), whose eights are in line."""
-    size = LANES
-    for length in shape:
-        size *= length
-    return floats_in_line(size).reshape((*shape, LANES))
-
-
-@compiled
-def _gather(source: Array, i: int, row: Array) -> None:
-    """Write lane i of what stands side by side, (..., LANES), into a row, (...)."""
-    flat, to = source.reshape(-1, LANES), row.reshape(-1)
-    for k in range(len(flat)):
-        to[k] = flat[k, i]
 
 
 @compiled
@@ -76,18 +60,17 @@ def follow_together(
         reached: result, 1 where a row is balanced; the other rows are left as they were.
     """
     tendons, n = len(hole), len(rough)
-    wrenches, spans = _floats((n, 6)), _floats((tendons, n))
-    shifts, turns, lefts = _floats((n, 3)), _floats((n + 1, 3, 3)), _floats((n, 6))
-    loads, pulls = _floats((n, 6)), _floats((tendons,))
+    wrenches, spans = floats_of_eights((n, 6)), floats_of_eights((tendons, n))
+    shifts, turns, lefts = floats_of_eights((n, 3)), floats_of_eights((n + 1, 3, 3)), floats_of_eights((n, 6))
+    loads, pulls = floats_of_eights((n, 6)), floats_of_eights((tendons,))
     x, s, p, R = eights(wrenches), eights(spans), eights(shifts), eights(turns)
     r, f, t = eights(lefts), eights(loads), eights(pulls)
-    w = floats_in_line((TENDONS + 3 * tendons) * LANES)
-    fill(w, 0.0)
     turn, angle, turn_slope = room((n, 3, 3), x), room((tendons, n), x), room((n, 3, 6), x)
     here, above, load = room((n, 6, 6), x), room((n, 6, 6), x), room((n, 6, 3), x)
     by_tip, last_turn, step = room((n, 6, 3), x), room((3, 3), x), room((n, 6), x)
     end, low, strain, inverse = room((n, 6), x), room((n, 6), x), room((n, 6), x), room((n, 6, 6), x)
-    turned = room((3,), x)
+    turned, v = room((3,), x), room((TENDONS + 3 * tendons,), x)
+    fill(v, 0.0)
     for first in range(0, len(chosen), LANES):
         for i in range(LANES):
             row = chosen[first + i]
@@ -113,7 +96,7 @@ def follow_together(
         while True:
             rod = fine if finishing and not derive else slopes
             sections_of_eights(
-                path, rod, hole, s, x, strain, inverse, derive, w, turn, p, turn_slope, end, here, low, above,
+                path, rod, hole, s, x, strain, inverse, derive, v, turn, p, turn_slope, end, here, low, above,
             )  # fmt: skip
             left_over(path, rod, hole, s, f, x, derive, turn, R, r, here, above, load, end, low)
             # Only rows that have not failed are waited for.
@@ -154,8 +137,8 @@ def follow_together(
             if lane(failed, i) > 0.0 or not lane(largest, i) < AT_THE_END_RAD:
                 continue
             reached[row], corrections[row] = 1.0, rounds
-            _gather(wrenches, i, wrench[row])
-            _gather(spans, i, span[row])
-            _gather(shifts, i, shift[row])
-            _gather(turns, i, R_w[row])
-            _gather(lefts, i, residual[row])
+            take_lane(wrenches, i, wrench[row])
+            take_lane(spans, i, span[row])
+            take_lane(shifts, i, shift[row])
+            take_lane(turns, i, R_w[row])
+            take_lane(lefts, i, residual[row])
