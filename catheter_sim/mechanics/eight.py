@@ -112,7 +112,12 @@ def _negative(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return builder.fneg(args[0])
 
 
-@intrinsic
+def _built_in(function: Callable[..., Any]) -> Any:
+    """Return a function of the compiler; callers leave its first argument out."""
+    return intrinsic(function)
+
+
+@_built_in
 def eights(typingctx: Any, array: Any) -> Any:
     """Return an array of floats, shape (..., 8), as one of eights, shape (...); they share their numbers."""
     out = types.Array(eight, array.ndim - 1, "C", aligned=False)
@@ -180,7 +185,7 @@ def _overload_room(shape: Any, like: Any) -> Any:
 def _of_one(name: str) -> Any:
     """Return a function of eights that LLVM knows by a name."""
 
-    @intrinsic
+    @_built_in
     def function(typingctx: Any, a: Any) -> Any:
         def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             kind = ir.FunctionType(_VECTOR, [_VECTOR])
@@ -206,7 +211,7 @@ def _overload_abs(x: Any) -> Any:
     return (lambda x: _abs(x)) if x == eight else None
 
 
-@intrinsic
+@_built_in
 def _select_less(typingctx: Any, a: Any, b: Any, x: Any, y: Any) -> Any:
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         a, b, x, y = (
@@ -217,7 +222,7 @@ def _select_less(typingctx: Any, a: Any, b: Any, x: Any, y: Any) -> Any:
     return eight(a, b, x, y), codegen
 
 
-@intrinsic
+@_built_in
 def lane(typingctx: Any, a: Any, index: Any) -> Any:
     """Return one of eight numbers."""
 
@@ -227,7 +232,7 @@ def lane(typingctx: Any, a: Any, index: Any) -> Any:
     return types.float64(eight, types.intp), codegen
 
 
-@intrinsic
+@_built_in
 def _with_lane(typingctx: Any, a: Any, index: Any, value: Any) -> Any:
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.insert_element(args[0], args[2], builder.trunc(args[1], _INT))

@@ -106,7 +106,7 @@ def equilibria(
     applied = np.concatenate([loads.moment_N_m, loads.force_N], axis=2)
 
     robot = PATHS[path], rough, fine, hole, rod.last_disk
-    far = _far_from_before(rod, loads) & (rod.mu == 0.0) & (longest_step >= 1.0)
+    far = far_from_before(rod, loads) & (rod.mu == 0.0) & (longest_step >= 1.0)
 
     def solve(part: slice) -> None:
         given = tension[part], applied[part]
@@ -126,7 +126,7 @@ def equilibria(
     return result
 
 
-def _far_from_before(rod: Problem, loads: Load) -> NDArray[np.bool_]:
+def far_from_before(rod: Problem, loads: Load) -> NDArray[np.bool_]:
     """Return which rows do not start from the row before, by the turn of the straight robot, shape (r,)."""
     change = np.diff(linear_bends(rod, loads), axis=0)
     turn = np.hypot(change[:, :, 0], change[:, :, 1]).sum(axis=1)
