@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 EVERY_S = 10.0  # between two lines about work that is counted
+_NAMED = 6  # files of kernels in the line that says what was compiled
 
 
 def note(text: str) -> None:
@@ -117,6 +118,7 @@ class _Compilations:
 
     kernels: int = 0
     seconds: float = 0.0
+    of: list[str] = field(default_factory=list)  # the files that they stand in
     _said: bool = False
     _began: list[float] = field(default_factory=list)
 
@@ -126,11 +128,13 @@ class _Compilations:
             self._said = True
         self._began.append(time.monotonic())
 
-    def end(self, counts: bool) -> None:
+    def end(self, counts: bool, of: str) -> None:
         if not self._began:  # it began before anybody wanted to know
             return
         began = self._began.pop()
         self.kernels += counts
+        if counts and of and of not in self.of:
+            self.of.append(of)
         if not self._began:
             self.seconds += time.monotonic() - began
 
@@ -140,7 +144,7 @@ _WANTED: list[_Compilations] = []  # by whom compilations are to be told; `compi
 
 @contextmanager
 def compilations_told() -> Iterator[None]:
-    """Say when a kernel is compiled for the first time, and at the end how many were and how long it took.
+    """Say when a kernel is compiled for the first time, and at the end which ones were and how long it took.
 
     Nothing is said where all kernels are kept on disk. What ends in an error ends with the error's line.
     """
@@ -152,7 +156,10 @@ def compilations_told() -> Iterator[None]:
         _WANTED.remove(told)
     if told.kernels:
         plural = "s" if told.kernels > 1 else ""
-        note(f"catheter-sim: compiled {told.kernels} kernel{plural} in {told.seconds:.1f} s")
+        more = len(told.of) - _NAMED
+        names = ", ".join(told.of[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+        what = f" ({names})" if names else ""
+        note(f"catheter-sim: compiled {told.kernels} kernel{plural} in {told.seconds:.1f} s{what}")
 
 
 def compilation_begins() -> None:
@@ -161,7 +168,7 @@ def compilation_begins() -> None:
         told.begin()
 
 
-def compilation_ends(counts: bool) -> None:
-    """Tell them that it is done; `counts`: it was one of this package's kernels."""
+def compilation_ends(counts: bool, of: str = "") -> None:
+    """Tell them that it is done; `counts`: it was one of this package's kernels; `of`: the file it is in."""
     for told in _WANTED:
-        told.end(counts)
+        told.end(counts, of)

@@ -17,6 +17,7 @@ import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.mechanics.eight import LANES
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.predict import twin_for
 from catheter_sim.theory.run import STATIC_MODELS
@@ -40,6 +41,14 @@ IN_TISSUE = "NeuroendoscopeTumour"
 STRAIGHT_ON = (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)  # slack tendons, the base pushed on
 TISSUE_STEPS = 40  # at most; before these the robot touches
 GRAVITY = np.zeros(3)
+
+
+def far_apart(robot: RobotSpec) -> Inputs:
+    """Return so many rows, far from one another, that static models solve them eight at once."""
+    tendon = np.zeros((2 * LANES, len(robot.tendons)))
+    tendon[1::2, 0] = 5.0
+    rows = len(tendon)
+    return Inputs(np.arange(float(rows)), "tension", tendon, np.zeros((rows, 3)), np.zeros((rows, 3)))
 
 
 def short(robot: RobotSpec, actuation: str | None = None) -> Inputs:
@@ -73,6 +82,7 @@ def main() -> int:
         for model in models:
             STATIC_MODELS[model].solve(robot, short(robot), GRAVITY)
             if name in DISPLACED:
+                STATIC_MODELS[model].solve(robot, far_apart(robot), GRAVITY)
                 STATIC_MODELS[model].solve(robot, short(robot, "displacement"), GRAVITY)
         follow(robot)
         simulate(robot, short(robot), GRAVITY)

@@ -134,6 +134,18 @@ def test_a_compilation_announces_itself_once_and_says_how_long_it_took(
     assert capsys.readouterr().err == ""
 
 
+def test_what_was_compiled_is_named_by_its_files(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each file once, the first six by name."""
+    with compilations_told():
+        for name in ("spans", "spans", "turns", "", "a", "b", "c", "d", "e"):
+            compilation_begins()
+            compilation_ends(bool(name), name)
+    line = capsys.readouterr().err.splitlines()[1]
+    assert re.fullmatch(
+        r"catheter-sim: compiled 8 kernels in 0\.0 s \(spans, turns, a, b, c, d and 1 more\)", line
+    )
+
+
 @pytest.mark.slow
 def test_a_kernel_that_is_kept_on_disk_is_not_announced(tmp_path: Path) -> None:
     """The second program to use it finds it there."""

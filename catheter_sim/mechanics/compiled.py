@@ -60,7 +60,8 @@ class _Compilations(event.Listener):
     def on_end(self, event: event.Event) -> None:
         kernel = (event.data or {}).get("dispatcher")
         module = getattr(getattr(kernel, "py_func", None), "__module__", None) or ""
-        compilation_ends(not module.startswith("numba."))
+        of = module.rpartition(".")[2] if module.startswith("catheter_sim.") else ""
+        compilation_ends(not module.startswith("numba."), of)
 
 
 event.register("numba:compile", _Compilations())

@@ -22,9 +22,11 @@ from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.tdcr.displacement import driven, straight_lengths
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, DEGREES, PLANE, SPRING_FACTORS
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.newton import solve_rows
+from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.together import solve_eights
 from catheter_sim.kinds.continuum.theory.tdcr.postures import run_of
-from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, load, problem
+from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, linear_bends, load, problem
 from catheter_sim.kinds.continuum.theory.tdcr.threads import share_out
+from catheter_sim.mechanics.eight import LANES
 
 # Turn of the robot by the straight one's moments that one load step may bring: with steps of 2.5 rad the
 # equilibria of the benchmark's cases (stiffness 0.1 to 1, 1 to 10 disks) are those of 25 steps.
@@ -108,13 +110,24 @@ def equilibria(
     force, moment = np.ascontiguousarray(loads.force_N), np.ascontiguousarray(loads.moment_N_m)
     first_share = np.minimum(1.0, _STEP_RAD / np.maximum(turn, 1e-9))
 
+    robot = (
+        model, may_move, rod.length_m, rod.bending_N_m2, rod.torsion_N_m2, hole, rod.last_disk, rod.mu,
+        projected,
+    )  # fmt: skip
+
     def solve(part: slice) -> None:
-        solve_rows(
-            model, may_move, rod.length_m, rod.bending_N_m2, rod.torsion_N_m2, hole, rod.last_disk, rod.mu,
-            projected, tension[part], force[part], moment[part], first_share[part], unknowns[part],
-            result.span_tension[part], result.wrench[part], result.p_w[part], result.R_w[part],
-            result.residual[part], result.reached[part], result.steps[part],
+        given = tension[part], force[part], moment[part]
+        found = (
+            unknowns[part], result.span_tension[part], result.wrench[part], result.p_w[part],
+            result.R_w[part], result.residual[part], result.reached[part],
         )  # fmt: skip
+        together = len(given[0]) // LANES * LANES
+        if together:
+            solve_eights(
+                *robot, *(array[:together] for array in given), first_share[part][:together],
+                *(array[:together] for array in found), result.steps[part][:together],
+            )  # fmt: skip
+        solve_rows(*robot, *given, first_share[part], *found, result.steps[part])
 
     share_out(solve, rows, threads)
     return result
@@ -126,23 +139,6 @@ def free(rod: Problem, model: int) -> NDArray[np.bool_]:
     result[:, -1] = np.isfinite(rod.torsion_N_m2)
     result[:, 1 if model == ARC else PLANE] = ~rod.planar
     return result
-
-
-def linear_bends(rod: Problem, loads: Load) -> Array:
-    """Return the bends toward +x and +y that the straight robot's moments give, shape (r, n, 2) [rad]."""
-    runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]  # (t, n)
-    by_tendon = loads.tension_N @ (rod.hole_m[:, :, None] * runs[:, None]).transpose(1, 0, 2)  # (2, r, n)
-
-    def beyond(value: Array) -> Array:
-        return np.cumsum(value[:, ::-1], axis=1)[:, ::-1]
-
-    force = loads.force_N[:, :, :2]
-    moment = beyond(force * rod.disk_z_m[1:, None]) - beyond(force) * rod.disk_z_m[:-1, None]
-    moment += np.moveaxis(by_tendon, 0, 2)
-    twist = beyond(loads.moment_N_m)
-    moment[:, :, 0] += twist[:, :, 1]
-    moment[:, :, 1] -= twist[:, :, 0]
-    return moment * (rod.length_m / rod.bending_N_m2)[:, None]
 
 
 def links_like_arcs(bend: Array) -> Array:

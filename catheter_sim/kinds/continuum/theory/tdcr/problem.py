@@ -155,3 +155,20 @@ def load(rod: Problem, inputs: Inputs, gravity_mps2: Array) -> Load:
     if inputs.actuation != "tension":
         tension[:] = 0.0
     return Load(tension_N=tension, force_N=force, moment_N_m=moment)
+
+
+def linear_bends(rod: Problem, loads: Load) -> Array:
+    """Return the bends toward +x and +y that the straight robot's moments give, shape (r, n, 2) [rad]."""
+    runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]  # (t, n)
+    by_tendon = loads.tension_N @ (rod.hole_m[:, :, None] * runs[:, None]).transpose(1, 0, 2)  # (2, r, n)
+
+    def beyond(value: Array) -> Array:
+        return np.cumsum(value[:, ::-1], axis=1)[:, ::-1]
+
+    force = loads.force_N[:, :, :2]
+    moment = beyond(force * rod.disk_z_m[1:, None]) - beyond(force) * rod.disk_z_m[:-1, None]
+    moment += np.moveaxis(by_tendon, 0, 2)
+    twist = beyond(loads.moment_N_m)
+    moment[:, :, 0] += twist[:, :, 1]
+    moment[:, :, 1] -= twist[:, :, 0]
+    return moment * (rod.length_m / rod.bending_N_m2)[:, None]

@@ -19,11 +19,13 @@ from catheter_sim.core.static_run import StaticRun
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.tdcr.displacement import driven, straight_lengths
 from catheter_sim.kinds.continuum.theory.tdcr.postures import run_of
-from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, load, problem
+from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, linear_bends, load, problem
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels import columns
-from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.continuation import follow
+from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.continuation import NEAR_RAD, follow
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.path_lengths import measure_paths
+from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.together import follow_together
 from catheter_sim.kinds.continuum.theory.tdcr.threads import share_out
+from catheter_sim.mechanics.eight import LANES
 
 PATHS = {
     "continuous": columns.CONTINUOUS,
@@ -103,17 +105,32 @@ def equilibria(
     hole, tension = np.ascontiguousarray(rod.hole_m), np.ascontiguousarray(loads.tension_N)
     applied = np.concatenate([loads.moment_N_m, loads.force_N], axis=2)
 
+    robot = PATHS[path], rough, fine, hole, rod.last_disk
+    far = far_from_before(rod, loads) & (rod.mu == 0.0) & (longest_step >= 1.0)
+
     def solve(part: slice) -> None:
-        follow(
-            PATHS[path], rough, fine, hole, rod.last_disk, float(rod.mu), tension[part], applied[part],
+        given = tension[part], applied[part]
+        found = (
             result.wrench[part], result.span_tension[part], shift[part], result.R_w[part],
-            result.unbalanced[part], result.reached[part], result.corrections[part], longest_step,
+            result.unbalanced[part], result.reached[part], result.corrections[part],
         )  # fmt: skip
+        chosen = np.flatnonzero(far[part])
+        chosen = chosen[: len(chosen) // LANES * LANES]
+        if len(chosen):
+            follow_together(*robot, chosen, *given, *found)
+        follow(*robot, float(rod.mu), *given, *found, longest_step)
 
     share_out(solve, rows, threads)
     moved = (result.R_w[:, :-1] @ shift[..., None])[..., 0]
     np.cumsum(moved, axis=1, out=result.p_w[:, 1:])
     return result
+
+
+def far_from_before(rod: Problem, loads: Load) -> NDArray[np.bool_]:
+    """Return which rows do not start from the row before, by the turn of the straight robot, shape (r,)."""
+    change = np.diff(linear_bends(rod, loads), axis=0)
+    turn = np.hypot(change[:, :, 0], change[:, :, 1]).sum(axis=1)
+    return np.concatenate([[True], turn > NEAR_RAD])
 
 
 def path_lengths(found: Equilibria) -> Array:

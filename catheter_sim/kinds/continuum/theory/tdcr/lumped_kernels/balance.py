@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.derivative import (
     derive_own,
     hold_locked,
@@ -16,6 +14,7 @@ from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.forces import sum_b
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.subsegments import subsegment
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled, inlined
+from catheter_sim.mechanics.eight import all_less, larger, room
 from catheter_sim.mechanics.vectors import add3, cross3, fill, product3, turned
 
 
@@ -42,7 +41,7 @@ def _balances(
         x, free, length, bending, p, r, wrench: as of `evaluate`.
     """
     n, d = x.shape
-    M = np.empty(3)
+    M = room((3,), x)
     for k in range(n):
         cross3(p[k], total[k + 1], M)
         for i in range(3):
@@ -59,7 +58,7 @@ def _balances(
         for e in range(d):
             if not free[k, e]:
                 r[k, e] = -x[k, e] * bending[k] / length[k]
-            norm = max(norm, abs(r[k, e]) * length[k] / bending[k])
+            norm = larger(norm, abs(r[k, e]) * length[k] / bending[k])
     return norm
 
 
@@ -120,11 +119,11 @@ def evaluate(
     """
     n, d = x.shape
     count = len(hole)
-    step, turn = np.empty(3), np.empty((3, 3))
-    own = np.empty((4, n, d, 3))  # spin, drift, axis, point in the base frame
-    here = np.empty((n, 4, d, 3))  # the same in that of the subsegment, and there:
-    daxis, dpoint = np.empty((n, d, d, 3)), np.empty((n, d, d, 3))
-    law, dlaw = np.empty((n, d)), np.empty((n, d, d))
+    step, turn = room((3,), x), room((3, 3), x)
+    own = room((4, n, d, 3), x)  # spin, drift, axis, point in the base frame
+    here = room((n, 4, d, 3), x)  # the same in that of the subsegment, and there:
+    daxis, dpoint = room((n, d, d, 3), x), room((n, d, d, 3), x)
+    law, dlaw = room((n, d), x), room((n, d, d), x)
     fill(p[0], 0.0)
     fill(R[0], 0.0)
     R[0, 0, 0] = R[0, 1, 1] = R[0, 2, 2] = 1.0
@@ -143,15 +142,18 @@ def evaluate(
             add3(p[k], own[3, k, e])
     axis, point = own[2], own[3]
 
-    h = np.empty((count, n + 1, 3))
-    u = np.zeros((count, n + 1, 3))
-    u[:, 0, 2] = 1.0
-    size = np.ones((count, n + 1))
-    total, turning = np.zeros((n + 2, 3)), np.zeros((n + 2, 3))
+    h, u, size = room((count, n + 1, 3), x), room((count, n + 1, 3), x), room((count, n + 1), x)
+    total, turning = room((n + 2, 3), x), room((n + 2, 3), x)
+    fill(u, 0.0)
+    for t in range(count):
+        u[t, 0, 2] = 1.0
+    fill(size, 1.0)
+    fill(total, 0.0)
+    fill(turning, 0.0)
     tendon_forces(hole, last, mu, projected, tension, p, R, h, u, size, span, total, turning)
     sum_beyond(p, force, moment, total, turning, loads, swing)
     norm = _balances(x, free, length, bending, p, axis, point, law, total, turning, r, wrench)
-    if norm < enough:
+    if all_less(norm, enough):
         return norm
     turn_loads(R, here, own, loads, swing, B, C)
     derive_own(

@@ -12,11 +12,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, PLANE
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import inlined
+from catheter_sim.mechanics.eight import room, select_less
 from catheter_sim.mechanics.vectors import add_cross3, copy3, cross3, dot3, fill, turned, turned_back
 
 _PLANE_FLOOR = 1e-9  # keeps the bending plane of an unloaded subsegment where it is
@@ -34,7 +33,7 @@ def turn_loads(R: Array, here: Array, own: Array, loads: Array, swing: Array, B:
     """
     n, d = B.shape[0], B.shape[1]
     spin, axis, point = own[0], own[2], own[3]
-    turned_loads = np.empty((3, 3))
+    turned_loads = room((3, 3), B)
     for k in range(n):
         for e in range(d):
             a, c = axis[k, e], point[k, e]
@@ -84,9 +83,10 @@ def derive_own(
     """
     count, n, d = len(hole), D.shape[0], D.shape[1]
     spin, drift, axis, point = own[0], own[1], own[2], own[3]
-    F, M = np.empty(3), np.empty(3)
-    N, dF, dM, near_F, near_M = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    w, du, arm = np.empty(3), np.empty(3), np.empty(3)
+    F, M = room((3,), D), room((3,), D)
+    N, dF, dM = room((3,), D), room((3,), D), room((3,), D)
+    near_F, near_M = room((3,), D), room((3,), D)
+    w, du, arm = room((3,), D), room((3,), D), room((3,), D)
     axes, levers, by_force, by_moment = parts[0], parts[1], parts[2], parts[3]
     for k in range(n):
         end = k + 1
@@ -166,7 +166,7 @@ def hold_locked(
     for k in range(n):
         if model != ARC:  # an unloaded subsegment has no bending plane
             floor = _PLANE_FLOOR * bending[k] / length[k]
-            D[k, PLANE, PLANE] += -floor if D[k, PLANE, PLANE] <= 0.0 else floor
+            D[k, PLANE, PLANE] += select_less(0.0, D[k, PLANE, PLANE], floor, -floor)
         for e in range(d):
             if not free[k, e]:
                 fill(D[k, e], 0.0)

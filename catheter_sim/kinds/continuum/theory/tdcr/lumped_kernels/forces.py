@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import inlined
+from catheter_sim.mechanics.eight import exponential, plane_angle, room
 from catheter_sim.mechanics.vectors import add3, add_cross3, copy3, cross3, dot3, fill
 
 
@@ -40,7 +39,7 @@ def tendon_forces(
         total, turning: in and out: force on each disk and its moment about the origin, shape (n + 2, 3).
     """
     count = len(hole)
-    F = np.empty(3)
+    F = room((3,), p)
     for t in range(count):
         for m in range(last[t] + 1):
             for i in range(3):
@@ -55,7 +54,7 @@ def tendon_forces(
             if mu > 0.0:
                 before = u[t, m - 1]
                 cross3(before, u[t, m], F)
-                now *= math.exp(-mu * math.atan2(math.sqrt(dot3(F, F)), dot3(before, u[t, m])))
+                now *= exponential(-mu * plane_angle(math.sqrt(dot3(F, F)), dot3(before, u[t, m])))
             span[t, m - 1] = now
         for m in range(1, last[t] + 1):
             for i in range(3):

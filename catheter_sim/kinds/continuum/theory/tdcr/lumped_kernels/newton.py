@@ -11,13 +11,14 @@ from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.balance import eval
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, PLANE
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
-from catheter_sim.mechanics.linear import solve_columns
+from catheter_sim.mechanics.eight import room
+from catheter_sim.mechanics.linear_eights import solve_columns_of_any
 from catheter_sim.mechanics.vectors import cross3, dot3, fill, largest_size
 
 TOLERANCE_RAD = 1e-12  # unbalanced moment over EI / length at which Newton's method stops
 _BALANCED_RAD = 1e-9  # where rounding keeps it from that, what still counts as balance
 _MOST_STEPS = 40
-_LONGEST_STEP_RAD = 1.0  # of any unknown; longer ones are shortened
+LONGEST_STEP_RAD = 1.0  # of any unknown; longer ones are shortened
 _ABSURD_STEP_RAD = 1e3
 _SHORTEST_SHARE = 1e-3  # of the load
 
@@ -32,9 +33,12 @@ def newton_step(
     """
     n, d = r.shape
     axes, levers, by_force, by_moment = parts[0], parts[1], parts[2], parts[3]
-    y = np.empty((n, d, 4))
-    force, moment, turn = np.zeros((4, 3)), np.zeros((4, 3)), np.zeros((4, 3))  # of the subsegments beyond
-    F, M = np.empty(3), np.empty(3)
+    y = room((n, d, 4), r)
+    force, moment, turn = room((4, 3), r), room((4, 3), r), room((4, 3), r)  # of the subsegments beyond
+    fill(force, 0.0)
+    fill(moment, 0.0)
+    fill(turn, 0.0)
+    F, M = room((3,), r), room((3,), r)
     for k in range(n - 1, -1, -1):
         for q in range(4):
             cross3(turn[q], loads[k + 1], F)
@@ -46,7 +50,7 @@ def newton_step(
             for e in range(d):
                 y[k, e, q] = r[k, e] if q == 0 else B[k, e, q - 1]
                 y[k, e, q] -= dot3(axes[k, e], M) - dot3(levers[k, e], F)
-        if not solve_columns(D[k], y[k]):
+        if not solve_columns_of_any(D[k], y[k]):
             fill(step, math.nan)
             return
         for q in range(4):
@@ -55,7 +59,9 @@ def newton_step(
                     force[q, i] += by_force[k, e, i] * y[k, e, q]
                     moment[q, i] += by_moment[k, e, i] * y[k, e, q]
                     turn[q, i] += C[k, e, i] * y[k, e, q]
-    tip, answer = np.zeros((3, 3)), np.zeros((3, 1))
+    tip, answer = room((3, 3), r), room((3, 1), r)
+    fill(tip, 0.0)
+    fill(answer, 0.0)
     tip[0, 0] = tip[1, 1] = tip[2, 2] = 1.0
     for k in range(n):
         for e in range(d):
@@ -63,7 +69,7 @@ def newton_step(
                 answer[i, 0] += C[k, e, i] * y[k, e, 0]
                 for q in range(3):
                     tip[i, q] += C[k, e, i] * y[k, e, q + 1]
-    if not solve_columns(tip, answer):
+    if not solve_columns_of_any(tip, answer):
         fill(step, math.nan)
         return
     for k in range(n):
@@ -116,15 +122,17 @@ def solve_rows(
         x: a guess, overwritten by the unknowns, shape (r, n, d) [rad]; likewise `span` to `R`.
         residual: largest unbalanced moment, shape (r,) [N m].
         reached: share of the load at which there is balance, shape (r,); below 1: no equilibrium was
-            found, and the row's posture is none.
+            found, and the row's posture is none. Rows that have 1 already are left as they are.
         steps: load steps that were taken, shape (r,).
     """
     rows, n, d = x.shape
-    r, B, C = np.empty((n, d)), np.empty((n, d, 3)), np.empty((n, d, 3))
-    D, parts = np.empty((n, d, d)), np.empty((4, n, d, 3))
-    loads, swing = np.empty((n + 2, 3)), np.empty((n + 2, 3, 3))
-    step, good = np.empty((n, d)), np.empty((n, d))
+    r, B, C = room((n, d), x), room((n, d, 3), x), room((n, d, 3), x)
+    D, parts = room((n, d, d), x), room((4, n, d, 3), x)
+    loads, swing = room((n + 2, 3), x), room((n + 2, 3, 3), x)
+    step, good = room((n, d), x), room((n, d), x)
     for row in range(rows):
+        if reached[row] == 1.0:
+            continue
         now = x[row]
         good[:] = now
         if first_share[row] < 1.0:
@@ -147,7 +155,7 @@ def solve_rows(
                 if not longest < _ABSURD_STEP_RAD:
                     norm = np.inf
                     break
-                scale = min(1.0, _LONGEST_STEP_RAD / longest)
+                scale = min(1.0, LONGEST_STEP_RAD / longest)
                 for k in range(n):
                     for e in range(d):
                         now[k, e] += scale * step[k, e]

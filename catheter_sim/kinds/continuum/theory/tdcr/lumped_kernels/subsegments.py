@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-
-import numpy as np
+from typing import Any
 
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import (
     ARC,
@@ -14,9 +13,44 @@ from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import (
 )
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.mechanics.eight import all_less, larger, room, select_less, sine_cosine
 from catheter_sim.mechanics.vectors import add3, copy3, cross3, fill, product3, turned
 
-_SMALL_RAD2 = 1e-4  # squared angle below which the series is exact to the last bit
+_SMALL_RAD2 = 0.3  # squared angle below which the series is exact to the last bits
+
+
+@compiled
+def _arc_factors(t2: Any) -> tuple[Any, Any, Any, Any]:
+    """Return sin(t) / t, (1 - cos t) / t^2, (t - sin t) / t^3, and the second one's derivative by t^2.
+
+    Each is a series in t^2 whose next term is below 1e-16 of the first up to `_SMALL_RAD2`.
+    """
+    a = (
+        t2
+        * (1.0 / 42.0)
+        * (1.0 - t2 * (1.0 / 72.0) * (1.0 - t2 * (1.0 / 110.0) * (1.0 - t2 * (1.0 / 156.0))))
+    )
+    third = (1.0 - t2 * (1.0 / 20.0) * (1.0 - a)) * (1.0 / 6.0)
+    sine = 1.0 - t2 * third
+    b = (
+        t2
+        * (1.0 / 56.0)
+        * (1.0 - t2 * (1.0 / 90.0) * (1.0 - t2 * (1.0 / 132.0) * (1.0 - t2 * (1.0 / 182.0))))
+    )
+    versine = 0.5 - t2 * (1.0 / 24.0) * (1.0 - t2 * (1.0 / 30.0) * (1.0 - b))
+    d = t2 * (4.0 / 270.0) * (1.0 - t2 * (5.0 / 528.0) * (1.0 - t2 * (6.0 / 910.0)))
+    dversine = -(1.0 - t2 * (2.0 / 30.0) * (1.0 - t2 * (3.0 / 112.0) * (1.0 - d))) * (1.0 / 24.0)
+    if not all_less(t2, _SMALL_RAD2):
+        square = larger(t2, _SMALL_RAD2)
+        t = math.sqrt(square)
+        whole, _ = sine_cosine(t)
+        half, _ = sine_cosine(0.5 * t)
+        far_sine, far_versine = whole / t, 2.0 * half * half / square
+        sine = select_less(t2, _SMALL_RAD2, sine, far_sine)
+        versine = select_less(t2, _SMALL_RAD2, versine, far_versine)
+        third = select_less(t2, _SMALL_RAD2, third, (1.0 - far_sine) / square)
+        dversine = select_less(t2, _SMALL_RAD2, dversine, (far_sine - 2.0 * far_versine) / (2.0 * square))
+    return sine, versine, third, dversine
 
 
 @compiled
@@ -48,25 +82,14 @@ def arc(
     """
     bx, by, twist = x[0], x[1], x[2]
     t2 = bx * bx + by * by
-    if t2 < _SMALL_RAD2:
-        sine = 1.0 - t2 / 6.0 * (1.0 - t2 / 20.0)
-        versine = 0.5 - t2 / 24.0 * (1.0 - t2 / 30.0)
-        third = 1.0 / 6.0 - t2 / 120.0 * (1.0 - t2 / 42.0)
-        dversine = -1.0 / 24.0 + t2 / 360.0
-    else:
-        t = math.sqrt(t2)
-        half = math.sin(0.5 * t)
-        sine = math.sin(t) / t
-        versine = 2.0 * half * half / t2
-        third = (1.0 - sine) / t2
-        dversine = (sine - 2.0 * versine) / (2.0 * t2)
+    sine, versine, third, dversine = _arc_factors(t2)
     dsine = (third - versine) / 2.0  # of sin(t) / t by t^2
     p[0], p[1], p[2] = length * versine * bx, length * versine * by, length * sine
     x_axis, y_axis, tangent = axis[1], axis[0], axis[2]  # R of the arc before its twist: -x, y, z
     x_axis[0], x_axis[1], x_axis[2] = -(1.0 - versine * bx * bx), versine * bx * by, sine * bx
     y_axis[0], y_axis[1], y_axis[2] = -versine * bx * by, 1.0 - versine * by * by, -sine * by
     tangent[0], tangent[1], tangent[2] = sine * bx, sine * by, 1.0 - versine * t2
-    cosine, sine_twist = math.cos(twist), math.sin(twist)
+    sine_twist, cosine = sine_cosine(twist)
     for i in range(3):
         R[i, 0] = -cosine * x_axis[i] + sine_twist * y_axis[i]
         R[i, 1] = sine_twist * x_axis[i] + cosine * y_axis[i]
@@ -119,9 +142,12 @@ def links(
     `LINKS_MIDDLE`: plane balanced at the middle joint along the mean of base's and end's directions,
     twist at the end.
     """
-    cosine, sine = math.cos(x[3]), math.sin(x[3])
-    y, z, here, normal, arm = np.zeros(3), np.zeros(3), np.zeros(3), np.empty(3), np.empty(3)
-    y[0], y[1], z[2] = -sine, cosine, 1.0
+    sine, cosine = sine_cosine(x[3])
+    y, z, here = room((3,), x), room((3,), x), room((3,), x)
+    normal, arm = room((3,), x), room((3,), x)
+    y[0], y[1], y[2] = -sine, cosine, 0.0
+    z[0], z[1], z[2] = 0.0, 0.0, 1.0
+    here[0], here[1] = 0.0, 0.0
     here[2] = LINK_SHARES[0] * length
     turn = 0.0
     c, s = 1.0, 0.0
@@ -129,18 +155,19 @@ def links(
         copy3(here, point[q])
         copy3(y, axis[q])
         turn += x[q]
-        c, s = math.cos(turn), math.sin(turn)
+        s, c = sine_cosine(turn)
         reach = LINK_SHARES[q + 1] * length
         here[0] += reach * s * cosine
         here[1] += reach * s * sine
         here[2] += reach * c
     copy3(here, p)
     half = 0.5 * turn if model == LINKS_MIDDLE else 0.0
-    axis[3, 0], axis[3, 1], axis[3, 2] = math.cos(half) * cosine, math.cos(half) * sine, -math.sin(half)
+    half_sine, half_cosine = sine_cosine(half)
+    axis[3, 0], axis[3, 1], axis[3, 2] = half_cosine * cosine, half_cosine * sine, -half_sine
     normal[0], normal[1], normal[2] = c * cosine, c * sine, -s
     tangent = axis[4]
     tangent[0], tangent[1], tangent[2] = s * cosine, s * sine, c
-    across, along = math.cos(x[4] - x[3]), math.sin(x[4] - x[3])
+    along, across = sine_cosine(x[4] - x[3])
     for i in range(3):
         R[i, 0] = across * normal[i] + along * y[i]
         R[i, 1] = -along * normal[i] + across * y[i]
@@ -217,9 +244,9 @@ def subsegment(
 def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
     """Write the disks' positions `p`, shape (n + 1, 3), and orientations `R` at the unknowns `x`, (n, d)."""
     d = x.shape[1]
-    step, turn = np.empty(3), np.empty((3, 3))
-    by_unknown, by_balance = np.empty((2, d, 3)), np.empty((2, d, 3))
-    by_both, law, dlaw = np.empty((2, d, d, 3)), np.empty(d), np.empty((d, d))
+    step, turn = room((3,), x), room((3, 3), x)
+    by_unknown, by_balance = room((2, d, 3), x), room((2, d, 3), x)
+    by_both, law, dlaw = room((2, d, d, 3), x), room((d,), x), room((d, d), x)
     fill(p[0], 0.0)
     fill(R[0], 0.0)
     R[0, 0, 0] = R[0, 1, 1] = R[0, 2, 2] = 1.0

@@ -11,116 +11,12 @@ direction in space, on the disk's orientation.
 
 from __future__ import annotations
 
-import numpy as np
-
-from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import (
-    CONTINUOUS,
-    LENGTH,
-    LUMENS,
-    PROJECTED,
-    STEPS,
-)
-from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
-    BODY,
-    COLUMNS,
-    COMPLIANCE,
-    INVERSE,
-    LANES,
-    LOW,
-    LOW_SLOPE,
-    STEP,
-    STIFFNESS,
-    STRAIN,
-    TENDONS,
-    TRIAL,
-    TURN,
-    WRENCH,
-)
-from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.section import integrate, set_body_wrenches
-from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.tendon_forces import add_path_forces, add_span_pulls
+from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import CONTINUOUS
+from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.tendon_forces import add_path_forces
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.mechanics.eight import all_zero, room
 from catheter_sim.mechanics.vectors import turned_back
-
-
-@compiled
-def sections(
-    path: int,
-    rod: Array,
-    hole: Array,
-    span: Array,
-    wrench: Array,
-    strain: Array,
-    inverse: Array,
-    derive: bool,
-    w: Array,
-    turn: Array,
-    shift: Array,
-    turn_slope: Array,
-    end: Array,
-    here: Array,
-    low: Array,
-    low_slope: Array,
-) -> None:
-    """Set the sections' poses, wrenches at their ends, `end` (n, 6), and pulls on their lower disks.
-
-    `end` holds the pulls on the upper disks, too: what it leaves over there has the sign reversed. With
-    `derive` also their derivatives by the wrenches at the starts: `turn_slope` (n, 3, 6), `here`, that
-    of -end, and `low_slope`, (n, 6, 6). `strain` and `inverse` are those of `start_laws`.
-    """
-    tendons, n = span.shape
-    along = path in (CONTINUOUS, LUMENS)
-    columns = 6 if derive else 0
-    for first in range(0, n, LANES):
-        steps = 1
-        for i in range(LANES):
-            steps = max(steps, int(rod[min(first + i, n - 1), STEPS]))
-        for i in range(LANES):
-            j = min(first + i, n - 1)
-            for q in range(6):
-                w[(WRENCH + q) * LANES + i] = wrench[j, q]
-                w[(COMPLIANCE + q) * LANES + i] = rod[j, q]
-            w[STEP * LANES + i] = rod[j, LENGTH] / steps
-            for k in range(tendons):
-                w[(TENDONS + 3 * k) * LANES + i] = span[k, j]
-            if along:
-                for q in range(6):
-                    w[(STIFFNESS + q) * LANES + i] = 1.0 / rod[j, q] if rod[j, q] > 0.0 else 0.0
-                    w[(STRAIN + q) * LANES + i] = strain[j, q]
-                    for c in range(6):
-                        w[(INVERSE + 6 * q + c) * LANES + i] = inverse[j, q, c]
-            else:
-                for k in range(tendons):
-                    both = below = 0.0
-                    if path == PROJECTED and span[k, j] > 0.0:
-                        if j > 0:
-                            below = 0.5 * (span[k, j - 1] + span[k, j])
-                        if j + 1 < n and span[k, j + 1] > 0.0:
-                            both = 0.5 * (span[k, j] + span[k, j + 1])
-                    w[(TENDONS + 3 * k + 1) * LANES + i] = span[k, j] - below
-                    w[(TENDONS + 3 * k + 2) * LANES + i] = span[k, j] - both
-        integrate(w, hole, steps, along, columns)
-        set_body_wrenches(w, columns)
-        if not along:
-            add_span_pulls(w, hole, columns)
-        for i in range(min(LANES, n - first)):
-            j = first + i
-            for q in range(3):
-                shift[j, q] = w[(TRIAL + 4 + q) * LANES + i]
-                for c in range(3):
-                    turn[j, q, c] = w[(TURN + 3 * q + c) * LANES + i]
-            for q in range(6):
-                end[j, q] = w[(BODY + q) * LANES + i]
-                low[j, q] = w[(LOW + q) * LANES + i] if not along else 0.0
-            if not derive:
-                continue
-            for q in range(3):
-                for c in range(6):
-                    turn_slope[j, q, c] = w[(TRIAL + 7 + 6 * q + c) * LANES + i]
-            for q in range(6):
-                for c in range(6):
-                    here[j, q, c] = -w[(COLUMNS + 6 * q + c) * LANES + i]
-                    low_slope[j, q, c] = w[(LOW_SLOPE + 6 * q + c) * LANES + i] if not along else 0.0
 
 
 @compiled
@@ -131,13 +27,8 @@ def left_over(
     span: Array,
     applied: Array,
     wrench: Array,
-    strain: Array,
-    inverse: Array,
     derive: bool,
-    w: Array,
     turn: Array,
-    shift: Array,
-    turn_slope: Array,
     R_w: Array,
     residual: Array,
     here: Array,
@@ -146,20 +37,17 @@ def left_over(
     end: Array,
     low: Array,
 ) -> None:
-    """Set the residual at the disks, (n, 6), and the sections' poses; with `derive` the derivatives, too.
+    """Set the residual at the disks, (n, 6), and their orientations; with `derive` the derivatives, too.
 
-    `here`, `above`, shapes (n, 6, 6), and `load`, shape (n, 6, 3), are the residual's derivatives by the
-    wrench of the section below and above and by the disk's turn. `R_w`: orientations of disks 0 to n.
+    The sections are as `sections.sections` left them. `here`, `above`, shapes (n, 6, 6), and `load`, shape
+    (n, 6, 3), are the residual's derivatives by the wrench of the section below and above and by the disk's
+    turn. `R_w`: orientations of disks 0 to n.
     """
     tendons, n = span.shape
-    sections(
-        path, rod, hole, span, wrench, strain, inverse, derive, w,
-        turn, shift, turn_slope, end, here, low, above,
-    )  # fmt: skip
-    body, column = np.empty(6), np.empty(6)
+    body, column = room((6,), wrench), room((6,), wrench)
     kinks = path == CONTINUOUS
-    along, pull, against = np.empty(tendons), np.empty(tendons), np.empty(tendons)
-    by_end, by_start = np.empty((6, 6)), np.empty((6, 6))
+    along, pull, against = room((tendons,), wrench), room((tendons,), wrench), room((tendons,), wrench)
+    by_end, by_start = room((6, 6), wrench), room((6, 6), wrench)
     for j in range(n):
         for i in range(3):
             for k in range(3):
@@ -188,9 +76,9 @@ def left_over(
         if kinks and j + 1 < n:
             kinked = False
             for k in range(tendons):
-                kinked = kinked or (span[k, j] > 0.0 and span[k, j + 1] == 0.0)
+                kinked = kinked or (not all_zero(span[k, j]) and all_zero(span[k, j + 1]))
             for i in range(6):
-                kinked = kinked or rod[j, i] != rod[j + 1, i] or applied[j, i] != 0.0
+                kinked = kinked or rod[j, i] != rod[j + 1, i] or not all_zero(applied[j, i])
             if kinked:
                 for k in range(tendons):
                     along[k], pull[k], against[k] = span[k, j], span[k, j + 1], -span[k, j + 1]

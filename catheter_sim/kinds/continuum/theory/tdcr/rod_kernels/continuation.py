@@ -14,21 +14,22 @@ from numpy.typing import NDArray
 
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import CONTINUOUS, LENGTH, LUMENS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.friction import balanced
-from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import LANES, TENDONS
+from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import TENDONS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.newton import CONVERGED, TOO_FAR
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled, inlined
-from catheter_sim.mechanics.vectors import copy_all, fill, turned, turned_back
+from catheter_sim.mechanics.eight import LANES, all_zero, exponential, floats_in_line, room
+from catheter_sim.mechanics.vectors import copy_all, dot3, fill, turned, turned_back
 
 # What one correction may turn the sections by, summed: beyond it Newton's method may find another equilibrium
 # than the one that the load leads to, or none.
-_FARTHEST_RAD = 0.1
-_NEAR_RAD = 0.2  # from a row to the next one
+FARTHEST_RAD = 0.1
+NEAR_RAD = 0.2  # from a row to the next one
 _SHORTEST_STEP = 1.0 / 1024.0  # of the way from load to load
 
 
 @compiled
-def _unbent_wrenches(
+def unbent_wrenches(
     path: int, hole: Array, last: NDArray[np.intp], mu: float, angle: Array, tension: Array,
     applied: Array, turn: Array, shift: Array, R_w: Array, slope: Array,
 ) -> None:  # fmt: skip
@@ -37,8 +38,10 @@ def _unbent_wrenches(
     The tendons' share is that of eyelets; on continuous paths it is in the elastic law.
     """
     n = len(turn)
-    moment, force = np.zeros(3), np.zeros(3)  # of the loads beyond, about the section's start
-    arm, across = np.empty(3), np.empty(3)
+    moment, force = room((3,), turn), room((3,), turn)  # of the loads beyond, about the section's start
+    fill(moment, 0.0)
+    fill(force, 0.0)
+    arm, across = room((3,), turn), room((3,), turn)
     for j in range(n - 1, -1, -1):
         for i in range(3):
             force[i] += applied[j, 3 + i]
@@ -52,15 +55,14 @@ def _unbent_wrenches(
         if path in (CONTINUOUS, LUMENS):
             continue
         for k in range(len(hole)):
-            if j >= last[k] or tension[k] == 0.0:
+            if j >= last[k] or all_zero(tension[k]):
                 continue
             x, y = hole[k, 0], hole[k, 1]
             for i in range(3):
                 across[i] = turn[j, i, 0] * x + turn[j, i, 1] * y + shift[j, i]
             across[0] -= x
             across[1] -= y
-            length = math.sqrt(across[0] ** 2 + across[1] ** 2 + across[2] ** 2)
-            pull = tension[k] * math.exp(-mu * angle[k, j]) / length
+            pull = tension[k] * exponential(-mu * angle[k, j]) / math.sqrt(dot3(across, across))
             fx, fy, fz = -pull * across[0], -pull * across[1], -pull * across[2]
             slope[j, 0] += y * fz
             slope[j, 1] -= x * fz
@@ -103,14 +105,14 @@ def _advance(
         The share of the way that was reached (1.0: all), and the number of Newton's corrections.
     """
     tendons, n = span.shape
-    tension, applied = np.empty(tendons), np.empty((n, 6))
+    tension, applied = room((tendons,), wrench), room((n, 6), wrench)
     for k in range(tendons):
         tension[k] = tension1[k] - tension0[k]
     for j in range(n):
         for i in range(6):
             applied[j, i] = applied1[j, i] - applied0[j, i]
-    slope, old_wrench, old_angle = np.empty((n, 6)), np.empty((n, 6)), np.empty((tendons, n))
-    _unbent_wrenches(path, hole, last, mu, angle, tension, applied, turn, shift, R_w, slope)
+    slope, old_wrench, old_angle = room((n, 6), wrench), room((n, 6), wrench), room((tendons, n), wrench)
+    unbent_wrenches(path, hole, last, mu, angle, tension, applied, turn, shift, R_w, slope)
     if one_step:
         turned = 0.0
         for j in range(n):
@@ -118,10 +120,10 @@ def _advance(
             for i in range(3):
                 square += (rod[j, i] * slope[j, i]) ** 2
             turned += rod[j, LENGTH] * math.sqrt(square)
-        if not turned < _NEAR_RAD:
+        if not turned < NEAR_RAD:
             return 0.0, 0
     reached, step = 0.0, longest
-    farthest = _NEAR_RAD if one_step else _FARTHEST_RAD
+    farthest = NEAR_RAD if one_step else FARTHEST_RAD
     count = 0
     while reached < 1.0:
         if step < _SHORTEST_STEP:
@@ -165,7 +167,7 @@ def _advance(
 
 
 @compiled
-def _set_straight(rod: Array, wrench: Array, angle: Array, turn: Array, shift: Array, R_w: Array) -> None:
+def set_straight(rod: Array, wrench: Array, angle: Array, turn: Array, shift: Array, R_w: Array) -> None:
     """Set the robot at rest."""
     for j in range(len(rod)):
         for i in range(6):
@@ -191,14 +193,25 @@ def follow(
 
     Args:
         reached: result, share of the way from rest that was reached, shape (r,); 1: some way led there.
+            Rows that have 1 already, `together` found them without friction, are left as they are.
         corrections: result, of Newton's method, shape (r,).
     """
     rows, tendons = tension.shape
     n = len(rod)
-    turn, angle, angle_before = np.empty((n, 3, 3)), np.zeros((tendons, n)), np.zeros((tendons, n))
-    w = np.zeros((TENDONS + 3 * tendons) * LANES)
-    pulls, loads = np.zeros((3, tendons)), np.zeros((3, n, 6))
+    turn, angle, angle_before = (
+        room((n, 3, 3), wrench),
+        room((tendons, n), wrench),
+        room((tendons, n), wrench),
+    )
+    fill(angle, 0.0)
+    fill(angle_before, 0.0)
+    w = floats_in_line((TENDONS + 3 * tendons) * LANES)
+    fill(w, 0.0)
+    pulls, loads = room((3, tendons), wrench), room((3, n, 6), wrench)
     for row in range(rows):
+        if reached[row] == 1.0:
+            fill(angle_before, 0.0)
+            continue
         before = row > 0 and reached[row - 1] == 1.0
         tensioned = loaded = False
         for k in range(tendons):
@@ -223,7 +236,7 @@ def follow(
                     for i in range(3):
                         turned_back(R_w[row, j], R_w[row, j + 1, :, i], turn[j, :, i])
             else:
-                _set_straight(rod, wrench[row], angle, turn, shift[row], R_w[row])
+                set_straight(rod, wrench[row], angle, turn, shift[row], R_w[row])
             if way == 3:
                 copy_all(tension[row], pulls[1])
             if way == 4:

@@ -6,10 +6,11 @@ the processor's vector instructions.
 
 from __future__ import annotations
 
+from typing import Any
+
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
-LANES = 8  # sections side by side
 # Slots of the workspace, each of `LANES` numbers. A state is a quaternion (4), a position (3), then the
 # pose's derivatives by the wrench: turn in the body's frame (3, 6), shift in the start's frame (3, 6).
 STATE, TRIAL, TOTAL, RATE, SIZE = 0, 43, 86, 129, 43
@@ -23,12 +24,12 @@ TENDONS = 333  # three slots for each tendon: tension, and what of it acts along
 
 
 @compiled
-def three(w: Array, slot: int, i: int) -> tuple[float, float, float]:
+def three(w: Array, slot: int) -> tuple[Any, Any, Any]:
     """Return three slots in a row."""
-    return w[slot * LANES + i], w[(slot + 1) * LANES + i], w[(slot + 2) * LANES + i]
+    return w[slot], w[slot + 1], w[slot + 2]
 
 
 @compiled
-def column(w: Array, slot: int, o: int) -> tuple[float, float, float]:
+def column(w: Array, slot: int) -> tuple[Any, Any, Any]:
     """Return three numbers of a column of a matrix with rows of six."""
-    return w[slot * LANES + o], w[(slot + 6) * LANES + o], w[(slot + 12) * LANES + o]
+    return w[slot], w[slot + 6], w[slot + 12]

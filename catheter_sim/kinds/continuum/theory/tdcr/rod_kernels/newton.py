@@ -10,45 +10,47 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.balance import left_over
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import CONTINUOUS, LUMENS
+from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.sections import sections
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.strain import start_laws
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled, inlined
-from catheter_sim.mechanics.linear import solve_columns
-from catheter_sim.mechanics.vectors import turned
+from catheter_sim.mechanics.eight import room
+from catheter_sim.mechanics.linear_eights import solve_columns_of_any
+from catheter_sim.mechanics.vectors import fill, turned
 
 CONVERGED, SINGULAR, DIVERGED, TOO_FAR = range(4)  # how it ended
 ON_THE_WAY_RAD = 3e-3  # turn of the last correction before the end of the way
-_AT_THE_END_RAD = 1e-10
-_MOST_ROUNDS = 14
+AT_THE_END_RAD = 1e-10
+MOST_ROUNDS = 14
 # A correction may be this share of the one before, unless both are small: otherwise the step was too long
 # to be sure of the equilibrium that it finds.
-_CONTRACTION = 0.5
-_FRESH_CONTRACTION = 0.05  # a slower one asks for another derivative
-_SMALL_TURN_RAD = 1e-7
+CONTRACTION = 0.5
+FRESH_CONTRACTION = 0.05  # a slower one asks for another derivative
+SMALL_TURN_RAD = 1e-7
 
 
 @compiled
-def _factorized(
+def factorized(
     turn: Array, turn_slope: Array, here: Array, above: Array, load: Array, by_tip: Array, last: Array
 ) -> bool:
-    """Prepare `_correction`: here -> its inverse, above -> -inverse above, load -> -inverse load.
+    """Prepare `correction`: here -> its inverse, above -> -inverse above, load -> -inverse load.
 
     `by_tip`, (n, 6, 3), becomes the corrections by the tip's small turn, and `last`, (3, 3), the inverse of
     what that turns the base by. Returns False where the system is singular.
     """
     n = len(here)
-    matrix, disk, below, unit = np.empty((6, 6)), np.zeros((3, 3)), np.empty((3, 3)), np.empty((6, 6))
+    matrix, unit = room((6, 6), here), room((6, 6), here)
+    disk, below = room((3, 3), here), room((3, 3), here)
+    fill(disk, 0.0)
     disk[0, 0] = disk[1, 1] = disk[2, 2] = 1.0
     for j in range(n - 1, -1, -1):
         for i in range(6):
             for c in range(6):
                 matrix[i, c] = here[j, i, c]
                 here[j, i, c] = 1.0 if i == c else 0.0
-        if not solve_columns(matrix, here[j]):
+        if not solve_columns_of_any(matrix, here[j]):
             return False
         for i in range(6):
             for c in range(6):
@@ -88,17 +90,18 @@ def _factorized(
     for i in range(3):
         for c in range(3):
             last[i, c] = 1.0 if i == c else 0.0
-    return solve_columns(disk, last)
+    return bool(solve_columns_of_any(disk, last))
 
 
 @compiled
-def _correction(
+def correction(
     turn: Array, turn_slope: Array, residual: Array, inverse: Array, above: Array, load: Array,
     by_tip: Array, last: Array, step: Array,
 ) -> None:  # fmt: skip
     """Set Newton's correction of the wrenches, `step` (n, 6), by what `_factorized` left."""
     n = len(residual)
-    disk, below, tip = np.zeros(3), np.empty(3), np.empty(3)
+    disk, below, tip = room((3,), residual), room((3,), residual), room((3,), residual)
+    fill(disk, 0.0)
     for j in range(n - 1, -1, -1):
         for i in range(6):
             total = 0.0
@@ -161,11 +164,11 @@ def newton(
         How it ended, the number of corrections, and what the first one turned the sections by [rad].
     """
     n = span.shape[1]
-    turn_slope = np.empty((n, 3, 6))
-    here, above, load = np.empty((n, 6, 6)), np.empty((n, 6, 6)), np.empty((n, 6, 3))
-    by_tip, last = np.empty((n, 6, 3)), np.empty((3, 3))
-    step, end, low = np.empty((n, 6)), np.empty((n, 6)), np.empty((n, 6))
-    strain, inverse = np.empty((n, 6)), np.empty((n, 6, 6))
+    turn_slope = room((n, 3, 6), wrench)
+    here, above, load = room((n, 6, 6), wrench), room((n, 6, 6), wrench), room((n, 6, 3), wrench)
+    by_tip, last = room((n, 6, 3), wrench), room((3, 3), wrench)
+    step, end, low = room((n, 6), wrench), room((n, 6), wrench), room((n, 6), wrench)
+    strain, inverse = room((n, 6), wrench), room((n, 6, 6), wrench)
     if path in (CONTINUOUS, LUMENS):
         start_laws(rough, hole, span, wrench, strain, inverse)
     largest = math.inf
@@ -173,9 +176,14 @@ def newton(
     first = 0.0
     finishing, derive, slopes = False, True, rough
     while True:
+        here_rod = fine if finishing and not derive else slopes
+        sections(
+            path, here_rod, hole, span, wrench, strain, inverse, derive, w,
+            turn, shift, turn_slope, end, here, low, above,
+        )  # fmt: skip
         left_over(
-            path, fine if finishing and not derive else slopes, hole, span, applied, wrench, strain, inverse,
-            derive, w, turn, shift, turn_slope, R_w, residual, here, above, load, end, low,
+            path, here_rod, hole, span, applied, wrench, derive, turn, R_w, residual, here, above, load,
+            end, low,
         )  # fmt: skip
         now = 0.0
         for j in range(n):
@@ -183,15 +191,15 @@ def newton(
                 now += abs(residual[j, i])
         if not math.isfinite(now):
             return DIVERGED, rounds, first
-        if not derive and (largest < _AT_THE_END_RAD or now == 0.0):
+        if not derive and (largest < AT_THE_END_RAD or now == 0.0):
             return CONVERGED, rounds, first
-        if rounds >= _MOST_ROUNDS:
+        if rounds >= MOST_ROUNDS:
             return DIVERGED, rounds, first
         if derive:
-            if not _factorized(turn, turn_slope, here, above, load, by_tip, last):
+            if not factorized(turn, turn_slope, here, above, load, by_tip, last):
                 return SINGULAR, rounds, first
             derive = not finishing
-        _correction(turn, turn_slope, residual, here, above, load, by_tip, last, step)
+        correction(turn, turn_slope, residual, here, above, load, by_tip, last, step)
         rounds += 1
         before = largest
         largest = 0.0
@@ -207,13 +215,13 @@ def newton(
             first = largest
         if not largest < farthest:
             return TOO_FAR, rounds, first
-        if largest > _SMALL_TURN_RAD and largest > _CONTRACTION * before:
+        if largest > SMALL_TURN_RAD and largest > CONTRACTION * before:
             return DIVERGED, rounds, first
         for j in range(n):
             for i in range(6):
                 wrench[j, i] += step[j, i]
         if finishing:
-            if largest > _AT_THE_END_RAD and largest > _FRESH_CONTRACTION * before:
+            if largest > AT_THE_END_RAD and largest > FRESH_CONTRACTION * before:
                 derive, slopes = True, fine
         elif largest < ON_THE_WAY_RAD:
             if not to_the_end:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
-from catheter_sim.mechanics.linear import solve_columns
+from catheter_sim.mechanics.eight import all_less, all_zero, larger, room
+from catheter_sim.mechanics.linear_eights import solve_columns_of_any
 
 _ROUNDS = 30
 _TOLERANCE = 1e-8  # a correction below it is the last: what it leaves is smaller than its square
@@ -37,10 +36,8 @@ def strain_of(
         stiffness: derivative of the wrench by the strain, shape (6, 6), result; a locked strain has 1
             on the diagonal and 0 elsewhere.
     """
-    right = np.empty((6, 1))
-    matrix = np.empty((6, 6))
-    gradient = np.empty(6)
-    tangent = np.empty((3, 6))
+    right, matrix = room((6, 1), wrench), room((6, 6), wrench)
+    gradient, tangent = room((6,), wrench), room((3, 6), wrench)
     for _ in range(_ROUNDS):
         for i in range(6):
             for j in range(6):
@@ -52,7 +49,7 @@ def strain_of(
                 strain[i] = 0.0
                 gradient[i] = 0.0
         for k in range(len(tension)):
-            if tension[k] == 0.0:
+            if all_zero(tension[k]):
                 continue
             x, y = hole[k, 0], hole[k, 1]
             gx = strain[3] - strain[2] * y
@@ -85,13 +82,13 @@ def strain_of(
             right[i, 0] = -gradient[i]
             for j in range(6):
                 matrix[i, j] = stiffness[i, j]
-        if not solve_columns(matrix, right):
+        if not solve_columns_of_any(matrix, right):
             return
-        largest = 0.0
+        largest = abs(right[0, 0])
         for i in range(6):
             strain[i] += right[i, 0]
-            largest = max(largest, abs(right[i, 0]))
-        if largest < _TOLERANCE:
+            largest = larger(largest, abs(right[i, 0]))
+        if all_less(largest, _TOLERANCE):
             return
 
 
@@ -101,7 +98,7 @@ def _inverse_of(stiffness: Array, compliance: Array, inverse: Array) -> None:
     for i in range(6):
         for c in range(6):
             inverse[i, c] = 1.0 if i == c else 0.0
-    solve_columns(stiffness, inverse)
+    solve_columns_of_any(stiffness, inverse)
     for i in range(6):
         if compliance[i] == 0.0:
             for c in range(6):
@@ -115,12 +112,12 @@ def start_laws(rod: Array, hole: Array, span: Array, wrench: Array, strain: Arra
     A section like the one before with the same tensions takes over that one's: they only have to be near.
     """
     tendons, n = span.shape
-    along, stiffness = np.empty(tendons), np.empty((6, 6))
+    along, stiffness = room((tendons,), wrench), room((6, 6), wrench)
     for j in range(n):
         same = j > 0
         for k in range(tendons):
             along[k] = span[k, j]
-            same = same and span[k, j] == span[k, j - 1]
+            same = same and all_zero(span[k, j] - span[k, j - 1])
         for i in range(6):
             same = same and rod[j, i] == rod[j - 1, i]
         for i in range(6):

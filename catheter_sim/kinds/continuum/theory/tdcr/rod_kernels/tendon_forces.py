@@ -9,12 +9,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
     BODY,
     COLUMNS,
-    LANES,
     LOW,
     LOW_SLOPE,
     SPAN,
@@ -27,7 +24,9 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.strain import path_direction, strain_of
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
-from catheter_sim.mechanics.linear import solve_columns
+from catheter_sim.mechanics.eight import all_zero, room
+from catheter_sim.mechanics.linear_eights import solve_columns_of_any
+from catheter_sim.mechanics.vectors import dot3, fill
 
 
 @compiled
@@ -37,84 +36,81 @@ def add_span_pulls(w: Array, hole: Array, columns: int) -> None:
     `BODY` and `COLUMNS` are the wrench at the sections' ends, so that what they become is what is left
     over there with its sign reversed.
     """
-    for o in range(42 * LANES):
-        w[LOW * LANES + o] = 0.0
+    for slot in range(42):
+        w[LOW + slot] = 0.0
     for k in range(len(hole)):
         x, y = hole[k, 0], hole[k, 1]
-        for i in range(LANES):
-            tension = w[(TENDONS + 3 * k) * LANES + i]
-            low, high = w[(TENDONS + 3 * k + 1) * LANES + i], w[(TENDONS + 3 * k + 2) * LANES + i]
-            a0 = w[TURN * LANES + i] * x + w[(TURN + 1) * LANES + i] * y
-            a1 = w[(TURN + 3) * LANES + i] * x + w[(TURN + 4) * LANES + i] * y
-            a2 = w[(TURN + 6) * LANES + i] * x + w[(TURN + 7) * LANES + i] * y
-            a0 += w[(TRIAL + 4) * LANES + i] - x
-            a1 += w[(TRIAL + 5) * LANES + i] - y
-            a2 += w[(TRIAL + 6) * LANES + i]
-            length = math.sqrt(a0 * a0 + a1 * a1 + a2 * a2)
-            d0, d1, d2 = a0 / length, a1 / length, a2 / length
-            e0 = -(w[TURN * LANES + i] * d0 + w[(TURN + 3) * LANES + i] * d1)
-            e0 -= w[(TURN + 6) * LANES + i] * d2
-            e1 = -(w[(TURN + 1) * LANES + i] * d0 + w[(TURN + 4) * LANES + i] * d1)
-            e1 -= w[(TURN + 7) * LANES + i] * d2
-            e2 = -(w[(TURN + 2) * LANES + i] * d0 + w[(TURN + 5) * LANES + i] * d1)
-            e2 -= w[(TURN + 8) * LANES + i] * d2
-            w[SPAN * LANES + i], w[(SPAN + 1) * LANES + i], w[(SPAN + 2) * LANES + i] = d0, d1, d2
-            w[(SPAN + 3) * LANES + i] = length
-            w[(SPAN + 4) * LANES + i], w[(SPAN + 5) * LANES + i] = e0, e1
-            w[(SPAN + 6) * LANES + i] = e2
-            fx, fy, fz = tension * d0, tension * d1, low * d2
-            w[LOW * LANES + i] += y * fz
-            w[(LOW + 1) * LANES + i] -= x * fz
-            w[(LOW + 2) * LANES + i] += x * fy - y * fx
-            w[(LOW + 3) * LANES + i] += fx
-            w[(LOW + 4) * LANES + i] += fy
-            w[(LOW + 5) * LANES + i] += fz
-            fx, fy, fz = tension * e0, tension * e1, high * e2
-            w[BODY * LANES + i] -= y * fz
-            w[(BODY + 1) * LANES + i] += x * fz
-            w[(BODY + 2) * LANES + i] -= x * fy - y * fx
-            w[(BODY + 3) * LANES + i] -= fx
-            w[(BODY + 4) * LANES + i] -= fy
-            w[(BODY + 5) * LANES + i] -= fz
+        tension = w[TENDONS + 3 * k]
+        low, high = w[TENDONS + 3 * k + 1], w[TENDONS + 3 * k + 2]
+        a0 = w[TURN] * x + w[TURN + 1] * y
+        a1 = w[TURN + 3] * x + w[TURN + 4] * y
+        a2 = w[TURN + 6] * x + w[TURN + 7] * y
+        a0 += w[TRIAL + 4] - x
+        a1 += w[TRIAL + 5] - y
+        a2 += w[TRIAL + 6]
+        length = math.sqrt(a0 * a0 + a1 * a1 + a2 * a2)
+        d0, d1, d2 = a0 / length, a1 / length, a2 / length
+        e0 = -(w[TURN] * d0 + w[TURN + 3] * d1)
+        e0 -= w[TURN + 6] * d2
+        e1 = -(w[TURN + 1] * d0 + w[TURN + 4] * d1)
+        e1 -= w[TURN + 7] * d2
+        e2 = -(w[TURN + 2] * d0 + w[TURN + 5] * d1)
+        e2 -= w[TURN + 8] * d2
+        w[SPAN], w[SPAN + 1], w[SPAN + 2] = d0, d1, d2
+        w[SPAN + 3] = length
+        w[SPAN + 4], w[SPAN + 5] = e0, e1
+        w[SPAN + 6] = e2
+        fx, fy, fz = tension * d0, tension * d1, low * d2
+        w[LOW] += y * fz
+        w[LOW + 1] -= x * fz
+        w[LOW + 2] += x * fy - y * fx
+        w[LOW + 3] += fx
+        w[LOW + 4] += fy
+        w[LOW + 5] += fz
+        fx, fy, fz = tension * e0, tension * e1, high * e2
+        w[BODY] -= y * fz
+        w[BODY + 1] += x * fz
+        w[BODY + 2] -= x * fy - y * fx
+        w[BODY + 3] -= fx
+        w[BODY + 4] -= fy
+        w[BODY + 5] -= fz
         for c in range(columns):
-            for i in range(LANES):
-                o = c * LANES + i
-                length = w[(SPAN + 3) * LANES + i]
-                tension = w[(TENDONS + 3 * k) * LANES + i] / length
-                low = w[(TENDONS + 3 * k + 1) * LANES + i] / length
-                high = w[(TENDONS + 3 * k + 2) * LANES + i] / length
-                r00, r01, r02 = three(w, TURN, i)
-                r10, r11, r12 = three(w, TURN + 3, i)
-                r20, r21, r22 = three(w, TURN + 6, i)
-                tx, ty, tz = column(w, TRIAL + 7, o)
-                c0, c1, c2 = -tz * y, tz * x, tx * y - ty * x  # turn x hole
-                s0 = r00 * c0 + r01 * c1 + r02 * c2 + w[(TRIAL + 25) * LANES + o]
-                s1 = r10 * c0 + r11 * c1 + r12 * c2 + w[(TRIAL + 31) * LANES + o]
-                s2 = r20 * c0 + r21 * c1 + r22 * c2 + w[(TRIAL + 37) * LANES + o]
-                d0, d1, d2 = three(w, SPAN, i)
-                along = d0 * s0 + d1 * s1 + d2 * s2
-                s0, s1, s2 = s0 - d0 * along, s1 - d1 * along, s2 - d2 * along
-                fx, fy, fz = tension * s0, tension * s1, low * s2
-                w[LOW_SLOPE * LANES + o] += y * fz
-                w[(LOW_SLOPE + 6) * LANES + o] -= x * fz
-                w[(LOW_SLOPE + 12) * LANES + o] += x * fy - y * fx
-                w[(LOW_SLOPE + 18) * LANES + o] += fx
-                w[(LOW_SLOPE + 24) * LANES + o] += fy
-                w[(LOW_SLOPE + 30) * LANES + o] += fz
-                e0, e1, e2 = (
-                    w[(SPAN + 4) * LANES + i] * length,
-                    w[(SPAN + 5) * LANES + i] * length,
-                    w[(SPAN + 6) * LANES + i] * length,
-                )
-                fx = -tension * (r00 * s0 + r10 * s1 + r20 * s2 + (ty * e2 - tz * e1))
-                fy = -tension * (r01 * s0 + r11 * s1 + r21 * s2 + (tz * e0 - tx * e2))
-                fz = -high * (r02 * s0 + r12 * s1 + r22 * s2 + (tx * e1 - ty * e0))
-                w[COLUMNS * LANES + o] -= y * fz
-                w[(COLUMNS + 6) * LANES + o] += x * fz
-                w[(COLUMNS + 12) * LANES + o] -= x * fy - y * fx
-                w[(COLUMNS + 18) * LANES + o] -= fx
-                w[(COLUMNS + 24) * LANES + o] -= fy
-                w[(COLUMNS + 30) * LANES + o] -= fz
+            length = w[SPAN + 3]
+            tension = w[TENDONS + 3 * k] / length
+            low = w[TENDONS + 3 * k + 1] / length
+            high = w[TENDONS + 3 * k + 2] / length
+            r00, r01, r02 = three(w, TURN)
+            r10, r11, r12 = three(w, TURN + 3)
+            r20, r21, r22 = three(w, TURN + 6)
+            tx, ty, tz = column(w, TRIAL + 7 + c)
+            c0, c1, c2 = -tz * y, tz * x, tx * y - ty * x  # turn x hole
+            s0 = r00 * c0 + r01 * c1 + r02 * c2 + w[TRIAL + 25 + c]
+            s1 = r10 * c0 + r11 * c1 + r12 * c2 + w[TRIAL + 31 + c]
+            s2 = r20 * c0 + r21 * c1 + r22 * c2 + w[TRIAL + 37 + c]
+            d0, d1, d2 = three(w, SPAN)
+            along = d0 * s0 + d1 * s1 + d2 * s2
+            s0, s1, s2 = s0 - d0 * along, s1 - d1 * along, s2 - d2 * along
+            fx, fy, fz = tension * s0, tension * s1, low * s2
+            w[LOW_SLOPE + c] += y * fz
+            w[LOW_SLOPE + 6 + c] -= x * fz
+            w[LOW_SLOPE + 12 + c] += x * fy - y * fx
+            w[LOW_SLOPE + 18 + c] += fx
+            w[LOW_SLOPE + 24 + c] += fy
+            w[LOW_SLOPE + 30 + c] += fz
+            e0, e1, e2 = (
+                w[SPAN + 4] * length,
+                w[SPAN + 5] * length,
+                w[SPAN + 6] * length,
+            )
+            fx = -tension * (r00 * s0 + r10 * s1 + r20 * s2 + (ty * e2 - tz * e1))
+            fy = -tension * (r01 * s0 + r11 * s1 + r21 * s2 + (tz * e0 - tx * e2))
+            fz = -high * (r02 * s0 + r12 * s1 + r22 * s2 + (tx * e1 - ty * e0))
+            w[COLUMNS + c] -= y * fz
+            w[COLUMNS + 6 + c] += x * fz
+            w[COLUMNS + 12 + c] -= x * fy - y * fx
+            w[COLUMNS + 18 + c] -= fx
+            w[COLUMNS + 24 + c] -= fy
+            w[COLUMNS + 30 + c] -= fz
 
 
 @compiled
@@ -139,16 +135,17 @@ def add_path_forces(
         result: shape (6,).
         slope: result, by the wrench, shape (6, 6).
     """
-    strain, stiffness = np.zeros(6), np.empty((6, 6))
+    strain, stiffness = room((6,), wrench), room((6, 6), wrench)
+    fill(strain, 0.0)
     strain_of(rod, hole, tension, wrench, strain, stiffness)
-    by_strain = np.zeros((6, 6))  # transposed
-    tangent = np.empty(3)
+    by_strain, tangent = room((6, 6), wrench), room((3,), wrench)  # the first one transposed
+    fill(by_strain, 0.0)
     for k in range(len(hole)):
-        if pull[k] == 0.0:
+        if all_zero(pull[k]):
             continue
         x, y = hole[k, 0], hole[k, 1]
         path_direction(strain, hole[k], tangent)
-        length = math.sqrt(tangent[0] ** 2 + tangent[1] ** 2 + tangent[2] ** 2)
+        length = math.sqrt(dot3(tangent, tangent))
         t0, t1, t2 = tangent[0] / length, tangent[1] / length, tangent[2] / length
         result[0] += pull[k] * y * t2
         result[1] -= pull[k] * x * t2
@@ -182,7 +179,7 @@ def add_path_forces(
             by_strain[i, 5] += pull[k] * d2
     if not derive:
         return
-    solve_columns(stiffness, by_strain)  # symmetric
+    solve_columns_of_any(stiffness, by_strain)  # symmetric
     for i in range(6):
         for c in range(6):
             slope[i, c] = by_strain[c, i]
