@@ -12,11 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar, cast
 
-# Assumed where no damping is published: that of polymers, 3 to 5 ms, as of the TPU rod of `validation.motion`.
-DAMPING_TIME_S = 0.005
-DYNAMICS_ASSUMED = (
-    "assumed: comes to rest without overshoot where rows are held; in motion damped as polymers"
-)
+DAMPING_TIME_S = 0.005  # assumed where no damping is published: that of a polymer, 3 to 5 ms
+DYNAMICS_ASSUMED = "assumed: held rows come to rest without overshoot; in motion damped as a polymer"
 
 
 @dataclass(frozen=True)
