@@ -56,9 +56,13 @@ def motion_step_s(robot: RobotSpec) -> float:
 
 
 def of_springs_and_masses(robot: RobotSpec) -> Integration:
-    """Return how a robot is stepped that has no stiffness but its joints' own springs."""
-    damped = robot.dynamics.damping_time_s >= motion_step_s(robot) or robot.friction.mu > 0.0
-    return Integration(LEAPFROG if damped else SMOOTH)
+    """Return how a robot is stepped that has no stiffness but its joints' own springs.
+
+    Where tendons rub, `discrete`: MuJoCo's constraints then know the damping, too; the rule is `LEAPFROG`'s.
+    """
+    if robot.friction.mu > 0.0:
+        return Integration(IMPLICIT_SPRINGS)
+    return Integration(LEAPFROG if robot.dynamics.damping_time_s >= motion_step_s(robot) else SMOOTH)
 
 
 def in_motion(robot: R, integration: Integration) -> R:
