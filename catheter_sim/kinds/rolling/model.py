@@ -34,7 +34,7 @@ def add(root: mjcf.RootElement, robot: RollingRobot, actuation: str) -> None:
 
 def integration(robot: RollingRobot, actuation: str) -> Integration:
     """Return how it is stepped in motion: rods resist beside the step, up to `_STIFFER` times as unbent."""
-    return Integration(IMPLICIT_SPRINGS, _STIFFER)
+    return Integration(IMPLICIT_SPRINGS, _STIFFER, own_springs=False)
 
 
 def length_m(robot: RollingRobot) -> float:
