@@ -64,7 +64,9 @@ def of_springs_and_masses(robot: RobotSpec) -> Integration:
     """
     if robot.friction.mu > 0.0:
         return Integration(IMPLICIT_SPRINGS)
-    return Integration(LEAPFROG if robot.dynamics.damping_time_s >= motion_step_s(robot) else SMOOTH)
+    dynamics = robot.dynamics
+    damped = dynamics.damping_time_s >= motion_step_s(robot) or dynamics.tendon_damping_N_s_per_m > 0.0
+    return Integration(LEAPFROG if damped else SMOOTH)
 
 
 def in_motion(robot: R, integration: Integration) -> R:
