@@ -85,6 +85,7 @@ def robot_listing(reference: str) -> dict[str, Any]:
     from catheter_sim.channels import (
         FORCE_CHANNELS,
         MOMENT_CHANNELS,
+        ON_BODIES,
         actuations,
         input_channels,
         output_channels,
@@ -104,7 +105,7 @@ def robot_listing(reference: str) -> dict[str, Any]:
         "parameter_sets": list(parameter_sets(reference)),
         "actuation": specified.actuation,
         "inputs": {kind: input_channels(specified, kind) for kind in actuations(specified)},
-        "optional_inputs": [*FORCE_CHANNELS, *MOMENT_CHANNELS],
+        "optional_inputs": [*FORCE_CHANNELS, *MOMENT_CHANNELS, *ON_BODIES],
         "outputs": output_channels(specified),
         "static_models": [_cells(row) for row in list_models(specified)],
         "effects": [
