@@ -105,7 +105,8 @@ def robot_listing(reference: str) -> dict[str, Any]:
         "parameter_sets": list(parameter_sets(reference)),
         "actuation": specified.actuation,
         "inputs": {kind: input_channels(specified, kind) for kind in actuations(specified)},
-        "optional_inputs": [*FORCE_CHANNELS, *MOMENT_CHANNELS, *ON_BODIES],
+        "optional_inputs": [*FORCE_CHANNELS, *MOMENT_CHANNELS],
+        "inputs_on_bodies": list(ON_BODIES),
         "outputs": output_channels(specified),
         "static_models": [_cells(row) for row in list_models(specified)],
         "effects": [
