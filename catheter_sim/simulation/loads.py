@@ -30,16 +30,18 @@ class Loads:
         """Prepare for a robot of so many elements, without loads."""
         self._base = place.base
         self._body = [int(place.site(names.face(k)).bodyid.item()) for k in range(1, elements + 1)]
+        self._face = [int(place.site(names.face(k)).id) for k in range(1, elements + 1)]
         self._tip, self._tip_body = int(place.site(names.TIP).id), int(place.site(names.TIP).bodyid.item())
         self._force, self._moment = np.zeros(3), np.zeros(3)  # base frame
         self._others: tuple[LinkForce, ...] = ()
-        # body, point in its frame, force and moment in the world frame
-        self._acting: list[tuple[int, Array, Array, Array]] = []
+        # element from 0, point in its body's frame or None for its face, force and moment in the world frame
+        self._acting: list[tuple[int, Array | None, Array, Array]] = []
         self.force_tip, self._moment_tip = self._force, self._moment
         if self._base is not None:
             self.force_tip, self._moment_tip = np.zeros(3), np.zeros(3)
         self.per_element = np.zeros((elements, 3))
         self._any = False
+        self._given: set[int] = set()  # bodies that `put` has given something
 
     def set(self, force_tip: ArrayLike, moment_tip: ArrayLike, others: Sequence[LinkForce] = ()) -> None:
         """Let these act from now on, and no others; base frame.
@@ -68,9 +70,34 @@ class Loads:
             return
         place, applied = data.site_xpos[self._tip], data.qfrc_applied
         mujoco.mj_applyFT(model, data, self.force_tip, self._moment_tip, place, self._tip_body, applied)
-        for body, point, force, moment in self._acting:
-            place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
+        for element, point, force, moment in self._acting:
+            body, place = self._body[element], self._place(data, element, point)
             mujoco.mj_applyFT(model, data, force, moment, place, body, applied)
+
+    def put(self, data: mujoco.MjData) -> None:
+        """Give the forces and moments to the bodies, in `data.xfrc_applied`: for a step of several stages.
+
+        Within a step they keep their arms about the bodies' centres of mass.
+        """
+        if not (self._any or self._given):
+            return
+        given = data.xfrc_applied
+        for body in self._given:
+            given[body] = 0.0
+        acting = [(self._tip_body, data.site_xpos[self._tip], self.force_tip, self._moment_tip)]
+        for element, point, force, moment in self._acting:
+            acting.append((self._body[element], self._place(data, element, point), force, moment))
+        for body, place, force, moment in acting:
+            given[body, :3] += force
+            given[body, 3:] += moment + np.cross(place - data.xipos[body], force)
+        self._given = {body for body, *_ in acting}
+
+    def _place(self, data: mujoco.MjData, element: int, point: Array | None) -> Array:
+        """Return where an element's point is in the world, (3,); None: the middle of its distal face."""
+        if point is None:
+            return data.site_xpos[self._face[element]]
+        body = self._body[element]
+        return np.asarray(data.xpos[body] + data.xmat[body].reshape(3, 3) @ point)
 
     def _point_others(self, R_wb: Array | None) -> None:
         """Find the other forces in the world frame; None: it is the base frame."""
@@ -79,7 +106,8 @@ class Loads:
             force, moment = np.array(item.force_N, float), np.array(item.moment_Nm, float)
             if R_wb is not None:
                 force, moment = R_wb @ force, R_wb @ moment
-            self._acting.append((self._body[item.link - 1], np.array(item.point_m, float), force, moment))
+            point = None if item.point_m is None else np.array(item.point_m, float)
+            self._acting.append((item.link - 1, point, force, moment))
         self.per_element[:] = 0.0
         for item, (_, _, force, _) in zip(self._others, self._acting, strict=True):
             self.per_element[item.link - 1] += force

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.inputs import Inputs, require_tip_loads_alone
 from catheter_sim.core.kind import Kind
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
@@ -64,6 +64,7 @@ class TheoryModel:
             InputError: an effect is not possible, the model does not carry the robot, or a row has no
                 balance.
         """
+        require_tip_loads_alone(inputs, f"static model {self.name!r}")
         acting = in_force(robot, inputs)
         run = self.law(acting.robot, acting.inputs, gravity_mps2)
         if not robot.effects:
