@@ -45,6 +45,8 @@ def _key(segment: str, axis: str) -> str:
 
 
 def tip_forces(segments: Sequence[tuple[str, float, str]]) -> tuple[Handle, ...]:
-    """Return the directions of a force on the tip: in the plane of a planar robot, else in space."""
+    """Return the directions of a force on the tip, in the plane of a planar robot, else in space, and a mass
+    there."""
     planar = all(own == "x" for _, _, own in segments)
-    return tuple(Handle(Role.TIP_FORCE, "", f"force_{axis}_N") for axis in ("xz" if planar else "xyz"))
+    forces = (Handle(Role.TIP_FORCE, "", f"force_{axis}_N") for axis in ("xz" if planar else "xyz"))
+    return (*forces, Handle(Role.TIP_MASS, "tip_mass_g", "mass_g"))

@@ -154,6 +154,12 @@ of a test would have none."""
 ROWS_TO_CHOOSE_BY = 600
 """[rows] About so many are compared to choose between hypotheses. Why: more rows of the same cycles cost
 time and say nothing new; the chosen one is fitted to all."""
+SECONDS_TO_CHOOSE_BY = 12.0
+"""[s] The same of data taken in motion, of the trials' beginnings together. Why: a simulated second costs
+time, not a row; a few seconds of each trial hold several swings of a robot."""
+LEAST_BLOCK_S = 1.0
+"""[s] Stretches of rows that count as one, at least, in motion. Why: rows a hundredth of a second apart are
+no independent values; a robot's swing lasts some tenths of a second."""
 FOLDS = 8
 """[folds] Of the cross-validation; a fold is a stretch of whole cycles. Why: assumed; each fit keeps seven
 eighths of the data."""

@@ -93,7 +93,7 @@ def select(
     problem = with_fewer_rows(problem)
     search = Search(pool, problem, on_fit or (lambda line: None))
     (null,) = search.fitted([((), {})])
-    tiers = [terms_for(problem.robot, name) for name in candidates]
+    tiers = [terms_for(problem.robot, name, problem.moving) for name in candidates]
     simple, detailed = _by_size(tiers)
     alone = [term for terms in tiers for term in search.promising(null, terms)]
     singles = search.fitted([((term,), {}) for term in alone])
@@ -136,7 +136,7 @@ def equals_of(
     problem = with_fewer_rows(problem)
     search = Search(pool, problem, lambda line: None)
     (current,) = search.fitted([(chosen.terms, chosen.values)])
-    simple, detailed = _by_size([terms_for(problem.robot, name) for name in candidates])
+    simple, detailed = _by_size([terms_for(problem.robot, name, problem.moving) for name in candidates])
     search.fit_in_each_place(current, (*simple, *detailed))
     return tuple(item for _, _, item in rivals_of(current, search.tried) if as_good(current, item))
 

@@ -22,6 +22,7 @@ from catheter_sim.diagnosis.data.dataset import (
     notes_on_ignored,
     trial_of_columns,
 )
+from catheter_sim.diagnosis.data.motion import HELD, motion_named
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.errors import InputError, cut, unknown
@@ -36,6 +37,7 @@ def dataset_of(
     gravity_mps2: Array,
     calibration: Mapping[str, Sequence[float]],
     name: str,
+    motion: str = HELD.name,
 ) -> Dataset:
     """Return measured data that lie in no folder, checked as those in one are.
 
@@ -47,6 +49,7 @@ def dataset_of(
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
         calibration: dotted keys with their bounds, as `[calibration]` of a `dataset.toml`.
         name: of the data.
+        motion: of `motion.MOTIONS`.
 
     Raises:
         InputError: a trial or a column is missing, unknown or impossible.
@@ -80,6 +83,7 @@ def dataset_of(
         input_channels=inputs,
         output_channels=measured,
         trials=trials,
+        motion=motion_named(motion, f"{name}: motion"),
         calibration=calibration_numbers(
             {key: _listed(bounds) for key, bounds in calibration.items()}, robot, name
         ),

@@ -18,7 +18,6 @@ from catheter_sim.diagnosis.fitting.noise import white_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.stages.prepare import Prepared
 from catheter_sim.diagnosis.thresholds import SMALLEST_WEIGHT_SHARE
-from catheter_sim.theory.predict import twin_for
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,8 @@ def training_problem(dataset: Dataset, train: Sequence[Trial], frame: tuple[Nuis
         trials=tuple(train),
         columns=columns,
         weight=np.ones(len(columns)),
-        twin=twin_for(robot, actuation, columns, dataset.gravity_mps2),
+        twin=dataset.motion.twin(robot, actuation, columns, dataset.gravity_mps2),
+        moving=dataset.motion.moving,
     )
     spread: dict[str, float] = {}
     for index, name in enumerate(columns):

@@ -16,7 +16,6 @@ from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
 from catheter_sim.diagnosis.data_faults.model_error import relative_error_of
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.thresholds import MISTAKE_SURER
-from catheter_sim.theory.predict import twin_for
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ def in_base_frame(dataset: Dataset) -> tuple[Dataset, Registration]:
     """
     train, _ = split(dataset)
     robot, columns = replace(dataset.robot, actuation=train[0].inputs.actuation), dataset.output_channels
-    twin = twin_for(robot, robot.actuation, columns, dataset.gravity_mps2)
+    twin = dataset.motion.twin(robot, robot.actuation, columns, dataset.gravity_mps2)
     registration = register(train, columns, robot, twin)
     if not registration.applied:
         return dataset, registration
