@@ -6,6 +6,7 @@ Columns carry their unit in the name; the values in a `Table` are in that unit, 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
 import numpy as np
@@ -22,6 +23,8 @@ from catheter_sim.units import si_factor
 
 FORCE_CHANNELS = ("force_tip_x_N", "force_tip_y_N", "force_tip_z_N")
 MOMENT_CHANNELS = ("moment_tip_x_Nm", "moment_tip_y_Nm", "moment_tip_z_Nm")
+_ON_BODY = re.compile(r"(force|moment)_body_([1-9][0-9]*)_([xyz])_(N|Nm)")
+_UNITS = {"force": "N", "moment": "Nm"}
 QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
 _LARGEST_INPUT = 1e15  # in the column's unit; squares of what lies far beyond are no numbers any more
 
@@ -116,8 +119,10 @@ def read_inputs(robot: RobotSpec, table: Table) -> Inputs:
     columns = {kind: [drive.column for drive in drives] for kind, drives in by_kind.items()}
     choices = [*(name for names in columns.values() for name in names), *FORCE_CHANNELS, *MOMENT_CHANNELS]
     for name in table.columns:
-        if name not in choices:
-            raise unknown("input channel", name, choices, table.where)
+        if name not in choices and _element_of(name) is None:
+            on_bodies = ["force_body_<k>_x_N ...", "moment_body_<k>_x_Nm ..."]
+            raise unknown("input channel", name, [*choices, *on_bodies], table.where)
+    bodies = _bodies_in(robot, table)
     used = [kind for kind, names in columns.items() if any(name in table.columns for name in names)]
     if len(used) > 1:
         raise InputError(f"{table.where}: {' and '.join(used)} channels cannot be mixed")
@@ -147,7 +152,37 @@ def read_inputs(robot: RobotSpec, table: Table) -> Inputs:
         tendon=tendon,
         force_tip=np.stack([column(name) for name in FORCE_CHANNELS], axis=1),
         moment_tip=np.stack([column(name) for name in MOMENT_CHANNELS], axis=1),
+        bodies=bodies,
+        **{
+            f"{what}_body": np.stack(
+                [[column(f"{what}_body_{k}_{axis}_{unit}") for axis in "xyz"] for k in bodies], axis=0
+            ).transpose(2, 0, 1)
+            for what, unit in _UNITS.items()
+            if bodies
+        },
     )
+
+
+def _element_of(name: str) -> int | None:
+    """Return the element on which an input column acts, None where it is no such column."""
+    found = _ON_BODY.fullmatch(name)
+    return int(found[2]) if found is not None and _UNITS[found[1]] == found[4] else None
+
+
+def _bodies_in(robot: RobotSpec, table: Table) -> tuple[int, ...]:
+    """Return the elements on which columns of `table` act, rising.
+
+    Raises:
+        InputError: the robot has no such element.
+    """
+    bodies: set[int] = set()
+    for name in table.columns:
+        element = _element_of(name)
+        if element is not None:
+            if element > body_count(robot):
+                raise InputError(f"{table.where}: {name}: the robot's bodies are 1 to {body_count(robot)}")
+            bodies.add(element)
+    return tuple(sorted(bodies))
 
 
 def _check_range(drive: Drive, values: Array, table: Table) -> None:

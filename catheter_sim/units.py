@@ -15,6 +15,7 @@ from typing import Any
 SI_TO_FILE: dict[str, tuple[str, float]] = {
     "_N_m_per_rad": ("_N_mm_per_rad", 1e3),
     "_N_per_m": ("_N_per_mm", 1e-3),
+    "_N_s_per_m": ("_N_s_per_m", 1.0),
     "_N_m2": ("_N_mm2", 1e6),
     "_rad_per_m": ("_deg_per_m", 180.0 / math.pi),
     "_m_per_s": ("_mm_per_s", 1e3),

@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     from catheter_sim.tables import replaced_when_whole
 
     specified, robot = load(options.robot, options.settings)
-    text = build_mjcf(robot)
+    text = build_mjcf(robot, motion=True)
     try:
         model = mujoco.MjModel.from_xml_string(text)
     except ValueError as error:

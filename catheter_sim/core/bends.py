@@ -1,4 +1,4 @@
-"""Where a cause bends a robot of segments in a row: their curvature without load, a force on the tip."""
+"""Where a cause acts on a robot of segments in a row: curvature without load, damping, loads on the tip."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from catheter_sim.core.effect import Handle, Role
 
 _MOST_RAD = 2.0  # over the length; some 115 deg
 _MATTERS_RAD = 0.02
+DAMPING = Handle(Role.DAMPING, "dynamics.damping_time_s")  # of every kind's robots
 
 
 def curvature_handle(key: str, parameter: str, group: str, length_m: float) -> Handle:

@@ -19,6 +19,7 @@ from catheter_sim.core.drive import Drive, Outputs
 from catheter_sim.core.effect import Handle, Mover, Sizes
 from catheter_sim.core.law import Laws
 from catheter_sim.core.law_copies import Batched
+from catheter_sim.core.motion import Integration
 from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.published import Robots
 from catheter_sim.core.quick_model import QuickModel, SpeedCase
@@ -82,6 +83,9 @@ class Model(Protocol[R_in]):
         Raises:
             InputError: the robot takes no such inputs.
         """
+
+    def integration(self, robot: R_in, actuation: str) -> Integration:
+        """Return how the model is stepped where the robot moves."""
 
     def length_m(self, robot: R_in) -> float:
         """Return the length of the straight robot, all pushed out that can be [m]."""

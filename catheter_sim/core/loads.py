@@ -17,13 +17,13 @@ class LinkForce:
     Attributes:
         link: counted from 1 at the base.
         point_m: where it acts, in the link's frame (z on the axis, the flat top at z = the link's
-            length), shape (3,).
+            length), shape (3,); None: in the middle of its distal face.
         force_N: in the base frame, shape (3,).
         moment_Nm: the same, for the simulation; the statics of rolling joints take a moment at the tip only.
     """
 
     link: int
-    point_m: tuple[float, float, float]
+    point_m: tuple[float, float, float] | None
     force_N: tuple[float, float, float]
     moment_Nm: tuple[float, float, float] = (0.0, 0.0, 0.0)
 

@@ -31,14 +31,24 @@ class Mount:
 class Dynamics:
     """What sets the motion between two equilibria, but no equilibrium.
 
-    A hinge of stiffness K gets the damping K * relaxation_time_s and the armature
-    K * inertia_time_s**2, so that the approach to rest is overdamped alike for stiff and soft
-    robots: dry friction remembers an overshoot.
+    Aids for coming to rest, which act only where rows are held: a hinge of stiffness K gets the damping
+    K * relaxation_time_s and the armature K * inertia_time_s**2, so that the approach to rest is overdamped
+    alike for stiff and soft robots: dry friction remembers an overshoot.
+
+    Physical damping, which acts only in motion; none by default, a robot that is to move as a real one
+    states its own: material that is strained at a rate resists as Kelvin and Voigt's, stress = E (strain +
+    damping_time_s * rate), so that a hinge of stiffness K gets the damping K * damping_time_s; a tendon's
+    channel resists by a force along the tendon; a servo follows its command by a first-order lag.
+    `core.motion` makes of these what the integrator needs.
     """
 
-    timestep_s: float = 0.005
+    timestep_s: float = 0.005  # of held rows
     relaxation_time_s: float = 0.05
     inertia_time_s: float = 0.01
+    damping_time_s: float = 0.0  # eta / E of the material, bending and torsion alike
+    tendon_damping_N_s_per_m: float = 0.0  # of each tendon in its channel, against its lengthening
+    servo_lag_s: float = 0.0  # time constant between a command and what the actuator does
+    motion_timestep_s: float = 0.0005  # longest step in motion; `timestep_s` where that is shorter
 
 
 @dataclass(frozen=True, kw_only=True)

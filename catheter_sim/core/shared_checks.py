@@ -8,6 +8,7 @@ from catheter_sim.errors import InputError, shown
 
 _LONGEST_NAME = 100  # characters
 _TIMESTEP_S = (1e-5, 0.1)  # a held row takes 2 s and more: 200,000 steps, or 20
+_MOST_N_S_PER_M = 1e6  # a tendon that cannot be moved
 _SLOWEST_S = 1000.0  # a robot this slow never comes to rest
 
 
@@ -36,3 +37,11 @@ def check_shared(robot: RobotSpec, where: str) -> None:
     for name in ("relaxation_time_s", "inertia_time_s"):
         what = f"must be at most {_SLOWEST_S:g} s"
         need(robot.dynamics, name, f"{top}dynamics.", lambda time: time <= _SLOWEST_S, what)
+    what = f"must lie in {low_s:g} to {high_s:g} s"
+    need(robot.dynamics, "motion_timestep_s", f"{top}dynamics.", lambda step: low_s <= step <= high_s, what)
+    for name in ("damping_time_s", "servo_lag_s"):
+        what = f"must lie in 0 to {_SLOWEST_S:g} s"
+        need(robot.dynamics, name, f"{top}dynamics.", lambda time: 0.0 <= time <= _SLOWEST_S, what)
+    what = f"must lie in 0 to {_MOST_N_S_PER_M:g}"
+    name = "tendon_damping_N_s_per_m"
+    need(robot.dynamics, name, f"{top}dynamics.", lambda damping: 0.0 <= damping <= _MOST_N_S_PER_M, what)

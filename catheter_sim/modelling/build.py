@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 import mujoco
 
+from catheter_sim.core.motion import IMPLICIT_SPRINGS, in_motion
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.kinds import face_of, kind_of
@@ -19,7 +20,9 @@ _LOAD_RADIUS_M = 1e-4  # of gyration of a load at the tip: nothing beside its di
 _DEEPEST_CALLS = 5000  # a few for each of the 400 links that a robot may have
 
 
-def build_mjcf(robot: RobotSpec, actuation: str | None = None, friction_tails: bool = False) -> str:
+def build_mjcf(
+    robot: RobotSpec, actuation: str | None = None, friction_tails: bool = False, motion: bool = False
+) -> str:
     """Return a self-contained MJCF model of `robot` as text.
 
     An actuator's control is the tendon's tension [N], or its displacement [m] from just taut at rest
@@ -31,16 +34,23 @@ def build_mjcf(robot: RobotSpec, actuation: str | None = None, friction_tails: b
         actuation: "tension" or "displacement"; default: the robot's own.
         friction_tails: carry the elements of the reference friction law. The shipped law needs none:
             it runs beside the model (`catheter_sim.simulation.friction`).
+        motion: let the model move as the robot does, with its masses' inertia and its physical damping
+            (`core.motion`); otherwise it comes to rest soon, by the aids of `core.robot.Dynamics`.
 
     Raises:
         InputError: MuJoCo refuses the model, or the robot knows no such actuation.
     """
     actuation = actuation or robot.actuation
+    integrator, servo_lag_s = IMPLICIT_SPRINGS, 0.0
+    if motion:
+        integration = kind_of(robot).model.integration(robot, actuation)
+        integrator, servo_lag_s = integration.integrator, robot.dynamics.servo_lag_s
+        robot = in_motion(robot, integration)
     root = mjcf.RootElement(model=robot.name.replace("/", "_"))
     root.compiler.angle = "radian"
     root.compiler.autolimits = True
     root.option.timestep = robot.dynamics.timestep_s
-    root.option.integrator = "discrete"
+    root.option.integrator = integrator
     root.option.gravity = (0.0, 0.0, 0.0)
     root.option.flag.contact = "disable"
     root.custom.add("numeric", name="friction_mu", data=[robot.friction.mu])
@@ -50,6 +60,8 @@ def build_mjcf(robot: RobotSpec, actuation: str | None = None, friction_tails: b
         _hang_on_tip(root, robot.tip_mass_kg)
     if friction_tails:
         face_of(robot, "friction_tails", "reference friction law").add(root, robot)
+    if motion:
+        _resist(root, robot, servo_lag_s)
     with _deep_enough():
         text = root.to_xml_string(precision=9)
     try:
@@ -65,6 +77,17 @@ def _hang_on_tip(root: mjcf.RootElement, mass_kg: float) -> None:
     load = tip.parent.add("body", name=names.TIP_MASS, pos=tip.pos)
     around = mass_kg * _LOAD_RADIUS_M**2
     load.add("inertial", pos=(0.0, 0.0, 0.0), mass=mass_kg, diaginertia=(around, around, around))
+
+
+def _resist(root: mjcf.RootElement, robot: RobotSpec, servo_lag_s: float) -> None:
+    """Let pulled tendons resist in their channels, and actuators follow their controls by a lag."""
+    pulled = {actuator.tendon for actuator in root.find_all("actuator") if actuator.tendon is not None}
+    for actuator in root.find_all("actuator"):
+        if servo_lag_s > 0.0:
+            actuator.dyntype, actuator.dynprm = "filterexact", (servo_lag_s,)
+    for tendon in root.find_all("tendon"):
+        if tendon in pulled and robot.dynamics.tendon_damping_N_s_per_m > 0.0:
+            tendon.damping = robot.dynamics.tendon_damping_N_s_per_m
 
 
 @contextmanager

@@ -6,15 +6,17 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.modelling.build import build_mjcf
 
 KEPT = 8
-_written: list[tuple[RobotSpec, str, bool, str]] = []  # the newest first
+_written: list[tuple[RobotSpec, str, bool, bool, str]] = []  # the newest first
 
 
-def remembered_mjcf(robot: RobotSpec, actuation: str | None = None, friction_tails: bool = False) -> str:
+def remembered_mjcf(
+    robot: RobotSpec, actuation: str | None = None, friction_tails: bool = False, motion: bool = False
+) -> str:
     """Return `build_mjcf` of the same arguments, from memory where it was among the last `KEPT`."""
-    wanted = (robot, actuation or robot.actuation, friction_tails)
+    wanted = (robot, actuation or robot.actuation, friction_tails, motion)
     last = tuple(_written)  # read once: other threads may write
-    found = next((item for item in last if item[:3] == wanted), None)
+    found = next((item for item in last if item[:4] == wanted), None)
     if found is None:
         found = (*wanted, build_mjcf(*wanted))
     _written[:] = [found, *(item for item in last if item is not found)][:KEPT]
-    return found[3]
+    return found[4]

@@ -173,7 +173,19 @@ def resampled(inputs: Inputs, time_s: Array) -> Inputs:
         columns = [np.interp(time_s, inputs.time_s, column) for column in values.T]
         return np.stack(columns, axis=1)
 
-    return Inputs(time_s, inputs.actuation, at(inputs.tendon), at(inputs.force_tip), at(inputs.moment_tip))
+    shape = (len(time_s), len(inputs.bodies), 3)
+    rows = len(inputs)
+    force, moment = (values.reshape(rows, -1) for values in (inputs.force_body, inputs.moment_body))
+    return Inputs(
+        time_s,
+        inputs.actuation,
+        at(inputs.tendon),
+        at(inputs.force_tip),
+        at(inputs.moment_tip),
+        inputs.bodies,
+        at(force).reshape(shape) if inputs.bodies else inputs.force_body,
+        at(moment).reshape(shape) if inputs.bodies else inputs.moment_body,
+    )
 
 
 def _check(path: str | os.PathLike[str], suffix: str, camera: str, width: int, height: int) -> None:

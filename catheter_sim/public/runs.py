@@ -226,7 +226,7 @@ def build(robot: RobotSpec | str | os.PathLike[str]) -> Any:
     from catheter_sim.effects.apply import built_in
     from catheter_sim.modelling.build import build_mjcf
 
-    return mujoco.MjSpec.from_string(build_mjcf(built_in(robot_of(robot))))
+    return mujoco.MjSpec.from_string(build_mjcf(built_in(robot_of(robot)), motion=True))
 
 
 def render(run: Run, path: str | os.PathLike[str], width: int = 1280, height: int = 720) -> None:

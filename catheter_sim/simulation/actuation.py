@@ -16,6 +16,7 @@ class Actuation:
     Attributes:
         controls: what stands between inputs and actuators.
         pulls: the actuators that pull tendons.
+        arrived: what arrives at the tendons now, shape (t,).
     """
 
     def __init__(self, place: RobotInModel, data: mujoco.MjData, controls: Controls, given: bool) -> None:
@@ -34,13 +35,13 @@ class Actuation:
         )
         # Control ranges are for sliders; a simulation takes what it is given.
         model.actuator_ctrllimited[place.actuators()] = 0
-        self._arrived = np.zeros(len(controls.spans))
+        self.arrived = np.zeros(len(controls.spans))
         self._ctrl_before = np.zeros(len(pulls))
 
     def reset(self) -> None:
         """Return to inputs of zero that have always been so."""
-        self._arrived = np.zeros(len(self.controls.spans))
-        self.set(self._arrived)
+        self.arrived = np.zeros(len(self.controls.spans))
+        self.set(self.arrived)
         self._ctrl_before[:] = 0.0
 
     def set(self, inputs: Array) -> None:
@@ -50,8 +51,8 @@ class Actuation:
             InputError: an input that the robot cannot follow.
         """
         controls = self.controls
-        self._arrived = controls.arriving(self._arrived, inputs)
-        self._data.ctrl[controls.actuators] = controls.controls(self._arrived)
+        self.arrived = controls.arriving(self.arrived, inputs)
+        self._data.ctrl[controls.actuators] = controls.controls(self.arrived)
 
     def tension(self) -> Array:
         """Return the tension of each input at the actuator, shape (t,) [N]; of a pair the tauter one's."""

@@ -112,10 +112,12 @@ class CapstanFriction(Law):
         )
 
     def know_joints(self) -> None:
-        """Take over the stiffness of the model's joints; to be called where it has changed."""
+        """Take over step, inertia, damping and stiffness of the model; to be called where they changed."""
         model = self._model
+        self._timestep = float(model.opt.timestep)
         stiffness = np.zeros(model.nv)
-        stiffness[model.jnt_dofadr] = model.jnt_stiffness
+        if model.opt.integrator == int(mujoco.mjtIntegrator.mjINT_DISCRETE):  # where springs are implicit
+            stiffness[model.jnt_dofadr] = model.jnt_stiffness
         mass = model.dof_armature + self._timestep * (model.dof_damping + self._timestep * stiffness)
         self._yielding = self._timestep / mass
 

@@ -30,11 +30,12 @@ class Loads:
         """Prepare for a robot of so many elements, without loads."""
         self._base = place.base
         self._body = [int(place.site(names.face(k)).bodyid.item()) for k in range(1, elements + 1)]
+        self._face = [int(place.site(names.face(k)).id) for k in range(1, elements + 1)]
         self._tip, self._tip_body = int(place.site(names.TIP).id), int(place.site(names.TIP).bodyid.item())
         self._force, self._moment = np.zeros(3), np.zeros(3)  # base frame
         self._others: tuple[LinkForce, ...] = ()
-        # body, point in its frame, force and moment in the world frame
-        self._acting: list[tuple[int, Array, Array, Array]] = []
+        # element from 0, point in its body's frame or None for its face, force and moment in the world frame
+        self._acting: list[tuple[int, Array | None, Array, Array]] = []
         self.force_tip, self._moment_tip = self._force, self._moment
         if self._base is not None:
             self.force_tip, self._moment_tip = np.zeros(3), np.zeros(3)
@@ -68,8 +69,11 @@ class Loads:
             return
         place, applied = data.site_xpos[self._tip], data.qfrc_applied
         mujoco.mj_applyFT(model, data, self.force_tip, self._moment_tip, place, self._tip_body, applied)
-        for body, point, force, moment in self._acting:
-            place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
+        for element, point, force, moment in self._acting:
+            body = self._body[element]
+            place = data.site_xpos[self._face[element]]
+            if point is not None:
+                place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
             mujoco.mj_applyFT(model, data, force, moment, place, body, applied)
 
     def _point_others(self, R_wb: Array | None) -> None:
@@ -79,7 +83,8 @@ class Loads:
             force, moment = np.array(item.force_N, float), np.array(item.moment_Nm, float)
             if R_wb is not None:
                 force, moment = R_wb @ force, R_wb @ moment
-            self._acting.append((self._body[item.link - 1], np.array(item.point_m, float), force, moment))
+            point = None if item.point_m is None else np.array(item.point_m, float)
+            self._acting.append((item.link - 1, point, force, moment))
         self.per_element[:] = 0.0
         for item, (_, _, force, _) in zip(self._others, self._acting, strict=True):
             self.per_element[item.link - 1] += force

@@ -75,7 +75,7 @@ class MovingTwin:
     def _stepped(self, robot: RobotSpec) -> RobotSpec:
         if not self.timestep_s:
             return robot
-        return replace(robot, dynamics=replace(robot.dynamics, timestep_s=self.timestep_s))
+        return replace(robot, dynamics=replace(robot.dynamics, motion_timestep_s=self.timestep_s))
 
 
 def _moved(robot: RobotSpec, inputs: Inputs, gravity_mps2: Array, elements: tuple[int, ...]) -> _Run:

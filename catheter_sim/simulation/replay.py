@@ -14,6 +14,7 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import in_force
 from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.progress import counted
+from catheter_sim.simulation.commands import Commands
 from catheter_sim.simulation.simulator import Simulator
 
 RAMP_S = 2.0  # simulated time from one held row to the next
@@ -27,8 +28,8 @@ class SimulationRun:
         inputs: the rows that were reached, as commanded.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         postures: one per reached row, as observed.
-        at_rest: whether the robot had come to rest at each reached row, shape (r,); all true in a
-            dynamic run.
+        at_rest: whether the robot had come to rest at each reached row, shape (r,); in a dynamic run the
+            first row's says whether the motion began at rest, the others are true.
         failure: None, or the line that says at which row and time the simulation diverged.
     """
 
@@ -52,11 +53,14 @@ def simulate(
 ) -> SimulationRun:
     """Return what is observed of the robot under `inputs`, starting from rest with zero inputs.
 
+    In motion the first row is still held until rest: the motion begins at rest under its inputs and gravity.
+
     Args:
         robot: the robot as it is specified; its `effects` act on it, on the inputs and on what is observed.
         inputs: rows of inputs; they change linearly from row to row.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
-        dynamic: follow `time_s`; otherwise each row is approached in `ramp_s` and held until rest.
+        dynamic: from the first row on, follow `time_s` with the masses' inertia and the robot's own damping;
+            otherwise each row is approached in `ramp_s` and held until rest.
         friction: "capstan", "nested" or "none".
         ramp_s: simulated time from one held row to the next [s].
         progress: show on standard error how many rows are done.
@@ -71,38 +75,40 @@ def simulate(
     A simulation that diverges ends there; `failure` says at which row and time, and the rows before
     it are returned.
     """
-    acting = in_force(robot, inputs)
+    acting = in_force(robot, inputs, moving=dynamic)
     arriving = acting.inputs
-    simulator = Simulator(acting.robot, arriving.actuation, gravity_mps2, friction, inertia=dynamic)
+    simulator = Simulator(acting.robot, arriving.actuation, gravity_mps2, friction, inertia=False)
     gravity = np.asarray(gravity_mps2, dtype=float)
     postures: list[Posture] = []
     at_rest: list[bool] = []
     failure = None
-    wrench = np.concatenate([arriving.tendon, arriving.force_tip, arriving.moment_tip], axis=1)
-    before = np.zeros(wrench.shape[1])
-    timestep_s = simulator.model.opt.timestep
-    held_steps, done_steps = round(ramp_s / timestep_s), 0
+    commands = Commands(arriving, others)
+    before = np.zeros_like(commands.rows[0])
+    held_steps = round(ramp_s / simulator.model.opt.timestep)
     for row in counted(range(len(inputs)), len(inputs), "simulating", "row", progress):
-        steps = held_steps
-        if dynamic:  # of the time since the first row, so that rows closer than a step do not stand still
-            steps = round(float(arriving.time_s[row] - arriving.time_s[0]) / timestep_s) - done_steps
-            done_steps += steps
         try:
             if row == 0 and (gravity.any() or others):
-                simulator.set_inputs(before[: len(robot.tendons)], others=others)
+                commands.set(simulator, before)
                 simulator.settle()
-            _ramp(simulator, before, wrench[row], others, steps, eased=not dynamic)
-            at_rest.append(True if dynamic else simulator.settle())
+            ahead_s, rests = 0.0, True
+            if simulator.moving:
+                ahead_s = _follow(simulator, commands, row)
+            else:
+                _ramp(simulator, commands, before, commands.rows[row], held_steps)
+                rests = simulator.settle()
             simulator.require_finite()
         except SimulationDiverged as error:
             failure = f"{error}, at row {row + 1} (time_s = {inputs.time_s[row]:g})"
             break
         except InputError as error:
             raise InputError(f"{row_name(inputs, row)}: {error}") from None
-        postures.append(simulator.posture())
-        before = wrench[row]
+        at_rest.append(rests)
+        postures.append(simulator.posture(ahead_s))
+        before = commands.rows[row]
         if on_row is not None:
             on_row(simulator, row)
+        if dynamic and row == 0:
+            simulator.let_go()
     done = len(postures)
     return SimulationRun(
         slice_inputs(inputs, slice(0, done)),
@@ -113,24 +119,26 @@ def simulate(
     )
 
 
-def _ramp(
-    simulator: Simulator,
-    start: Array,
-    end: Array,
-    others: Sequence[LinkForce],
-    steps: int,
-    eased: bool,
-) -> None:
+def _ramp(simulator: Simulator, commands: Commands, start: Array, end: Array, steps: int) -> None:
     """Move the inputs along the straight line from `start` to `end` in so many steps.
 
-    Eased, they slow down toward the end, so that the robot has caught up with them when they stop: dry
-    friction would remember by how much it lagged.
+    They slow down toward the end, so that the robot has caught up with them when they stop: dry friction
+    would remember by how much it lagged.
     """
-    tendons = len(simulator.robot.tendons)
     for i in range(1, steps + 1):
-        share = 1.0 - (1.0 - i / steps) ** 3 if eased else i / steps
-        now = start + (end - start) * share
-        simulator.set_inputs(now[:tendons], now[tendons : tendons + 3], now[tendons + 3 :], others)
+        share = 1.0 - (1.0 - i / steps) ** 3
+        commands.set(simulator, start + (end - start) * share)
         simulator.step()
-    simulator.set_inputs(end[:tendons], end[tendons : tendons + 3], end[tendons + 3 :], others)
+    commands.set(simulator, end)
     simulator.require_finite()
+
+
+def _follow(simulator: Simulator, commands: Commands, row: int) -> float:
+    """Let a moving robot follow its inputs to the step nearest to a row; return how far that is ahead [s]."""
+    step_s = simulator.model.opt.timestep
+    since_s = commands.time_s - commands.time_s[0]
+    first, last = (round(float(since_s[k]) / step_s) for k in (row - 1, row))
+    for values in commands.means(np.arange(first, last) * step_s, step_s):
+        commands.set(simulator, values)
+        simulator.step()
+    return float(since_s[row]) - last * step_s

@@ -21,7 +21,9 @@ from catheter_sim.simulation.actuation import Actuation
 from catheter_sim.simulation.divergence import Watch
 from catheter_sim.simulation.law_list import find_laws, needs_reference_friction
 from catheter_sim.simulation.loads import Loads
+from catheter_sim.simulation.motion import MotionNumbers, motion_numbers, put_numbers
 from catheter_sim.simulation.readout import Readout
+from catheter_sim.simulation.servo_lag import ServoLag
 from catheter_sim.simulation.site_tendons import SiteTendons, applies
 from catheter_sim.simulation.tissue import Tissue
 
@@ -60,6 +62,7 @@ class Simulator:
         faces: sites of the elements' distal faces, base to tip, shape (n,).
         dofs: degrees of freedom that are at rest where the robot is.
         tissue: the surroundings' regions and what they feel; None where none are.
+        moving: whether the robot moves as it is, with inertia and its own damping (`let_go`).
 
     Examples:
         >>> import catheter_sim as cs
@@ -113,6 +116,10 @@ class Simulator:
                 the model does not hold the robot, or arguments are given that it has no use for.
         """
         self.actuation = actuation or robot.actuation
+        self.moving = False
+        self._held: MotionNumbers | None = None
+        self._free: MotionNumbers | None = None
+        self._lag = ServoLag(0.0, 0.0)
         if robot.effects and model_text is not None:
             raise InputError(f"{robot.name}: effects: build them in before the model's text is written")
         self.robot = robot = _built_in(robot, self.actuation)
@@ -122,6 +129,7 @@ class Simulator:
             self._join(model, data, prefix, friction, alone)
             return
         text = remembered_mjcf(robot, self.actuation, nested) if model_text is None else model_text
+        self._alone, self._nested, self._gravity = model_text is None, nested, np.array(gravity_mps2, float)
         self.model = mujoco.MjModel.from_xml_string(text)
         self.model.opt.gravity[:] = gravity_mps2
         if not inertia:
@@ -147,6 +155,7 @@ class Simulator:
                 "tissue_N_per_m, friction='nested' or no prefix"
             )
         self.model, self.data = model, mujoco.MjData(model) if data is None else data
+        self._alone, self._nested, self._gravity = False, False, np.zeros(3)
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.tissue, self._paths = None, None
         try:
@@ -175,11 +184,12 @@ class Simulator:
         self._now = Step(data, self.pulls, self._loads.force_tip, self._loads.per_element, self.span_tension)
 
     def reset(self) -> None:
-        """Return to rest: the unloaded shape, zero inputs, no friction history.
+        """Return to rest: the unloaded shape, zero inputs, no friction history; held, as at first.
 
         In a model that holds more, the rest of it stays where it is.
         """
         positions: slice | np.ndarray = slice(None)
+        self.hold()
         if self.place.base is None:
             mujoco.mj_resetData(self.model, self.data)
         else:
@@ -216,8 +226,49 @@ class Simulator:
             InputError: a force on an element that the robot does not have, or a catheter's displacement
                 beyond its joint's range.
         """
-        self._actuation.set(tendon)
+        self._actuation.set(self._lag.arriving(np.asarray(tendon, dtype=float)))
         self._loads.set(force_tip, moment_tip, others)
+
+    def let_go(self) -> None:
+        """Let the robot move as it is from now on: masses have inertia, damping is the robot's own.
+
+        Posture, history and inputs stay. Until then, and again after `hold`, aids for coming to rest act in
+        place of the robot's own damping, and with `inertia=False` its masses have weight alone. In motion
+        `settle` waits for as long as the robot's own damping needs.
+
+        Raises:
+            InputError: the robot is not alone in its model.
+        """
+        if self.moving:
+            return
+        if not self._alone:
+            raise InputError(f"{self.robot.name}: let_go: in a model of its own only")
+        if self._free is None:
+            self._held = motion_numbers(self.model)
+            text = remembered_mjcf(self.robot, self.actuation, self._nested, motion=True)
+            model = mujoco.MjModel.from_xml_string(text)
+            model.opt.gravity[:] = self._gravity
+            model.tendon_invweight0[:] *= FRICTION_SOFTNESS
+            self._free = motion_numbers(model)
+        self._take_over(self._free)
+        self.moving = True
+        times = self.robot.dynamics
+        self._lag = ServoLag(times.servo_lag_s, self.model.opt.timestep, self._actuation.arrived)
+
+    def hold(self) -> None:
+        """Let aids for coming to rest act from now on, as before `let_go`; speeds are taken away."""
+        if not self.moving or self._held is None:
+            return
+        self._take_over(self._held)
+        self.moving, self._lag = False, ServoLag(0.0, 0.0)
+        self.data.qvel[:] = 0.0
+
+    def _take_over(self, numbers: MotionNumbers) -> None:
+        """Let the model have `numbers`, and the laws learn them."""
+        put_numbers(numbers, self.model)
+        self._now.joints_changed = self._now.pulls_changed = True
+        own_paths = self.pulls.given and applies(self.model)
+        self._paths = SiteTendons(self.model) if own_paths else None
 
     def actuator_tension(self) -> Array:
         """Return the tendons' tensions at the actuator, shape (t,) [N]; of a pair the tauter one's."""
@@ -321,9 +372,16 @@ class Simulator:
         """
         return self._readout.span_tension(self._actuation, self.laws)
 
-    def posture(self) -> Posture:
-        """Return where the robot is now."""
-        return self._readout.posture(self._actuation, self.laws)
+    def posture(self, ahead_s: float = 0.0) -> Posture:
+        """Return where the robot is now, or at its present speed so many seconds later (less than a step)."""
+        if ahead_s == 0.0:
+            return self._readout.posture(self._actuation, self.laws)
+        data, now = self.data, self.data.qpos.copy()
+        mujoco.mj_integratePos(self.model, data.qpos, data.qvel, ahead_s)
+        try:
+            return self._readout.posture(self._actuation, self.laws)
+        finally:
+            data.qpos[:] = now
 
 
 def _built_in(robot: RobotSpec, actuation: str) -> RobotSpec:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.inputs import Inputs, require_tip_loads_alone
 from catheter_sim.core.kind import Kind
 from catheter_sim.core.loads import with_tip_weight
 from catheter_sim.core.posture import Array
@@ -65,6 +65,7 @@ class TheoryModel:
             InputError: an effect is not possible, the model does not carry the robot, or a row has no
                 balance.
         """
+        require_tip_loads_alone(inputs, f"static model {self.name!r}")
         acting = in_force(robot, inputs)
         arriving = with_tip_weight(acting.inputs, acting.robot.tip_mass_kg, gravity_mps2)
         run = self.law(acting.robot, arriving, gravity_mps2)

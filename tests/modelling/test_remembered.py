@@ -14,12 +14,12 @@ from catheter_sim.modelling.model_cache import KEPT, remembered_mjcf
 
 
 @pytest.fixture
-def built(monkeypatch: pytest.MonkeyPatch) -> list[tuple[RobotSpec, str, bool]]:
+def built(monkeypatch: pytest.MonkeyPatch) -> list[tuple[RobotSpec, str, bool, bool]]:
     """An empty memory; the arguments of what is written, in a list that grows."""
-    calls: list[tuple[RobotSpec, str, bool]] = []
+    calls: list[tuple[RobotSpec, str, bool, bool]] = []
 
-    def write(robot: RobotSpec, actuation: str, friction_tails: bool) -> str:
-        calls.append((robot, actuation, friction_tails))
+    def write(robot: RobotSpec, actuation: str, friction_tails: bool, motion: bool) -> str:
+        calls.append((robot, actuation, friction_tails, motion))
         return f"model {len(calls)}"
 
     monkeypatch.setattr(remembered, "build_mjcf", write)
@@ -34,14 +34,15 @@ def test_text_is_the_one_written_anew() -> None:
     assert [remembered_mjcf(robot), remembered_mjcf(load_robot("neuroendoscope_section"))] == [text, text]
 
 
-def test_every_argument_counts(built: list[tuple[RobotSpec, str, bool]]) -> None:
-    """Another number, another actuation, other friction: another model; the robot's own actuation is one."""
+def test_every_argument_counts(built: list[tuple[RobotSpec, str, bool, bool]]) -> None:
+    """Another number, actuation, friction or use: another model; the robot's own actuation is one."""
     robot = load_robot("neuroendoscope_section")
     wanted = [
-        (robot, "tension", False),
-        (replace(robot, friction=Friction(0.01)), "tension", False),
-        (robot, "displacement", False),
-        (robot, "tension", True),
+        (robot, "tension", False, False),
+        (replace(robot, friction=Friction(0.01)), "tension", False, False),
+        (robot, "displacement", False, False),
+        (robot, "tension", True, False),
+        (robot, "tension", False, True),
     ]
     first = [remembered_mjcf(*arguments) for arguments in wanted]
     assert built == wanted
@@ -50,7 +51,7 @@ def test_every_argument_counts(built: list[tuple[RobotSpec, str, bool]]) -> None
     assert built == wanted
 
 
-def test_what_is_used_is_kept_and_the_oldest_goes(built: list[tuple[RobotSpec, str, bool]]) -> None:
+def test_what_is_used_is_kept_and_the_oldest_goes(built: list[tuple[RobotSpec, str, bool, bool]]) -> None:
     """Memory holds `KEPT` models; one that is read is the newest again."""
     robot = load_robot("neuroendoscope_section")
     robots = [replace(robot, friction=Friction(0.01 * k)) for k in range(KEPT + 1)]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
@@ -42,13 +44,17 @@ def test_mujoco_puts_zeros_in_the_place_of_a_huge_input_and_goes_on() -> None:
 @pytest.mark.parametrize("friction", ["capstan", "nested", "none"])
 @pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
 def test_a_tension_that_mujoco_ignores_ends_the_simulation(friction: str, dynamic: bool) -> None:
-    """A pull of 1e13 N leaves no straight robot: row, time and MuJoCo's reason; the row before it is kept."""
+    """A pull of 1e13 N leaves no straight robot: row, time and MuJoCo's reason; the row before it is kept.
+
+    In motion smaller pulls come before it, which MuJoCo takes and the reference friction does not stand.
+    """
     inputs = rows_to_inputs([(0.05, 0.0), (TOO_MUCH_N, 0.0), (0.0, 0.0)])
     robot = load_robot("neuroendoscope_section", ["dynamics.timestep_s=0.01"])
     run = simulate(robot, inputs, NO_GRAVITY, dynamic, friction, ramp_s=0.05)
     assert len(run.postures) == 1
     assert run.failure is not None
-    assert "MuJoCo: an input is not finite, or beyond 1e+10" in run.failure
+    why = r"MuJoCo: (an input is not finite, or beyond 1e\+10|a position is not finite, or huge)"
+    assert re.search(why, run.failure)
     assert "at row 2 (time_s = 1)" in run.failure
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from catheter_sim.core.motion import IMPLICIT_SPRINGS, Integration
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter import picture
 from catheter_sim.kinds.catheter.drives import ACTUATIONS
@@ -31,6 +32,11 @@ def add(root: mjcf.RootElement, robot: CatheterRobot, actuation: str) -> None:
     add_catheter_tendons(root, robot)
     add_catheter_actuators(root, robot)
     add_implant(root, robot, bodies[-1])
+
+
+def integration(robot: CatheterRobot, actuation: str) -> Integration:
+    """Return how it is stepped in motion: pulleys and wires are stiff springs."""
+    return Integration(IMPLICIT_SPRINGS)
 
 
 def length_m(robot: CatheterRobot) -> float:

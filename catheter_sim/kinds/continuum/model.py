@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from functools import partial
 
+from catheter_sim.core.motion import IMPLICIT_SPRINGS, LEAPFROG, Integration
 from catheter_sim.kinds.continuum import picture
 from catheter_sim.kinds.continuum.layout import disks, links
 from catheter_sim.kinds.continuum.links import BEND_RAD, tip_error_m
@@ -26,6 +27,12 @@ def add(root: mjcf.RootElement, robot: ContinuumRobot, actuation: str) -> None:
         add_tension_actuators(root, robot)
     else:
         add_displacement_actuators(root, robot)
+
+
+def integration(robot: ContinuumRobot, actuation: str) -> Integration:
+    """Return how it is stepped in motion: tendons that are driven are stiff springs, and so may a law be."""
+    law = any(segment.stiffness_cubic_m2 or segment.stiffness_quintic_m4 for segment in robot.segments)
+    return Integration(LEAPFROG if actuation == "tension" and not law else IMPLICIT_SPRINGS)
 
 
 def length_m(robot: ContinuumRobot) -> float:

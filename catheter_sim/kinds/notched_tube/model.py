@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from catheter_sim.core.motion import IMPLICIT_SPRINGS, Integration
 from catheter_sim.kinds.notched_tube import layout, picture
 from catheter_sim.kinds.notched_tube.mjcf.chain import add_chain, add_displacement_actuator, add_tendon
 from catheter_sim.kinds.notched_tube.mjcf.pieces import tendon_width
@@ -24,6 +25,11 @@ def add(root: mjcf.RootElement, robot: NotchedTubeRobot, actuation: str) -> None
         add_tension_actuators(root, robot)
     else:
         add_displacement_actuator(root, robot)
+
+
+def integration(robot: NotchedTubeRobot, actuation: str) -> Integration:
+    """Return how it is stepped in motion: laws change the notches' springs between steps."""
+    return Integration(IMPLICIT_SPRINGS, 1.0)
 
 
 def length_m(robot: NotchedTubeRobot) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from catheter_sim.core.motion import LEAPFROG, Integration
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.rolling import picture
 from catheter_sim.kinds.rolling.drives import ACTUATIONS
@@ -13,6 +14,7 @@ from catheter_sim.mjcf.actuators import add_tension_actuators
 from catheter_sim.mjcf.backend import mjcf
 from catheter_sim.mjcf.parts import add_parts
 
+_STIFFER = 10.0  # than unbent: a joint whose gap nearly closes, by the table of its rods' lengths
 _CLOSE_UP = 2.5  # joints that the close-up shows
 
 
@@ -28,6 +30,11 @@ def add(root: mjcf.RootElement, robot: RollingRobot, actuation: str) -> None:
     add_parts(root, bodies, picture.meshes(robot), partial(picture.parts, robot))
     add_rods(root, robot)
     add_tension_actuators(root, robot)
+
+
+def integration(robot: RollingRobot, actuation: str) -> Integration:
+    """Return how it is stepped in motion: rods resist beside the step, up to `_STIFFER` times as unbent."""
+    return Integration(LEAPFROG, _STIFFER - 1.0)
 
 
 def length_m(robot: RollingRobot) -> float:

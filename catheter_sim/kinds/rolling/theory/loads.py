@@ -63,7 +63,9 @@ def loads(
     centres[:, 2] = chain.mass_height
     link = np.concatenate([np.arange(n), [n - 1], np.array([item.link - 1 for item in others], dtype=int)])
     tip = np.array([[0.0, 0.0, chain.link_length[-1]]])
-    point = np.concatenate([centres, tip, np.array([item.point_m for item in others]).reshape(-1, 3)])
+    tops = [(0.0, 0.0, float(chain.link_length[item.link - 1])) for item in others]
+    places = [item.point_m or top for item, top in zip(others, tops, strict=True)]
+    point = np.concatenate([centres, tip, np.array(places).reshape(-1, 3)])
     force = np.concatenate(
         [
             chain.mass[:, None] * np.asarray(gravity_mps2, dtype=float)[None, :],
