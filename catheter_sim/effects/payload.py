@@ -1,4 +1,4 @@
-"""A load on the tip that the model does not know: a constant force, or a mass, which has weight and inertia."""
+"""A load on the tip that the model does not know: a constant force, or a mass with weight and inertia."""
 
 from __future__ import annotations
 

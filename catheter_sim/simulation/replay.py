@@ -94,7 +94,7 @@ def simulate(
             if simulator.moving:
                 ahead_s = _follow(simulator, commands, row)
             else:
-                _ramp(simulator, commands, before, commands.rows[row], held_steps)
+                ramp(simulator, commands, before, commands.rows[row], held_steps)
                 rests = simulator.settle()
             simulator.require_finite()
         except SimulationDiverged as error:
@@ -119,7 +119,7 @@ def simulate(
     )
 
 
-def _ramp(simulator: Simulator, commands: Commands, start: Array, end: Array, steps: int) -> None:
+def ramp(simulator: Simulator, commands: Commands, start: Array, end: Array, steps: int) -> None:
     """Move the inputs along the straight line from `start` to `end` in so many steps.
 
     They slow down toward the end, so that the robot has caught up with them when they stop: dry friction
