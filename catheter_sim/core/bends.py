@@ -8,7 +8,7 @@ from catheter_sim.core.effect import Handle, Role
 
 _MOST_RAD = 2.0  # over the length; some 115 deg
 _MATTERS_RAD = 0.02
-DAMPING = Handle(Role.DAMPING, "dynamics.damping_time_s")  # of every kind's robots
+DAMPING = Handle(Role.DAMPING, "dynamics.damping_time_s", "damping_time_s")  # of every kind's robots
 
 
 def curvature_handle(key: str, parameter: str, group: str, length_m: float) -> Handle:

@@ -157,6 +157,15 @@ time and say nothing new; the chosen one is fitted to all."""
 SECONDS_TO_CHOOSE_BY = 12.0
 """[s] The same of data taken in motion, of the trials' beginnings together. Why: a simulated second costs
 time, not a row; a few seconds of each trial hold several swings of a robot."""
+LONGER_STEPS = (2, 4)
+"""[times the robot's own step in motion] Tried for fits, in this order. Why: each halves the time; four times
+half a millisecond still is a hundredth of the period of a fast swing."""
+STEP_SHARE = 0.1
+"""[share of the noise, root mean square] By which longer steps may change an output. Why: assumed; a tenth
+of the noise moves fitted numbers by a tenth of their intervals or less."""
+SECONDS_TO_STEP_BY = 6.0
+"""[s] Of the trials' beginnings together, on which steps are compared. Why: assumed; it costs no more than
+two robots of a choice do."""
 LEAST_BLOCK_S = 1.0
 """[s] Stretches of rows that count as one, at least, in motion. Why: rows a hundredth of a second apart are
 no independent values; a robot's swing lasts some tenths of a second."""
@@ -376,6 +385,17 @@ HOLD_ROWS = 6
 PACES = (0.25, 4.0)
 """[times the time from row to row of what was measured] Why: a lag's loop changes its width with the speed;
 a factor of four each way shows that."""
+LET_GO_S = 0.1
+"""[s] In which a channel is pulled, or let go, to make a robot swing. Why: assumed; short beside most swings,
+and within what a servo can do."""
+SWING_S = 2.0
+"""[s] For which it then swings. Why: assumed; several swings of a robot of some Hz."""
+SLOW_LOOP_S = 4.0
+"""[s] Of a slow loop out and home, in motion. Why: assumed; slow beside a swing: friction shows alone."""
+SWEEP_S = 6.0
+"""[s] Of a sweep of frequencies. Why: assumed; some ten periods."""
+SWEEP_HZ = (0.2, 3.0)
+"""[Hz] From where to where it goes. Why: assumed; from quasi-static to beyond most robots' first swing."""
 FORCE_SHARE = 0.2
 """[share of the force that bends the robot by a radian] A known force across the tip. Why: it bends well
 beyond the noise and harms nothing."""

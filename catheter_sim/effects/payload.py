@@ -63,7 +63,7 @@ EFFECT = Effect(
         ),
         Form(
             name="mass",
-            equation="a mass fixed to the tip: weight and inertia; where rows are held, a force along gravity",
+            equation="a mass fixed to the tip: weight m g, and inertia where the robot moves",
             stage=Stage.SPECIFICATION,
             parameters=_masses,
             specify=_weighted,

@@ -1,10 +1,10 @@
 """The response depends on speed: a lag or a delay before the robot or behind it, or its own viscous loss.
 
-In it: its material resists a rate of strain by more, or less, than is specified, which shows where it moves
-alone. Before it: a viscous drive, a slow servo. Behind it: a tracker that filters, or is late. Each trial starts at
-rest at its own first row; what is observed has been watched long enough before that to show the first row as
-it is. Friction and play run on what arrives at the rows; a turning point that a delay moves between two rows
-is seen at the rows beside it.
+In it: its material resists a rate of strain by more, or by less, than is specified. Before it: a viscous
+drive, a slow servo. Behind it: a tracker that filters, or is late. Each trial starts at rest at its own first
+row; what is observed has been watched long enough before that to show the first row as it is. Friction and
+play run on what arrives at the rows; a turning point that a delay moves between two rows is seen at the rows
+beside it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from catheter_sim.effects._late import Late
 from catheter_sim.effects._places import added_at, places
 
 _VISCOUS = "damping_time_s"
-_MOST_DAMPING_S = 1.0  # by which a robot is damped far beyond any swing
+_MOST_DAMPING_S = 0.3  # by which most robots swing no more
 _DAMPING_SCALE = 0.1  # of a change that matters, of the damping that is specified
 _LEAST_DAMPING_SCALE_S = 1e-3
 _LONGEST_S = 10.0  # what is slower creeps: see `drift`

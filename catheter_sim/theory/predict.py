@@ -144,9 +144,7 @@ def _distinct(
     return [built_in[index] for index in first], [arriving[index] for index in first], which
 
 
-def _first_of_each(
-    built_in: Sequence[RobotSpec], arriving: Sequence[Inputs]
-) -> tuple[list[int], list[int]]:
+def _first_of_each(built_in: Sequence[RobotSpec], arriving: Sequence[Inputs]) -> tuple[list[int], list[int]]:
     """Return the indices of distinct robots and inputs, and which of these each one has."""
     first: list[int] = []
     which: list[int] = []

@@ -31,10 +31,10 @@ def residuals(problem: Problem, numbers: Sequence[FittedNumber], xs: Array) -> A
     robots, which = distinct_robots(problem, numbers, xs)
     keys = [_key_of(trial.inputs) for trial in problem.trials]
     inputs = {key: trial.inputs for key, trial in zip(keys, problem.trials, strict=True)}
-    found = along(problem.twin, robots, list(inputs.values()), problem.every)  # each repeated trial once
+    computed = along(problem.twin, robots, list(inputs.values()), problem.every)  # each repeated trial once
     models = {
         key: all_as_measured(problem, numbers, xs, outputs[which])
-        for key, outputs in zip(inputs, found, strict=True)
+        for key, outputs in zip(inputs, computed, strict=True)
     }
     for key, trial in zip(keys, problem.trials, strict=True):
         measured = measured_of(trial, problem.columns)[:: problem.every]

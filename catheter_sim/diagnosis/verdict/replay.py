@@ -50,7 +50,7 @@ def replays(
     pool: Workers = SERIAL,
     moving: bool = False,
 ) -> list[Replay]:
-    """Return trials replayed with `robot`, its effects in force; `moving`: in motion, else row by held row."""
+    """Return trials replayed with `robot`, its effects in force, in motion or row by held row."""
     call = replay_in_motion if moving else replay
     return map_calls(pool, call, [(robot, trial, columns, gravity_mps2) for trial in trials])
 
