@@ -4,17 +4,21 @@ A kind writes a joint of stiffness K with the damping K * relaxation_time_s and 
 K * inertia_time_s**2 (`core.robot.Dynamics`). `in_motion` returns the same robot with the two times that
 motion needs in their place: so each kind writes one model, and either of its two uses.
 
-How the times are chosen. With the step h MuJoCo's `implicitfast` does v' = v + h (M + h D)^-1 (f - D v),
+How they are chosen. With the step h MuJoCo's `implicitfast` does v' = v + h (M + h D)^-1 (f - D v),
 q' = q + h v'. Written about the middle of a step that is the leapfrog rule with damping D and the mass
 M + h D / 2, exactly. The leapfrog rule is stable where this mass exceeds h^2 K / 4, in any direction; with
-equality it is the trapezoidal rule, which neither damps nor feeds any frequency. So a hinge gets the armature
-K (h^2 / 4 - h T / 2), T = damping_time_s, and none where T is half a step or more. Light links of stiff
-robots are thus safe without masses that they do not have: of a mode of frequency w the step changes the
-frequency by w^2 h^2 / 24 to w^2 h^2 / 12 + w^2 h T / 4, of 1.
+equality it is the trapezoidal rule, which neither damps nor feeds any frequency. Where T, the damping time,
+is half a step or more, hinges of stiffness K with D = K T so are safe without masses that they do not have,
+and a mode of frequency w swings slower by w^2 h T / 4, of 1. But forces of gyration are those of the step
+before: without damping they feed large motion, so that T is taken as one step at least.
+
+A robot of springs and masses alone, whose T is less than a step, takes `RK4`, which neither damps nor feeds
+(nearly: its stability ends where w h = 2.8, and its damping begins not much before). Each hinge gets the
+armature K (h^2 / 8 + h T / 2.8), which keeps every w below that.
 
 Tendons that are driven by displacement are springs a thousand times as stiff, and stiffnesses that laws
 change between steps may be, so such models take the integrator `discrete`, for which joints, tendons and
-actuators are implicit springs: (M + h D + h^2 K) v' = M v + h f. That is the rule above with K (T + h) for
+actuators are implicit springs: (M + h D + h^2 K) v' = M v + h f. That is the first rule with K (T + h) for
 the damping: each hinge gets K (T - h) and, where T is shorter than a step, damps as if T were one.
 """
 
@@ -26,7 +30,7 @@ from typing import TypeVar
 
 from catheter_sim.core.robot import RobotSpec
 
-LEAPFROG, IMPLICIT_SPRINGS = "implicitfast", "discrete"
+LEAPFROG, IMPLICIT_SPRINGS, SMOOTH = "implicitfast", "discrete", "RK4"
 MARGIN = 1.2  # of the armature, beyond what the stiffness of the hinges asks for: loads stiffen a robot, too
 
 R = TypeVar("R", bound=RobotSpec)
@@ -37,7 +41,7 @@ class Integration:
     """How the model of a robot is stepped in motion.
 
     Attributes:
-        integrator: `LEAPFROG` or `IMPLICIT_SPRINGS`.
+        integrator: `LEAPFROG`, `IMPLICIT_SPRINGS` or `SMOOTH`, as MJCF has it.
         stiffening: stiffness that acts beside the joints' own springs (laws between two steps), as a multiple
             of the one that scales a joint's damping and armature.
     """
@@ -51,19 +55,28 @@ def motion_step_s(robot: RobotSpec) -> float:
     return min(robot.dynamics.motion_timestep_s, robot.dynamics.timestep_s)
 
 
+def of_springs_and_masses(robot: RobotSpec) -> Integration:
+    """Return how a robot is stepped that has no stiffness but its joints' own springs."""
+    damped = robot.dynamics.damping_time_s >= motion_step_s(robot) or robot.friction.mu > 0.0
+    return Integration(LEAPFROG if damped else SMOOTH)
+
+
 def in_motion(robot: R, integration: Integration) -> R:
     """Return `robot` with the times by which its joints get damping and armature those of motion."""
     step, damping_time = motion_step_s(robot), robot.dynamics.damping_time_s
-    explicit = integration.stiffening
-    if integration.integrator == LEAPFROG:
-        explicit += 1.0
+    beside = integration.stiffening
+    if integration.integrator == SMOOTH:
+        inertia = MARGIN * (step**2 / 8.0 + step * damping_time / 2.8)
+    elif integration.integrator == LEAPFROG:
+        damping_time = max(damping_time, step)
+        inertia = MARGIN * (1.0 + beside) * step**2 / 4.0 - step * damping_time / 2.0
     else:
+        inertia = MARGIN * beside * step**2 / 4.0
         damping_time = max(0.0, damping_time - step)
-    inertia = max(0.0, MARGIN * explicit * step**2 / 4.0 - step * damping_time / 2.0)
     dynamics = replace(
         robot.dynamics,
         timestep_s=step,
         relaxation_time_s=damping_time,
-        inertia_time_s=math.sqrt(inertia),
+        inertia_time_s=math.sqrt(max(0.0, inertia)),
     )
     return replace(robot, dynamics=dynamics)

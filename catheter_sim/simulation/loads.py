@@ -41,6 +41,7 @@ class Loads:
             self.force_tip, self._moment_tip = np.zeros(3), np.zeros(3)
         self.per_element = np.zeros((elements, 3))
         self._any = False
+        self._given: set[int] = set()  # bodies that `put` has given something
 
     def set(self, force_tip: ArrayLike, moment_tip: ArrayLike, others: Sequence[LinkForce] = ()) -> None:
         """Let these act from now on, and no others; base frame.
@@ -75,6 +76,28 @@ class Loads:
             if point is not None:
                 place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
             mujoco.mj_applyFT(model, data, force, moment, place, body, applied)
+
+    def put(self, data: mujoco.MjData) -> None:
+        """Give the forces and moments to the bodies, in `data.xfrc_applied`: for a step of several stages.
+
+        Within a step they keep their arms about the bodies' centres of mass.
+        """
+        if not (self._any or self._given):
+            return
+        given = data.xfrc_applied
+        for body in self._given:
+            given[body] = 0.0
+        acting = [(self._tip_body, data.site_xpos[self._tip], self.force_tip, self._moment_tip)]
+        for element, point, force, moment in self._acting:
+            body = self._body[element]
+            place = data.site_xpos[self._face[element]]
+            if point is not None:
+                place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
+            acting.append((body, place, force, moment))
+        for body, place, force, moment in acting:
+            given[body, :3] += force
+            given[body, 3:] += moment + np.cross(place - data.xipos[body], force)
+        self._given = {body for body, *_ in acting}
 
     def _point_others(self, R_wb: Array | None) -> None:
         """Find the other forces in the world frame; None: it is the base frame."""

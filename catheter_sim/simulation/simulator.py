@@ -36,6 +36,7 @@ LIGHTER = 1e3  # by which a quasi-static run makes the masses smaller and gravit
 SETTLE_BLOCK_S = 0.05  # simulated time between two looks whether the robot is at rest
 SETTLED_ANGLE_RAD = 2e-6  # at rest: what a hinge would still move in one relaxation time
 ZERO_WRENCH = (0.0, 0.0, 0.0)
+_RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
 
 
 def _take_inertia_away(model: mujoco.MjModel) -> None:
@@ -267,7 +268,8 @@ class Simulator:
         """Let the model have `numbers`, and the laws learn them."""
         put_numbers(numbers, self.model)
         self._now.joints_changed = self._now.pulls_changed = True
-        own_paths = self.pulls.given and applies(self.model)
+        self.data.xfrc_applied[:], self.data.qfrc_applied[:] = 0.0, 0.0
+        own_paths = self.pulls.given and applies(self.model) and self.model.opt.integrator != _RK4
         self._paths = SiteTendons(self.model) if own_paths else None
 
     def actuator_tension(self) -> Array:
@@ -293,6 +295,9 @@ class Simulator:
 
     def _step(self, count: int) -> None:
         model, data, now, laws = self.model, self.data, self._now, self.laws
+        if model.opt.integrator == _RK4:
+            self._step_whole(count)
+            return
         moves = self.place.base is not None
         for _ in range(count):
             if moves:
@@ -312,6 +317,13 @@ class Simulator:
                 mujoco.mj_step2(model, data)
             else:
                 self.tissue.finish_step(data)
+
+    def _step_whole(self, count: int) -> None:
+        """Take steps of several stages, which no law can look into: there are none (`core.motion`)."""
+        for _ in range(count):
+            mujoco.mj_fwdPosition(self.model, self.data)
+            self._loads.put(self.data)
+            mujoco.mj_step(self.model, self.data)
 
     def before_step(self) -> None:
         """Do what comes before `mj_step1`, where somebody else steps the model; see `step_together`."""

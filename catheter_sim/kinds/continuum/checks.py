@@ -44,6 +44,7 @@ def check(robot: ContinuumRobot, where: str) -> None:
         ("actuation", robot.actuation, ACTUATIONS),
         ("appearance", robot.appearance, ("spacer_disks", "wire_guides")),
         ("hinges", robot.hinges, ("even", "rod")),
+        ("masses", robot.masses, ("along", "faces")),
     ):
         if value not in choices:
             raise unknown(key, value, choices, where)

@@ -8,6 +8,7 @@ The hinge of a link stands at its middle, or near it (`hinge_places`); a disk at
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -81,6 +82,86 @@ def hinge_places(robot: ContinuumRobot) -> list[float]:
         return [(k + 0.5) / count for k in range(count)]
     end = 0.5 / (count + 1)
     return [end + k * (1.0 - 2.0 * end) / (count - 1) for k in range(count)]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What moves as one rigid body: its mass and moments of inertia as of solid cylinders.
+
+    Attributes:
+        mass_kg: of it.
+        centre_z_m: height of its centre of mass in the straight robot [m].
+        transverse_kg_m2, axial_kg_m2: about its centre, across the robot's axis and about it.
+    """
+
+    mass_kg: float
+    centre_z_m: float
+    transverse_kg_m2: float
+    axial_kg_m2: float
+
+
+def pieces(robot: ContinuumRobot) -> list[Piece]:
+    """Return what lies below the first hinge (the first piece), and what each link carries.
+
+    With masses "along" the robot a piece reaches from its own hinge to the next one, so that all together
+    have the mass, the centre and the second moments of the unbent robot; with "faces" each link carries the
+    mass of the length that its hinge stands for, in the middle of its distal face, and nothing is below.
+    """
+    row = links(robot)
+    if robot.masses == "faces":
+        return [
+            Piece(0.0, 0.0, 0.0, 0.0),
+            *(_at(link.segment, link.length_m, link.face_z_m) for link in row),
+        ]
+    ends = [0.0, *(link.hinge_z_m for link in row), sum(segment.length_m for segment in robot.segments)]
+    return [_between(robot, low, high) for low, high in pairwise(ends)]
+
+
+def _at(segment: Segment, length: float, centre: float) -> Piece:
+    """Return a piece of one segment of a length [m], its centre at a height [m]."""
+    mass, radius = segment.mass_kg * length / segment.length_m, segment.outer_radius_m
+    return Piece(mass, centre, mass * (radius**2 / 4.0 + length**2 / 12.0), mass * radius**2 / 2.0)
+
+
+def _between(robot: ContinuumRobot, low: float, high: float) -> Piece:
+    """Return the piece between two heights [m], which may lie in several segments."""
+    parts: list[Piece] = []
+    start = 0.0
+    for segment in robot.segments:
+        bottom, top = max(low, start), min(high, start + segment.length_m)
+        if top > bottom:
+            parts.append(_at(segment, top - bottom, 0.5 * (top + bottom)))
+        start += segment.length_m
+    mass = sum(part.mass_kg for part in parts)
+    centre = sum(part.mass_kg * part.centre_z_m for part in parts) / mass
+    transverse = sum(part.transverse_kg_m2 + part.mass_kg * (part.centre_z_m - centre) ** 2 for part in parts)
+    return Piece(mass, centre, transverse, sum(part.axial_kg_m2 for part in parts))
+
+
+def disk_masses(robot: ContinuumRobot) -> np.ndarray:
+    """Return the mass that statics put at each disk, the base's fixed one left out, shape (n,) [kg].
+
+    With "faces" that of the subsegment below it; of masses "along" the robot half of either neighbour's,
+    which bends the robot alike to second order in a subsegment's length.
+    """
+    counts = [disks(robot, segment) for segment in robot.segments]
+    each = [segment.mass_kg / count for segment, count in zip(robot.segments, counts, strict=True)]
+    return _at_faces(robot, np.repeat(each, counts))
+
+
+def face_masses(robot: ContinuumRobot) -> np.ndarray:
+    """Return the mass that statics put at each link's distal face, as `disk_masses` does, shape (n,) [kg]."""
+    row = links(robot)
+    return _at_faces(
+        robot, np.array([link.segment.mass_kg / link.segment.length_m * link.length_m for link in row])
+    )
+
+
+def _at_faces(robot: ContinuumRobot, own: np.ndarray) -> np.ndarray:
+    """Return masses at the distal faces of stretches that have the masses `own`, shape (n,) [kg]."""
+    if robot.masses == "faces":
+        return own
+    return 0.5 * (own + np.append(own[1:], 0.0))
 
 
 def segment_ends(robot: ContinuumRobot) -> dict[str, int]:

@@ -27,6 +27,7 @@ from catheter_sim.kinds.continuum.spec import ContinuumRobot
 
 BEND_RAD = 0.5 * math.pi  # of every segment, toward the same side: the shape at which the error is stated
 LARGEST_ERROR = 1e-3  # of the robot's length, of a robot that does not say its links
+LEAST_OF_A_ROD = 50  # links of a robot without tendons that does not say them: loads bend it in between
 _HALVINGS, _STEPS = 45, 8
 
 
@@ -34,7 +35,8 @@ def with_enough_links(robot: ContinuumRobot) -> ContinuumRobot:
     """Return `robot` with the fewest links whose tip error (`tip_error_m`) is at most `LARGEST_ERROR`.
 
     Their hinges are where they bend as a rod (`hinges` = "rod"). A robot of cells (`appearance` =
-    "wire_guides") is returned as it is: a cell is one flexure. Of a robot that would need more than
+    "wire_guides") is returned as it is: a cell is one flexure. One without tendons has `LEAST_OF_A_ROD` at
+    least. Of a robot that would need more than
     `MAX_LINKS` links in all it is as many as these allow.
     """
     if _is_of_cells(robot):
@@ -42,7 +44,8 @@ def with_enough_links(robot: ContinuumRobot) -> ContinuumRobot:
     robot = replace(robot, hinges="rod")
     length = sum(segment.length_m for segment in robot.segments)
     most = max(1, MAX_LINKS // sum(disks(robot, segment) for segment in robot.segments))
-    found = replace(robot, links_per_subsegment=1)
+    least = 1 if robot.tendons else math.ceil(LEAST_OF_A_ROD / sum(disks(robot, s) for s in robot.segments))
+    found = replace(robot, links_per_subsegment=least)
     while tip_error_m(found) > LARGEST_ERROR * length and found.links_per_subsegment < most:
         found = replace(robot, links_per_subsegment=found.links_per_subsegment + 1)
     return found
@@ -52,7 +55,8 @@ def tip_error_m(robot: ContinuumRobot) -> float:
     """Return how far the chain's tip is from that of a rod when every segment is bent by `BEND_RAD` [m].
 
     Each segment is bent by a tension in the innermost tendon that runs through it, all toward the same side,
-    without friction or load; segments without tendons stay straight. Zero of a robot of cells.
+    without friction or load; segments without tendons stay straight. A robot without any is bent by a moment
+    on its tip. Zero of a robot of cells.
     """
     if _is_of_cells(robot):
         return 0.0
@@ -62,6 +66,10 @@ def tip_error_m(robot: ContinuumRobot) -> float:
         count = disks(robot, segment)
         h, turn = segment.length_m / count, BEND_RAD / count
         radius = _innermost_m(robot, index)
+        if radius is None and not robot.tendons:  # chords of a chain and of a circle's arc
+            chain = _beyond(chain, count, h * _moment_chord(places, turn), turn)
+            rod = _beyond(rod, count, h * math.sin(0.5 * turn) / (0.5 * turn), turn)
+            continue
         if radius is None:
             chain, rod = (_beyond(tip, 1, segment.length_m, 0.0) for tip in (chain, rod))
             continue
@@ -89,6 +97,15 @@ def _beyond(tip: tuple[complex, complex], count: int, chord: float, turn: float)
         place += along * chord * cmath.exp(0.5j * turn)
         along *= cmath.exp(1j * turn)
     return place, along
+
+
+def _moment_chord(places: tuple[float, ...], turn: float) -> float:
+    """Return the chord over h of a subsegment whose hinges, at `places`, share a turn [rad] equally."""
+    angle, along = 0.5 * turn, 0.0
+    for here, there in pairwise((0.0, *places, 1.0)):
+        along += (there - here) * math.cos(angle)
+        angle -= turn / len(places)
+    return along
 
 
 def _bent_chain(places: tuple[float, ...], radius: float, pull: float) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from catheter_sim.core.motion import IMPLICIT_SPRINGS, LEAPFROG, Integration
+from catheter_sim.core.motion import IMPLICIT_SPRINGS, Integration, of_springs_and_masses
 from catheter_sim.kinds.continuum import picture
 from catheter_sim.kinds.continuum.layout import disks, links
 from catheter_sim.kinds.continuum.links import BEND_RAD, tip_error_m
@@ -32,7 +32,8 @@ def add(root: mjcf.RootElement, robot: ContinuumRobot, actuation: str) -> None:
 def integration(robot: ContinuumRobot, actuation: str) -> Integration:
     """Return how it is stepped in motion: tendons that are driven are stiff springs, and so may a law be."""
     law = any(segment.stiffness_cubic_m2 or segment.stiffness_quintic_m4 for segment in robot.segments)
-    return Integration(LEAPFROG if actuation == "tension" and not law else IMPLICIT_SPRINGS)
+    stiff = actuation != "tension" or law
+    return Integration(IMPLICIT_SPRINGS) if stiff else of_springs_and_masses(robot)
 
 
 def length_m(robot: ContinuumRobot) -> float:
@@ -48,11 +49,11 @@ def close_up(robot: ContinuumRobot) -> tuple[float, float]:
 
 def remarks(robot: ContinuumRobot) -> tuple[str, ...]:
     """Return how well the chain of links stands for a rod."""
-    error_m = tip_error_m(robot)
+    error_m, by = tip_error_m(robot), "its tendons" if robot.tendons else "a moment"
     if not error_m > 0.0:
         return ()
     return (
         f"links: {robot.links_per_subsegment} per subsegment, {len(links(robot))} in all; with every segment "
-        f"bent by {math.degrees(BEND_RAD):.0f} deg by its tendons alone the tip is {error_m * 1e3:.2g} mm "
+        f"bent by {math.degrees(BEND_RAD):.0f} deg by {by} alone the tip is {error_m * 1e3:.2g} mm "
         f"({100.0 * error_m / length_m(robot):.1g} % of the length) off a rod's",
     )

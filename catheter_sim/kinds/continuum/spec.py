@@ -25,7 +25,7 @@ class Segment:
     disks: int  # subsegments, each with a disk at its distal end
     outer_radius_m: float  # of the disks or cells
     bending_stiffness_N_m2: float  # EI of the backbone
-    mass_kg: float  # whole segment, lumped at the disks
+    mass_kg: float  # whole segment; where it is: `ContinuumRobot.masses`
     bending_axes: str = "xy"  # "x": bends in the xz plane only; "xy": in any direction
     torsion_stiffness_N_m2: float = math.inf  # GJ; inf: cannot twist
     axial_stiffness_N: float = math.inf  # EA; inf: cannot stretch; rods' statics only, not the simulation
@@ -56,8 +56,9 @@ class ContinuumRobot(RobotSpec):
     """A tendon-driven continuum robot; `stiffness_scale` multiplies every stiffness of its backbone."""
 
     segments: tuple[Segment, ...]
-    tendons: tuple[Tendon, ...]
+    tendons: tuple[Tendon, ...] = ()  # none: a rod that forces alone bend
     appearance: str = "spacer_disks"  # which meshes: "spacer_disks" or "wire_guides"
     links_per_subsegment: int = 1
     hinges: str = "even"  # where they are in a subsegment: "even" or "rod"
+    masses: str = "along"  # spread evenly along each segment, or "faces": each link's at its distal face
     disks_per_segment: int = 0  # 0: as each segment says; otherwise of every segment

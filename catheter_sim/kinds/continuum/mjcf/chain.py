@@ -2,7 +2,8 @@
 
 Names in the model (i, k count from 1 at the base):
 
-- bodies `link_<i>`, origin at the link's hinge; `mount` where the mount gives way;
+- bodies `link_<i>`, origin at the link's hinge; `foot`, the fixed backbone below the first hinge, where
+  mass is spread along the robot; `mount` where the mount gives way;
 - joints `x<i>`, `y<i>`, `t<i>` (bending toward +x, toward +y, twist) and `mount`;
 - sites `face_<k>` (centre of disk k's distal face), `tip`, `hole_<tendon>_<k>` (k = 0: base);
 - tendons and actuators `tendon_<tendon>`.
@@ -16,7 +17,15 @@ import mujoco
 import numpy as np
 
 from catheter_sim.kinds.continuum.drives import outputs
-from catheter_sim.kinds.continuum.layout import Link, disk_heights, hole_angle_rad, last_disk, links
+from catheter_sim.kinds.continuum.layout import (
+    Link,
+    Piece,
+    disk_heights,
+    hole_angle_rad,
+    last_disk,
+    links,
+    pieces,
+)
 from catheter_sim.kinds.continuum.mjcf.meshes import tendon_width
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Tendon
 from catheter_sim.mjcf import names
@@ -63,28 +72,33 @@ def _add_bodies(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Elem
     """Add the bodies and joints; return the base and the links' bodies."""
     base = add_mount(root, robot)
     chain = links(robot)
+    foot, *carried = pieces(robot)
     bodies = [base]
     hinge_z = 0.0
-    for link in chain:
+    for link, piece in zip(chain, carried, strict=True):
         body = bodies[-1].add("body", name=names.link(link.index), pos=(0, 0, link.hinge_z_m - hinge_z))
         hinge_z = link.hinge_z_m
         _add_joints(body, robot, link)
-        mass = link.segment.mass_kg * link.length_m / link.segment.length_m
-        radius = link.segment.outer_radius_m
-        transverse = mass * (radius**2 / 4.0 + link.length_m**2 / 12.0)
+        _add_mass(body, piece, hinge_z)
         face = link.face_z_m - link.hinge_z_m
-        body.add(
-            "inertial",
-            pos=(0, 0, face),
-            mass=mass,
-            diaginertia=(transverse, transverse, mass * radius**2 / 2),
-        )
         if link.disk:
             body.add("site", name=names.face(link.disk), pos=(0, 0, face), size=(1e-4,), group=5)
         bodies.append(body)
+    if foot.mass_kg > 0.0:
+        _add_mass(base.add("body", name="foot"), foot, 0.0)
     last = chain[-1]
     bodies[-1].add("site", name=names.TIP, pos=(0, 0, last.face_z_m - last.hinge_z_m), size=(1e-4,), group=5)
     return bodies
+
+
+def _add_mass(body: mjcf.Element, piece: Piece, origin_z: float) -> None:
+    """Give a body whose origin is at a height of the straight robot [m] its mass."""
+    body.add(
+        "inertial",
+        pos=(0, 0, piece.centre_z_m - origin_z),
+        mass=piece.mass_kg,
+        diaginertia=(piece.transverse_kg_m2, piece.transverse_kg_m2, piece.axial_kg_m2),
+    )
 
 
 def _add_joints(body: mjcf.Element, robot: ContinuumRobot, link: Link) -> None:

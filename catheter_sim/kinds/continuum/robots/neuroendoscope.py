@@ -77,6 +77,7 @@ def neuroendoscope_section() -> ContinuumRobot:
         ),
         friction=Friction(FRICTION_MU),
         appearance="wire_guides",
+        masses="faces",
         channel_radius_m=CHANNEL_RADIUS_M,
         sources=_sources(segments, ""),
     )
@@ -109,6 +110,7 @@ def neuroendoscope() -> ContinuumRobot:
         ),
         friction=Friction(FRICTION_MU),
         appearance="wire_guides",
+        masses="faces",
         channel_radius_m=CHANNEL_RADIUS_M,
         sources=_sources(segments, "; the proximal tendons' 35 deg from the bending plane assumed"),
     )

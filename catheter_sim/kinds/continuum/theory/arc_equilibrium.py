@@ -97,7 +97,7 @@ class ArcLoads:
 
     Attributes:
         disks: of each segment, equally spaced, the last at its end, (S,).
-        weight: of each disk, (B, S, 3) [N].
+        weight: of each disk [N], and how far before it this acts, of a subsegment, (B, S, 4).
         force_tip, moment_tip: (B, r, 3) [N], [N m].
     """
 
@@ -123,7 +123,7 @@ def solve_rows(
     rows = commands.shape[1]
     if loads is None:
         nothing = np.zeros((batch, rows, 3))
-        loads = ArcLoads(np.zeros(segments, np.int64), np.zeros((batch, segments, 3)), nothing, nothing)
+        loads = ArcLoads(np.zeros(segments, np.int64), np.zeros((batch, segments, 4)), nothing, nothing)
     kept = len(range(0, rows, every))
     unknowns = np.empty((batch, kept, 2 * segments + 1))
     tension = np.empty((batch, kept, tendons))

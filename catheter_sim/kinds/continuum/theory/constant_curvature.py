@@ -149,13 +149,16 @@ def places(robot: ContinuumRobot) -> tuple[np.ndarray, Array]:
 def loads(robots: Sequence[ContinuumRobot], inputs: Sequence[Inputs], gravity_mps2: Array) -> ArcLoads:
     """Return what acts on each robot at each row.
 
-    Weight acts at each disk, lumped as the specification says; force and moment on the tip.
+    Weight acts at each disk or, of masses along the robot, in the middle of each subsegment; force and moment
+    on the tip.
     """
     segments = robots[0].segments
     mass = np.array([[_disk_mass(robot, segment) for segment in robot.segments] for robot in robots])
+    before = np.zeros((*mass.shape, 1))
+    before[[robot.masses == "along" for robot in robots]] = 0.5
     return ArcLoads(
         disks=np.array([disks(robots[0], segment) for segment in segments]),
-        weight=mass[:, :, None] * gravity_mps2,
+        weight=np.concatenate([mass[:, :, None] * gravity_mps2, before], axis=2),
         force_tip=np.array([item.force_tip for item in inputs]),
         moment_tip=np.array([item.moment_tip for item in inputs]),
     )

@@ -18,7 +18,7 @@ from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.static_run import StaticRun, require_tensions
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.drives import outputs
-from catheter_sim.kinds.continuum.layout import last_disk, links
+from catheter_sim.kinds.continuum.layout import face_masses, last_disk, links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment
 from catheter_sim.mechanics.step_counts import counts_where_alone
 
@@ -135,7 +135,7 @@ def planar_chain(robot: ContinuumRobot, model: str) -> PlanarChain:
         rest_curvature=per_cell(lambda segment: segment.rest_curvature_x_per_m),
         offset=np.where(reaches, np.array(x)[:, None], 0.0),
         reaches=reaches,
-        face_mass=per_cell(lambda segment: segment.mass_kg / segment.length_m) * length,
+        face_mass=face_masses(robot),
         mu=robot.friction.mu,
         mount_stiffness=robot.mount.axial_stiffness_N_per_m,
     )

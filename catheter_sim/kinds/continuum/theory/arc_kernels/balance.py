@@ -28,7 +28,7 @@ class ArcRobot(NamedTuple):
         mu: capstan coefficient.
         compliance: of the base [m/N].
         disks: number of each segment, (S,).
-        weight: of each disk, (S, 3) [N].
+        weight: of each disk [N], and how far before it this acts, of a subsegment, (S, 4).
     """
 
     length: Any

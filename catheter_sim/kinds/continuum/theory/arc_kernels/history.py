@@ -56,6 +56,7 @@ def _followed(x, guess, robot, by_tension, begin, end, shortest, anchor, between
         for s in range(len(weight)):
             for i in range(3):
                 weighing[s, i] = share * weight[s, i]
+            weighing[s, 3] = weight[s, 3]
         there = ArcRobot(
             robot.length, robot.k0, robot.c3, robot.c5, robot.rest, robot.free, robot.arm, robot.chord,
             robot.stiffness, pretension, robot.mu, robot.compliance, robot.disks, weighing,
@@ -101,7 +102,7 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
     Args:
         robots: length (B, S), stiffness k0 [N m/rad] and c3, c5 of the law in the bend (B, S), rest
             (B, S, 2), arm (B, T, S, 2), chord (B, T, S), tendons' stiffness and stretch by their
-            pretension (B, T), mu, base compliance (B,), weight of each disk (B, S, 3).
+            pretension (B, T), mu, base compliance (B,), weight of each disk (B, S, 4).
         free: which bends are free, (S, 2).
         disks: of each segment, (S,).
         by_tension: what the commands are.
@@ -129,7 +130,7 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
     tension, residual = np.empty(tendons), np.empty(n)
     state = (span, slip, tension, residual)
     between = (
-        np.empty(tendons), np.empty(3), np.empty(3), np.empty(tendons), np.empty((segments, 3)), np.empty(n)
+        np.empty(tendons), np.empty(3), np.empty(3), np.empty(tendons), np.empty((segments, 4)), np.empty(n)
     )  # fmt: skip
     guess, at_rest, before, now = np.empty(n), np.zeros(n), np.empty(n), np.empty(n)
     firsts, balanced = np.empty((rows, n)), np.zeros(rows, np.bool_)  # of the first robot

@@ -31,8 +31,8 @@ def _along_arc(bend_x, bend_y, length, share, force):
 def find_generalised_load(bend, length, count, weight, tip_force, tip_moment, frames, out):
     """Set `out` (2S,) to the power of the loads per rate of each bend component [N m].
 
-    Args: bend (2S,); length (S,); count (S,) disks; weight (S, 3) of each disk; tip_force, tip_moment (3,);
-    frames (S + 1, 3, 3) working space.
+    Args: bend (2S,); length (S,); count (S,) disks; weight (S, 4) of each disk, and how far before the disk
+    it acts, of a subsegment; tip_force, tip_moment (3,); frames (S + 1, 3, 3) working space.
     """
     segments = len(length)
     for i in range(3):
@@ -72,7 +72,7 @@ def find_generalised_load(bend, length, count, weight, tip_force, tip_moment, fr
                 R[0, 2] * wx + R[1, 2] * wy + R[2, 2] * wz,
             )
             for disk in range(count[s]):
-                px, py, pz, dx, dy = _along_arc(x, y, length[s], (disk + 1.0) / count[s], own)
+                px, py, pz, dx, dy = _along_arc(x, y, length[s], (disk + 1.0 - weight[s, 3]) / count[s], own)
                 qx += dx
                 qy += dy
                 m0 += py * own[2] - pz * own[1]
@@ -87,7 +87,7 @@ def find_generalised_load(bend, length, count, weight, tip_force, tip_moment, fr
 
 @compiled
 def acts(tip_force, tip_moment, weight):
-    """Return whether anything acts: tip force and moment (3,), weights (S, 3)."""
+    """Return whether anything acts: tip force and moment (3,), weights (S, 4)."""
     for i in range(3):
         if tip_force[i] != 0.0 or tip_moment[i] != 0.0:
             return True

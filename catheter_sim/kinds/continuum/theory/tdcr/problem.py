@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.layout import disks, last_disk
+from catheter_sim.kinds.continuum.layout import disk_masses, disks, last_disk
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment
 
 
@@ -102,7 +102,7 @@ def problem(robot: ContinuumRobot) -> Problem:
             np.arange(len(robot.segments)), [disks(robot, segment) for segment in robot.segments]
         ),
         disk_z_m=np.concatenate([[0.0], np.cumsum(length)]),
-        disk_mass_kg=np.array([segment.mass_kg / disks(robot, segment) for segment in parts]),
+        disk_mass_kg=disk_masses(robot),
         hole_m=np.array(
             [
                 [item.radius_m * math.cos(item.angle_rad), item.radius_m * math.sin(item.angle_rad)]
