@@ -38,9 +38,11 @@ class MovingTwin:
 
     Attributes:
         timestep_s: longest step in motion; 0: the robots' own.
+        together: so many steps are taken under the same inputs, their mean over that time.
     """
 
     timestep_s: float = 0.0
+    together: int = 1
     carries_load: bool = True
 
     def solve(
@@ -58,7 +60,7 @@ class MovingTwin:
         self, asked: Sequence[Asked], gravity_mps2: Array, elements: Sequence[int], every: int
     ) -> list[TwinStates]:
         """Return the same of several trials, each with its own robots, in order."""
-        common = gravity_mps2, tuple(elements), every
+        common = gravity_mps2, tuple(elements), every, self.together
         pairs = [
             (self._stepped(robot), inputs)
             for robots, arriving in asked
@@ -102,17 +104,24 @@ def _tasks(new: dict[str, tuple[RobotSpec, Inputs]]) -> list[tuple[RobotSpec, li
 
 
 def _moved(
-    robot: RobotSpec, trials: Sequence[Inputs], gravity_mps2: Array, elements: tuple[int, ...], every: int
+    robot: RobotSpec,
+    trials: Sequence[Inputs],
+    gravity_mps2: Array,
+    elements: tuple[int, ...],
+    every: int,
+    together: int,
 ) -> list[_Run]:
     """Return a robot's states along trials, at every so-many-th row."""
     try:
         simulator = Simulator(robot, trials[0].actuation, gravity_mps2, inertia=False)
     except InputError:  # numbers of no robot
         return [_nothing(robot, inputs, elements, every) for inputs in trials]
-    return [_followed(simulator, inputs, elements, every) for inputs in trials]
+    return [_followed(simulator, inputs, elements, every, together) for inputs in trials]
 
 
-def _followed(simulator: Simulator, inputs: Inputs, elements: tuple[int, ...], every: int) -> _Run:
+def _followed(
+    simulator: Simulator, inputs: Inputs, elements: tuple[int, ...], every: int, together: int
+) -> _Run:
     """Return states along one trial, from rest under its first row; NaN from where the robot diverges on."""
     run = _nothing(simulator.robot, inputs, elements, every)
     wanted = list(elements)
@@ -123,9 +132,10 @@ def _followed(simulator: Simulator, inputs: Inputs, elements: tuple[int, ...], e
         last = np.round(since_s / step_s).astype(int)
         values, done = commands.means(np.arange(last[-1]) * step_s, step_s), 0
         for index, row in enumerate(range(0, len(inputs), every)):
-            for now in values[done : last[row]]:
-                commands.set(simulator, now)
-                simulator.step()
+            for first in range(done, last[row], together):
+                part = values[first : min(first + together, last[row])]
+                commands.set(simulator, part.mean(axis=0) if together > 1 else part[0])
+                simulator.step(len(part))
             done = last[row]
             simulator.require_finite()
             posture = simulator.posture(since_s[row] - done * step_s)

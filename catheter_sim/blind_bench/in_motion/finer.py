@@ -17,6 +17,7 @@ from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array, Posture
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.simulator import Simulator
 
 STEP_S = 2.5e-4
@@ -94,9 +95,7 @@ def arriving(specimen: Specimen, inputs: Inputs) -> Array:
     return np.maximum(tension, 0.0)
 
 
-def moved(
-    specimen: Specimen, time_s: Array, tension: Array, gravity_mps2: Array
-) -> tuple[Posture, ...]:
+def moved(specimen: Specimen, time_s: Array, tension: Array, gravity_mps2: Array) -> tuple[Posture, ...]:
     """Return the postures at the rows, from rest under the first one."""
     robot = specimen.robot
     finer = replace(
@@ -117,6 +116,7 @@ def moved(
 
     model.opt.timestep = _REST_STEP_S
     model.dof_damping[hinges] = _OVERDAMPED_S * stiffness
+    _tell_friction(simulator)
     rise = round(0.5 * _REST_S / _REST_STEP_S)
     for step in range(2 * rise):
         simulator.set_inputs(tension[0] * min(1.0, (step + 1) / rise), force)
@@ -125,6 +125,7 @@ def moved(
 
     model.opt.timestep = STEP_S
     model.dof_damping[hinges] = specimen.damping_time_s * stiffness
+    _tell_friction(simulator)
     postures = [simulator.posture()]
     for row in range(1, len(time_s)):
         span_s = time_s[row] - time_s[row - 1]
@@ -137,6 +138,13 @@ def moved(
             raise WildMotion(f"at {time_s[row]:g} s")
         postures.append(simulator.posture())
     return tuple(postures)
+
+
+def _tell_friction(simulator: Simulator) -> None:
+    """Let the law of friction know that step and damping have changed."""
+    law = simulator.laws.friction
+    if isinstance(law, CapstanFriction):
+        law.know_joints()
 
 
 def _hang(model: mujoco.MjModel, site: int, mass_kg: float) -> None:

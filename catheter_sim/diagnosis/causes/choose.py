@@ -34,6 +34,7 @@ from catheter_sim.diagnosis.thresholds import (
     BEAM,
     CHOICE_ROUNDS,
     MOST_CAUSES,
+    MOST_SINGLES,
     PATIENCE,
     SETTLED_FACTOR,
 )
@@ -96,6 +97,8 @@ def select(
     tiers = [terms_for(problem.robot, name, problem.moving) for name in candidates]
     simple, detailed = _by_size(tiers)
     alone = [term for terms in tiers for term in search.promising(null, terms)]
+    if problem.moving:
+        alone = list(search.promising(null, alone, MOST_SINGLES))
     singles = search.fitted([((term,), {}) for term in alone])
     path = [null]
     for left in reversed(range(CHOICE_ROUNDS)):

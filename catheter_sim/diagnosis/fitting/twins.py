@@ -67,7 +67,7 @@ def _with_longer_steps(
     own_s = motion_step_s(robot)
     chosen, change = own, 0.0
     for factor in LONGER_STEPS:
-        longer = replace(own, twin=MovingTwin(factor * own_s))
+        longer = replace(own, twin=MovingTwin(factor * own_s, together=2))
         begun = time.process_time()
         outputs = np.concatenate([item[0] for item in longer.along([robot], inputs)])
         spent_s = time.process_time() - begun
