@@ -155,8 +155,8 @@ ROWS_TO_CHOOSE_BY = 600
 """[rows] About so many are compared to choose between hypotheses. Why: more rows of the same cycles cost
 time and say nothing new; the chosen one is fitted to all."""
 MOST_SINGLES = 8
-"""[hypotheses] Of a single cause, fitted where the robot moved: the best probed. Why: each robot is simulated,
-at some hundred times what an analytic twin costs; a cause that does much alone is among the first."""
+"""[hypotheses] Of a single cause, fitted where the robot moved: the best probed. Why: each is simulated, at
+some hundred times what an analytic twin costs; a cause that does much alone is among the first."""
 SECONDS_TO_CHOOSE_BY = 10.0
 """[s] The same of data taken in motion, of the trials' beginnings together. Why: a simulated second costs
 time, not a row; a few seconds of each trial hold several swings of a robot."""

@@ -1,14 +1,13 @@
 """A robot in motion with something hidden in it, by a finer model than the diagnosis has.
 
-More links, a smaller step and another integrator than the robot's own simulation in motion; damping, a load at
-the tip and what happens to commands and to measurements are written here once more, by other code than that of
-the effects. Nothing of `effects` or `diagnosis` is imported.
+More links, a smaller step and another integrator than the robot's own simulation in motion; damping, a load
+at the tip and what happens to commands and to measurements are written here once more, by other code than
+that of the effects. Nothing of `effects` or `diagnosis` is imported.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -54,7 +53,6 @@ class Specimen:
     delay_s: float = 0.0
     tracker_rad: float = 0.0
     tracker_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    notes: dict[str, Any] = field(default_factory=dict)
 
 
 class WildMotion(Exception):
