@@ -41,6 +41,7 @@ from catheter_sim.pictures.state import State
 Action = NDArray[np.float32]
 OBSERVATIONS = ("state", "pixels")
 ACTION_TYPES = ("tension", "displacement")
+DYNAMICS = ("quasi-static", "inertial")
 _RENDERED, _OBSERVED = (640, 480), (64, 64)  # default sizes of pictures [pixels]
 
 CONTROL_STEP_S = 0.1  # assumed: two relaxation times of the robots' default dynamics
@@ -63,6 +64,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         length_m: of the straight robot.
         randomised: settings of the robot that are drawn at every reset, and their bounds.
         target_m: where the tip is wanted now, base frame, shape (3,) [m].
+        dynamics: "quasi-static", or "inertial": the robot swings as its masses and its own damping let it.
         pixels: whether pictures are the observations.
         state_space: of the observations that are no pictures.
         layout: name of a part of these -> where it lies.
@@ -89,6 +91,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         height: int | None = None,
         observation: str = "state",
         randomised: Mapping[str, Sequence[float]] | None = None,
+        dynamics: str = DYNAMICS[0],
         **others: Any,
     ) -> None:
         """Build the robot; the arguments are those of the task's text.
@@ -99,6 +102,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         refuse_unknown(others, argument_names(type(self)), type(self).__name__)
         self.render_mode = checked_choice("render_mode", render_mode, self.metadata["render_modes"], True)
         checked_choice("observation", observation, OBSERVATIONS)
+        self.dynamics = checked_choice("dynamics", dynamics, DYNAMICS)
         self.pixels = observation == "pixels"
         self._size = checked_size(width, height, _OBSERVED if self.pixels else _RENDERED)
         self.tolerance_m = checked_above_zero("tolerance_m", tolerance_m)
@@ -196,6 +200,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
             tuple(self._gravity),
             self._largest_bend_rad,
             self._surround(),
+            self.dynamics == "inertial",
         )
 
     def _drawn_robot(self) -> RobotSpec:
