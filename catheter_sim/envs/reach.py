@@ -32,10 +32,10 @@ class ReachEnv(TipEnv):
     catheters have none), with its effects. A control step is 0.1 s of simulated time. With
     `dynamics="quasi-static"`, the default, the robot follows its inputs with a lag (the relaxation time of
     its dynamics, 0.05 s by default) and without overshoot: its mass has weight, but no inertia. With
-    `dynamics="inertial"` it moves as its masses and its own damping let it (`dynamics.damping_time_s` and
-    what else its specification states; the published robots state none, so that only friction ends their
-    swings: `settings` may set it), from rest at every reset. There is no contact: not with surroundings, not with itself (but
-    for the rolling joints').
+    `dynamics="inertial"` it moves as its masses and its own damping let it, from rest at every reset; the
+    published robots state no damping, so that only friction ends their swings (`settings` may set
+    `dynamics.damping_time_s`). There is no contact: not with surroundings, not with itself (but for the
+    rolling joints').
 
     ## Action
 

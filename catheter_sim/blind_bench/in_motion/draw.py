@@ -100,12 +100,6 @@ def _gained(specimen: Specimen, amount: float, generator: np.random.Generator) -
     return replace(specimen, gain=tuple(gain))
 
 
-def _offset(specimen: Specimen, amount: float, generator: np.random.Generator) -> Specimen:
-    offset = [0.0] * len(specimen.robot.tendons)
-    offset[int(generator.integers(len(offset)))] = abs(amount)
-    return replace(specimen, offset_N=tuple(offset))
-
-
 def _bent(specimen: Specimen, amount: float, generator: np.random.Generator) -> Specimen:
     turn = generator.uniform(0.0, 2.0 * math.pi)
     length_m = sum(segment.length_m for segment in specimen.robot.segments)
@@ -127,7 +121,9 @@ def _playing(specimen: Specimen, amount: float, generator: np.random.Generator) 
     return replace(specimen, play_N=abs(amount))
 
 
-# What may be hidden: the cause's name and the form in words, how, and a first amount of it.
+# What may be hidden: the cause's name and the form in words, how, and a first amount of it. An offset of a
+# tension is not among them: it bends a rod evenly along its length, as a curvature without load does, and no
+# positions tell the two apart.
 CAUSES: Mapping[tuple[str, str], tuple[Hide, float]] = {
     ("stiffness", "scale"): (_scaled, 0.1),
     ("tendon_friction", "capstan"): (_rubbing, 0.1),
@@ -137,7 +133,6 @@ CAUSES: Mapping[tuple[str, str], tuple[Hide, float]] = {
     ("rate", "lag"): (_lagging, 0.02),
     ("rate", "delay"): (_late, 0.02),
     ("actuation_gain", "one channel"): (_gained, 0.1),
-    ("actuation_offset", "one channel"): (_offset, 0.05),
     ("precurvature", "whole robot"): (_bent, 0.05),
     ("measurement_frame", "turn and shift"): (_seen_askew, 0.05),
     ("backlash", "of the command"): (_playing, 0.05),

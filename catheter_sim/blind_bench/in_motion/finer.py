@@ -35,7 +35,6 @@ class Specimen:
         tip_mass_kg: hung on its tip.
         tip_force_N: on its tip, base frame, shape (3,).
         gain: of each channel, shape (t,).
-        offset_N: of each channel, shape (t,).
         play_N: width of a dead-band before the tendons.
         lag_s, delay_s: of what arrives at the tendons.
         tracker_rad: turn of the tracker about +z.
@@ -47,7 +46,6 @@ class Specimen:
     tip_mass_kg: float = 0.0
     tip_force_N: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gain: tuple[float, ...] = ()
-    offset_N: tuple[float, ...] = ()
     play_N: float = 0.0
     lag_s: float = 0.0
     delay_s: float = 0.0
@@ -81,8 +79,6 @@ def arriving(specimen: Specimen, inputs: Inputs) -> Array:
     tension, time_s = inputs.tendon.copy(), inputs.time_s - inputs.time_s[0]
     if specimen.gain:
         tension = tension * np.array(specimen.gain)
-    if specimen.offset_N:
-        tension = tension + np.array(specimen.offset_N)
     if specimen.play_N:
         tension = _with_play(tension, specimen.play_N)
     if specimen.lag_s:
