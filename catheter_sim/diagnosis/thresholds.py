@@ -388,6 +388,8 @@ HOLD_ROWS = 6
 PACES = (0.25, 4.0)
 """[times the time from row to row of what was measured] Why: a lag's loop changes its width with the speed;
 a factor of four each way shows that."""
+MOVING_ROW_S = 0.02
+"""[s] From row to row of inputs proposed for motion. Why: assumed; a servo takes commands at 50 Hz."""
 LET_GO_S = 0.1
 """[s] In which a channel is pulled, or let go, to make a robot swing. Why: assumed; short beside most swings,
 and within what a servo can do."""

@@ -12,9 +12,10 @@ import catheter_sim as cs
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.data.motion import DYNAMIC, HELD
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, beginnings
+from catheter_sim.diagnosis.fitting.noise import noise_from_row_to_row
 from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
 from catheter_sim.diagnosis.fitting.stretches import blocks_of, equal_stretches
-from catheter_sim.diagnosis.fitting.twins import noise_from_row_to_row, twin_of
+from catheter_sim.diagnosis.fitting.twins import twin_of
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table

@@ -42,14 +42,12 @@ def dataset_of(
     """Return measured data that lie in no folder, checked as those in one are.
 
     Args:
-        robot: the robot as specified.
-        reference: its id or name.
+        robot, reference: the robot as specified, and its id or name.
         tables: of each trial its name, its role ("train", "heldout" or "") and its columns.
         outputs: columns that were measured; None: every output column that all tables have.
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
-        calibration: dotted keys with their bounds, as `[calibration]` of a `dataset.toml`.
+        calibration, motion: as `[calibration]` and `[conditions] motion` of a `dataset.toml`.
         name: of the data.
-        motion: of `motion.MOTIONS`.
 
     Raises:
         InputError: a trial or a column is missing, unknown or impossible.

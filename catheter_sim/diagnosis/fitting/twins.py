@@ -14,16 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.core.motion import motion_step_s
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, beginnings, measured_of
+from catheter_sim.diagnosis.fitting.noise import noise_from_row_to_row
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.thresholds import LONGER_STEPS, SECONDS_TO_STEP_BY, STEP_SHARE
 from catheter_sim.simulation.moving_twin import MovingTwin
 from catheter_sim.theory.predict import MovingPrediction, Prediction, moving_twin_for, twin_for
-
-_MAD_TO_SIGMA = 1.4826  # of a normal distribution
-_FOURTH = 70.0  # squares of a fourth difference's coefficients: 1, 4, 6, 4, 1
 
 
 @dataclass(frozen=True)
@@ -86,15 +83,3 @@ def _with_longer_steps(
             f" The robot's own steps, {1e3 * own_s:g} ms, would move outputs by {change:.2g} of the noise."
         )
     return ChosenTwin(chosen, (Note("moving_twin", said),))
-
-
-def noise_from_row_to_row(measured: Sequence[Array]) -> Array:
-    """Return the size of what is white in measurements themselves, by column, shape (o,), in file units.
-
-    Of a motion that is slow beside the rows' rate the fourth difference is nearly zero; that of white noise
-    of size s has the size s sqrt(70). What moves faster counts as noise.
-    """
-    bends = np.concatenate([np.diff(values, 4, axis=0) for values in measured])
-    size = _MAD_TO_SIGMA * np.nanmedian(np.abs(bends), axis=0) / np.sqrt(_FOURTH)
-    spread = np.nanstd(np.concatenate(measured), axis=0)
-    return np.asarray(np.maximum(size, 1e-6 * max(float(spread.max()), 1e-9)))

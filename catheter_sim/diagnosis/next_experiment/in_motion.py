@@ -13,10 +13,8 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.next_experiment.programmes import Programme, only, reach_of, table_of
-from catheter_sim.diagnosis.thresholds import LET_GO_S, SLOW_LOOP_S, SWEEP_HZ, SWEEP_S, SWING_S
+from catheter_sim.diagnosis.thresholds import LET_GO_S, MOVING_ROW_S, SLOW_LOOP_S, SWEEP_HZ, SWEEP_S, SWING_S
 from catheter_sim.tables import Table
-
-_ROW_S = 0.02  # from row to row
 
 
 def moving_programmes(robot: RobotSpec, trials: Sequence[Trial]) -> tuple[Programme, ...]:
@@ -41,7 +39,7 @@ def _slow(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
 
 
 def _sweep(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
-    time_s = _ROW_S * np.arange(1, _count(SWEEP_S) + 1)
+    time_s = MOVING_ROW_S * np.arange(1, _count(SWEEP_S) + 1)
     low, high = SWEEP_HZ
     phase = 2.0 * np.pi * (low * time_s + 0.5 * (high - low) * time_s**2 / SWEEP_S)
     way = 0.25 * (1.0 - np.cos(phase))
@@ -54,11 +52,11 @@ def _each(robot: RobotSpec, trials: Sequence[Trial], way: Array) -> Table:
     rows = np.concatenate(
         [[np.zeros(len(reach))], *(np.outer(way, only(reach, k)) for k in range(len(reach)))]
     )
-    return table_of(robot, trials, rows, np.full(len(rows), _ROW_S))
+    return table_of(robot, trials, rows, np.full(len(rows), MOVING_ROW_S))
 
 
 def _count(seconds: float) -> int:
-    return max(1, round(seconds / _ROW_S))
+    return max(1, round(seconds / MOVING_ROW_S))
 
 
 def _line(start: float, end: float, count: int) -> Array:
