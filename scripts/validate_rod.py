@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import sys
 
-from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.rod import LINKS, rod_cases, shape_errors_percent, tpu_rod
 
 
@@ -19,7 +18,7 @@ def main() -> int:
     if not links.isdigit() or int(links) < 2 or int(links) % 2:
         print(f"validate_rod: LINKS = {links}: must be an even number, 2 or more", file=sys.stderr)
         return 2
-    errors = shape_errors_percent(Simulator(tpu_rod(int(links)), inertia=False), rod_cases(1))
+    errors = shape_errors_percent(tpu_rod(int(links)), rod_cases(1))
     print(f"{len(errors)} shapes, {links} links: mean {errors[:, 0].mean():.4f} % of the length,")
     print(f"largest mean of a shape {errors[:, 0].max():.4f} %, worst point {errors[:, 1].max():.3f} %")
     return 0

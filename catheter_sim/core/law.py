@@ -144,6 +144,7 @@ class Step:
             beyond its end, shape (t, n) [N].
         joints_changed: a law has changed the stiffness of joints; the friction of tendons then learns it.
         pulls_changed: a law has changed `pulls`; the same.
+        moving: whether the masses have inertia that counts.
     """
 
     data: mujoco.MjData
@@ -153,6 +154,7 @@ class Step:
     span_tension: Callable[[], Array]
     joints_changed: bool = False
     pulls_changed: bool = False
+    moving: bool = False
 
 
 class Law:

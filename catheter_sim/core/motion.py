@@ -44,10 +44,12 @@ class Integration:
         integrator: `LEAPFROG`, `IMPLICIT_SPRINGS` or `SMOOTH`, as MJCF has it.
         stiffening: stiffness that acts beside the joints' own springs (laws between two steps), as a multiple
             of the one that scales a joint's damping and armature.
+        own_springs: whether the joints have springs of their own.
     """
 
     integrator: str
     stiffening: float = 0.0
+    own_springs: bool = True
 
 
 def motion_step_s(robot: RobotSpec) -> float:
@@ -56,8 +58,14 @@ def motion_step_s(robot: RobotSpec) -> float:
 
 
 def of_springs_and_masses(robot: RobotSpec) -> Integration:
-    """Return how a robot is stepped that has no stiffness but its joints' own springs."""
-    damped = robot.dynamics.damping_time_s >= motion_step_s(robot) or robot.friction.mu > 0.0
+    """Return how a robot is stepped that has no stiffness but its joints' own springs.
+
+    Where tendons rub, `discrete`: MuJoCo's constraints then know the damping, too; the rule is `LEAPFROG`'s.
+    """
+    if robot.friction.mu > 0.0:
+        return Integration(IMPLICIT_SPRINGS)
+    dynamics = robot.dynamics
+    damped = dynamics.damping_time_s >= motion_step_s(robot) or dynamics.tendon_damping_N_s_per_m > 0.0
     return Integration(LEAPFROG if damped else SMOOTH)
 
 
@@ -67,9 +75,10 @@ def in_motion(robot: R, integration: Integration) -> R:
     beside = integration.stiffening
     if integration.integrator == SMOOTH:
         inertia = MARGIN * (step**2 / 8.0 + step * damping_time / 2.8)
-    elif integration.integrator == LEAPFROG:
+    elif integration.integrator == LEAPFROG or not integration.own_springs:
         damping_time = max(damping_time, step)
-        inertia = MARGIN * (1.0 + beside) * step**2 / 4.0 - step * damping_time / 2.0
+        all_springs = beside + (1.0 if integration.own_springs else 0.0)
+        inertia = MARGIN * all_springs * step**2 / 4.0 - step * damping_time / 2.0
     else:
         inertia = MARGIN * beside * step**2 / 4.0
         damping_time = max(0.0, damping_time - step)

@@ -63,7 +63,7 @@ def build_mjcf(
     if motion:
         _resist(root, robot, servo_lag_s)
     with _deep_enough():
-        text = root.to_xml_string(precision=9)
+        text = root.to_xml_string(precision=12)
     try:
         mujoco.MjModel.from_xml_string(text)
     except ValueError as error:
@@ -81,13 +81,12 @@ def _hang_on_tip(root: mjcf.RootElement, mass_kg: float) -> None:
 
 def _resist(root: mjcf.RootElement, robot: RobotSpec, servo_lag_s: float) -> None:
     """Let pulled tendons resist in their channels, and actuators follow their controls by a lag."""
-    pulled = {actuator.tendon for actuator in root.find_all("actuator") if actuator.tendon is not None}
+    damping = robot.dynamics.tendon_damping_N_s_per_m
     for actuator in root.find_all("actuator"):
         if servo_lag_s > 0.0:
             actuator.dyntype, actuator.dynprm = "filterexact", (servo_lag_s,)
-    for tendon in root.find_all("tendon"):
-        if tendon in pulled and robot.dynamics.tendon_damping_N_s_per_m > 0.0:
-            tendon.damping = robot.dynamics.tendon_damping_N_s_per_m
+        if actuator.tendon is not None and damping > 0.0:
+            root.find("tendon", getattr(actuator.tendon, "name", actuator.tendon)).damping = damping
 
 
 @contextmanager

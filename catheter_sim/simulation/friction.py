@@ -31,10 +31,13 @@ import numpy as np
 
 from catheter_sim.core.law import Law, Step, TendonPaths, Turns
 from catheter_sim.core.posture import Array
+from catheter_sim.mechanics.capstan.moving import step_over_inertia
 from catheter_sim.mechanics.capstan.together import busy_spans, solve_tensions
 from catheter_sim.mechanics.tendon_rows import TendonRows
 
 SWEEPS = 20  # most passes over tendons that share joints, in one step
+MOVING_SWEEPS = 12  # of a robot in motion; what they leave the next step goes on with
+STEPS_PER_INERTIA = 4  # of these a robot in motion takes before its inertia is worked out anew
 SWEEP_TOLERANCE = 3e-5  # they end when no tension changed by more than this share of the largest
 
 
@@ -83,13 +86,16 @@ class CapstanFriction(Law):
         self._drive = drive_stiffness * self._timestep
         self._model = model
         self.know_joints()
+        self._springs = np.zeros(model.nv)  # what springs, implicit, add to the forces per unit of velocity
+        self._own, self._steps = np.zeros(model.nv), 0
+        self._inverse = np.zeros((0, 0))
         self._tension = np.zeros((tendons, spans))
         self._busy = np.zeros(tendons, dtype=np.int64)
         self._slip = np.zeros((tendons, spans), dtype=np.int8)
         self._past = np.zeros((tendons, spans + 2))
-        self._holes = np.zeros((4, tendons, spans))
+        self._holes = np.zeros((5, tendons, spans))
         self._pulls = np.zeros((2, len(self._span)))
-        self._scratch = np.zeros((8, 2 * max(spans, model.nv, tendons)))
+        self._scratch = np.zeros((10, 2 * max(spans, model.nv, tendons)))
         self._shared = np.zeros((2 * tendons + 4 + model.nv, tendons))
 
     def reset(self) -> None:
@@ -118,8 +124,9 @@ class CapstanFriction(Law):
         stiffness = np.zeros(model.nv)
         if model.opt.integrator == int(mujoco.mjtIntegrator.mjINT_DISCRETE):  # where springs are implicit
             stiffness[model.jnt_dofadr] = model.jnt_stiffness
-        mass = model.dof_armature + self._timestep * (model.dof_damping + self._timestep * stiffness)
-        self._yielding = self._timestep / mass
+        self._springs = self._timestep * stiffness
+        self._own = self._timestep * (model.dof_damping + self._springs)
+        self._yielding = self._timestep / (model.dof_armature + self._own)
 
     def set_drive(self, stiffness: Array) -> None:
         """Set the actuators' stiffness against the tendons' lengthening, shape (t,) [N/m]."""
@@ -133,7 +140,20 @@ class CapstanFriction(Law):
         if step.pulls_changed:
             self.set_drive(step.pulls.drive_stiffness())
             step.pulls_changed = False
+        if step.moving and step.pulls.given:
+            self._know_inertia(step.data)
+        elif len(self._inverse):
+            self._inverse = np.zeros((0, 0))
         self.apply(step.data, step.pulls.tension(step.data))
+
+    def _know_inertia(self, data: mujoco.MjData) -> None:
+        """Work out how all joints together yield, every few steps: the posture changes little in between."""
+        if not len(self._inverse) or self._steps % STEPS_PER_INERTIA == 0:
+            model = self._model
+            self._inverse = step_over_inertia(
+                data.M, model.M_rowadr, model.M_rownnz, model.M_colind, self._own, self._timestep
+            )
+        self._steps += 1
 
     def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
         """Find the tensions of the coming step and apply what they pull beyond the actuators.
@@ -142,7 +162,8 @@ class CapstanFriction(Law):
             data: the state.
             actuator_tension: tensions now, below zero where a driven tendon is slack, shape (t,) [N].
         """
-        rows, busy = self._rows, self._busy
+        rows, busy, whole = self._rows, self._busy, len(self._inverse) > 0
+        passive = data.qfrc_passive - self._springs * data.qvel if whole else data.qfrc_passive
         busy_spans(actuator_tension, self._drive, self._ends, self._tension, busy)
         solve_tensions(
             self._mu,
@@ -157,12 +178,12 @@ class CapstanFriction(Law):
             self._span,
             self._lines,
             data.qvel,
-            data.qfrc_passive,
+            passive,
             data.qfrc_bias,
             data.qfrc_constraint,
             data.qfrc_applied,
             self._yielding,
-            SWEEPS,
+            MOVING_SWEEPS if whole else SWEEPS,
             SWEEP_TOLERANCE,
             self._tension,
             self._slip,
@@ -171,6 +192,7 @@ class CapstanFriction(Law):
             self._pulls,
             self._scratch,
             self._shared,
+            self._inverse,
         )
 
     def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:

@@ -94,4 +94,5 @@ class CapstanCopies(CapstanFriction):
             self._scratch,
             self._shared,
             self._busy,
+            np.zeros((0, 0)),
         )

@@ -252,7 +252,7 @@ class Simulator:
             model.tendon_invweight0[:] *= FRICTION_SOFTNESS
             self._free = motion_numbers(model)
         self._take_over(self._free)
-        self.moving = True
+        self.moving = self._now.moving = True
         times = self.robot.dynamics
         self._lag = ServoLag(times.servo_lag_s, self.model.opt.timestep, self._actuation.arrived)
 
@@ -261,7 +261,8 @@ class Simulator:
         if not self.moving or self._held is None:
             return
         self._take_over(self._held)
-        self.moving, self._lag = False, ServoLag(0.0, 0.0)
+        self.moving = self._now.moving = False
+        self._lag = ServoLag(0.0, 0.0)
         self.data.qvel[:] = 0.0
 
     def _take_over(self, numbers: MotionNumbers) -> None:

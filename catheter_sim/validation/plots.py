@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from catheter_sim.core.posture import Posture
+from catheter_sim.core.posture import Array, Posture
 from catheter_sim.tables import replaced_when_whole
 from catheter_sim.validation.body_stages import Stage
 from catheter_sim.validation.shown import Against, Loop, Profiles, TermCurves
@@ -163,4 +163,16 @@ def convergence(means: Mapping[int, float], path: Path) -> None:
     axes.set_ylabel("mean tip error [% of length]")
     axes.set_xticks(list(means), [str(links) for links in means])
     axes.minorticks_off()
+    _save(figure, path)
+
+
+def releases(errors_percent: Array, time_s: Array, path: Path) -> None:
+    """Draw how far mid-length and tip of a rod that is let go are from the reference, shape (r, 2)."""
+    figure = Figure(figsize=(6.0, 3.2), layout="constrained")
+    axes = figure.subplots()
+    for column, name, colour in zip(errors_percent.T, ("mid-length", "tip"), (ORANGE, BLUE), strict=True):
+        axes.plot(time_s, column, color=colour, label=name)
+    axes.set_xlabel("time since the release [s]")
+    axes.set_ylabel("distance [% of the length]")
+    axes.legend(frameon=False, fontsize=8)
     _save(figure, path)

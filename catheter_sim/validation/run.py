@@ -31,6 +31,7 @@ from catheter_sim.validation.mitral_render import validate_render_4dof, validate
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
 from catheter_sim.validation.rod import validate_rod
+from catheter_sim.validation.rod_motion import validate_rod_motion
 from catheter_sim.validation.spacer_disk import validate_spacer_disk
 from catheter_sim.validation.tdcr_lines import validate_scenarios
 
@@ -39,7 +40,7 @@ Check = Callable[[Path], Validation]
 CHECKS: Mapping[str, tuple[Check, ...]] = {
     "neuroendoscope_section": (validate_section, validate_render),
     "neuroendoscope": (validate_full,),
-    "spacer_disk": (validate_spacer_disk, validate_scenarios, validate_rod),
+    "spacer_disk": (validate_spacer_disk, validate_scenarios, validate_rod, validate_rod_motion),
     "chest_tube_section": (
         validate_chest_tube,
         validate_terms,

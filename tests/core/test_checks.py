@@ -122,7 +122,7 @@ def test_file_that_is_no_robot_is_named(tmp_path: Path) -> None:
         ("no.toml", "no such file"),
         ("broken.toml", "not valid TOML"),
         ("binary.toml", "cannot be read"),
-        ("empty.toml", "name, description, segments, tendons, friction are missing"),
+        ("empty.toml", "name, description, segments, friction are missing"),
         ("folder.toml", "cannot be read"),
         ("flat.toml", "segments.first.length_mm = 0: must be above zero"),
     ):

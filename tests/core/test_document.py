@@ -234,7 +234,7 @@ def test_effects_are_kept_as_written() -> None:
         ({"segments": []}, "segments: a list with at least one entry is needed"),
         ({"segments": "x"}, "segments: a list with at least one entry is needed"),
         ({"segments": ["x"]}, "segments.0: a table is needed"),
-        ({"tendons": []}, "tendons: a list with at least one entry is needed"),
+        ({"tendons": "x"}, "tendons: a list with at least one entry is needed"),
         ({"friction": 0.3}, "friction: a table is needed"),
         ({"friction": {}}, "friction: mu is missing"),
         ({"friction": {"mu": True}}, "mu: a number is needed, not True"),

@@ -352,8 +352,8 @@ def test_tendons_on_stiff_drives_come_to_their_common_optimum(seed, line):
         *(0.0, entering, drive, np.zeros((t, n)), np.full(t, n), arm.T.ravel()),
         *(starts, entries, columns, columns, np.full(t, line), velocity),
         *(zeros, zeros, zeros, applied, gain, 20, 1e-4, tension, np.zeros((t, n), dtype=np.int8)),
-        *(np.zeros((t, n + 2)), np.zeros((4, t, n)), np.zeros((2, n * t))),
-        *(np.zeros((8, 20)), np.zeros((2 * t + 4 + n, t))),
+        *(np.zeros((t, n + 2)), np.zeros((5, t, n)), np.zeros((2, n * t))),
+        *(np.zeros((10, 20)), np.zeros((2 * t + 4 + n, t)), np.zeros((0, 0))),
     )
     # Velocities after the step and actuators' tensions are driven apart as little as possible.
     found = lsq_linear(

@@ -20,7 +20,7 @@ BENDING = YOUNG_PA * math.pi / 4.0 * RADIUS_M**4
 
 def rested(simulator: Simulator, moment, others=()):
     simulator.reset()
-    simulator.set_inputs(np.zeros(1), (0.0, 0.0, 0.0), moment, others)
+    simulator.set_inputs(np.zeros(0), (0.0, 0.0, 0.0), moment, others)
     simulator.settle(60.0)
     return simulator.posture()
 

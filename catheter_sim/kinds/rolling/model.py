@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from catheter_sim.core.motion import LEAPFROG, Integration
+from catheter_sim.core.motion import IMPLICIT_SPRINGS, Integration
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.rolling import picture
 from catheter_sim.kinds.rolling.drives import ACTUATIONS
@@ -34,7 +34,7 @@ def add(root: mjcf.RootElement, robot: RollingRobot, actuation: str) -> None:
 
 def integration(robot: RollingRobot, actuation: str) -> Integration:
     """Return how it is stepped in motion: rods resist beside the step, up to `_STIFFER` times as unbent."""
-    return Integration(LEAPFROG, _STIFFER - 1.0)
+    return Integration(IMPLICIT_SPRINGS, _STIFFER, own_springs=False)
 
 
 def length_m(robot: RollingRobot) -> float:

@@ -37,6 +37,7 @@ def solve_tensions_of_copies(
     scratch: Array,
     shared: Array,
     busy: Index,
+    inverse: Array,
 ) -> None:
     """`solve_tensions` of many robots.
 
@@ -48,6 +49,7 @@ def solve_tensions_of_copies(
         ends: number of spans of each tendon, shape (t,).
         holes, pulls, scratch, shared: as there.
         busy: workspace, shape (t,).
+        inverse: as there, of shape (0, 0): copies do not move.
     """
     for i in copies:
         busy_spans(entering[i], drive, ends, tension[i], busy)
@@ -78,4 +80,5 @@ def solve_tensions_of_copies(
             pulls,
             scratch,
             shared,
+            inverse,
         )

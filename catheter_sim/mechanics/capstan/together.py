@@ -8,6 +8,7 @@ from catheter_sim.mechanics.arrays import Array, Index, Places
 from catheter_sim.mechanics.capstan.accelerate import extrapolate_passes, start_from_last_change
 from catheter_sim.mechanics.capstan.driven import couple_driven, raise_together
 from catheter_sim.mechanics.capstan.factors import capstan_factors
+from catheter_sim.mechanics.capstan.moving import go_on, look_ahead
 from catheter_sim.mechanics.capstan.span import slip_as_before, span_tensions
 from catheter_sim.mechanics.compiled import compiled_in_place
 
@@ -65,6 +66,7 @@ def solve_tensions(
     pulls: Array,
     scratch: Array,
     shared: Array,
+    inverse: Array,
 ) -> None:
     """Update all tendons' tensions, and apply what they pull beyond the actuators' tensions.
 
@@ -92,17 +94,22 @@ def solve_tensions(
         tension: in: last step's; out: new, shape (t, n) [N].
         slip: in and out: where the tendons slipped last, as of `span_tensions`, shape (t, n).
         past: in and out: what `start_from_last_change` remembers, shape (t, n + 2) [N].
-        holes: workspace, shape (4, t, n).
+        holes: workspace, shape (5, t, n).
         pulls: workspace, shape (2, e).
-        scratch: workspace, shape (8, 2 max(n, nv, t)).
+        scratch: workspace, shape (10, 2 max(n, nv, t)).
         shared: workspace, shape (2 t + 4 + nv, t).
+        inverse: timestep times the inverse of the inertia that the integrator uses, where it is more than
+            each degree of freedom's own (`capstan.moving`), shape (nv, nv); else of shape (0, 0).
     """
     tendons = tension.shape[0]
-    factor, shrink, response, moved = holes[0], holes[1], holes[2], holes[3]
+    factor, shrink, response, moved, last = holes[0], holes[1], holes[2], holes[3], holes[4]
+    whole = inverse.shape[0] > 0
+    free, torque = scratch[8], scratch[9]
     arm, gain = pulls[0], pulls[1]  # gain: change of velocity in a step per unit of tension
     rate, ahead, reached, found, ones = scratch[3], scratch[4], scratch[5], scratch[6], scratch[7]
     for i in range(velocity.shape[0]):
-        ahead[i] = velocity[i] + yielding[i] * (passive[i] - bias[i] + applied[i] + constraint[i])
+        free[i] = passive[i] - bias[i] + applied[i] + constraint[i]
+        ahead[i] = velocity[i] + yielding[i] * free[i]
     start_from_last_change(entering, ends, tension, past)
     largest = 0.0
     for j in range(tendons):
@@ -121,8 +128,17 @@ def solve_tensions(
     driven = couple_driven(ends, drive, row_start, dof, arm, gain, shared)
     moved[:] = 0.0
     passes = 0  # since the last extrapolation
+    momentum = 1.0
+    if whole:
+        for j in range(tendons):
+            for k in range(tension.shape[1]):
+                last[j, k] = tension[j, k]
     for sweep in range(sweeps):
         largest_change, along, square = 0.0, 0.0, 0.0
+        if whole:
+            if sweep > 0:
+                momentum = go_on(momentum, ends, moved, last, tension)
+            look_ahead(velocity, free, inverse, ends, row_start, dof, span, arm, tension, torque, ahead)
         for j in range(tendons):
             count = ends[j]
             if count == 0:
@@ -186,6 +202,8 @@ def solve_tensions(
             largest_change = max(largest_change, risen)
         if largest_change <= tolerance * largest:
             break
+        if whole:
+            continue
         passes += 1
         if passes > 1 and sweep + 1 < sweeps and along > LEAST_SHARE * square:
             share = min(along / square, LARGEST_SHARE)

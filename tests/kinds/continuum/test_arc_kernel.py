@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -62,12 +63,11 @@ def inputs_of(generator: np.random.Generator, actuation: str) -> Inputs:
 
 
 def work_per_bend(robot: ContinuumRobot, bend: np.ndarray, force: np.ndarray, moment: np.ndarray):
-    """Return the loads' virtual work by central differences of the disks' frames, shape (S, 2) [N m]."""
+    """Return the loads' virtual work by central differences of frames on the arcs, shape (S, 2) [N m]."""
     segment, fraction = places(robot)
     length = np.array([item.length_m for item in robot.segments])
     mass = np.array([item.mass_kg / 5 for item in robot.segments])[segment]
-    acting = mass[:, None] * GRAVITY
-    acting[-1] += force
+    weights, back = mass[:, None] * GRAVITY, 0.5 / 5 if robot.masses == "along" else 0.0
     result = np.zeros(bend.shape)
     step = 1e-5
     for index in np.ndindex(bend.shape):
@@ -75,9 +75,12 @@ def work_per_bend(robot: ContinuumRobot, bend: np.ndarray, force: np.ndarray, mo
         shift[index] = step
         high, turned_high = points_on_arcs(bend + shift, length, segment, fraction)
         low, turned_low = points_on_arcs(bend - shift, length, segment, fraction)
+        heavy_high, _ = points_on_arcs(bend + shift, length, segment, fraction - back)
+        heavy_low, _ = points_on_arcs(bend - shift, length, segment, fraction - back)
+        weighing = ((heavy_high - heavy_low) * weights).sum() + (high[-1] - low[-1]) @ force
         turn = turned_high[-1] @ turned_low[-1].T
         vector = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-        result[index] = (((high - low) * acting).sum() + vector @ moment) / (2.0 * step)
+        result[index] = (weighing + vector @ moment) / (2.0 * step)
     return result
 
 
@@ -90,6 +93,7 @@ def test_states_are_in_balance_by_the_equations_written_out(actuation, mu):
     """
     generator = np.random.default_rng(11)
     robots = [robot_of(generator, mu) for _ in range(3)]
+    robots[1] = replace(robots[1], masses="faces")
     inputs = inputs_of(generator, actuation)
     arcs = arc_robots(robots, straight_between_disks=True)
     acting = loads(robots, [inputs] * 3, GRAVITY)

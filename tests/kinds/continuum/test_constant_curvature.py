@@ -218,8 +218,15 @@ def test_tip_loads_by_virtual_work():
 
 
 def test_weight_is_that_of_the_disks():
-    """Small gravity g along x: disk k moves by z_k^2 b / (2 L), so b EI / L = sum m_k g z_k^2 / (2 L)."""
+    """Small gravity g along x: disk k moves by z_k^2 b / (2 L), so b EI / L = sum m_k g z_k^2 / (2 L).
+
+    Of masses along the segment the sum is an integral, m g L / 6, to 1 / (4 n^2) for n disks.
+    """
     robot = one_segment((0.0,))
+    run = constant_curvature(robot, drive([[0.0]]), np.array([1e-3, 0.0, 0.0]))
+    assert bends(run)[0, 0] == pytest.approx(0.01 * 1e-3 * LENGTH / 6.0 * LENGTH / EI, rel=2.6e-3)
+    assert bends(run)[0, 0] != pytest.approx(0.01 * 1e-3 * LENGTH / 6.0 * LENGTH / EI, rel=2.4e-3)
+    robot = replace(robot, masses="faces")
     gravity = 1e-3
     run = constant_curvature(robot, drive([[0.0]]), np.array([gravity, 0.0, 0.0]))
     heights = LENGTH * np.arange(1, 11) / 10.0

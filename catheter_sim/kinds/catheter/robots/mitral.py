@@ -19,7 +19,7 @@ from typing import Any
 
 from catheter_sim.core.document import leaves, to_document
 from catheter_sim.core.published import Environment, Published, Trials, Uncertain, reach_and_track
-from catheter_sim.core.robot import Friction
+from catheter_sim.core.robot import DAMPING_TIME_S, DYNAMICS_ASSUMED, Dynamics, Friction
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment, TendonPair
 
 OUTER_RADIUS_M = 2.85e-3  # both: 5.7 mm outer diameter
@@ -57,7 +57,7 @@ _ROBOT_SOURCES = {
     "friction.mu": "assumed: none in the nominal robot",
     "mount": "assumed: rigid",
     "path_deg": "assumed: straight",
-    "dynamics": "assumed: chosen so that the robot comes to rest without overshoot",
+    "dynamics": DYNAMICS_ASSUMED,
     "stiffness_scale": "by definition 1",
 }
 _NOT_OF_THIS_JOINT = "by definition 0: not of this joint"
@@ -152,6 +152,7 @@ def mitral_transseptal() -> CatheterRobot:
         segments=segments,
         tendons=tuple(TendonPair(name, name) for name in names),
         friction=Friction(0.0),
+        dynamics=Dynamics(damping_time_s=DAMPING_TIME_S),
         channel_radius_m=LUMEN_RADIUS_M,
         sources=_ROBOT_SOURCES
         | {"channel_radius_mm": f"{_2022_TABLE}: ID 1.9 mm"}
@@ -179,6 +180,7 @@ def mitral_4dof() -> CatheterRobot:
             TendonPair(name, name, 0.0 if name == "advance" else TENDON_LENGTH_M) for name in names
         ),
         friction=Friction(0.0),
+        dynamics=Dynamics(damping_time_s=DAMPING_TIME_S),
         channel_radius_m=LUMEN_RADIUS_M,
         sources=_ROBOT_SOURCES
         | {"channel_radius_mm": "assumed: as in Nayar 2022, Table I"}
@@ -258,6 +260,7 @@ def _changed(
         segments=tuple(replace(item, **segments.get(item.name, {})) for item in robot.segments),
         tendons=tuple(replace(item, **pairs.get(item.name, {})) for item in robot.tendons),
         friction=Friction(TENDON_MU),
+        dynamics=Dynamics(damping_time_s=DAMPING_TIME_S),
         sources={**robot.sources, **sources},
     )
 

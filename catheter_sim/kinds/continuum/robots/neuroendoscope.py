@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from catheter_sim.core.published import Environment, Published, Trials, Uncertain, reach_and_track
-from catheter_sim.core.robot import Friction
+from catheter_sim.core.robot import DAMPING_TIME_S, DYNAMICS_ASSUMED, Dynamics, Friction
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 
 CELL_LENGTH_M = 2e-3  # Kato 2016, Materials and methods
@@ -56,7 +56,7 @@ def _sources(segments: tuple[Segment, ...], proximal_angle: str) -> dict[str, st
         "no pretension assumed",
         "friction.mu": "assumed: no value is printed",
         "mount": "assumed: rigid",
-        "dynamics": "assumed: chosen so that the robot comes to rest without overshoot",
+        "dynamics": DYNAMICS_ASSUMED,
         "channel_radius_mm": f"{_KATO}: tool channel of 1.4 mm diameter",
         "stiffness_scale": "by definition 1",
         "links_per_subsegment": f"{_KATO}: one flexure a cell",
@@ -76,6 +76,7 @@ def neuroendoscope_section() -> ContinuumRobot:
             Tendon("left", EYELET_OFFSET_M, math.pi, "section"),
         ),
         friction=Friction(FRICTION_MU),
+        dynamics=Dynamics(damping_time_s=DAMPING_TIME_S),
         appearance="wire_guides",
         masses="faces",
         channel_radius_m=CHANNEL_RADIUS_M,
@@ -109,6 +110,7 @@ def neuroendoscope() -> ContinuumRobot:
             proximal("proximal_left_2", math.pi + angle, "proximal_left"),
         ),
         friction=Friction(FRICTION_MU),
+        dynamics=Dynamics(damping_time_s=DAMPING_TIME_S),
         appearance="wire_guides",
         masses="faces",
         channel_radius_m=CHANNEL_RADIUS_M,

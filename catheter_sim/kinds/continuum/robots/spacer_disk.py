@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from catheter_sim.core.published import Published, Trials
-from catheter_sim.core.robot import Friction
+from catheter_sim.core.robot import DAMPING_TIME_S, DYNAMICS_ASSUMED, Dynamics, Friction
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 
 SEGMENT_LENGTH_M = 50e-3  # Rao 2021, Table 3
@@ -74,6 +74,7 @@ def spacer_disk() -> ContinuumRobot:
             tendon("4", -1.0, "second"),
         ),
         friction=Friction(0.0),
+        dynamics=Dynamics(damping_time_s=DAMPING_TIME_S),
         disks_per_segment=DISKS,
         links_per_subsegment=4,
         sources={f"segments.{item.name}.{key}": text for item in segments for key, text in each.items()}
@@ -81,7 +82,7 @@ def spacer_disk() -> ContinuumRobot:
             "tendons": f"{_TABLE_3}: 1 and 3 at +y, 2 and 4 at -y; inextensible",
             "friction.mu": "Rao 2021, Section 7.1: frictionless",
             "mount": "Rao 2021: rigid",
-            "dynamics": "assumed: chosen so that the robot comes to rest without overshoot",
+            "dynamics": DYNAMICS_ASSUMED,
             "channel_radius_mm": "Rao 2021: none",
             "stiffness_scale": "Rao 2021, scenario 2: 0.1 to 10",
             "links_per_subsegment": "chosen: tip error of the chain 0.03 % at ten disks",

@@ -22,7 +22,7 @@ import math
 from dataclasses import replace
 
 from catheter_sim.core.published import Published, Uncertain, reach_and_track
-from catheter_sim.core.robot import Dynamics, Friction
+from catheter_sim.core.robot import DAMPING_TIME_S, DYNAMICS_ASSUMED, Dynamics, Friction
 from catheter_sim.kinds.notched_tube.layout import uncut_mass_kg
 from catheter_sim.kinds.notched_tube.spec import (
     NotchedSegment,
@@ -104,7 +104,7 @@ _SOURCES = {f"segments.wrist.{key}": text for key, text in _SEGMENT_SOURCES.item
     "friction.mu": f"{_SCRIPT}: 0.2, fitted to the prototype's tensions",
     "tip_length_mm": f"distal offset of 1.5 mm {_TEST}",
     "mount": "assumed: rigid",
-    "dynamics": "assumed: chosen so that the robot comes to rest without overshoot",
+    "dynamics": DYNAMICS_ASSUMED,
     "channel_radius_mm": "assumed: the lumen beside a tendon of 0.2 mm",
     "stiffness_scale": "by definition 1",
 }
@@ -152,7 +152,7 @@ def notched_wrist_script() -> NotchedTubeRobot:
         friction=Friction(FRICTION_MU),
         tip_length_m=TIP_LENGTH_M,
         # Notches of a lower slope come to rest ten times later than these say.
-        dynamics=Dynamics(timestep_s=1e-3, relaxation_time_s=0.01, inertia_time_s=0.002),
+        dynamics=Dynamics(1e-3, relaxation_time_s=0.01, inertia_time_s=0.002, damping_time_s=DAMPING_TIME_S),
         channel_radius_m=0.23e-3,
         sources=_SOURCES,
     )

@@ -16,7 +16,7 @@ import math
 from dataclasses import replace
 
 from catheter_sim.core.published import Environment, Published, Trials, Uncertain, reach_and_track
-from catheter_sim.core.robot import Dynamics, Friction
+from catheter_sim.core.robot import DAMPING_TIME_S, DYNAMICS_ASSUMED, Dynamics, Friction
 from catheter_sim.kinds.rolling.spec import Rod, RollingRobot, RollingSegment, Sleeve
 
 LINK_LENGTH_M = 15e-3  # Table II: L
@@ -95,12 +95,12 @@ _ROBOT_SOURCES = {
     "sleeve.outer_radius_mm": "chest_tube_2025, Section II.B: 28F, 9.33 mm outer diameter",
     "sleeve.inner_radius_mm": "chest_tube_2025, Section II.B: 6.2 mm inner diameter",
     "mount": "assumed: rigid",
-    "dynamics": "assumed: chosen so that the robot comes to rest without overshoot",
+    "dynamics": DYNAMICS_ASSUMED,
     "channel_radius_mm": "assumed: of Table I's 3 mm lumen (chest_tube_2025), what the rod holes leave",
     "stiffness_scale": "by definition 1",
 }
 _SLEEVE = Sleeve(0.0, inner_radius_m=OUTER_RADIUS_M, outer_radius_m=28.0 / 6.0 * 1e-3)
-_DYNAMICS = Dynamics(timestep_s=1e-3)
+_DYNAMICS = Dynamics(timestep_s=1e-3, damping_time_s=DAMPING_TIME_S)
 
 
 def chest_tube_section() -> RollingRobot:
