@@ -69,7 +69,7 @@ class TheoryModel:
         acting = in_force(robot, inputs)
         arriving = with_tip_weight(acting.inputs, acting.robot.tip_mass_kg, gravity_mps2)
         run = self.law(acting.robot, arriving, gravity_mps2)
-        if arriving is inputs:
+        if not robot.effects and arriving is inputs:
             return run
         return replace(run, inputs=inputs, postures=acting.observed(run.postures))
 

@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import outputs_of
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
+from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.predict import twin_for
 from tests.simulation.moving import LENGTH_M, STIFFNESS_N_M2, pulled, swinging
@@ -102,3 +107,21 @@ def test_in_motion_the_first_row_has_been_there_for_long(effects: dict[str, dict
     standing = replace(pulled(), tendon=np.tile([1.0, 0.5], (51, 1)))
     assert np.array_equal(arriving_inputs(robot, standing, moving=True).tendon, standing.tendon)
     assert not np.array_equal(arriving_inputs(robot, standing).tendon, standing.tendon)
+
+
+@pytest.mark.parametrize(
+    "reference", ["chest_tube_section", "mitral_transseptal", "neuroendoscope", "notched_wrist"]
+)
+def test_a_robot_of_any_kind_carries_a_mass_at_its_tip(reference: str) -> None:
+    """In the model the load is as heavy as stated, and its centre lies in the last element's distal face."""
+    robot = load_robot(reference, ["tip_mass_g=2"])
+    model, plain = (
+        mujoco.MjModel.from_xml_string(build_mjcf(item)) for item in (robot, load_robot(reference))
+    )
+    assert model.body_mass.sum() - plain.body_mass.sum() == pytest.approx(2e-3, rel=1e-9)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    load, faces = data.body("tip_mass").xipos, outputs_of(robot).elements
+    assert load == pytest.approx(data.site(f"face_{faces}").xpos, abs=1e-9)
+    with pytest.raises(InputError, match=r"tip_mass_g = -1: must lie in 0 to"):
+        load_robot(reference, ["tip_mass_g=-1"])
