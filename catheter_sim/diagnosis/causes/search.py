@@ -23,6 +23,7 @@ from catheter_sim.diagnosis.thresholds import (
     MOST_FORMS,
     MOST_ROUGH_STEPS,
     PAIRS,
+    PAIRS_IN_MOTION,
     RIVALS,
     SHORTLIST,
 )
@@ -188,7 +189,7 @@ class Search:
             fit,
             [
                 (self.problem, terms, dict(values), False, False, True, MOST_ROUGH_STEPS)
-                for terms, values in list(known.values())[:PAIRS]
+                for terms, values in list(known.values())[: PAIRS_IN_MOTION if self.problem.moving else PAIRS]
             ],
         )
         best = sorted(fits, key=lambda item: float(item.residual @ item.residual))[:FINALISTS]
