@@ -277,7 +277,7 @@ PAIRS = 24
 """[sets of two causes] Fitted roughly where those beside the best single causes leave structure. Why: one
 step from a single cause tells little of a set whose numbers are both far from it."""
 PAIRS_IN_MOTION = 6
-"""[sets of two causes] The same where the robot moved. Why: assumed; twice the `FINALISTS`, since each robot is
+"""[sets of two causes] The same where the robot moved. Why: assumed; twice the `FINALISTS`, as each robot is
 simulated."""
 PROBE_DAMPINGS = (1e-3, 0.3, 10.0)
 """[share of the normal matrix's diagonal] Of the steps of a probe. Why: a whole step, one half as long, and a
