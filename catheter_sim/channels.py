@@ -23,6 +23,7 @@ from catheter_sim.units import si_factor
 
 FORCE_CHANNELS = ("force_tip_x_N", "force_tip_y_N", "force_tip_z_N")
 MOMENT_CHANNELS = ("moment_tip_x_Nm", "moment_tip_y_Nm", "moment_tip_z_Nm")
+ON_BODIES = ("force_body_<k>_x_N ...", "moment_body_<k>_x_Nm ...")  # as listings name them
 _ON_BODY = re.compile(r"(force|moment)_body_([1-9][0-9]*)_([xyz])_(N|Nm)")
 _UNITS = {"force": "N", "moment": "Nm"}
 QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
@@ -120,8 +121,7 @@ def read_inputs(robot: RobotSpec, table: Table) -> Inputs:
     choices = [*(name for names in columns.values() for name in names), *FORCE_CHANNELS, *MOMENT_CHANNELS]
     for name in table.columns:
         if name not in choices and _element_of(name) is None:
-            on_bodies = ["force_body_<k>_x_N ...", "moment_body_<k>_x_Nm ..."]
-            raise unknown("input channel", name, [*choices, *on_bodies], table.where)
+            raise unknown("input channel", name, [*choices, *ON_BODIES], table.where)
     bodies = _bodies_in(robot, table)
     used = [kind for kind, names in columns.items() if any(name in table.columns for name in names)]
     if len(used) > 1:

@@ -20,7 +20,9 @@ MODELS = Path(__file__).resolve().parent.parent / "models"
 def built() -> dict[str, str]:
     """Return file name -> MJCF text of every built-in robot."""
     return {
-        f"{reference}.xml": build_mjcf(load_robot(reference)) for reference in ROBOTS if "@" not in reference
+        f"{reference}.xml": build_mjcf(load_robot(reference), motion=True)
+        for reference in ROBOTS
+        if "@" not in reference
     }
 
 

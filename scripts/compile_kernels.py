@@ -2,13 +2,14 @@
 
     python scripts/compile_kernels.py
 
-One short series of inputs goes through the static models, the twins and the simulation that use them; copies
-of three robots and a robot in tissue take a few steps.
+One short series of inputs goes through the static models, the twins and the simulation, held and moving;
+copies of three robots and a robot in tissue take a few steps.
 """
 
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 
 import gymnasium
 import numpy as np
@@ -35,6 +36,7 @@ SIMULATED = (
     ("spacer_disk", ("friction.mu=0.1",)),  # friction in space
 )
 NESTED = "neuroendoscope_section"  # by the reference of friction
+MOVING = ("neuroendoscope_section", "chest_tube_section")  # friction and rolling contacts in motion
 COPIES = ("NeuroendoscopeSectionReach", "ChestTubeSectionReach", "Mitral4dofReach")
 IN_TISSUE = "NeuroendoscopeTumour"
 STRAIGHT_ON = (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)  # slack tendons, the base pushed on
@@ -81,6 +83,10 @@ def main() -> int:
     for name, settings in SIMULATED:
         robot = load_robot(name, settings)
         simulate(robot, short(robot), GRAVITY)
+    for name in MOVING:
+        robot = load_robot(name)
+        moving = short(robot)
+        simulate(robot, replace(moving, time_s=0.01 * moving.time_s), GRAVITY, dynamic=True)
     robot = load_robot(NESTED)
     simulate(robot, short(robot), GRAVITY, friction="nested")
     for name in COPIES:

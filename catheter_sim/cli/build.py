@@ -3,8 +3,10 @@
 example:
   catheter-sim build neuroendoscope_section -o model.xml --set friction.mu=0.2
 
-The file is in SI units, as MJCF is; the robot stands along +z. Effects that act on the robot are in
-the file; effects on the way to or from it (a gain, a tracker's frame) cannot be, and are named.
+The file is in SI units, as MJCF is; the robot stands along +z, and moves as it is: time step, integrator and
+damping are those of `simulate --dynamic` (dynamics.motion_timestep_s, dynamics.damping_time_s). Effects that
+act on the robot are in the file; effects on the way to or from it (a gain, a tracker's frame) cannot be, and
+are named.
 A rod between disks is a chain of links_per_subsegment links; it is said how far its tip is from a rod's.
 A .toml that does not say their number gets as many as keep it within 0.1 % of the length.
 limits: 400 links, joints or rings in a row, 100 tendons, 10000 holes for them; dynamics.timestep_s from

@@ -85,6 +85,7 @@ def robot_listing(reference: str) -> dict[str, Any]:
     from catheter_sim.channels import (
         FORCE_CHANNELS,
         MOMENT_CHANNELS,
+        ON_BODIES,
         actuations,
         input_channels,
         output_channels,
@@ -105,6 +106,7 @@ def robot_listing(reference: str) -> dict[str, Any]:
         "actuation": specified.actuation,
         "inputs": {kind: input_channels(specified, kind) for kind in actuations(specified)},
         "optional_inputs": [*FORCE_CHANNELS, *MOMENT_CHANNELS],
+        "inputs_on_bodies": list(ON_BODIES),
         "outputs": output_channels(specified),
         "static_models": [_cells(row) for row in list_models(specified)],
         "effects": [

@@ -145,7 +145,8 @@ def simulate(
         robot: a robot, its id or its file.
         inputs: from `inputs` or `read_inputs`, or what these take: a mapping, a data frame, a CSV file.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
-        dynamic: follow `time_s`; else each row is held until the robot rests.
+        dynamic: start at rest under the first row, then follow `time_s` in motion, with inertia and the
+            robot's own damping; else each row is held until the robot rests.
 
     Raises:
         InputError: anything is not possible.
@@ -209,7 +210,7 @@ def statics(
 
 
 def build(robot: RobotSpec | str | os.PathLike[str]) -> Any:
-    """Return a robot's MuJoCo model, effects built in, as a `mujoco.MjSpec`.
+    """Return a robot's MuJoCo model, effects built in, as a `mujoco.MjSpec`: the one that moves.
 
     What runs beside MuJoCo's own step (friction, nonlinear springs) is in `Simulator`, not in the model.
 

@@ -36,6 +36,9 @@ class Commands:
             axis=1,
         )
         self._tendons, self._bodies, self._others = inputs.tendon.shape[1], inputs.bodies, tuple(others)
+        self._times = self.time_s - self.time_s[0]
+        self._slopes = np.zeros_like(self.rows)
+        self._slopes[:-1] = np.diff(self.rows, axis=0) / np.diff(self.time_s)[:, np.newaxis]
         between = 0.5 * np.diff(self.time_s)[:, np.newaxis] * (self.rows[:-1] + self.rows[1:])
         self._integral = np.concatenate([np.zeros((1, self.rows.shape[1])), np.cumsum(between, axis=0)])
 
@@ -64,12 +67,10 @@ class Commands:
 
     def _integrals(self, at_s: Array) -> Array:
         """Return the inputs' integrals from the first row to times since then, shape (k, c)."""
-        times, rows = self.time_s - self.time_s[0], self.rows
+        times, rows = self._times, self.rows
         row = np.clip(np.searchsorted(times, at_s, side="right") - 1, 0, len(times) - 1)
         beyond = (at_s - times[row])[:, np.newaxis]
-        slopes = np.zeros_like(rows)
-        slopes[:-1] = np.diff(rows, axis=0) / np.diff(times)[:, np.newaxis]
-        slope = np.where(beyond >= 0.0, slopes[row], 0.0)
+        slope = np.where(beyond >= 0.0, self._slopes[row], 0.0)
         return np.asarray(self._integral[row] + beyond * (rows[row] + 0.5 * slope * beyond))
 
 

@@ -71,10 +71,7 @@ class Loads:
         place, applied = data.site_xpos[self._tip], data.qfrc_applied
         mujoco.mj_applyFT(model, data, self.force_tip, self._moment_tip, place, self._tip_body, applied)
         for element, point, force, moment in self._acting:
-            body = self._body[element]
-            place = data.site_xpos[self._face[element]]
-            if point is not None:
-                place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
+            body, place = self._body[element], self._place(data, element, point)
             mujoco.mj_applyFT(model, data, force, moment, place, body, applied)
 
     def put(self, data: mujoco.MjData) -> None:
@@ -89,15 +86,18 @@ class Loads:
             given[body] = 0.0
         acting = [(self._tip_body, data.site_xpos[self._tip], self.force_tip, self._moment_tip)]
         for element, point, force, moment in self._acting:
-            body = self._body[element]
-            place = data.site_xpos[self._face[element]]
-            if point is not None:
-                place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
-            acting.append((body, place, force, moment))
+            acting.append((self._body[element], self._place(data, element, point), force, moment))
         for body, place, force, moment in acting:
             given[body, :3] += force
             given[body, 3:] += moment + np.cross(place - data.xipos[body], force)
         self._given = {body for body, *_ in acting}
+
+    def _place(self, data: mujoco.MjData, element: int, point: Array | None) -> Array:
+        """Return where an element's point is in the world, (3,); None: the middle of its distal face."""
+        if point is None:
+            return data.site_xpos[self._face[element]]
+        body = self._body[element]
+        return np.asarray(data.xpos[body] + data.xmat[body].reshape(3, 3) @ point)
 
     def _point_others(self, R_wb: Array | None) -> None:
         """Find the other forces in the world frame; None: it is the base frame."""

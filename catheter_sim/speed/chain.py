@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from catheter_sim.core.robot import Friction
+from catheter_sim.core.robot import DAMPING_TIME_S, Dynamics, Friction
 from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 
@@ -82,6 +82,7 @@ def chain(mu: float) -> ContinuumRobot:
         segments=segments,
         tendons=tendons,
         friction=Friction(mu),
+        dynamics=Dynamics(damping_time_s=DAMPING_TIME_S),
         sources={"segments": "assumed", "tendons": "assumed"},
     )
 

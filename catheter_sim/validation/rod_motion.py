@@ -77,22 +77,30 @@ def release_case(number: int) -> Release:
     return Release(rows[0][0], np.array(rows[0][1:])[FROM_FILE], wrenches, table[:, 0], points)
 
 
+def release_inputs(case: Release, count: int) -> Inputs:
+    """Return what acts on `tpu_rod` of so many links: the wrenches at first, and nothing from then on."""
+    rows = np.concatenate([[0.0, LET_GO_S], case.time_s[1:]])
+    force, moment = np.zeros((2, len(rows), 2, 3))
+    force[0], moment[0] = case.wrenches[:, 0], case.wrenches[:, 1]
+    mid = (count // 2,)
+    return Inputs(
+        rows, "tension", np.zeros((len(rows), 0)), force[:, 1], moment[:, 1], mid, force[:, :1], moment[:, :1]
+    )
+
+
 def release_errors_percent(case: Release, count: int = LINKS) -> tuple[Array, float]:
     """Return the distances of mid-length and tip over time, shape (r, 2) [% of length], and the run's time.
 
     The latter is processor time over simulated time; what brings the rod to rest before is not in it.
     """
     robot = tpu_rod(count, Dynamics(damping_time_s=case.damping_time_s))
-    rows = np.concatenate([[0.0, LET_GO_S], case.time_s[1:]])
-    force, moment = np.zeros((2, len(rows), 2, 3))
-    force[0], moment[0] = case.wrenches[:, 0], case.wrenches[:, 1]
-    mid = (count // 2,)
-    inputs = Inputs(
-        rows, "tension", np.zeros((len(rows), 0)), force[:, 1], moment[:, 1], mid, force[:, :1], moment[:, :1]
-    )
     started: list[float] = []
     run = simulate(
-        robot, inputs, case.gravity, dynamic=True, on_row=lambda _, row: started.append(time.process_time())
+        robot,
+        release_inputs(case, count),
+        case.gravity,
+        dynamic=True,
+        on_row=lambda _, row: started.append(time.process_time()),
     )
     taken = (started[-1] - started[0]) / case.time_s[-1]
     places = np.array([posture.p_w[[count // 2 - 1, -1]] for posture in run.postures[1:]])
@@ -180,7 +188,11 @@ def swing(robot: ContinuumRobot, mode: int, frequency_hz: float, ctrl: float = 0
 
 def energies(robot: ContinuumRobot, seconds: float) -> Array:
     """Return the energy every half second of a rod whose tip is let go, of that at first; by MuJoCo alone."""
-    model = mujoco.MjModel.from_xml_string(build_mjcf(robot, motion=True))
+    return energies_of(mujoco.MjModel.from_xml_string(build_mjcf(robot, motion=True)), robot, seconds)
+
+
+def energies_of(model: mujoco.MjModel, robot: ContinuumRobot, seconds: float) -> Array:
+    """`energies` in a model of the rod."""
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     data = mujoco.MjData(model)
     for link in links(robot):  # as bent by a force across the tip, nearly

@@ -284,7 +284,7 @@ def test_a_dynamic_run_of_years_is_refused(run: Run, folder: Path) -> None:
     (folder / "in.csv").write_text("time_s,tension_right_N\n0,0\n1e9,0.1\n")
     words = ["simulate", ROBOT, "--inputs", "in.csv", "-o", "out.csv"]
     message = run(*words, "--dynamic").error()
-    assert message.startswith("in.csv: time_s runs over 1e+09 s, with --dynamic at most 50000 s")
+    assert message.startswith("in.csv: time_s runs over 1e+09 s, with --dynamic at most 5000 s")
     assert os.listdir(folder) == ["in.csv"]
     assert run(*words).status == 0
 

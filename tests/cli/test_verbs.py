@@ -350,6 +350,7 @@ def test_list_shows_what_a_robots_file_takes_and_gives(run: Run, folder: Path) -
     content = json.loads(run("list", "my.toml", "--json").out)
     assert content["inputs"] == {kind: input_channels(robot, kind) for kind in ("tension", "displacement")}
     assert content["optional_inputs"] == [*FORCE_CHANNELS, *MOMENT_CHANNELS]
+    assert content["inputs_on_bodies"] == ["force_body_<k>_x_N ...", "moment_body_<k>_x_Nm ..."]
     assert content["outputs"] == output_channels(robot)
     models = [model["name"] for model in content["static_models"]]
     assert models == [name for name, model in STATIC_MODELS.items() if model.applies_to(robot)]
