@@ -81,6 +81,7 @@ def robot_text(parameters: dict[str, Any]) -> str:
     ]
     sources = {
         "channel_radius_mm": "none is described",
+        "tip_mass_g": "by definition 0",
         "stiffness_scale": "1: as specified",
         "links_per_subsegment": "authors' settings: one joint pair per link",
         "disks_per_segment": "0: as each segment says",

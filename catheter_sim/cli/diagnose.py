@@ -11,6 +11,9 @@ dataset.toml needs (texts, unless said otherwise):
   [channels]    inputs, outputs: lists of column names; other columns are ignored, with a note
   [[trials]]    file: one such entry for each CSV
 and may have:
+  [conditions]  motion: "held", each row was held until the robot rested, or "dynamic": it moved as time_s
+                says, from rest under each trial's first row; fits then go by the simulation, which takes
+                minutes
   [[trials]]    role: "train" or "heldout". If no trial is held out, the last trials without a role are,
                 about 30 % of the rows; a single trial is cut between two of its cycles
   [calibration] numbers of the robot with bounds, friction.mu = [0.0, 0.5] say: fitted within them

@@ -1,4 +1,4 @@
-"""Where a cause bends a robot of segments in a row: their curvature without load, a force on the tip."""
+"""Where a cause acts on a robot of segments in a row: curvature without load, damping, loads on the tip."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from catheter_sim.core.effect import Handle, Role
 
 _MOST_RAD = 2.0  # over the length; some 115 deg
 _MATTERS_RAD = 0.02
+DAMPING = Handle(Role.DAMPING, "dynamics.damping_time_s", "damping_time_s")  # of every kind's robots
 
 
 def curvature_handle(key: str, parameter: str, group: str, length_m: float) -> Handle:
@@ -45,6 +46,8 @@ def _key(segment: str, axis: str) -> str:
 
 
 def tip_forces(segments: Sequence[tuple[str, float, str]]) -> tuple[Handle, ...]:
-    """Return the directions of a force on the tip: in the plane of a planar robot, else in space."""
+    """Return the directions of a force on the tip, in the plane of a planar robot, else in space, and a mass
+    there."""
     planar = all(own == "x" for _, _, own in segments)
-    return tuple(Handle(Role.TIP_FORCE, "", f"force_{axis}_N") for axis in ("xz" if planar else "xyz"))
+    forces = (Handle(Role.TIP_FORCE, "", f"force_{axis}_N") for axis in ("xz" if planar else "xyz"))
+    return (*forces, Handle(Role.TIP_MASS, "tip_mass_g", "mass_g"))

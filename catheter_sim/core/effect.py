@@ -90,6 +90,8 @@ class Role(Enum):
     DRIVE_PLAY = "dead-band of a drive"
     SLACK = "length by which a tendon is too long"
     TIP_FORCE = "force on the tip"
+    TIP_MASS = "mass at the tip"
+    DAMPING = "time constant of the material's damping"
 
 
 @dataclass(frozen=True)
@@ -210,6 +212,8 @@ class Form:
         observe: what is observed, each row for itself.
         memory: what arrives at the robot, or is observed, where that depends on the rows before.
         in_place: a diagnosis tries it only in the place of a simpler form of its cause.
+        in_motion: it does nothing, or nothing that another form does not, where rows are held: a diagnosis
+            tries it only on data that were taken while the robot moved.
     """
 
     name: str
@@ -222,6 +226,7 @@ class Form:
     observe: Callable[[Observed, Values], Observed] | None = None
     memory: Memory | None = None
     in_place: bool = False
+    in_motion: bool = False
 
     def freed(self, robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
         """Return the names of the parameters that a diagnosis frees together, fewest first."""
@@ -259,10 +264,14 @@ class Effect:
         """Return the parameters of all forms; none where the effect makes no sense for the robot."""
         return tuple(item for form in self.forms for item in form.parameters(robot))
 
-    def variants(self, robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
-        """Return which parameters a diagnosis frees together at first, simplest first."""
+    def variants(self, robot: RobotSpec, moving: bool = False) -> tuple[tuple[str, ...], ...]:
+        """Return which parameters a diagnosis frees together at first, simplest first.
+
+        `moving`: of data that were taken while the robot moved.
+        """
         forms = self.forms if self.in_turn is None else self.in_turn(robot, self.forms)
-        return tuple(names for form in forms if not form.in_place for names in form.freed(robot))
+        first = [form for form in forms if not form.in_place and (moving or not form.in_motion)]
+        return tuple(names for form in first for names in form.freed(robot))
 
     def form_of(self, robot: RobotSpec, names: Iterable[str]) -> Form:
         """Return the form of which all parameters `names` are; the first one that has any of them."""

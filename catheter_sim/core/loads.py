@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 
 
@@ -31,3 +33,13 @@ def check_links(others: Sequence[LinkForce], links: int) -> None:
     for item in others:
         if not 1 <= item.link <= links:
             raise InputError(f"force on link {item.link}: the robot's links are 1 to {links}")
+
+
+def with_tip_weight(inputs: Inputs, tip_mass_kg: float, gravity_mps2: Array) -> Inputs:
+    """Return `inputs` with the weight of a mass at the tip added to the force there.
+
+    For static models and twins; the simulation's model holds the mass itself.
+    """
+    if tip_mass_kg == 0.0:
+        return inputs
+    return replace(inputs, force_tip=inputs.force_tip + tip_mass_kg * gravity_mps2)

@@ -67,6 +67,7 @@ class RobotSpec:
     dynamics: Dynamics = Dynamics()
     actuation: str = "tension"  # default input: "tension" or "displacement"
     channel_radius_m: float = 0.0  # of the free inner channel or lumen; 0: none
+    tip_mass_kg: float = 0.0  # of a point-like load that is fixed to the tip
     stiffness_scale: float = 1.0  # multiplies every elastic constant that the kind says it does
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # in file units
     sources: Mapping[str, str] = field(default_factory=dict)  # dotted file name -> source

@@ -9,6 +9,7 @@ from catheter_sim.errors import InputError, shown
 _LONGEST_NAME = 100  # characters
 _TIMESTEP_S = (1e-5, 0.1)  # a held row takes 2 s and more: 200,000 steps, or 20
 _MOST_N_S_PER_M = 1e6  # a tendon that cannot be moved
+_MOST_AT_TIP_KG = 100.0  # no robot of these kinds holds as much
 _SLOWEST_S = 1000.0  # a robot this slow never comes to rest
 
 
@@ -26,6 +27,8 @@ def check_shared(robot: RobotSpec, where: str) -> None:
     need(robot.friction, "mu", f"{top}friction.", lambda mu: 0 <= mu < 10, "must lie in 0 to 10")
     positive(robot.mount, "axial_stiffness_N_per_m", f"{top}mount.", finite=False)
     positive(robot, "stiffness_scale", top)
+    what = f"must lie in 0 to {1e3 * _MOST_AT_TIP_KG:g} g"
+    need(robot, "tip_mass_kg", top, lambda mass: 0.0 <= mass <= _MOST_AT_TIP_KG, what)
     smallest_m = min(segment.outer_radius_m for segment in robot.segments)
     what = f"must lie in 0 to the smallest outer radius, {smallest_m * 1e3:g} mm"
     need(robot, "channel_radius_m", top, lambda radius: 0 <= radius < smallest_m, what)

@@ -154,6 +154,24 @@ of a test would have none."""
 ROWS_TO_CHOOSE_BY = 600
 """[rows] About so many are compared to choose between hypotheses. Why: more rows of the same cycles cost
 time and say nothing new; the chosen one is fitted to all."""
+MOST_SINGLES = 8
+"""[hypotheses] Of a single cause, fitted where the robot moved: the best probed. Why: each is simulated, at
+some hundred times what an analytic twin costs; a cause that does much alone is among the first."""
+SECONDS_TO_CHOOSE_BY = 10.0
+"""[s] The same of data taken in motion, of the trials' beginnings together. Why: a simulated second costs
+time, not a row; a few seconds of each trial hold several swings of a robot."""
+LONGER_STEPS = (2, 4)
+"""[times the robot's own step in motion] Tried for fits, in this order. Why: each halves the time; four times
+half a millisecond still is a hundredth of the period of a fast swing."""
+STEP_SHARE = 0.1
+"""[share of the noise, root mean square] By which longer steps may change an output. Why: assumed; a tenth
+of the noise moves fitted numbers by a tenth of their intervals or less."""
+SECONDS_TO_STEP_BY = 6.0
+"""[s] Of the trials' beginnings together, on which steps are compared. Why: assumed; it costs no more than
+two robots of a choice do."""
+LEAST_BLOCK_S = 1.0
+"""[s] Stretches of rows that count as one, at least, in motion. Why: rows a hundredth of a second apart are
+no independent values; a robot's swing lasts some tenths of a second."""
 FOLDS = 8
 """[folds] Of the cross-validation; a fold is a stretch of whole cycles. Why: assumed; each fit keeps seven
 eighths of the data."""
@@ -258,6 +276,9 @@ one step of a fit, which ranks well but not surely."""
 PAIRS = 24
 """[sets of two causes] Fitted roughly where those beside the best single causes leave structure. Why: one
 step from a single cause tells little of a set whose numbers are both far from it."""
+PAIRS_IN_MOTION = 6
+"""[sets of two causes] The same where the robot moved. Why: assumed; twice the `FINALISTS`, as each robot is
+simulated."""
 PROBE_DAMPINGS = (1e-3, 0.3, 10.0)
 """[share of the normal matrix's diagonal] Of the steps of a probe. Why: a whole step, one half as long, and a
 short one where the derivative misleads."""
@@ -370,6 +391,19 @@ HOLD_ROWS = 6
 PACES = (0.25, 4.0)
 """[times the time from row to row of what was measured] Why: a lag's loop changes its width with the speed;
 a factor of four each way shows that."""
+MOVING_ROW_S = 0.02
+"""[s] From row to row of inputs proposed for motion. Why: assumed; a servo takes commands at 50 Hz."""
+LET_GO_S = 0.1
+"""[s] In which a channel is pulled, or let go, to make a robot swing. Why: assumed; short beside most swings,
+and within what a servo can do."""
+SWING_S = 2.0
+"""[s] For which it then swings. Why: assumed; several swings of a robot of some Hz."""
+SLOW_LOOP_S = 4.0
+"""[s] Of a slow loop out and home, in motion. Why: assumed; slow beside a swing: friction shows alone."""
+SWEEP_S = 6.0
+"""[s] Of a sweep of frequencies. Why: assumed; some ten periods."""
+SWEEP_HZ = (0.2, 3.0)
+"""[Hz] From where to where it goes. Why: assumed; from quasi-static to beyond most robots' first swing."""
 FORCE_SHARE = 0.2
 """[share of the force that bends the robot by a radian] A known force across the tip. Why: it bends well
 beyond the noise and harms nothing."""

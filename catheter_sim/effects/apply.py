@@ -107,17 +107,23 @@ def embodied(robot: R) -> R:
     return cast(R, replace(changed, effects={}))
 
 
-def arriving_inputs(robot: RobotSpec, inputs: Inputs) -> Inputs:
+def arriving_inputs(robot: RobotSpec, inputs: Inputs, moving: bool = False) -> Inputs:
     """Return what arrives at the robot when `inputs` are commanded.
+
+    Args:
+        robot: with its effects.
+        inputs: as commanded.
+        moving: the robot is at rest under its first row, which has been commanded for long; otherwise it is
+            at rest under zero inputs.
 
     Raises:
         InputError: time stands still, and an effect that needs it is in force.
     """
-    rest = np.zeros(inputs.tendon.shape[1:])
     for act in acts(robot, Stage.COMMAND):
         if act.form.command is not None:
             inputs = pulled_only(act.form.command(robot, inputs, act.values))
         memory = act.form.memory
+        rest = inputs.tendon[0] if moving and len(inputs) else np.zeros(inputs.tendon.shape[1:])
         if memory is not None and memory.start(robot, act.values, rest) is not None:
             time_s = _elapsed_s(inputs.time_s, act.effect) if memory.timed else inputs.time_s
             tendon = memory.series(robot, act.values, rest, time_s, inputs.tendon)
@@ -233,11 +239,11 @@ class InForce(Generic[R]):
         return observed(self.specified, self.inputs.time_s, postures)
 
 
-def in_force(robot: R, inputs: Inputs, where: str = "") -> InForce[R]:
+def in_force(robot: R, inputs: Inputs, where: str = "", moving: bool = False) -> InForce[R]:
     """Return the effects of `robot` in force along `inputs`, as they are commanded.
 
     Units of parameters are those of the inputs: N where tensions drive the robot, else mm. `where` is what
-    to call the robot in an error, by default its name.
+    to call the robot in an error, by default its name; `moving` as of `arriving_inputs`.
 
     Raises:
         InputError: an effect or a value is not possible, or the robot is not with them.
@@ -245,7 +251,7 @@ def in_force(robot: R, inputs: Inputs, where: str = "") -> InForce[R]:
     if not robot.effects:
         return InForce(robot, robot, inputs)
     specified = driven_by(robot, inputs.actuation)
-    return InForce(specified, built_in(specified, where), arriving_inputs(specified, inputs))
+    return InForce(specified, built_in(specified, where), arriving_inputs(specified, inputs, moving))
 
 
 def built_in(robot: R, where: str = "") -> R:

@@ -1,4 +1,4 @@
-"""A force on the tip that the model does not know."""
+"""A load on the tip that the model does not know: a constant force, or a mass with weight and inertia."""
 
 from __future__ import annotations
 
@@ -8,17 +8,22 @@ import numpy as np
 
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects._places import places, sizes
+from catheter_sim.core.robot import R, RobotSpec
+from catheter_sim.effects._places import added_at, places, sizes
+
+_MOST = 3.0  # times what bends the robot by a radian
+_MATTERS = 0.05
+_EARTH_MPS2 = 9.81  # by which a mass is compared with a force
 
 
-def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
+def _forces(robot: RobotSpec) -> tuple[Parameter, ...]:
     axes = places(robot, Role.TIP_FORCE)
     if not axes:
         return ()
     unit = sizes(robot).tip_force_N
     return tuple(
-        Parameter(item.parameter, 0.0, -3.0 * unit, 3.0 * unit, scale=0.05 * unit, start=0.0) for item in axes
+        Parameter(item.parameter, 0.0, -_MOST * unit, _MOST * unit, scale=_MATTERS * unit, start=0.0)
+        for item in axes
     )
 
 
@@ -29,17 +34,40 @@ def _loaded(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
     return replace(inputs, force_tip=inputs.force_tip + force)
 
 
+def _masses(robot: RobotSpec) -> tuple[Parameter, ...]:
+    where = places(robot, Role.TIP_MASS)
+    if not where:
+        return ()
+    unit_g = 1e3 * sizes(robot).tip_force_N / _EARTH_MPS2
+    return tuple(
+        Parameter(item.parameter, 0.0, 0.0, _MOST * unit_g, scale=_MATTERS * unit_g, start=0.0)
+        for item in where
+    )
+
+
+def _weighted(robot: R, values: Values) -> R:
+    return added_at(robot, Role.TIP_MASS, values)
+
+
 EFFECT = Effect(
     name="payload",
-    summary="a constant force on the tip, in the base frame",
-    trace="an error that is there at rest and changes with where the robot points",
+    summary="a constant force on the tip, in the base frame, or a mass there",
+    trace="an error that is there at rest and changes with where the robot points; a mass also slows swings",
     forms=(
         Form(
             name="force",
             equation="a constant force on the tip, in the base frame",
             stage=Stage.COMMAND,
-            parameters=_parameters,
+            parameters=_forces,
             command=_loaded,
+        ),
+        Form(
+            name="mass",
+            equation="a mass fixed to the tip: weight m g, and inertia where the robot moves",
+            stage=Stage.SPECIFICATION,
+            parameters=_masses,
+            specify=_weighted,
+            in_motion=True,
         ),
     ),
     advice={

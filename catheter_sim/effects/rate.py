@@ -1,16 +1,24 @@
-"""The response depends on speed: a first-order lag, or a pure delay, before the robot or behind it.
+"""The response depends on speed: a lag or a delay before the robot or behind it, or its own viscous loss.
 
-Before it: a viscous drive, a slow servo. Behind it: a tracker that filters, or is late. Each trial starts at
-rest at its own first row; what is observed has been watched long enough before that to show the first row as
-it is. Friction and play run on what arrives at the rows; a turning point that a delay moves between two rows
-is seen at the rows beside it.
+In it: its material resists a rate of strain by more, or by less, than is specified. Before it: a viscous
+drive, a slow servo. Behind it: a tracker that filters, or is late. Each trial starts at rest at its own first
+row; what is observed has been watched long enough before that to show the first row as it is. Friction and
+play run on what arrives at the rows; a turning point that a delay moves between two rows is seen at the rows
+beside it.
 """
 
 from __future__ import annotations
 
-from catheter_sim.core.effect import Effect, Form, Parameter, Stage
+from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from catheter_sim.core.numbers import number
+from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects._late import Late
+from catheter_sim.effects._places import added_at, places
 
+_VISCOUS = "damping_time_s"
+_MOST_DAMPING_S = 0.3  # by which most robots swing no more
+_DAMPING_SCALE = 0.1  # of a change that matters, of the damping that is specified
+_LEAST_DAMPING_SCALE_S = 1e-3
 _LONGEST_S = 10.0  # what is slower creeps: see `drift`
 
 
@@ -28,15 +36,37 @@ def _form(name: str, equation: str, parameter: str, memory: Late) -> Form:
     )
 
 
+def _damping(robot: RobotSpec) -> tuple[Parameter, ...]:
+    where = places(robot, Role.DAMPING)
+    if not where:
+        return ()
+    specified_s = number(robot, where[0].key)
+    scale = max(_DAMPING_SCALE * specified_s, _LEAST_DAMPING_SCALE_S)
+    return (Parameter(_VISCOUS, 0.0, -specified_s, _MOST_DAMPING_S, scale=scale, start=0.0),)
+
+
+def _damped(robot: R, values: Values) -> R:
+    return added_at(robot, Role.DAMPING, values)
+
+
 _BEFORE, _BEHIND = Late("lag_s", "delay_s"), Late("output_lag_s", "output_delay_s")
 EFFECT = Effect(
     name="rate",
     summary="what arrives follows the inputs with a first-order lag, or late by a delay, all channels alike; "
-    "or what is observed so follows the robot, but for tensions at the actuators",
+    "or what is observed so follows the robot, but for tensions at the actuators; or the robot's material "
+    "resists a rate of strain by more than specified",
     trace="a loop whose width grows with the speed, and which closes where the input is held",
     forms=(
         _form("input_lag", "lag_s y' = u - y", "lag_s", _BEFORE),
         _form("input_delay", "y(t) = u(t - delay_s)", "delay_s", _BEFORE),
+        Form(
+            name="viscous",
+            equation="stress = E (strain + (T + damping_time_s) rate), T as specified: Kelvin and Voigt's",
+            stage=Stage.SPECIFICATION,
+            parameters=_damping,
+            specify=_damped,
+            in_motion=True,
+        ),
         _form("output_lag", "output_lag_s y' = x - y", "output_lag_s", _BEHIND),
         _form("output_delay", "y(t) = x(t - output_delay_s)", "output_delay_s", _BEHIND),
     ),

@@ -14,6 +14,7 @@ from catheter_sim.effects.apply import check_effects, embodied, remembers_what_w
 from catheter_sim.effects.steps import Commands, Sight
 from catheter_sim.envs.quick_model import input_range, quick_model
 from catheter_sim.envs.surroundings import Surround
+from catheter_sim.errors import InputError
 from catheter_sim.kinds import check_robot
 from catheter_sim.mjcf.names import TIP
 from catheter_sim.simulation.simulator import Simulator
@@ -37,6 +38,7 @@ class Plant:
         rest_bends: bends of the unloaded robot, as `quick` has them, shape (*b).
         level: of the drives now, shape (d,).
         sees_the_past: what is seen depends on what was.
+        inertial: it moves as its masses and its own damping let it.
         carriage: where the base is held, from where it stands in the model: the joints of `Surroundings`,
             shape (c,) [m, rad].
     """
@@ -48,6 +50,7 @@ class Plant:
         gravity_mps2: Sequence[float],
         largest_bend_rad: float | None = None,
         surround: Surround | None = None,
+        inertial: bool = False,
     ) -> None:
         """Build the model.
 
@@ -58,10 +61,16 @@ class Plant:
             gravity_mps2: in the base frame, shape (3,) [m/s^2].
             largest_bend_rad: see `quick_model.quick_model`.
             surround: puts the robot into surroundings; default: it stands alone, its base at rest.
+            inertial: it moves as its masses and its own damping let it; otherwise it follows its inputs
+                without overshoot, its masses have weight alone.
 
         Raises:
-            InputError: the robot knows no such actuation, an effect is unknown, or there is nothing to drive.
+            InputError: the robot knows no such actuation, an effect is unknown, there is nothing to drive, or
+                it is inertial and in surroundings.
         """
+        if inertial and surround is not None:
+            raise InputError("dynamics = 'inertial': not in surroundings; choices there: quasi-static")
+        self.inertial = inertial
         actuation = actuation or robot.actuation
         self.quick = quick_model(robot, actuation, largest_bend_rad)
         self.drives = self.quick.drives
@@ -69,8 +78,8 @@ class Plant:
         check_effects(self.specified)
         built_in = embodied(self.specified)
         check_robot(built_in, robot.name)
-        # Without inertia, as in all checks against theory: dry friction remembers every overshoot, and
-        # how far a robot of assumed mass and damping overshoots is not known.
+        # By default without inertia, as in all checks against theory: dry friction remembers every overshoot,
+        # and how far a robot of assumed mass and damping overshoots is not known.
         around = surround(built_in, actuation) if surround else None
         self.simulator = Simulator(
             built_in,
@@ -127,8 +136,15 @@ class Plant:
         self._ramp(self._arrived(duration_s), duration_s, carriage)
 
     def settle(self) -> None:
-        """Wait under the present inputs until the robot is at rest, 5 simulated seconds at most."""
+        """Wait under the present inputs until the robot is at rest, 5 simulated seconds at most.
+
+        Aids for coming to rest act meanwhile, also where it is inertial.
+        """
+        if self.inertial:
+            self.simulator.hold()
         self.simulator.settle()
+        if self.inertial:
+            self.simulator.let_go()
 
     def posture(self) -> Posture:
         """Return where the robot is."""

@@ -29,10 +29,13 @@ class ReachEnv(TipEnv):
 
     Any robot of the package, in its MuJoCo simulation with tendon friction (so that the way matters:
     the same inputs give other postures on the way out and on the way back; the two nominal mitral
-    catheters have none), with its effects. A control step is 0.1 s of simulated time. The robot follows
-    its inputs with a lag (the relaxation time of its dynamics, 0.05 s by default) and without overshoot:
-    its mass has weight, but no inertia. There is no contact: not with surroundings, not with itself (but
-    for the rolling joints').
+    catheters have none), with its effects. A control step is 0.1 s of simulated time. With
+    `dynamics="quasi-static"`, the default, the robot follows its inputs with a lag (the relaxation time of
+    its dynamics, 0.05 s by default) and without overshoot: its mass has weight, but no inertia. With
+    `dynamics="inertial"` it moves as its masses and its own damping let it, from rest at every reset; the
+    published robots state no damping, so that only friction ends their swings (`settings` may set
+    `dynamics.damping_time_s`). There is no contact: not with surroundings, not with itself (but for the
+    rolling joints').
 
     ## Action
 
@@ -132,6 +135,7 @@ class ReachEnv(TipEnv):
     - `action_type`: "tension" or "displacement"; default: the robot's own.
     - `gravity_mps2`: in the base frame, default none.
     - `tolerance_m`, `hold_steps`: see Episode.
+    - `dynamics`: "quasi-static" or "inertial", see The robot.
     - `largest_bend_rad`: sets the drives' ranges, but not of catheters, which have their joints' limits
       and refuse it; default a quarter turn (assumed), but 3 rad in `ChestTubeSectionReach-v0`, so that its
       rod goes through the tensions of the prototype's published measurement, up to 47.9 N. With friction

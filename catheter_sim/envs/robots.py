@@ -148,4 +148,4 @@ class Together:
 def together(plant: Plant) -> bool:
     """Whether copies of `plant` can be moved `Together`."""
     plain = plant.inputs_at(plant.level[np.newaxis]) is not None and not plant.sees_the_past
-    return plain and copied_together(plant.simulator)
+    return plain and not plant.inertial and copied_together(plant.simulator)

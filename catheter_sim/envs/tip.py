@@ -41,6 +41,7 @@ from catheter_sim.pictures.state import State
 Action = NDArray[np.float32]
 OBSERVATIONS = ("state", "pixels")
 ACTION_TYPES = ("tension", "displacement")
+DYNAMICS = ("quasi-static", "inertial")
 _RENDERED, _OBSERVED = (640, 480), (64, 64)  # default sizes of pictures [pixels]
 
 CONTROL_STEP_S = 0.1  # assumed: two relaxation times of the robots' default dynamics
@@ -50,7 +51,19 @@ TARGET_CLEARANCE = 0.1  # assumed: least way from rest to a random target, over 
 DIVERGED_REWARD = -2.0 * EPISODE_STEPS  # the tip is never farther than two lengths: it saves nothing
 
 
-class TipEnv(gymnasium.Env[Any, Any]):
+class RobotEnv(gymnasium.Env[Any, Any]):
+    """A robot that moves in one of two ways.
+
+    Attributes:
+        dynamics: "quasi-static", or "inertial": the robot swings as its masses and its own damping let it.
+    """
+
+    def __init__(self, dynamics: str = DYNAMICS[0]) -> None:
+        """Say how; raise `InputError` where there is no such way."""
+        self.dynamics: str = checked_choice("dynamics", dynamics, DYNAMICS)
+
+
+class TipEnv(RobotEnv):
     """A robot whose tip has something to do; what that is, a task's own class says.
 
     A control step is 0.1 s of simulated time. The arguments are those of `reach.ReachEnv`. An environment may
@@ -99,6 +112,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         refuse_unknown(others, argument_names(type(self)), type(self).__name__)
         self.render_mode = checked_choice("render_mode", render_mode, self.metadata["render_modes"], True)
         checked_choice("observation", observation, OBSERVATIONS)
+        super().__init__(**others)  # what is left are the base's own
         self.pixels = observation == "pixels"
         self._size = checked_size(width, height, _OBSERVED if self.pixels else _RENDERED)
         self.tolerance_m = checked_above_zero("tolerance_m", tolerance_m)
@@ -196,6 +210,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
             tuple(self._gravity),
             self._largest_bend_rad,
             self._surround(),
+            self.dynamics == "inertial",
         )
 
     def _drawn_robot(self) -> RobotSpec:

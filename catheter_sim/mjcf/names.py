@@ -7,6 +7,7 @@ module explains.
 from __future__ import annotations
 
 TIP = "tip"  # the site in the middle of the last face
+TIP_MASS = "tip_mass"  # the body of a load that is fixed to the tip
 MOUNT = "mount"  # the body that carries the base, and its slide, where the mount gives way
 
 

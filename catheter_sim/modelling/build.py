@@ -12,9 +12,11 @@ from catheter_sim.core.motion import IMPLICIT_SPRINGS, in_motion
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.kinds import face_of, kind_of
+from catheter_sim.mjcf import names
 from catheter_sim.mjcf.backend import mjcf
 from catheter_sim.modelling.scene import add_scene
 
+_LOAD_RADIUS_M = 1e-4  # of gyration of a load at the tip: nothing beside its distance from any hinge
 _DEEPEST_CALLS = 5000  # a few for each of the 400 links that a robot may have
 
 
@@ -54,6 +56,8 @@ def build_mjcf(
     root.custom.add("numeric", name="friction_mu", data=[robot.friction.mu])
     add_scene(root, robot)
     kind_of(robot).model.add(root, robot, actuation)
+    if robot.tip_mass_kg > 0.0:
+        _hang_on_tip(root, robot.tip_mass_kg)
     if friction_tails:
         face_of(robot, "friction_tails", "reference friction law").add(root, robot)
     if motion:
@@ -65,6 +69,14 @@ def build_mjcf(
     except ValueError as error:
         raise InputError(f"{robot.name}: MuJoCo refuses the model: {' '.join(str(error).split())}") from None
     return text
+
+
+def _hang_on_tip(root: mjcf.RootElement, mass_kg: float) -> None:
+    """Fix a load to the tip that has next to no extent."""
+    tip = root.find("site", names.TIP)
+    load = tip.parent.add("body", name=names.TIP_MASS, pos=tip.pos)
+    around = mass_kg * _LOAD_RADIUS_M**2
+    load.add("inertial", pos=(0.0, 0.0, 0.0), mass=mass_kg, diaginertia=(around, around, around))
 
 
 def _resist(root: mjcf.RootElement, robot: RobotSpec, servo_lag_s: float) -> None:

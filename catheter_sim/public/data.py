@@ -180,6 +180,7 @@ def dataset(
     roles: Mapping[str, str] | Sequence[str] = (),
     calibration: Mapping[str, Sequence[float]] | None = None,
     name: str = "data",
+    motion: str = "held",
 ) -> Dataset:
     """Return measured data from mappings or data frames, one a trial, checked as those in a folder are.
 
@@ -194,6 +195,8 @@ def dataset(
         calibration: numbers of the robot with their bounds (`{"friction.mu": (0.0, 0.5)}`) that are fitted
             before anything is called wrong, as under `[calibration]` of a `dataset.toml`.
         name: what reports call the data.
+        motion: "held": each row was held until the robot rested; "dynamic": it moved as the inputs did, from
+            rest under each trial's first row.
 
     Raises:
         InputError: anything is missing, unknown or impossible; the message names the trial.
@@ -218,7 +221,7 @@ def dataset(
     given = _roles(roles, list(named))
     trials = [(trial, given.get(trial, ""), table) for trial, table in named.items()]
     gravity = gravity_of(gravity_mps2)
-    return dataset_of(value, reference, trials, outputs, gravity, dict(calibration or {}), name)
+    return dataset_of(value, reference, trials, outputs, gravity, dict(calibration or {}), name, motion)
 
 
 def _named(tables: Any, name: str) -> dict[str, Any]:

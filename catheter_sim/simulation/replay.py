@@ -75,7 +75,7 @@ def simulate(
     A simulation that diverges ends there; `failure` says at which row and time, and the rows before
     it are returned.
     """
-    acting = in_force(robot, inputs)
+    acting = in_force(robot, inputs, moving=dynamic)
     arriving = acting.inputs
     simulator = Simulator(acting.robot, arriving.actuation, gravity_mps2, friction, inertia=False)
     gravity = np.asarray(gravity_mps2, dtype=float)
@@ -94,7 +94,7 @@ def simulate(
             if simulator.moving:
                 ahead_s = _follow(simulator, commands, row)
             else:
-                _ramp(simulator, commands, before, commands.rows[row], held_steps)
+                ramp(simulator, commands, before, commands.rows[row], held_steps)
                 rests = simulator.settle()
             simulator.require_finite()
         except SimulationDiverged as error:
@@ -119,7 +119,7 @@ def simulate(
     )
 
 
-def _ramp(simulator: Simulator, commands: Commands, start: Array, end: Array, steps: int) -> None:
+def ramp(simulator: Simulator, commands: Commands, start: Array, end: Array, steps: int) -> None:
     """Move the inputs along the straight line from `start` to `end` in so many steps.
 
     They slow down toward the end, so that the robot has caught up with them when they stop: dry friction

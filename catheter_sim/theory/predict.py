@@ -16,6 +16,7 @@ import numpy as np
 from catheter_sim.channels import outputs_of
 from catheter_sim.columns import Shown, shown_by, write_columns
 from catheter_sim.core.inputs import Inputs, same_inputs
+from catheter_sim.core.loads import with_tip_weight
 from catheter_sim.core.posture import Array, Observed
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import OneByOne, Twin, TwinStates
@@ -27,6 +28,7 @@ from catheter_sim.effects.apply import (
     sees_otherwise,
 )
 from catheter_sim.kinds import kind_of
+from catheter_sim.simulation.moving_twin import MovingTwin
 from catheter_sim.theory.run import STATIC_MODELS
 
 # (robots with effects, alike but for their numbers; commanded inputs; every how many rows)
@@ -53,19 +55,26 @@ class Prediction:
 
         The other rows still make the history.
         """
-        arriving = [arriving_inputs(robot, inputs) for robot in robots]
-        built_in = [embodied(robot) for robot in robots]
-        first, which = _distinct(built_in, arriving)
-        # What an effect shows late depends on rows that are left out.
-        step = 1 if any(remembers_what_was_seen(robot) for robot in robots) else every
-        states = self.twin.solve(
-            [built_in[index] for index in first],
-            [arriving[index] for index in first],
-            self.gravity_mps2,
-            self.shown.elements,
-            step,
-        )
-        if len(first) < len(robots):
+        distinct, arriving, which = _distinct(robots, inputs, self.gravity_mps2)
+        step = _step(robots, every)
+        states = self.twin.solve(distinct, arriving, self.gravity_mps2, self.shown.elements, step)
+        return self._outputs(robots, inputs, states, which, every)
+
+    def along(self, robots: Sequence[RobotSpec], trials: Sequence[Inputs], every: int = 1) -> list[Array]:
+        """Return the outputs of `robots` along each of several trials, in order."""
+        return [self(robots, inputs, every) for inputs in trials]
+
+    def _outputs(
+        self,
+        robots: Sequence[RobotSpec],
+        inputs: Inputs,
+        states: TwinStates,
+        which: Sequence[int],
+        every: int,
+    ) -> Array:
+        """Return the outputs of robots whose states are those of `which`, shape (B, r, o)."""
+        step = _step(robots, every)
+        if list(which) != list(range(len(states.tension))):
             states = _repeated(states, which)
         if any(sees_otherwise(robot) for robot in robots):
             states = _observed(robots, states, inputs.time_s[::step], self.shown.tip)
@@ -74,11 +83,69 @@ class Prediction:
         return outputs if step == every else outputs[:, ::every]
 
 
-def _distinct(built_in: Sequence[RobotSpec], arriving: Sequence[Inputs]) -> tuple[list[int], list[int]]:
-    """Return the indices of distinct robots and inputs, and which of these each one has.
+@dataclass(frozen=True)
+class MovingPrediction(Prediction):
+    """Outputs of robots in motion, by the simulation; trials are simulated side by side.
 
-    Robots that differ in what is seen of them alone are the same here.
+    Each trial starts at rest under its first row.
     """
+
+    twin: MovingTwin
+
+    def __call__(self, robots: Sequence[RobotSpec], inputs: Inputs, every: int = 1) -> Array:
+        """Return the outputs of `robots` at each `every`-th row, as of `Prediction`."""
+        return self.along(robots, [inputs], every)[0]
+
+    def along(self, robots: Sequence[RobotSpec], trials: Sequence[Inputs], every: int = 1) -> list[Array]:
+        """Return the outputs of `robots` along each of several trials, in order."""
+        asked = [_distinct(robots, inputs, moving=True) for inputs in trials]
+        found = self.twin.solve_trials(
+            [(distinct, arriving) for distinct, arriving, _ in asked],
+            self.gravity_mps2,
+            self.shown.elements,
+            _step(robots, every),
+        )
+        return [
+            self._outputs(robots, inputs, states, which, every)
+            for inputs, states, (_, _, which) in zip(trials, found, asked, strict=True)
+        ]
+
+
+def along(
+    predict: Predict, robots: Sequence[RobotSpec], trials: Sequence[Inputs], every: int = 1
+) -> list[Array]:
+    """Return what `predict` says of robots along each of several trials, side by side where it can."""
+    if isinstance(predict, Prediction):
+        return predict.along(robots, trials, every)
+    return [predict(robots, inputs, every) for inputs in trials]
+
+
+def _step(robots: Sequence[RobotSpec], every: int) -> int:
+    """Return every how many rows states are wanted: what an effect shows late depends on rows left out."""
+    return 1 if any(remembers_what_was_seen(robot) for robot in robots) else every
+
+
+def _distinct(
+    robots: Sequence[RobotSpec], inputs: Inputs, gravity_mps2: Array | None = None, moving: bool = False
+) -> tuple[list[RobotSpec], list[Inputs], list[int]]:
+    """Return robots with their effects built in, what arrives at them, and which of these each one is.
+
+    Robots that differ in what is seen of them alone are the same. With `gravity_mps2` the weight at their
+    tips arrives with the inputs.
+    """
+    built_in = [embodied(robot) for robot in robots]
+    arriving = [arriving_inputs(robot, inputs, moving) for robot in robots]
+    if gravity_mps2 is not None:
+        arriving = [
+            with_tip_weight(item, robot.tip_mass_kg, gravity_mps2)
+            for item, robot in zip(arriving, built_in, strict=True)
+        ]
+    first, which = _first_of_each(built_in, arriving)
+    return [built_in[index] for index in first], [arriving[index] for index in first], which
+
+
+def _first_of_each(built_in: Sequence[RobotSpec], arriving: Sequence[Inputs]) -> tuple[list[int], list[int]]:
+    """Return the indices of distinct robots and inputs, and which of these each one has."""
     first: list[int] = []
     which: list[int] = []
     for robot, inputs in zip(built_in, arriving, strict=True):
@@ -111,6 +178,13 @@ def twin_for(robot: RobotSpec, actuation: str, columns: Sequence[str], gravity_m
     """
     twin = kind_of(robot).twin.twin(robot, actuation)
     return Prediction(twin, shown_by(robot, columns), gravity_mps2)
+
+
+def moving_twin_for(
+    robot: RobotSpec, actuation: str, columns: Sequence[str], gravity_mps2: Array
+) -> MovingPrediction:
+    """Return what fits go by where robots like `robot` move: the simulation; arguments as of `twin_for`."""
+    return MovingPrediction(MovingTwin(), shown_by(robot, columns), gravity_mps2)
 
 
 def by_static_model(model: str, robot: RobotSpec, columns: Sequence[str], gravity_mps2: Array) -> Prediction:

@@ -11,6 +11,7 @@ from typing import Any
 
 from catheter_sim.core.inputs import Inputs, require_tip_loads_alone
 from catheter_sim.core.kind import Kind
+from catheter_sim.core.loads import with_tip_weight
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.static_run import StaticRun
@@ -66,8 +67,9 @@ class TheoryModel:
         """
         require_tip_loads_alone(inputs, f"static model {self.name!r}")
         acting = in_force(robot, inputs)
-        run = self.law(acting.robot, acting.inputs, gravity_mps2)
-        if not robot.effects:
+        arriving = with_tip_weight(acting.inputs, acting.robot.tip_mass_kg, gravity_mps2)
+        run = self.law(acting.robot, arriving, gravity_mps2)
+        if not robot.effects and arriving is inputs:
             return run
         return replace(run, inputs=inputs, postures=acting.observed(run.postures))
 

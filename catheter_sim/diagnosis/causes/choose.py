@@ -34,6 +34,7 @@ from catheter_sim.diagnosis.thresholds import (
     BEAM,
     CHOICE_ROUNDS,
     MOST_CAUSES,
+    MOST_SINGLES,
     PATIENCE,
     SETTLED_FACTOR,
 )
@@ -93,9 +94,11 @@ def select(
     problem = with_fewer_rows(problem)
     search = Search(pool, problem, on_fit or (lambda line: None))
     (null,) = search.fitted([((), {})])
-    tiers = [terms_for(problem.robot, name) for name in candidates]
+    tiers = [terms_for(problem.robot, name, problem.moving) for name in candidates]
     simple, detailed = _by_size(tiers)
     alone = [term for terms in tiers for term in search.promising(null, terms)]
+    if problem.moving:
+        alone = list(search.promising(null, alone, MOST_SINGLES))
     singles = search.fitted([((term,), {}) for term in alone])
     path = [null]
     for left in reversed(range(CHOICE_ROUNDS)):
@@ -136,7 +139,7 @@ def equals_of(
     problem = with_fewer_rows(problem)
     search = Search(pool, problem, lambda line: None)
     (current,) = search.fitted([(chosen.terms, chosen.values)])
-    simple, detailed = _by_size([terms_for(problem.robot, name) for name in candidates])
+    simple, detailed = _by_size([terms_for(problem.robot, name, problem.moving) for name in candidates])
     search.fit_in_each_place(current, (*simple, *detailed))
     return tuple(item for _, _, item in rivals_of(current, search.tried) if as_good(current, item))
 

@@ -83,6 +83,8 @@ def _in_other_forms(problem: Problem, chosen: Fit) -> Iterator[tuple[str, str, t
         effect = EFFECTS[term.effect]
         mine = effect.form_of(problem.robot, term.free)
         for form in effect.forms:
+            if form.in_motion and not problem.moving:
+                continue
             for names in () if form is mine else form.freed(problem.robot):
                 other = Term(term.effect, names)
                 yield effect.name, form.name, tuple(other if item is term else item for item in chosen.terms)

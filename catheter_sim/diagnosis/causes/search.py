@@ -23,6 +23,7 @@ from catheter_sim.diagnosis.thresholds import (
     MOST_FORMS,
     MOST_ROUGH_STEPS,
     PAIRS,
+    PAIRS_IN_MOTION,
     RIVALS,
     SHORTLIST,
 )
@@ -130,12 +131,12 @@ class Search:
         )
         return [(hypotheses[index][1], self.steps[keys[index]][1]) for index in picked]
 
-    def promising(self, null: Fit, terms: Sequence[Term]) -> Sequence[Term]:
-        """Return the variants of one effect to fit alone: of many, the `FINALISTS` best probed."""
-        if len(terms) <= FINALISTS:
+    def promising(self, null: Fit, terms: Sequence[Term], most: int = FINALISTS) -> Sequence[Term]:
+        """Return the terms to fit alone: of many, such as variants of one effect, the `most` best probed."""
+        if len(terms) <= most:
             return terms
         hypotheses = [(null, (term,)) for term in terms]
-        picked = self.best(hypotheses, [(range(len(terms)), FINALISTS)])
+        picked = self.best(hypotheses, [(range(len(terms)), most)])
         chosen = {term for (term,), _ in picked}
         return [term for term in terms if term in chosen]
 
@@ -188,7 +189,7 @@ class Search:
             fit,
             [
                 (self.problem, terms, dict(values), False, False, True, MOST_ROUGH_STEPS)
-                for terms, values in list(known.values())[:PAIRS]
+                for terms, values in list(known.values())[: PAIRS_IN_MOTION if self.problem.moving else PAIRS]
             ],
         )
         best = sorted(fits, key=lambda item: float(item.residual @ item.residual))[:FINALISTS]

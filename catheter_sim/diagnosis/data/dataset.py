@@ -29,6 +29,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.checks import check_outputs
 from catheter_sim.diagnosis.data.copies import refuse_copies
+from catheter_sim.diagnosis.data.motion import HELD, motion_named
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.notes import Note
@@ -43,6 +44,7 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     "conditions": ("gravity_mps2",),
     "channels": ("inputs", "outputs"),
 }
+_OPTIONAL: Mapping[str, tuple[str, ...]] = {"conditions": ("motion",)}
 
 
 def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
@@ -64,6 +66,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     )
     robot = load_robot(_robot_path(root, reference))
     gravity = _gravity(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
+    motion = motion_named(document["conditions"].get("motion", HELD.name), f"{path}: conditions.motion")
     inputs = channel_list(document["channels"]["inputs"], f"{path}: channels.inputs")
     outputs = channel_list(document["channels"]["outputs"], f"{path}: channels.outputs")
     check_channels(robot, inputs, outputs, str(path))
@@ -82,6 +85,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
         input_channels=inputs,
         output_channels=outputs,
         trials=trials,
+        motion=motion,
         calibration=calibration_numbers(document.get("calibration", {}), robot, str(path)),
         notes=notes_on_ignored(robot, {trial.file: ignored for trial, ignored in read if ignored}),
     )
@@ -102,8 +106,9 @@ def _check_keys(document: Mapping[str, Any], where: str) -> None:
         if not isinstance(document[table], Mapping):
             raise InputError(f"{where}: {table}: a table is needed, not {shown(document[table])}")
         for key in document[table]:
-            if key not in keys:
-                raise unknown("key", key, keys, f"{where}: [{table}]")
+            known = (*keys, *_OPTIONAL.get(table, ()))
+            if key not in known:
+                raise unknown("key", key, known, f"{where}: [{table}]")
         missing += [f"{table}.{key}" for key in keys if key not in document[table]]
     if missing:
         raise InputError(f"{where}: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing")

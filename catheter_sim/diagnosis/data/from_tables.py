@@ -22,6 +22,7 @@ from catheter_sim.diagnosis.data.dataset import (
     notes_on_ignored,
     trial_of_columns,
 )
+from catheter_sim.diagnosis.data.motion import HELD, motion_named
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.errors import InputError, cut, unknown
@@ -36,16 +37,16 @@ def dataset_of(
     gravity_mps2: Array,
     calibration: Mapping[str, Sequence[float]],
     name: str,
+    motion: str = HELD.name,
 ) -> Dataset:
     """Return measured data that lie in no folder, checked as those in one are.
 
     Args:
-        robot: the robot as specified.
-        reference: its id or name.
+        robot, reference: the robot as specified, and its id or name.
         tables: of each trial its name, its role ("train", "heldout" or "") and its columns.
         outputs: columns that were measured; None: every output column that all tables have.
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
-        calibration: dotted keys with their bounds, as `[calibration]` of a `dataset.toml`.
+        calibration, motion: as `[calibration]` and `[conditions] motion` of a `dataset.toml`.
         name: of the data.
 
     Raises:
@@ -80,6 +81,7 @@ def dataset_of(
         input_channels=inputs,
         output_channels=measured,
         trials=trials,
+        motion=motion_named(motion, f"{name}: motion"),
         calibration=calibration_numbers(
             {key: _listed(bounds) for key, bounds in calibration.items()}, robot, name
         ),

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.inputs import Inputs, slice_inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.data.motion import HELD, Motion
 from catheter_sim.diagnosis.data.nuisance import Nuisance
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.tables import Table
@@ -45,6 +46,7 @@ class Dataset:
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
         input_channels, output_channels: the columns that the data set declares.
         trials: in the order of `dataset.toml`.
+        motion: whether rows were held.
         calibration: numbers of the specimen that it wants calibrated; (): those that are known to vary.
         notes: what a reader of a diagnosis must know of the files.
     """
@@ -59,6 +61,7 @@ class Dataset:
     input_channels: tuple[str, ...]
     output_channels: tuple[str, ...]
     trials: tuple[Trial, ...]
+    motion: Motion = HELD
     calibration: tuple[Nuisance, ...] = ()
     notes: tuple[Note, ...] = ()
 
@@ -70,3 +73,16 @@ def measured_of(trial: Trial, columns: Sequence[str]) -> Array:
 
 def all_inputs(inputs: Inputs) -> Array:
     return np.hstack([inputs.tendon, inputs.force_tip, inputs.moment_tip])
+
+
+def beginnings(trials: Sequence[Trial], seconds: float) -> tuple[Trial, ...]:
+    """Return the trials' beginnings, alike in length, which together last `seconds`, or less."""
+    each_s = seconds / max(len(trials), 1)
+    return tuple(_until(trial, trial.inputs.time_s[0] + each_s) for trial in trials)
+
+
+def _until(trial: Trial, time_s: float) -> Trial:
+    rows = slice(0, max(2, int(np.searchsorted(trial.inputs.time_s, time_s, side="right"))))
+    columns = {name: values[rows] for name, values in trial.outputs.columns.items()}
+    outputs = replace(trial.outputs, time_s=trial.outputs.time_s[rows], columns=columns)
+    return replace(trial, inputs=slice_inputs(trial.inputs, rows), outputs=outputs)

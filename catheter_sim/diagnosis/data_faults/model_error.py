@@ -12,7 +12,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.prediction import predicted
+from catheter_sim.diagnosis.fitting.prediction import predicted_along
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.thresholds import LEAST_SPREAD_SHARE
 
@@ -43,4 +43,4 @@ def relative_error(
 
 
 def computed_outputs(problem: Problem, before: Fit, trials: Sequence[Trial]) -> list[Array]:
-    return [predicted(problem, before.numbers, before.x, trial.inputs) for trial in trials]
+    return predicted_along(problem, before.numbers, before.x, [trial.inputs for trial in trials])

@@ -15,7 +15,7 @@ from catheter_sim.diagnosis.data.columns import TIP, unit_of
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.gross_errors import untempered
-from catheter_sim.diagnosis.fitting.prediction import predicted
+from catheter_sim.diagnosis.fitting.prediction import predicted, predicted_along
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.residuals import column_of, residuals
 from catheter_sim.diagnosis.fitting.stretches import blocks_of
@@ -35,8 +35,10 @@ def outputs_of(problem: Problem, trial: Trial, result: Fit) -> Array:
 def residual_series(problem: Problem, result: Fit) -> dict[str, list[Array]]:
     """Return model minus measurement by output column, one array per trial."""
     series: dict[str, list[Array]] = {name: [] for name in problem.columns}
-    for trial in problem.trials:
-        error = outputs_of(problem, trial, result) - measured_of(trial, problem.columns)
+    inputs = [trial.inputs for trial in problem.trials]
+    computed = predicted_along(problem, result.numbers, result.x, inputs)
+    for trial, outputs in zip(problem.trials, computed, strict=True):
+        error = outputs - measured_of(trial, problem.columns)
         for index, name in enumerate(problem.columns):
             series[name].append(error[:, index])
     return series

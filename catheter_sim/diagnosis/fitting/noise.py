@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
+from math import comb
 
 import numpy as np
 
@@ -55,6 +56,20 @@ def white_noise(series: Mapping[str, Sequence[Array]]) -> dict[str, float]:
         if len(values):
             noise[unit] = float(_MAD_TO_SIGMA * np.median(np.abs(values)) / np.sqrt(6.0))
     return noise
+
+
+def noise_from_row_to_row(measured: Sequence[Array]) -> Array:
+    """Return the size of what is white in measurements themselves, by column, shape (o,), in file units.
+
+    Of a motion that is slow beside the rows' rate the fourth difference is nearly zero; that of white noise
+    of size s has the size s sqrt(70). What moves faster counts as noise.
+    """
+    bends = np.concatenate([np.diff(values, 4, axis=0) for values in measured])
+    size = (
+        _MAD_TO_SIGMA * np.nanmedian(np.abs(bends), axis=0) / np.sqrt(sum(comb(4, k) ** 2 for k in range(5)))
+    )
+    spread = np.nanstd(np.concatenate(measured), axis=0)
+    return np.asarray(np.maximum(size, 1e-6 * max(float(spread.max()), 1e-9)))
 
 
 def noise_floor(white: Mapping[str, float], repeats: Mapping[str, float]) -> dict[str, float]:

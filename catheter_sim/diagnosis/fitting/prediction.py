@@ -12,6 +12,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.nuisance import Nuisance
 from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem
+from catheter_sim.theory.predict import along
 
 
 def robot_with(problem: Problem, numbers: Sequence[FittedNumber], x: Array) -> RobotSpec:
@@ -45,6 +46,14 @@ def predicted(
     """
     outputs = problem.twin([robot_with(problem, numbers, x)], inputs, every)
     return as_measured(problem, numbers, x, outputs[0])
+
+
+def predicted_along(
+    problem: Problem, numbers: Sequence[FittedNumber], x: Array, trials: Sequence[Inputs]
+) -> list[Array]:
+    """Return the outputs of a hypothesis along each of several trials' inputs, as `predicted` does."""
+    robot = robot_with(problem, numbers, x)
+    return [as_measured(problem, numbers, x, item[0]) for item in along(problem.twin, [robot], trials)]
 
 
 def as_measured(problem: Problem, numbers: Sequence[FittedNumber], x: Array, outputs: Array) -> Array:

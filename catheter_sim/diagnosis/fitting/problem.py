@@ -17,8 +17,8 @@ from catheter_sim.core.effect import Parameter
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.nuisance import Nuisance
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.thresholds import ROWS_TO_CHOOSE_BY
+from catheter_sim.diagnosis.data.trials import Trial, beginnings
+from catheter_sim.diagnosis.thresholds import ROWS_TO_CHOOSE_BY, SECONDS_TO_CHOOSE_BY
 from catheter_sim.effects import EFFECTS
 from catheter_sim.theory.predict import Predict
 
@@ -60,6 +60,7 @@ class Problem:
         weight: size of a residual per column that counts as one, shape (o,), in file units.
         twin: robots and inputs to outputs.
         every: each so-many-th row is compared; the others still make the history.
+        moving: the robot moved while it was measured; otherwise each row was held.
     """
 
     robot: RobotSpec
@@ -69,15 +70,19 @@ class Problem:
     weight: Array
     twin: Predict
     every: int = 1
+    moving: bool = False
 
 
-def terms_for(robot: RobotSpec, effect: str) -> tuple[Term, ...]:
-    """Return the ways in which `effect` may be freed for `robot`, simplest first."""
+def terms_for(robot: RobotSpec, effect: str, moving: bool = False) -> tuple[Term, ...]:
+    """Return the ways in which `effect` may be freed for `robot`, simplest first.
+
+    `moving`: of data that were taken while it moved.
+    """
     parameters = EFFECTS[effect].parameters(robot)
     if not parameters:
         return ()
     everything = tuple(item.name for item in parameters)
-    return tuple(Term(effect, names or everything) for names in EFFECTS[effect].variants(robot))
+    return tuple(Term(effect, names or everything) for names in EFFECTS[effect].variants(robot, moving))
 
 
 def fitted_numbers(problem: Problem, terms: Sequence[Term]) -> tuple[FittedNumber, ...]:
@@ -105,7 +110,13 @@ def start_of(numbers: Sequence[FittedNumber], known: dict[tuple[str, str], float
 
 
 def with_fewer_rows(problem: Problem) -> Problem:
-    """Return `problem` with as few rows compared as a choice of hypotheses needs (`ROWS_TO_CHOOSE_BY`)."""
+    """Return `problem` with as few rows compared as a choice of hypotheses needs (`ROWS_TO_CHOOSE_BY`).
+
+    Where the robot moves, time costs, not rows: only the beginnings of the trials are left
+    (`SECONDS_TO_CHOOSE_BY`).
+    """
+    if problem.moving:
+        problem = replace(problem, trials=beginnings(problem.trials, SECONDS_TO_CHOOSE_BY))
     rows = sum(len(trial.inputs) for trial in problem.trials)
     return replace(problem, every=max(1, round(rows / ROWS_TO_CHOOSE_BY)))
 

@@ -13,6 +13,7 @@ from catheter_sim.diagnosis.fitting.gross_errors import tempered
 from catheter_sim.diagnosis.fitting.prediction import all_as_measured, distinct_robots
 from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem
 from catheter_sim.diagnosis.thresholds import NO_EQUILIBRIUM_ERROR
+from catheter_sim.theory.predict import along
 
 
 def residuals(problem: Problem, numbers: Sequence[FittedNumber], xs: Array) -> Array:
@@ -26,13 +27,16 @@ def residuals(problem: Problem, numbers: Sequence[FittedNumber], xs: Array) -> A
         numbers: what the columns of `xs` are.
         xs: shape (B, p), in units of the parameters' scales.
     """
-    parts, models = [], {}
+    parts = []
     robots, which = distinct_robots(problem, numbers, xs)
-    for trial in problem.trials:
-        key = _key_of(trial.inputs)
-        if key not in models:  # a trial that was repeated is computed once
-            outputs = problem.twin(robots, trial.inputs, problem.every)[which]
-            models[key] = all_as_measured(problem, numbers, xs, outputs)
+    keys = [_key_of(trial.inputs) for trial in problem.trials]
+    inputs = {key: trial.inputs for key, trial in zip(keys, problem.trials, strict=True)}
+    computed = along(problem.twin, robots, list(inputs.values()), problem.every)  # each repeated trial once
+    models = {
+        key: all_as_measured(problem, numbers, xs, outputs[which])
+        for key, outputs in zip(inputs, computed, strict=True)
+    }
+    for key, trial in zip(keys, problem.trials, strict=True):
         measured = measured_of(trial, problem.columns)[:: problem.every]
         error = (models[key] - measured) / problem.weight
         parts.append(error[:, np.isfinite(measured)])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from catheter_sim.diagnosis.data.cycles import cycles
-from catheter_sim.diagnosis.data.trials import measured_of
+from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.diagnosis.thresholds import FOLDS
+from catheter_sim.diagnosis.thresholds import FOLDS, LEAST_BLOCK_S
 
 
 def blocks_of(problem: Problem, fewest: int = 2 * FOLDS) -> np.ndarray:
@@ -16,8 +18,12 @@ def blocks_of(problem: Problem, fewest: int = 2 * FOLDS) -> np.ndarray:
     Where there are fewer cycles than `fewest`, cycles are cut into stretches of equal length.
     """
     stretches: list[tuple[int, slice]] = [
-        (index, part) for index, trial in enumerate(problem.trials) for part in cycles(trial)
+        (index, part)
+        for index, trial in enumerate(problem.trials)
+        for part in (equal_stretches(trial) if problem.moving else cycles(trial))
     ]
+    if problem.moving:
+        fewest = len(stretches)
     pieces = -(-fewest // max(len(stretches), 1))
     labels = [np.zeros(len(trial.inputs), dtype=int) for trial in problem.trials]
     count = 0
@@ -40,3 +46,11 @@ def fold_of(block: np.ndarray, folds: int = FOLDS) -> np.ndarray:
     sizes = np.bincount(order)
     middle = np.cumsum(sizes) - 0.5 * sizes
     return np.minimum((middle * folds / sizes.sum()).astype(int), folds - 1)[order]
+
+
+def equal_stretches(trial: Trial) -> list[slice]:
+    """Return stretches of a trial in motion, alike in time and none shorter than `LEAST_BLOCK_S`."""
+    time_s = trial.inputs.time_s
+    count = max(1, int((time_s[-1] - time_s[0]) / LEAST_BLOCK_S))
+    ends = np.searchsorted(time_s, np.linspace(time_s[0], time_s[-1], count + 1)[1:-1])
+    return [slice(int(a), int(b)) for a, b in pairwise((0, *ends, len(time_s))) if b > a]

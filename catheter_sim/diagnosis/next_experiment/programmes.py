@@ -80,81 +80,81 @@ def programmes(robot: RobotSpec, trials: Sequence[Trial]) -> tuple[Programme, ..
 
 def loops(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
     """Return nested loops of each channel alone, then the first channel's again, in file units."""
-    reach = _reach(robot, trials)
+    reach = reach_of(robot, trials)
     shape = _path([0.0, 1.0, 0.0, 0.5, 0.25, 0.5, 0.0])
-    parts = [np.outer(shape, _only(reach, index)) for index in (*range(len(reach)), 0)]
-    return _table(robot, trials, np.concatenate(parts))
+    parts = [np.outer(shape, only(reach, index)) for index in (*range(len(reach)), 0)]
+    return table_of(robot, trials, np.concatenate(parts))
 
 
 def _against(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
     """Return each channel's loops from the height at which the others stand, up to its reach."""
-    reach = _reach(robot, trials)
+    reach = reach_of(robot, trials)
     standing = STANDING_SHARE * reach
     parts = [np.outer(_path([0.0, 1.0]), standing)]
     for index in range(len(reach)):
-        moved = _only((1.0 - STANDING_SHARE) * reach, index)
+        moved = only((1.0 - STANDING_SHARE) * reach, index)
         parts.append(standing + np.outer(_path([0.0, 1.0, 0.0, 0.5, 0.0]), moved))
     parts.append(np.outer(_path([1.0, 0.0]), standing))
-    return _table(robot, trials, np.concatenate(parts))
+    return table_of(robot, trials, np.concatenate(parts))
 
 
 def _together(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
     shape = _path([0.0, 0.6, 0.0, 0.6, 0.0])
-    return _table(robot, trials, np.outer(shape, _reach(robot, trials)))
+    return table_of(robot, trials, np.outer(shape, reach_of(robot, trials)))
 
 
 def _held(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
     """Return each channel's way out and home with a long rest after each; rows of a rest are far apart."""
-    reach = _reach(robot, trials)
+    reach = reach_of(robot, trials)
     parts, steps = [], []
     for index in range(len(reach)):
         for way in ([0.0, 0.7], [0.7, 0.0]):
             ramp = _path(way)
-            parts.append(np.outer(np.append(ramp, np.full(HOLD_ROWS, way[1])), _only(reach, index)))
+            parts.append(np.outer(np.append(ramp, np.full(HOLD_ROWS, way[1])), only(reach, index)))
             steps += [PROGRAMME_ROW_S] * len(ramp) + [HOLD_S / HOLD_ROWS] * HOLD_ROWS
-    return _table(robot, trials, np.concatenate(parts), np.array(steps))
+    return table_of(robot, trials, np.concatenate(parts), np.array(steps))
 
 
 def _paced(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
-    reach = _reach(robot, trials)
+    reach = reach_of(robot, trials)
     usual = float(np.median(np.concatenate([np.diff(trial.inputs.time_s) for trial in trials])))
     way = _path([0.0, 0.5])
     shape = np.concatenate([way, [0.5] * 3, _path([0.5, 1.0]), _path([1.0, 0.5]), [0.5] * 3, way[::-1]])
     parts, steps = [], []
     for pace in PACES:
         for index in range(len(reach)):
-            parts.append(np.outer(shape, _only(reach, index)))
+            parts.append(np.outer(shape, only(reach, index)))
             steps += [pace * usual] * len(shape)
-    return _table(robot, trials, np.concatenate(parts), np.array(steps))
+    return table_of(robot, trials, np.concatenate(parts), np.array(steps))
 
 
 def _loaded(robot: RobotSpec, trials: Sequence[Trial], force_N: float) -> Table:
-    reach = _reach(robot, trials)
+    reach = reach_of(robot, trials)
     shape = _path([0.0, 1.0, 0.0])
     pushes = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0))
     parts, forces = [], []
     for push in pushes:
         for index in range(len(reach)):
-            parts.append(np.outer(shape, _only(reach, index)))
+            parts.append(np.outer(shape, only(reach, index)))
             forces.append(np.tile(force_N * np.array(push), (len(shape), 1)))
     values = np.concatenate([*parts, np.zeros((1, len(reach)))])
     force = np.concatenate([*forces, np.zeros((1, 2))])
     extra = {"force_tip_x_N": force[:, 0], "force_tip_y_N": force[:, 1]}
-    return _table(robot, trials, values, None, extra)
+    return table_of(robot, trials, values, None, extra)
 
 
 def _columns(robot: RobotSpec, trials: Sequence[Trial]) -> list[str]:
     return input_channels(robot, trials[0].inputs.actuation)
 
 
-def _reach(robot: RobotSpec, trials: Sequence[Trial]) -> Array:
+def reach_of(robot: RobotSpec, trials: Sequence[Trial]) -> Array:
     """Return the largest pull of each channel so far, shape (c,), in file units."""
     most = np.max([channel_inputs(robot, trial.inputs).max(axis=0) for trial in trials], axis=0)
     unit = np.array([1.0 / si_factor(column) for column in _columns(robot, trials)])
     return np.asarray(np.maximum(most, 0.0) * unit)
 
 
-def _only(reach: Array, index: int) -> Array:
+def only(reach: Array, index: int) -> Array:
     return np.where(np.arange(len(reach)) == index, reach, 0.0)
 
 
@@ -167,7 +167,7 @@ def _path(corners: Sequence[float]) -> Array:
     return np.concatenate(parts)
 
 
-def _table(
+def table_of(
     robot: RobotSpec,
     trials: Sequence[Trial],
     values: Array,

@@ -22,6 +22,7 @@ from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.prediction import robot_with
 from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls
+from catheter_sim.diagnosis.next_experiment.in_motion import moving_programmes
 from catheter_sim.diagnosis.next_experiment.programmes import Programme, loops, programmes
 from catheter_sim.diagnosis.report.result import NEXT_EXPERIMENT_FILE, NextExperiment, Separation
 from catheter_sim.diagnosis.thresholds import ENOUGH_APART_NOISE, TELLS_APART_NOISE
@@ -63,7 +64,8 @@ def next_experiment(
         table = loops(problem.robot, problem.trials)
         return NextExperiment(f"{checking} {_LOOPS}".strip(), table)
     rivals = _rivals(chosen, equals)
-    playable = [item for item in programmes(problem.robot, problem.trials) if _played(problem, chosen, item)]
+    choices = moving_programmes if problem.moving else programmes
+    playable = [item for item in choices(problem.robot, problem.trials) if _played(problem, chosen, item)]
     if not playable:  # the twin follows none of them
         words = [advice(group, f"To tell {_said(group)} apart: ") for group in groups]
         return NextExperiment(" ".join(item for item in words if item))
@@ -81,7 +83,7 @@ def next_experiment(
     simulated = [float("nan")] * len(rivals)
     if simulation and apart[best].max() >= TELLS_APART_NOISE:
         robots = [robot_with(problem, item.numbers, item.x) for item in (chosen, *refits)]
-        runs = [(robot, [trial], problem.columns, gravity_mps2) for robot in robots]
+        runs = [(robot, [trial], problem.columns, gravity_mps2, SERIAL, problem.moving) for robot in robots]
         outputs = [item[0].outputs for item in map_calls(pool, replays, runs)]
         simulated = [_apart(outputs[0], other, noise) for other in outputs[1:]]
     checked = {

@@ -16,9 +16,10 @@ from catheter_sim.diagnosis.fitting.evidence import residual_series
 from catheter_sim.diagnosis.fitting.fit import fit
 from catheter_sim.diagnosis.fitting.noise import white_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.fitting.twins import twin_of
 from catheter_sim.diagnosis.stages.prepare import Prepared
 from catheter_sim.diagnosis.thresholds import SMALLEST_WEIGHT_SHARE
-from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.predict import Predict
 
 
 @dataclass(frozen=True)
@@ -44,12 +45,18 @@ class Posed:
 def pose(prepared: Prepared) -> Posed:
     """Return the problem of prepared measurements."""
     dataset = prepared.dataset
-    train = training_problem(dataset, prepared.train, frame_numbers(prepared.registration))
+    frame = frame_numbers(prepared.registration)
+    train = training_problem(dataset, prepared.train, frame, prepared.twin)
     heldout = replace(train, trials=prepared.heldout)
     return Posed(dataset, prepared.registration, train, heldout, bool(dataset.calibration))
 
 
-def training_problem(dataset: Dataset, train: Sequence[Trial], frame: tuple[Nuisance, ...] = ()) -> Problem:
+def training_problem(
+    dataset: Dataset,
+    train: Sequence[Trial],
+    frame: tuple[Nuisance, ...] = (),
+    twin: Predict | None = None,
+) -> Problem:
     """Return what is to be fitted: the nominal robot, its twin and the training trials.
 
     Units are weighed by the white part of the calibrated model's residual.
@@ -58,17 +65,20 @@ def training_problem(dataset: Dataset, train: Sequence[Trial], frame: tuple[Nuis
         dataset: in the base frame.
         train: its training trials.
         frame: numbers of the tracker's frame to calibrate besides (`base_frame.numbers`).
+        twin: what fits go by; None: it is chosen.
     """
     actuation = train[0].inputs.actuation
     robot = replace(dataset.robot, actuation=actuation)
     columns = dataset.output_channels
+    twin = twin or twin_of(dataset, train).predict
     problem = Problem(
         robot=robot,
         nuisances=(*(dataset.calibration or nuisances_of(dataset.robot_reference)), *frame),
         trials=tuple(train),
         columns=columns,
         weight=np.ones(len(columns)),
-        twin=twin_for(robot, actuation, columns, dataset.gravity_mps2),
+        twin=twin,
+        moving=dataset.motion.moving,
     )
     spread: dict[str, float] = {}
     for index, name in enumerate(columns):

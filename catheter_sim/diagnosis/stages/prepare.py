@@ -14,9 +14,10 @@ from catheter_sim.diagnosis.data.parting import split
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
 from catheter_sim.diagnosis.data_faults.model_error import relative_error_of
+from catheter_sim.diagnosis.fitting.twins import twin_of
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.thresholds import MISTAKE_SURER
-from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.predict import Prediction
 
 
 @dataclass(frozen=True)
@@ -27,33 +28,41 @@ class Prepared:
         dataset: without frozen readings, in the robot's base frame.
         train, heldout: its trials, parted.
         registration: how positions were moved into the base frame.
-        notes: on the files and on frozen sensors.
+        twin: what its fits go by.
+        notes: on the files, on frozen sensors and on the twin.
     """
 
     dataset: Dataset
     train: tuple[Trial, ...]
     heldout: tuple[Trial, ...]
     registration: Registration
+    twin: Prediction
     notes: tuple[Note, ...]
 
 
 def prepare(dataset: Dataset) -> Prepared:
     """Return a data set as it can be fitted."""
     readings, frozen = without_frozen_readings(dataset)
-    moved, registration = in_base_frame(readings)
+    chosen = twin_of(readings, split(readings)[0])
+    moved, registration = in_base_frame(readings, chosen.predict)
     train, heldout = split(moved)
-    return Prepared(moved, train, heldout, registration, (*moved.notes, *frozen))
+    notes = (*moved.notes, *frozen, *chosen.notes)
+    return Prepared(moved, train, heldout, registration, chosen.predict, notes)
 
 
-def in_base_frame(dataset: Dataset) -> tuple[Dataset, Registration]:
+def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dataset, Registration]:
     """Return the data set with its positions in the robot's base frame, and how they were moved there.
 
     A mistake in the data, such as inches for mm, may look like a tracker far away. Where putting it right
     does better than any motion, nothing is moved, and `find_data_faults` will name the mistake.
+
+    Args:
+        dataset: as measured.
+        twin: what its fits go by; None: it is chosen.
     """
     train, _ = split(dataset)
+    twin = twin or twin_of(dataset, train).predict
     robot, columns = replace(dataset.robot, actuation=train[0].inputs.actuation), dataset.output_channels
-    twin = twin_for(robot, robot.actuation, columns, dataset.gravity_mps2)
     registration = register(train, columns, robot, twin)
     if not registration.applied:
         return dataset, registration

@@ -50,7 +50,7 @@ def replay_in_mujoco(run: Run, posed: Posed, verdict: Verdict, simulation: bool)
     trials, gravity_mps2 = posed.heldout.trials, posed.dataset.gravity_mps2
     found = tuple(
         replace(item, outputs=as_measured(problem, shown.numbers, shown.x, item.outputs))
-        for item in replays(robot, trials, problem.columns, gravity_mps2, run.pool)
+        for item in replays(robot, trials, problem.columns, gravity_mps2, run.pool, problem.moving)
     )
     return Replayed(found, shift_by_model(posed.heldout, shown, [item.outputs for item in found]))
 

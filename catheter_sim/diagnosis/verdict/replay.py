@@ -21,7 +21,7 @@ from catheter_sim.diagnosis.thresholds import (
     SMOOTH_STRIDE,
 )
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
-from catheter_sim.simulation.replay import simulate
+from catheter_sim.simulation.replay import SimulationRun, simulate
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,18 @@ def replays(
     columns: Sequence[str],
     gravity_mps2: Array,
     pool: Workers = SERIAL,
+    moving: bool = False,
 ) -> list[Replay]:
-    """Return trials replayed with `robot`, its effects in force."""
-    return map_calls(pool, replay, [(robot, trial, columns, gravity_mps2) for trial in trials])
+    """Return trials replayed with `robot`, its effects in force, in motion or row by held row."""
+    call = replay_in_motion if moving else replay
+    return map_calls(pool, call, [(robot, trial, columns, gravity_mps2) for trial in trials])
+
+
+def replay_in_motion(robot: RobotSpec, trial: Trial, columns: Sequence[str], gravity_mps2: Array) -> Replay:
+    """Return a trial in motion replayed with `robot`, its effects in force, from rest under the first row."""
+    arriving = arriving_inputs(robot, trial.inputs, moving=True)
+    run = simulate(embodied(robot), arriving, gravity_mps2, dynamic=True)
+    return _replayed(robot, trial, columns, run)
 
 
 def replay(
@@ -74,6 +83,10 @@ def replay(
     run = simulate(replace(built, dynamics=longer), arriving, gravity_mps2, ramp_s=ramp_s, progress=progress)
     if stride > 1 and (run.failure is not None or not run.at_rest.all()):
         run = simulate(built, arriving, gravity_mps2, ramp_s=ramp_s, progress=progress)
+    return _replayed(robot, trial, columns, run)
+
+
+def _replayed(robot: RobotSpec, trial: Trial, columns: Sequence[str], run: SimulationRun) -> Replay:
     outputs = np.full((len(trial.inputs), len(columns)), np.nan)
     if run.postures:
         values = posture_columns(robot, observed(robot, trial.inputs.time_s, run.postures))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from catheter_sim.core.bends import curvature_handle
+from catheter_sim.core.bends import DAMPING, curvature_handle
 from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
 from catheter_sim.kinds.catheter.layout import (
     bent_by,
@@ -40,7 +40,7 @@ def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
 
 @lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot
 def _handles(pairs: Joints, tubes: tuple[tuple[str, float], ...], extensible: bool) -> tuple[Handle, ...]:
-    found = [Handle(Role.ELASTIC_SCALE, "stiffness_scale")]
+    found = [Handle(Role.ELASTIC_SCALE, "stiffness_scale"), DAMPING]
     if extensible:
         found += [Handle(Role.FRICTION, "friction.mu"), Handle(Role.PATH, "path_deg", "path_deg")]
     stroke = max((length for _, length in tubes), default=0.0)

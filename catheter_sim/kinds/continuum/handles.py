@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from catheter_sim.core.bends import curvature_handles, tip_forces
+from catheter_sim.core.bends import DAMPING, curvature_handles, tip_forces
 from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 
@@ -24,6 +24,7 @@ def _handles(segments: Parts, tendons: tuple[str, ...]) -> tuple[Handle, ...]:
     spatial = all(axes == "xy" for _, _, axes in segments)
     found = [
         Handle(Role.ELASTIC_SCALE, "stiffness_scale"),
+        DAMPING,
         Handle(Role.FRICTION, "friction.mu"),
         Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"),
     ]

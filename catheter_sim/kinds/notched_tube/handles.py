@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from catheter_sim.core.bends import curvature_handles, tip_forces
+from catheter_sim.core.bends import DAMPING, curvature_handles, tip_forces
 from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
 from catheter_sim.kinds.notched_tube.layout import length_m, notches
 from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
@@ -27,6 +27,7 @@ def handles(robot: NotchedTubeRobot) -> tuple[Handle, ...]:
 def _handles(segments: Parts, tendon: str) -> tuple[Handle, ...]:
     found = [
         Handle(Role.ELASTIC_SCALE, "stiffness_scale"),
+        DAMPING,
         Handle(Role.FRICTION, "friction.mu"),
         Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"),
         Handle(Role.ELASTIC_CONSTANT, "material.modulus_Pa"),

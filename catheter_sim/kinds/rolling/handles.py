@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from catheter_sim.core.bends import curvature_handles, tip_forces
+from catheter_sim.core.bends import DAMPING, curvature_handles, tip_forces
 from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain
@@ -25,6 +25,7 @@ def handles(robot: RollingRobot) -> tuple[Handle, ...]:
 def _handles(segments: Parts, rods: tuple[str, ...]) -> tuple[Handle, ...]:
     found = [
         Handle(Role.ELASTIC_SCALE, "stiffness_scale"),
+        DAMPING,
         Handle(Role.FRICTION, "friction.mu"),
         Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"),
     ]

@@ -58,6 +58,7 @@ _ROBOT_SOURCES = {
     "mount": "assumed: rigid",
     "path_deg": "assumed: straight",
     "dynamics": DYNAMICS_ASSUMED,
+    "tip_mass_g": "by definition 0",
     "stiffness_scale": "by definition 1",
 }
 _NOT_OF_THIS_JOINT = "by definition 0: not of this joint"

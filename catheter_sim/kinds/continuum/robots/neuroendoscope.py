@@ -58,6 +58,7 @@ def _sources(segments: tuple[Segment, ...], proximal_angle: str) -> dict[str, st
         "mount": "assumed: rigid",
         "dynamics": DYNAMICS_ASSUMED,
         "channel_radius_mm": f"{_KATO}: tool channel of 1.4 mm diameter",
+        "tip_mass_g": "by definition 0",
         "stiffness_scale": "by definition 1",
         "links_per_subsegment": f"{_KATO}: one flexure a cell",
         "disks_per_segment": "by definition 0: as the segments say",

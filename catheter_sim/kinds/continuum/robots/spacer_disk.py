@@ -84,6 +84,7 @@ def spacer_disk() -> ContinuumRobot:
             "mount": "Rao 2021: rigid",
             "dynamics": DYNAMICS_ASSUMED,
             "channel_radius_mm": "Rao 2021: none",
+            "tip_mass_g": "by definition 0",
             "stiffness_scale": "Rao 2021, scenario 2: 0.1 to 10",
             "links_per_subsegment": "chosen: tip error of the chain 0.03 % at ten disks",
             "disks_per_segment": "Rao 2021, scenario 2",

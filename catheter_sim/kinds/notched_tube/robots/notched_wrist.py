@@ -106,6 +106,7 @@ _SOURCES = {f"segments.wrist.{key}": text for key, text in _SEGMENT_SOURCES.item
     "mount": "assumed: rigid",
     "dynamics": DYNAMICS_ASSUMED,
     "channel_radius_mm": "assumed: the lumen beside a tendon of 0.2 mm",
+    "tip_mass_g": "by definition 0",
     "stiffness_scale": "by definition 1",
 }
 

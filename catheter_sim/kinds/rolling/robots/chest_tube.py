@@ -97,6 +97,7 @@ _ROBOT_SOURCES = {
     "mount": "assumed: rigid",
     "dynamics": DYNAMICS_ASSUMED,
     "channel_radius_mm": "assumed: of Table I's 3 mm lumen (chest_tube_2025), what the rod holes leave",
+    "tip_mass_g": "by definition 0",
     "stiffness_scale": "by definition 1",
 }
 _SLEEVE = Sleeve(0.0, inner_radius_m=OUTER_RADIUS_M, outer_radius_m=28.0 / 6.0 * 1e-3)
