@@ -2,7 +2,7 @@
 
 Each row is solved by itself: from a guess at the full load where the load turns the robot little, and
 else in load steps from the straight robot, so that the equilibrium is the one that the growing load
-leads to.
+leads to. Rows of the first sort go eight at once.
 
 Dry friction: every tendon slides toward the base at every hole, the base's included and that in which
 it ends not, so that its tension falls toward the tip by exp(-mu phi), phi the angle that it turns by.

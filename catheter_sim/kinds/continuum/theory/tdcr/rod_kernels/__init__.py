@@ -5,7 +5,8 @@ one to the other.
 
 `section` integrates the rod between two disks, `tendon_forces` adds what tendons pull there, `balance` says
 what each disk lacks, `newton` brings that to zero, `friction` finds tensions and posture in turns, and
-`continuation` follows an equilibrium from load to load. `path_lengths` measures what came out.
+`continuation` follows an equilibrium from load to load; `together` does so for eight rows at once, where one
+step from rest leads there. `path_lengths` measures what came out.
 
 Strains are (u, v - e_z), wrenches (moment, force), six numbers in this order, in the body's frame. A
 compliance of zero locks a strain.

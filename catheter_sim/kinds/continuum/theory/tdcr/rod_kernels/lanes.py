@@ -1,7 +1,6 @@
-"""The workspace in which eight sections are integrated side by side.
+"""The workspace in which sections are integrated: one slot after another, each an eight (`mechanics.eight`).
 
-The sections' numbers stand next to each other in one flat array, slot by slot, so that the inner loops become
-the processor's vector instructions.
+The eight are eight sections of one robot, or one section of eight robots.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from typing import Any
 from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
-# Slots of the workspace, each of `LANES` numbers. A state is a quaternion (4), a position (3), then the
+# Slots of the workspace, eights. A state is a quaternion (4), a position (3), then the
 # pose's derivatives by the wrench: turn in the body's frame (3, 6), shift in the start's frame (3, 6).
 STATE, TRIAL, TOTAL, RATE, SIZE = 0, 43, 86, 129, 43
 TURN, WRENCH, BODY, STRAIN = 172, 181, 187, 193  # orientation (3, 3) of the trial, then six each
