@@ -319,7 +319,7 @@ damping_time_s = 0.004
 
 
 def test_a_rod_from_a_file_moves_alike_in_plain_mujoco(tmp_path: Path) -> None:
-    """Let go from the same posture: within 0.3 % of the length of the simulation, which starts in mid-step."""
+    """Let go from the same posture: within 0.3 % of the length of the simulation."""
     (tmp_path / "rod.toml").write_text(ROD.format(disks=20))
     robot = load_robot(str(tmp_path / "rod.toml"))
     time_s = [0.0, 1e-9, *np.arange(0.01, 0.5, 0.01)]
