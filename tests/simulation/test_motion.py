@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -283,3 +284,71 @@ def test_energy_never_grows_with_friction_and_damping_on(reference: str) -> None
     assert len(turning) >= 2
     assert (np.diff(turning) < 0.0).all()
     assert turning[0] < abs(x[0])
+
+
+@pytest.mark.parametrize("reference", ["mitral_4dof@elongation", "mitral_4dof"])
+def test_stretching_tendons_and_play_do_in_slow_motion_what_they_do_held(reference: str) -> None:
+    """Bent and half let back in a second, the tip is within 0.1 mm of where held rows have it."""
+    robot = load_robot(reference, ["tendons.bending_distal.play_mm=0.2"])
+    way = {"displacement_bending_distal_mm": [0.0, 2.0, 1.0]}
+    inputs = read_inputs(robot, rows([0.0, 0.5, 1.0], **way))
+    moving, held = (
+        np.array([item.p_w[-1] for item in simulate(robot, inputs, ZERO, dynamic).postures])
+        for dynamic in (True, False)
+    )
+    assert np.linalg.norm(moving - held, axis=1).max() < 1e-4
+    assert np.linalg.norm(held[1] - held[2]) > 1e-3
+
+
+ROD = """
+name = "rod"
+description = "a rod of TPU"
+[[segments]]
+name = "rod"
+length_mm = 400
+disks = {disks}
+outer_radius_mm = 5
+bending_stiffness_N_mm2 = 34361
+torsion_stiffness_N_mm2 = 24544
+mass_g = 37.7
+[friction]
+mu = 0
+[dynamics]
+damping_time_s = 0.004
+"""
+
+
+def test_a_rod_from_a_file_moves_alike_in_plain_mujoco(tmp_path: Path) -> None:
+    """Let go from the same posture: within 0.3 % of the length of the simulation."""
+    (tmp_path / "rod.toml").write_text(ROD.format(disks=20))
+    robot = load_robot(str(tmp_path / "rod.toml"))
+    time_s = [0.0, 1e-9, *np.arange(0.01, 0.5, 0.01)]
+    push = [0.3, *[0.0] * (len(time_s) - 1)]
+    starts: list[np.ndarray] = []
+    run = simulate(
+        robot,
+        read_inputs(robot, rows(time_s, force_tip_x_N=push)),
+        ZERO,
+        dynamic=True,
+        on_row=lambda simulator, row: starts.append(simulator.data.qpos.copy()) if row == 0 else None,
+    )
+    model = mujoco.MjModel.from_xml_string(build_mjcf(robot, motion=True))
+    data = mujoco.MjData(model)
+    data.qpos[:] = starts[0]
+    away = []
+    for posture in run.postures[2:]:
+        mujoco.mj_step(model, data, 20)
+        mujoco.mj_kinematics(model, data)
+        away.append(np.linalg.norm(data.site("tip").xpos - posture.p_w[-1]))
+    assert max(away) < 0.005 * 0.4
+    assert np.mean(away) < 0.003 * 0.4
+    assert np.ptp([posture.p_w[-1][0] for posture in run.postures]) > 0.1
+
+
+def test_a_rod_that_does_not_say_its_links_has_enough(tmp_path: Path) -> None:
+    """Two disks, or `tendons = []`: fifty links all the same."""
+    (tmp_path / "rod.toml").write_text("tendons = []\n" + ROD.format(disks=2))
+    robot = load_robot(str(tmp_path / "rod.toml"))
+    assert robot.links_per_subsegment == 25
+    model = mujoco.MjModel.from_xml_string(build_mjcf(robot, motion=True))
+    assert (model.nv, model.ntendon, model.nu) == (150, 0, 0)
