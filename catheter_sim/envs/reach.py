@@ -33,9 +33,8 @@ class ReachEnv(TipEnv):
     `dynamics="quasi-static"`, the default, the robot follows its inputs with a lag (the relaxation time of
     its dynamics, 0.05 s by default) and without overshoot: its mass has weight, but no inertia. With
     `dynamics="inertial"` it moves as its masses and its own damping let it, from rest at every reset; the
-    published robots state no damping, so that only friction ends their swings (`settings` may set
-    `dynamics.damping_time_s`). There is no contact: not with surroundings, not with itself (but for the
-    rolling joints').
+    published robots' damping is assumed (`settings` may set `dynamics.damping_time_s`). There is no contact:
+    not with surroundings, not with itself (but for the rolling joints').
 
     ## Action
 

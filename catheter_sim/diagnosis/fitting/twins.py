@@ -13,7 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.motion import motion_step_s
+from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, beginnings, measured_of
 from catheter_sim.diagnosis.fitting.noise import noise_from_row_to_row
@@ -55,19 +57,14 @@ def _with_longer_steps(
     own: MovingPrediction, robot: RobotSpec, train: Sequence[Trial], columns: Sequence[str]
 ) -> ChosenTwin:
     """Return the twin with the longest steps that change outputs by little beside the noise."""
-    trials = beginnings(train, SECONDS_TO_STEP_BY)
-    inputs = [trial.inputs for trial in trials]
-    begun = time.process_time()
-    exact = np.concatenate([item[0] for item in own.along([robot], inputs)])
-    cost_s = time.process_time() - begun
+    inputs = [trial.inputs for trial in beginnings(train, SECONDS_TO_STEP_BY)]
+    exact, cost_s = _computed(own, robot, inputs)
     noise = noise_from_row_to_row([measured_of(trial, columns) for trial in train])
     own_s = motion_step_s(robot)
     chosen, change = own, 0.0
     for factor in LONGER_STEPS:
         longer = replace(own, twin=MovingTwin(factor * own_s, together=2))
-        begun = time.process_time()
-        outputs = np.concatenate([item[0] for item in longer.along([robot], inputs)])
-        spent_s = time.process_time() - begun
+        outputs, spent_s = _computed(longer, robot, inputs)
         apart = float(np.max(np.sqrt(np.mean((outputs - exact) ** 2, axis=0)) / noise))
         if not apart <= STEP_SHARE:  # True where it diverged
             break
@@ -83,3 +80,10 @@ def _with_longer_steps(
             f" The robot's own steps, {1e3 * own_s:g} ms, would move outputs by {change:.2g} of the noise."
         )
     return ChosenTwin(chosen, (Note("moving_twin", said),))
+
+
+def _computed(predict: MovingPrediction, robot: RobotSpec, inputs: Sequence[Inputs]) -> tuple[Array, float]:
+    """Return a robot's outputs along all trials, shape (r, o), and this process's time for them [s]."""
+    begun = time.process_time()
+    outputs = [predict([robot], item)[0] for item in inputs]  # one at a time: in this process
+    return np.concatenate(outputs), time.process_time() - begun
