@@ -46,7 +46,7 @@ CASES = [
     Case("neuroendoscope_section", "tension", (0.3, 0.05), "fkm_exact_arm", 1e-3),
     Case("neuroendoscope_section", "displacement", (1.5e-3, -1.5e-3), "CC", 2e-2),
     Case("spacer_disk", "tension", (16.0, 4.0, 0.0, 8.0), "CC_sub", 5e-3),
-    Case("chest_tube_section", "tension", (20.0,), "complete", 1e-6, ("force_tip", (0.0, 0.0, -500.0))),
+    Case("chest_tube_section", "tension", (20.0,), "complete", 1e-6, ("force_tip", (0.0, 0.0, -2000.0))),
     Case(
         "mitral_transseptal",
         "displacement",
