@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,13 @@ from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.tables import Table
 from tests.simulation.moving import HANGING, pulled, swinging
 
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        "CATHETER_SIM_MOTION" not in os.environ,
+        reason="takes minutes each; CATHETER_SIM_MOTION=1 runs it",
+    ),
+]
 COLUMNS = ("tip_x_mm", "tip_z_mm", "body_3_x_mm")
 NOISE_MM = 0.5
 ROBOT = replace(swinging(), links_per_subsegment=3, hinges="rod")
@@ -39,7 +47,6 @@ def dataset(specimen: Specimen, seconds: float = 3.0) -> Dataset:
     return Dataset(Path("."), "d", ROBOT, "r", "", "", HANGING, (), COLUMNS, tuple(trials), motion=DYNAMIC)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("cause", list(HIDDEN))
 def test_a_cause_hidden_in_motion_is_named_with_its_size(cause: str) -> None:
     """The data are a finer model's, whose damping and load are other code. It is named first: what the finer
@@ -51,7 +58,6 @@ def test_a_cause_hidden_in_motion_is_named_with_its_size(cause: str) -> None:
     assert found.causes[0].parameters[name].value == pytest.approx(true, rel=0.15)
 
 
-@pytest.mark.slow
 def test_nothing_hidden_in_motion_is_nothing_found() -> None:
     found = diagnose_dataset(dataset(PLAIN), simulation=False)
     assert found.verdict == "no_discrepancy"
