@@ -57,7 +57,7 @@ def test_what_is_chosen_keeps_the_tolerance_and_what_is_faster_does_not(coarse):
         assert all(item.position_percent > percent for item in faster)
         tied = [item for item in choice.errors if chosen.ms / TIED <= item.ms <= chosen.ms]
         assert all(not item.position_percent < chosen.position_percent for item in tied)
-        assert by_name["VC_ref_noproj"].position_percent == 0.0
+        assert by_name["VC_ref_noproj"].position_percent < 1e-10  # the reference itself, rounded otherwise
 
 
 class Clock:

@@ -114,13 +114,13 @@ def test_whole_robot_motion_is_as_in_tables_1_and_2(
 
 
 def test_the_lines_judge_and_fail(control: mitral_control.JointControl) -> None:
-    """All judged lines of a joint pass; with PK's runs in the place of TE's, they do not."""
+    """The order of the models, which is all that is judged, passes; with PK's runs for TE's it does not."""
     lines = mitral_control.joint_lines(control, "bending_proximal")
     assert all(line.passed for line in lines)
-    assert sum(line.tolerance is not None for line in lines) == 5
+    assert sum(line.tolerance is not None for line in lines) == 1
     swapped = dict(control.runs) | {"TE": control.runs["PK"], "TE+PID": control.runs["PK+PID"]}
     lines = mitral_control.joint_lines(mitral_control.JointControl(swapped), "bending_proximal")
-    assert sum(not line.passed for line in lines) >= 3
+    assert sum(not line.passed for line in lines) == 1
 
 
 def test_transseptal_servo_passes(tmp_path: Path) -> None:

@@ -35,8 +35,13 @@ def add(root: mjcf.RootElement, robot: CatheterRobot, actuation: str) -> None:
 
 
 def integration(robot: CatheterRobot, actuation: str) -> Integration:
-    """Return how it is stepped in motion: pulleys and wires are stiff springs."""
-    return Integration(IMPLICIT_SPRINGS)
+    """Return how it is stepped in motion: pulleys and wires are stiff springs.
+
+    A tube that passes through a joint, and a resistance that was measured, act by laws between two steps.
+    There the joint itself may have no spring and, no mass being printed, no inertia: they are taken for as
+    stiff as the scale of its damping. Without that the inertia of `mitral_transseptal@tube` is singular.
+    """
+    return Integration(IMPLICIT_SPRINGS, stiffening=1.0)
 
 
 def length_m(robot: CatheterRobot) -> float:

@@ -238,11 +238,14 @@ def test_full_load_is_reached_by_the_way_of_small_loads(name, force):
 
 
 def test_weight_is_carried_by_the_base():
-    """With slack tendons the base bears the robot's weight, whatever its direction."""
+    """With slack tendons the base bears the robot's weight, whatever its direction.
+
+    Of ten subsegments of 0.4 g half a one rests on the base's own disk and bends nothing.
+    """
     body = problem(benchmark(5))
     gravity = np.array([3.0, -5.0, -7.0])
     found = equilibria(body, load(body, pulled(np.zeros((1, 4))), gravity), ARC)
-    np.testing.assert_allclose(found.wrench[0, 0, :3], 4e-3 * gravity, rtol=1e-12)
+    np.testing.assert_allclose(found.wrench[0, 0, :3], 3.8e-3 * gravity, rtol=1e-12)
     assert found.p_w[0, -1, 0] > 1e-5  # it sags
 
 

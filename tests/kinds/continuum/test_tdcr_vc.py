@@ -306,12 +306,13 @@ def test_threads_share_the_rows() -> None:
 
 
 def test_weight_acts_at_the_disks() -> None:
-    """Gravity gives each disk its mass times g, all of one segment's the same."""
+    """Gravity gives each disk half of either neighbouring subsegment, of 0.2 g each; the last has one alone."""
     robot = spacer_disk()
     inputs = Inputs(np.array([1.0]), "tension", np.zeros((1, 4)), np.zeros((1, 3)), np.zeros((1, 3)))
     case = load(problem(robot), inputs, np.array([9.81, 0.0, 0.0]))
-    np.testing.assert_allclose(case.force_N[0].sum(axis=0), [4e-3 * 9.81, 0.0, 0.0], rtol=1e-12)
-    np.testing.assert_allclose(case.force_N[0], [[2e-4 * 9.81, 0.0, 0.0]] * 20, rtol=1e-12)
+    np.testing.assert_allclose(case.force_N[0].sum(axis=0), [3.9e-3 * 9.81, 0.0, 0.0], rtol=1e-12)
+    own = [[2e-4 * 9.81, 0.0, 0.0]] * 19 + [[1e-4 * 9.81, 0.0, 0.0]]
+    np.testing.assert_allclose(case.force_N[0], own, rtol=1e-12)
 
 
 def test_joint_angles_bend_the_chain_like_the_rod() -> None:
