@@ -11,8 +11,9 @@ from printed_twin import printed_twin
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import output_channels
+from catheter_sim.diagnosis.fitting import twins
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.stages import choose_causes, pose, prepare
+from catheter_sim.diagnosis.stages import choose_causes
 
 pytestmark = pytest.mark.slow
 
@@ -82,8 +83,7 @@ def test_printed_balance_is_not_mended_by_a_friction(monkeypatch):
     columns = [f"{point}_{axis}_mm" for point in ("tip", "body_4") for axis in "xz"]
     data = data_set(robot, robot.name, {}, histories, columns, solver="complete")
     twin = printed_twin(robot, columns, [trial.inputs for trial in data.trials])
-    monkeypatch.setattr(prepare, "twin_for", lambda *_: twin)
-    monkeypatch.setattr(pose, "twin_for", lambda *_: twin)
+    monkeypatch.setattr(twins, "twin_for", lambda *_: twin)
     monkeypatch.setattr(choose_causes, "candidates_for", lambda _: PRINTED_RIVALS)
     found = diagnose_dataset(data, simulation=False)
     assert (found.verdict, found.causes) == ("unexplained", ())

@@ -136,7 +136,7 @@ def distance_mm(result: Fit) -> float:
 
 
 def test_nearly_half_of_the_error_of_a_real_tentacle_has_names():
-    """Its makers' numbers leave 20 mm of 360, held out; three causes that each pay in training leave 10 mm.
+    """Its makers' numbers leave 19 mm of 360, held out; three causes that each pay in training leave 10 mm.
 
     Every shape was measured to 0.1 mm: most of what is left has no name here.
     """
@@ -146,5 +146,5 @@ def test_nearly_half_of_the_error_of_a_real_tentacle_has_names():
     for count in range(1, len(terms) + 1):
         fits.append(fit(training, terms[:count], fits[-1].values))
     assert all(pays(before, after) for before, after in itertools.pairwise(fits))
-    assert distance_mm(fits[0]) == pytest.approx(20.3, abs=0.1)  # as the README says
-    assert distance_mm(fits[-1]) == pytest.approx(10.2, abs=0.1)
+    assert distance_mm(fits[0]) == pytest.approx(18.7, abs=0.1)  # as the README says
+    assert distance_mm(fits[-1]) == pytest.approx(10.1, abs=0.1)

@@ -306,7 +306,7 @@ def test_threads_share_the_rows() -> None:
 
 
 def test_weight_acts_at_the_disks() -> None:
-    """Gravity gives each disk half of either neighbouring subsegment, of 0.2 g each; the last has one alone."""
+    """Gravity gives each disk half of either neighbouring subsegment, of 0.2 g each; the last has one."""
     robot = spacer_disk()
     inputs = Inputs(np.array([1.0]), "tension", np.zeros((1, 4)), np.zeros((1, 3)), np.zeros((1, 3)))
     case = load(problem(robot), inputs, np.array([9.81, 0.0, 0.0]))

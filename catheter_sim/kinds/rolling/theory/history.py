@@ -111,7 +111,8 @@ def ways(
         last = chain.last[: chain.pulled]
         alone = np.max([moves[:, last == end].sum(axis=1) for end in last], axis=0)
         counts = counts_where_alone(change / stiffness, arm * alone / stiffness, step_rad, alone_bend_rad)
-    steps = np.clip(counts, 1, _MAX_STEPS).astype(np.int64)
+    # Undefined where numbers are beyond a float's digits: the search then finds no balance, and says so.
+    steps = np.nan_to_num(np.clip(counts, 1, _MAX_STEPS), nan=1.0).astype(np.int64)
     return Ways(drive, force, moment, np.concatenate([[1], steps]), at_rest)
 
 
