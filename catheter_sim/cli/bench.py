@@ -24,7 +24,7 @@ of the power that fits it; to be at most 1.3.
 At last other programs beside this one, where they are installed (pip install 'catheter-sim[peers]'), on
 one rod of 20 elements that a force at its tip bends: the error against an independent reference, and the
 time of an equilibrium, of a step and of a fit; and the static models of spacer_disk beside their authors'
-program. With --peers this alone.
+program. With --peers this alone; --json without --peers leaves it out.
 
 The loops take turns, each figure is a median over the turns, and seconds are the processor's (of two
 threads the wall clock's), so that whatever else the machine does counts little. Ratios travel from
@@ -69,12 +69,13 @@ def run(options: argparse.Namespace) -> int:
             stages.say("growth of a step's cost")
             growth = measure_growth(turns=options.turns)
             speeds = [replace(item, growth=growth) if item.robot == GROWTH_ROBOT else item for item in speeds]
-        peers = []
-        for name in table.PROGRAMS:
-            stages.say(name)
-            peers.append(table.measure(name, min(options.turns, _PEER_TURNS)))
-        stages.say("static models of spacer_disk")
-        authors = tdcr_modeling.measure(options.turns)
+        peers, authors = [], []
+        if options.peers or not options.json:
+            for name in table.PROGRAMS:
+                stages.say(name)
+                peers.append(table.measure(name, min(options.turns, _PEER_TURNS)))
+            stages.say("static models of spacer_disk")
+            authors = list(tdcr_modeling.measure(options.turns))
     if options.json:
         rows = [as_dict(speed) for speed in speeds]
         rows += [{"peer": asdict(row)} for row in peers]
