@@ -197,7 +197,9 @@ def _form_lines(forms: list[dict[str, Any]]) -> Iterator[str]:
 
 def _parameter_lines(parameters: list[dict[str, Any]], given: dict[str, Any] | None = None) -> Iterator[str]:
     for item in parameters:
-        value, low, high = (float(item[key]) for key in ("no_effect", "lower", "upper"))
+        value, low, high = (
+            float("nan") if item[key] is None else float(item[key]) for key in ("no_effect", "lower", "upper")
+        )
         text = f"  {'':<24} {item['name']} = {value:.4g} ({low:.4g} to {high:.4g})"
         yield f"{text}, set: {given[item['name']]}" if given and item["name"] in given else text
 

@@ -83,10 +83,20 @@ def _resist(root: mjcf.RootElement, robot: RobotSpec, servo_lag_s: float) -> Non
     """Let pulled tendons resist in their channels, and actuators follow their controls by a lag."""
     damping = robot.dynamics.tendon_damping_N_s_per_m
     for actuator in root.find_all("actuator"):
-        if servo_lag_s > 0.0:
-            actuator.dyntype, actuator.dynprm = "filterexact", (servo_lag_s,)
         if actuator.tendon is not None and damping > 0.0:
             root.find("tendon", getattr(actuator.tendon, "name", actuator.tendon)).damping = damping
+        if servo_lag_s > 0.0:
+            _follow_by_lag(root, actuator, servo_lag_s)
+
+
+def _follow_by_lag(root: mjcf.RootElement, actuator: mjcf.Element, lag_s: float) -> None:
+    """Let an actuator follow its control by a first-order lag: MJCF gives a `motor` none, a `general` one."""
+    if actuator.tag == "general":
+        actuator.dyntype, actuator.dynprm = "filterexact", (lag_s,)
+        return
+    own = actuator.get_attributes()
+    actuator.remove()
+    root.actuator.add("general", dyntype="filterexact", dynprm=(lag_s,), **own)
 
 
 @contextmanager

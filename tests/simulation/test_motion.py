@@ -137,6 +137,25 @@ def test_a_step_is_given_what_its_inputs_are_on_average() -> None:
     assert means == pytest.approx([1.025, 2.0, 3.0, 1.5, 0.0], abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    "reference", ["neuroendoscope_section", "spacer_disk", "mitral_4dof", "notched_wrist"]
+)
+def test_actuators_of_a_built_model_follow_by_the_servos_lag(reference: str) -> None:
+    """Whatever drives a robot: each actuator in plain MuJoCo has the lag, and its name as without."""
+    lagging, plain = (
+        mujoco.MjModel.from_xml_string(
+            build_mjcf(load_robot(reference, (f"dynamics.servo_lag_s={lag}",)), motion=True)
+        )
+        for lag in (0.05, 0.0)
+    )
+    assert (lagging.actuator_dyntype == mujoco.mjtDyn.mjDYN_FILTEREXACT).all()
+    assert lagging.actuator_dynprm[:, 0] == pytest.approx(0.05)
+    assert plain.na == 0
+    names = [[model.actuator(k).name for k in range(model.nu)] for model in (lagging, plain)]
+    assert names[0] == names[1]
+    np.testing.assert_array_equal(lagging.actuator_gear, plain.actuator_gear)
+
+
 def test_a_servo_follows_by_its_time_constant() -> None:
     """After one time constant 1 - 1/e of a step has arrived; without a lag all of it, at once."""
     lag = ServoLag(0.05, 0.001, np.zeros(1))
