@@ -61,7 +61,8 @@ def test_the_state_after_the_first_half_of_a_step_is_the_engines(
 ) -> None:
     """Bent, twisted, on a mount that gives way: every array of the state agrees to rounding.
 
-    The speeds after the whole step less: stiff springs amplify what arrays of 1e-11 leave open.
+    So do the speeds after the whole step; of disks on a wire whose tendons are held by their length to 1e-6,
+    since springs a thousand times as stiff amplify what arrays of 1e-11 leave open.
     """
     model = Simulator(load_robot(reference, settings), actuation).model
     assert applies(model)
@@ -78,7 +79,8 @@ def test_the_state_after_the_first_half_of_a_step_is_the_engines(
     assert np.abs(there.ten_J).max() > 1e-4
     for data in (here, there):
         mujoco.mj_step2(model, data)
-    assert here.qvel == pytest.approx(there.qvel, rel=1e-6, abs=1e-6)
+    share = 1e-6 if (reference, actuation) == ("spacer_disk", "displacement") else 1e-8
+    assert here.qvel == pytest.approx(there.qvel, rel=share, abs=share)
 
 
 def test_the_engine_finds_the_paths_again_afterwards() -> None:
