@@ -79,6 +79,7 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
     """Yield the verdict in a sentence, then the figures behind it."""
     from catheter_sim.diagnosis.report.html import sentence
     from catheter_sim.diagnosis.report.wording import interval, rounded
+    from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY
 
     yield sentence(diagnosis)
     yield f"verdict: {diagnosis.verdict}"
@@ -90,11 +91,24 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
             f"gain {rounded(result.gain_percent, 5.0)} % (95 %: {low} to {high})"
         )
     for cause in diagnosis.causes:
-        yield f"cause: {cause.name}, {rounded(cause.gain_percent, 5.0)} % of the error before"
+        yield (
+            f"cause: {cause.name}, {rounded(cause.gain_percent, 5.0)} % of the error before, "
+            f"probability {cause.probability:.2f}"
+        )
         for name, parameter in cause.parameters.items():
             half = abs(parameter.ci95[1] - parameter.ci95[0]) / 2.0
             bounds = interval(parameter.value, parameter.ci95)
             yield f"  {name} = {rounded(parameter.value, half)} (95 %: {bounds})"
+    for cause in diagnosis.absorbs:
+        yield f"not plausible, soaks up what is missing: {cause.name}"
+    yield "probabilities: " + ", ".join(
+        f"{name} {value:.2f}"
+        for name, value in sorted(diagnosis.probabilities.items(), key=lambda item: -item[1])
+        if value >= LEAST_SHOWN_PROBABILITY
+    )
+    for unit, item in diagnosis.residual.items():
+        on = f", depends on {', '.join(item.structure)}" if item.structure else ""
+        yield f"left, held out [{unit}]: {item.times_noise:.2g} times the noise{on}"
     for group in diagnosis.indistinguishable:
         yield f"not to be told apart on these data: {', '.join(group)}"
     for name, value in diagnosis.extra.items():

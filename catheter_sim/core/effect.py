@@ -34,6 +34,8 @@ class Parameter:
         start: where a fit starts, away from `null` where the effect has no gradient there.
         inverse: fitted as 1 / value (a stiffness as a compliance), so that `null` may be infinite;
             `scale` is then a change of the inverse.
+        likely: what a robot that was built to its specification may have, in the number's unit; None: all
+            within the bounds. Beyond it a number is fitted, but its cause is not believed.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Parameter:
     scale: float
     start: float
     inverse: bool = False
+    likely: tuple[float, float] | None = None
 
     def to_fit(self, value: float) -> float:
         """Return the coordinate in which `value` is fitted."""

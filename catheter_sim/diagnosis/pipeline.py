@@ -26,6 +26,7 @@ from catheter_sim.diagnosis.stages.pose import Posed, pose
 from catheter_sim.diagnosis.stages.prepare import prepare
 from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed, replay_in_mujoco, weigh_again
 from catheter_sim.diagnosis.stages.run import Run, running
+from catheter_sim.diagnosis.stages.score_hypotheses import score_hypotheses
 from catheter_sim.diagnosis.stages.widen_intervals import widen_intervals
 from catheter_sim.effects.apply import embodied
 from catheter_sim.modelling.build import build_mjcf
@@ -96,10 +97,11 @@ def diagnose_dataset(
         faults = find_data_faults(posed, before)
         choice = choose_causes(run, posed, faults)
         settled, verdict, replayed = _settle(run, posed, before, choice, faults, simulation)
+        scores = score_hypotheses(run, posed, choice, settled, verdict)
         conclusion = conclude(run, posed, before, choice, settled, verdict, replayed)
         following = plan_next_experiment(run, posed, conclusion, simulation)
         numbers = widen_intervals(run, posed, conclusion, replayed)
-    return assemble(prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers)
+    return assemble(prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores)
 
 
 def _settle(

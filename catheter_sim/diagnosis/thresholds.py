@@ -331,6 +331,44 @@ DOUBT_NOISE = 3.0
 """[times the noise floor] An error left beyond it is told as a doubt. Why: assumed; it doubles
 `NEAR_NOISE`."""
 
+HARM_SHARE = 0.05
+"""[share of the error before] By which an error must rise to count as worse. Why: assumed; a cause that helps
+elsewhere may cost a twentieth where its form is not quite right."""
+HARM_NOISE = 1.3
+"""[times the noise floor] An error within it is not worse. Why: a right model leaves at most 1.3 times the
+floor (`NEAR_NOISE`)."""
+HARM_CHANCE = 0.01
+"""[probability] Of such a rise by chance, at most, shared among all that is looked at. Why: one diagnosis in
+a hundred may see harm where none is done."""
+
+# ---------------------------------------------------------------- how probable a cause is
+
+DISCREPANCY_PRICES = (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)
+"""[share of the rows] Prices of a smooth error's coefficients, of which the one is taken that predicts best.
+Why: from next to free to next to none, a factor of ten apart; finer steps change the prediction by little."""
+MOST_CROSSED_INPUTS = 4
+"""[inputs] Whose products a smooth error may depend on. Why: assumed; of eight inputs there are twenty-eight
+products, more than a short data set can price."""
+MOST_SURE = 0.99
+"""[probability] None is told above it, and none below the rest to one. Why: a few hundred draws are known;
+they say nothing of one error in a thousand."""
+LEAST_SHOWN_PROBABILITY = 0.05
+"""[probability] A cause below it is not in the report's table. Why: it holds what a reader may act on;
+diagnosis.json has all."""
+LOG_ODDS_OF_NAMED = (-1.5, 0.9, 0.2, -0.5, 1.0, -3.0)
+"""[1, 1/standard deviation, 1/standard deviation, 1/log, 1, 1] Weights of a settled cause's evidence
+(`probabilities.features_of_named`). Why: assumed, until they are fitted."""
+LOG_ODDS_OF_RIVALS = (-0.5, 1.0, -0.5, -3.0)
+"""[1, 1/standard deviation, 1, 1] The same of a cause that could stand in a settled one's place
+(`features_of_rival`). Why: assumed, until they are fitted."""
+LOG_ODDS_OF_OTHERS = (-3.9,)
+"""[1] Of a cause that no good hypothesis has. Why: assumed, until it is fitted."""
+LOG_ODDS_OF_OUTSIDE = (-1.0, 1.0, 0.3, 2.0, -2.0, -4.0)
+"""[1, 1/log, 1/standard deviation, 1, 1, 1] Of something outside the list (`features_of_outside`). Why:
+assumed, until they are fitted."""
+LOG_ODDS_OF_NONE = (3.0, -0.5, -6.0)
+"""[1, 1/standard deviation, 1] Of no cause (`features_of_none`). Why: assumed, until they are fitted."""
+
 # ---------------------------------------------------------------- what residuals depend on
 
 BINS = 8

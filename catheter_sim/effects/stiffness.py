@@ -8,12 +8,13 @@ from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects._places import places
 
 _SCALE = "scale"
+_LIKELY = (0.4, 2.5)  # assumed: a material's modulus is known to a third, a thickness to a quarter, cubed
 
 
 def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
     if not places(robot, Role.ELASTIC_SCALE):
         return ()
-    return (Parameter(_SCALE, null=1.0, lower=0.1, upper=10.0, scale=0.05, start=1.0),)
+    return (Parameter(_SCALE, null=1.0, lower=0.1, upper=10.0, scale=0.05, start=1.0, likely=_LIKELY),)
 
 
 def _scaled(robot: R, values: Values) -> R:

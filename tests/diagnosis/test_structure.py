@@ -7,8 +7,8 @@ import pytest
 from made_up import pulled_by
 
 from catheter_sim.diagnosis.report.result import TrialFit
-from catheter_sim.diagnosis.residuals.coordinates import turning_points
 from catheter_sim.diagnosis.residuals.structure import TESTS, _tested, structure_tests
+from catheter_sim.diagnosis.residuals.turning import turning_points
 from catheter_sim.diagnosis.thresholds import STRUCTURE_DRAWS
 from catheter_sim.tables import Table
 

@@ -54,3 +54,13 @@ def equal_stretches(trial: Trial) -> list[slice]:
     count = max(1, int((time_s[-1] - time_s[0]) / LEAST_BLOCK_S))
     ends = np.searchsorted(time_s, np.linspace(time_s[0], time_s[-1], count + 1)[1:-1])
     return [slice(int(a), int(b)) for a, b in pairwise((0, *ends, len(time_s))) if b > a]
+
+
+def trial_of(problem: Problem) -> np.ndarray:
+    """Return the index of the trial of each residual, shape (n,)."""
+    return np.concatenate(
+        [
+            np.full(int(np.isfinite(measured_of(trial, problem.columns)[:: problem.every]).sum()), index)
+            for index, trial in enumerate(problem.trials)
+        ]
+    )

@@ -25,7 +25,9 @@ from catheter_sim.diagnosis.report.rows import (
     errors_and_noise,
     extra_row,
     parameter_row,
+    probability_rows,
     ranking_row,
+    remainder_rows,
     shown_share,
     shown_unit,
     sortable,
@@ -42,7 +44,7 @@ from catheter_sim.diagnosis.report.wording import (
     words,
 )
 from catheter_sim.diagnosis.residuals.coordinates import VIEWS
-from catheter_sim.diagnosis.thresholds import SIGNIFICANT_P
+from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY, SIGNIFICANT_P
 
 _TEMPLATE = "report_template.html"
 
@@ -122,6 +124,10 @@ def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any
         "ranking_left_out": len(best) - len(shown),
         "ranking_words": _ranking_words(diagnosis),
         "causes": cause_rows(diagnosis),
+        "absorbs": listed([words(cause.name) for cause in diagnosis.absorbs]),
+        "probabilities": probability_rows(diagnosis),
+        "least_probability": f"{LEAST_SHOWN_PROBABILITY:g}",
+        "remainder": remainder_rows(diagnosis),
         "calibrated": [parameter_row(name, item) for name, item in diagnosis.calibrated.items()],
         "indistinguishable": [
             listed([words(name) for name in group]) for group in diagnosis.indistinguishable

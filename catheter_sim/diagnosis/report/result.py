@@ -12,10 +12,15 @@ from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.thresholds import SIGNIFICANT_P
 from catheter_sim.tables import Array, Table
 
-CAUSE_FOUND, DATA_SUSPECT = "cause_found", "data_suspect"
+CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = (
+    "cause_found",
+    "no_discrepancy",
+    "unexplained",
+    "data_suspect",
+)
 
 
-VERDICTS = (CAUSE_FOUND, "no_discrepancy", "unexplained", DATA_SUSPECT)
+VERDICTS = (CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT)
 
 
 NEXT_EXPERIMENT_FILE = "next_experiment.csv"
@@ -40,6 +45,9 @@ class Cause:
         gain_percent: this cause's share of the held-out gain [% of the error before].
         form: in which of its forms it acts.
         forms_as_good: others of its forms that explain the training data as well.
+        probability: that it is at work; NaN: not worked out.
+        plausible: False where one of its numbers stands at a bound or beyond what its specification makes
+            likely.
     """
 
     name: str
@@ -47,6 +55,8 @@ class Cause:
     gain_percent: float
     form: str = ""
     forms_as_good: tuple[str, ...] = ()
+    probability: float = float("nan")
+    plausible: bool = True
 
 
 @dataclass(frozen=True)
@@ -85,6 +95,20 @@ class UnitResult:
     gain_percent: float
     gain_percent_ci95: tuple[float, float]
     chance: float = 0.0
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What the reported model leaves of one unit's error.
+
+    Attributes:
+        times_noise: held-out root mean square error over the noise floor.
+        structure: names of the tests (`structure.TESTS`) that find it to depend on something,
+            strongest first.
+    """
+
+    times_noise: float
+    structure: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -200,6 +224,11 @@ class Diagnosis:
         data_faults: what looks wrong with the data; not empty where the verdict is "data_suspect".
         registration: how measured positions were moved into the base frame (`registration.document`).
         chosen_in_training: the causes chosen before the held-out data were looked at.
+        absorbs: causes whose numbers are not plausible: by them the fit soaks up what is missing.
+        probabilities: that each cause is at work, by name, and "none" and "outside"
+            (`verdict.probabilities`).
+        evidence: what they were worked out from.
+        residual: what the reported model leaves, by unit.
     """
 
     dataset: Dataset
@@ -219,6 +248,10 @@ class Diagnosis:
     data_faults: tuple[DataFault, ...] = ()
     registration: Mapping[str, Any] = field(default_factory=dict)
     chosen_in_training: tuple[str, ...] = ()
+    absorbs: tuple[Cause, ...] = ()
+    probabilities: Mapping[str, float] = field(default_factory=dict)
+    evidence: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    residual: Mapping[str, Remainder] = field(default_factory=dict)
 
     @property
     def headline(self) -> UnitResult:

@@ -31,6 +31,7 @@ from catheter_sim.diagnosis.report.wording import (
 )
 from catheter_sim.diagnosis.residuals.coordinates import STAGES
 from catheter_sim.diagnosis.residuals.structure import TESTS
+from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY
 from catheter_sim.effects import EFFECTS
 
 
@@ -93,6 +94,29 @@ def cause_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
             "parameters": [parameter_row(name, item) for name, item in cause.parameters.items()],
         }
         for cause in diagnosis.causes
+    ]
+
+
+def probability_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Return what is probably at work, most probable first."""
+    names = {"none": "no cause", "outside": "something outside the list"}
+    return [
+        {"name": names.get(name, words(name)), "value": f"{value:.2f}"}
+        for name, value in sorted(diagnosis.probabilities.items(), key=lambda item: -item[1])
+        if value >= LEAST_SHOWN_PROBABILITY
+    ]
+
+
+def remainder_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Return what the reported model leaves of each unit's error."""
+    return [
+        {
+            "unit": f" [{shown_unit(unit)}]" if shown_unit(unit) else "",
+            "times": f"{item.times_noise:.2g}",
+            "on": f", and depends on {listed(on)}" if on else "",
+        }
+        for unit, item in diagnosis.residual.items()
+        for on in [[TESTS[name] for name in item.structure]]
     ]
 
 

@@ -7,10 +7,16 @@ Undefined never passes a check.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from catheter_sim.diagnosis.report.result import NEXT_EXPERIMENT_FILE, Diagnosis, FittedParameter, UnitResult
+from catheter_sim.diagnosis.report.result import (
+    NEXT_EXPERIMENT_FILE,
+    Cause,
+    Diagnosis,
+    FittedParameter,
+    UnitResult,
+)
 
 
 def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -27,7 +33,10 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         "noise_floor": head.noise_floor,
         "heldout": _heldout(head),
-        "causes": _causes(diagnosis),
+        "causes": _causes(diagnosis.causes),
+        "absorbs": _causes(diagnosis.absorbs),
+        "probabilities": dict(diagnosis.probabilities),
+        "evidence": {name: dict(numbers) for name, numbers in diagnosis.evidence.items()},
         "ranking": _ranking(diagnosis),
         "indistinguishable": [list(group) for group in diagnosis.indistinguishable],
         "suspicions": [
@@ -48,6 +57,10 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "notes": [note.text for note in diagnosis.notes],
         "extra": dict(diagnosis.extra),
         "calibrated": _parameters(diagnosis.calibrated),
+        "residual": {
+            unit: {"times_noise": item.times_noise, "of": "held-out", "structure": list(item.structure)}
+            for unit, item in diagnosis.residual.items()
+        },
         "residual_tests": _residual_tests(diagnosis),
     }
     undefined: dict[str, str] = {}
@@ -57,7 +70,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
     return finite
 
 
-def _causes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+def _causes(causes: Sequence[Cause]) -> list[dict[str, Any]]:
     return [
         {
             "name": cause.name,
@@ -65,8 +78,10 @@ def _causes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
             "gain_percent": cause.gain_percent,
             "form": cause.form,
             "forms_as_good": list(cause.forms_as_good),
+            "probability": cause.probability,
+            "plausible": cause.plausible,
         }
-        for cause in diagnosis.causes
+        for cause in causes
     ]
 
 

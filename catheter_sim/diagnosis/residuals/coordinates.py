@@ -15,7 +15,8 @@ from catheter_sim.core.drive import Drive, Quantity
 from catheter_sim.diagnosis.data.cycles import cycles
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.report.result import TrialFit
-from catheter_sim.diagnosis.thresholds import FEWEST_BLOCKS, REVERSAL_SHARE
+from catheter_sim.diagnosis.residuals.turning import turning_points
+from catheter_sim.diagnosis.thresholds import FEWEST_BLOCKS
 from catheter_sim.tables import Array
 
 STAGES = ("before", "after")
@@ -95,34 +96,6 @@ def fits_to_judge(dataset: Dataset, fits: Sequence[TrialFit]) -> tuple[TrialFit,
         measured = np.any([np.isfinite(values) for values in fit.measured.columns.values()], axis=0)
         count += sum(bool(measured[part].any()) for part in cycles(trial))
     return heldout if count >= FEWEST_BLOCKS else tuple(fits)
-
-
-def turning_points(values: Array) -> tuple[Array, Array]:
-    """Return the direction of motion (-1, 1) and the signed way since the last turning point.
-
-    Moves back by less than 2 % of the range are no turning point. Both have the shape of `values`;
-    the way has its unit. At the very start the direction is that of the first true move.
-    """
-    least = REVERSAL_SHARE * float(np.ptp(values)) if len(values) else 0.0
-    direction = np.zeros(len(values))
-    way = np.zeros(len(values))
-    sign, turn, extreme = 0.0, 0, 0
-    for row, value in enumerate(values):
-        if sign == 0.0:
-            if abs(value - values[0]) > least:
-                sign = float(np.sign(value - values[0]))
-                direction[:row] = sign
-                extreme = row
-        elif sign * (value - values[extreme]) >= 0.0:
-            extreme = row
-        elif sign * (values[extreme] - value) > least:
-            turn, sign = extreme, -sign
-            direction[turn + 1 : row] = sign
-            way[turn + 1 : row] = values[turn + 1 : row] - values[turn]
-            extreme = row
-        direction[row] = sign
-        way[row] = value - values[turn]
-    return direction, way
 
 
 def _coordinates(dataset: Dataset, trial: Trial, fit: TrialFit, column: str) -> dict[str, dict[str, Array]]:

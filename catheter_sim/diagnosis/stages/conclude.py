@@ -9,6 +9,7 @@ from catheter_sim.diagnosis.base_frame.registration import registration_notes
 from catheter_sim.diagnosis.causes.choose import equals_of
 from catheter_sim.diagnosis.causes.comparison import rival_groups
 from catheter_sim.diagnosis.causes.heldout_choice import also_equal_on_heldout, heldout_choice_note
+from catheter_sim.diagnosis.causes.plausible import implausible_notes, parted
 from catheter_sim.diagnosis.causes.weighing import weighing_notes
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.notes import Note
@@ -22,6 +23,7 @@ from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed
 from catheter_sim.diagnosis.stages.run import Run
 from catheter_sim.diagnosis.verdict.agreement import agreement_with_simulation
 from catheter_sim.diagnosis.verdict.further_numbers import doubts, further_numbers
+from catheter_sim.diagnosis.verdict.harm import harm_note
 from catheter_sim.diagnosis.verdict.heldout_figures import trial_fits
 from catheter_sim.diagnosis.verdict.rules import most_error_remains, remainder_note
 
@@ -34,6 +36,7 @@ class Conclusion:
         fit: the reported hypothesis.
         by_unit: its held-out figures.
         causes: its causes with their shares of the gain; (): none is named.
+        absorbs: causes by whose numbers the best hypothesis soaks up what is missing; none of them is named.
         equals: hypotheses that do as well, another effect in the place of one of its causes.
         groups: names of effects that these data cannot tell apart, the named one first.
         fits: every trial, computed before and by this hypothesis.
@@ -46,6 +49,7 @@ class Conclusion:
     fit: Fit
     by_unit: Mapping[str, UnitResult]
     causes: tuple[Cause, ...]
+    absorbs: tuple[Cause, ...]
     equals: tuple[Fit, ...]
     groups: tuple[tuple[str, ...], ...]
     fits: tuple[TrialFit, ...]
@@ -66,7 +70,8 @@ def conclude(
 ) -> Conclusion:
     """Return what is reported: the settled hypothesis if its causes are named, else the calibrated model."""
     shown, fits, structure = verdict.shown, verdict.fits, dict(verdict.structure)
-    by_unit, causes = settled.weighed.by_unit, settled.weighed.causes
+    by_unit = settled.weighed.by_unit
+    causes, absorbs = parted(settled.weighed.causes, settled.weighed.after)
     if not verdict.names_causes:
         by_unit, causes = settled.scales.held_out(shown), ()
         trials = (*posed.train.trials, *posed.heldout.trials)
@@ -95,6 +100,7 @@ def conclude(
         fit=shown,
         by_unit=dict(by_unit),
         causes=causes,
+        absorbs=absorbs,
         equals=equals,
         groups=rival_groups(shown, equals),
         fits=fits,
@@ -124,6 +130,9 @@ def _notes_on_causes(choice: Choice, settled: Settled, verdict: Verdict, replaye
         notes.append(heldout_choice_note(choice.fit, weighed.after))
     if weighed.after.terms and (verdict.remainder is not None or most_error_remains(result)):
         notes.append(remainder_note(weighed.after, result, verdict.remainder))
+    if weighed.after.terms and verdict.harms and not verdict.names_causes:
+        notes.append(harm_note(weighed.after, verdict.harms))
+    notes += implausible_notes(weighed.after)
     if verdict.names_causes:
         notes += weighing_notes(weighed, replayed.shift)
     return notes

@@ -13,6 +13,7 @@ from catheter_sim.diagnosis.stages.calibrate import Calibrated
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
 from catheter_sim.diagnosis.stages.find_data_faults import Faults
 from catheter_sim.diagnosis.stages.pose import Posed
+from catheter_sim.diagnosis.verdict.harm import Harm, harms
 from catheter_sim.diagnosis.verdict.heldout_figures import trial_fits
 from catheter_sim.diagnosis.verdict.rules import structured_remainder, verdict_of
 
@@ -27,6 +28,7 @@ class Verdict:
         fits: every trial, computed before and with the causes, named or not.
         structure: tests of the residuals, by stage ("before", "after").
         remainder: on what the error that is left depends; None: on nothing, or it is small.
+        harms: what the causes make worse on the held-out trials, worst first.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Verdict:
     fits: tuple[TrialFit, ...]
     structure: Mapping[str, tuple[StructureTest, ...]]
     remainder: StructureTest | None
+    harms: tuple[Harm, ...] = ()
 
     @property
     def names_causes(self) -> bool:
@@ -48,8 +51,11 @@ def judge(posed: Posed, before: Calibrated, settled: Settled, faults: Faults) ->
     fits = trial_fits(posed.train, trials, before.fit, weighed.after)
     structure = {stage: structure_tests(posed.dataset, fits, unit, stage) for stage in STAGES}
     remainder = structured_remainder(weighed.by_unit[unit], structure["after"], len(weighed.after.terms))
+    harmed = harms(posed.heldout, before.fit, weighed.after, settled.scales.noise)
     name = DATA_SUSPECT
     if not faults.found:
-        name = verdict_of(posed.train, before.fit, weighed.after, weighed.by_unit, unit, remainder)
+        name = verdict_of(
+            posed.train, before.fit, weighed.after, weighed.by_unit, unit, remainder, bool(harmed)
+        )
     shown = weighed.after if name == CAUSE_FOUND else before.fit
-    return Verdict(name, shown, fits, structure, remainder)
+    return Verdict(name, shown, fits, structure, remainder, harmed)

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from catheter_sim.diagnosis.causes.plausible import implausible
 from catheter_sim.diagnosis.fitting.evidence import residual_series
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.noise import is_white
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.notes import Note
-from catheter_sim.diagnosis.report.result import StructureTest, UnitResult
+from catheter_sim.diagnosis.report.result import (
+    CAUSE_FOUND,
+    NO_DISCREPANCY,
+    UNEXPLAINED,
+    StructureTest,
+    UnitResult,
+)
 from catheter_sim.diagnosis.residuals.structure import TESTS
 from catheter_sim.diagnosis.thresholds import (
     GAIN_CHANCE,
@@ -31,21 +38,24 @@ def verdict_of(
     by_unit: Mapping[str, UnitResult],
     unit: str,
     left: StructureTest | None,
+    harmful: bool = False,
 ) -> str:
     """Return the verdict.
 
     A cause is found where causes were chosen on the training trials, the error on the held-out ones falls, in
     at least one unit, by more than chance and on other trials too (`gains_surely`), and the error left in
     `unit` speaks for the causes: it is near the noise, or it depends on nothing (`structured_remainder`) and
-    is not most of the error (`most_error_remains`). Otherwise there is no discrepancy if the calibrated
-    model's residuals are near the noise.
+    is not most of the error (`most_error_remains`). None is found where all that were chosen are implausible
+    (`causes.plausible`), or where they make something worse (`harmful`; `verdict.harm`). Otherwise there is
+    no discrepancy if the calibrated model's residuals are near the noise.
     """
     gains = any(gains_surely(item) for item in by_unit.values())
-    if after.terms and left is None and not most_error_remains(by_unit[unit]) and gains:
-        return "cause_found"
+    believed = set(after.causes) - set(implausible(after))
+    if believed and left is None and not harmful and not most_error_remains(by_unit[unit]) and gains:
+        return CAUSE_FOUND
     times = max(result.rmse_before / max(result.noise_floor, 1e-12) for result in by_unit.values())
     white = all(is_white(series) for series in residual_series(problem, before).values())
-    return "no_discrepancy" if times <= (ROUGH_NOISE if white else NEAR_NOISE) else "unexplained"
+    return NO_DISCREPANCY if times <= (ROUGH_NOISE if white else NEAR_NOISE) else UNEXPLAINED
 
 
 def gains_surely(result: UnitResult) -> bool:

@@ -1,0 +1,53 @@
+"""Whether a cause's fitted numbers are likely at all: a fit also uses causes to soak up what is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from catheter_sim.core.effect import Parameter
+from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.notes import Note
+from catheter_sim.diagnosis.report.result import Cause
+
+
+def implausible(result: Fit) -> dict[str, tuple[str, ...]]:
+    """Return the numbers that are not likely, by cause; a cause all of whose numbers are is not in it.
+
+    A number is not if it stands at a bound that is not the value that does nothing, or beyond what is likely
+    of a robot that was built to its specification (`Parameter.likely`).
+    """
+    found: dict[str, tuple[str, ...]] = {}
+    for fitted, held in zip(result.numbers, result.held, strict=True):
+        value = result.values[fitted.key]
+        bound = held and value != fitted.parameter.null
+        if fitted.effect and (bound or not _likely(fitted.parameter, value)):
+            found[fitted.effect] = (*found.get(fitted.effect, ()), fitted.parameter.name)
+    return found
+
+
+def parted(causes: Sequence[Cause], result: Fit) -> tuple[tuple[Cause, ...], tuple[Cause, ...]]:
+    """Return the causes that are plausible, and those by which a fit soaks up what is missing."""
+    not_likely = implausible(result)
+    marked = [replace(cause, plausible=cause.name not in not_likely) for cause in causes]
+    return tuple(item for item in marked if item.plausible), tuple(
+        item for item in marked if not item.plausible
+    )
+
+
+def implausible_notes(result: Fit) -> list[Note]:
+    """Return what to say of causes that are not plausible."""
+    return [
+        Note(
+            "not_plausible",
+            f"{name.replace('_', ' ')} lowers the error, but {', '.join(numbers)} "
+            f"{'stands' if len(numbers) == 1 else 'stand'} at a bound or beyond what its specification makes "
+            "likely: it soaks up something that is missing, and is not named.",
+        )
+        for name, numbers in implausible(result).items()
+    ]
+
+
+def _likely(parameter: Parameter, value: float) -> bool:
+    low, high = parameter.likely or (parameter.lower, parameter.upper)
+    return low <= value <= high

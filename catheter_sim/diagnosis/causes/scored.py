@@ -1,0 +1,94 @@
+"""What every set of causes that was fitted predicts for rows that it was not fitted to.
+
+One hypothesis against another is judged on stretches, not on rows: rows of one stretch err together. The
+measure is the sum of the stretches' falls of squared errors over the root of the sum of their squares. If
+neither hypothesis were the better one, each stretch's fall would be as probable the other way round, and the
+measure has mean 0 and variance 1 whatever the errors are distributed like (a sign test with sizes).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.causes.choose import Selection
+from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
+from catheter_sim.diagnosis.fitting.residuals import residuals
+from catheter_sim.diagnosis.fitting.stretches import blocks_of
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A fitted hypothesis with what it does on rows that it was not fitted to.
+
+    Attributes:
+        fit: to the rows that causes were chosen by; has the residuals of the stretches left out of it.
+        heldout: residuals of the held-out trials, in weights, gross ones tempered, shape (n,).
+        heldout_block: which stretch each of them belongs to, shape (n,).
+    """
+
+    fit: Fit
+    heldout: Array
+    heldout_block: np.ndarray
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Return the hypothesis's causes, in order of their names."""
+        return tuple(sorted(self.fit.causes))
+
+    @property
+    def squares(self) -> Array:
+        """Return the sum of squared errors of every stretch, the training's and the held-out ones', (b,)."""
+        return np.concatenate(
+            [
+                stretch_sums(self.fit.block, self.fit.left_out),
+                stretch_sums(self.heldout_block, self.heldout),
+            ]
+        )
+
+
+def scored(problem: Problem, test: Problem, selection: Selection, named: Fit) -> tuple[Scored, ...]:
+    """Return every set of causes that was fitted, with what it predicts.
+
+    Of several variants of a set (one value, or one per channel) the one that the cross-validation prefers
+    stands for it; for the chosen set the chosen variant.
+
+    Args:
+        problem: the training trials.
+        test: the held-out trials.
+        selection: what was tried.
+        named: the hypothesis of the verdict; where causes were taken out of the chosen set, it may not be
+            among those that were tried, and is then fitted to the stretches left out too.
+    """
+    best: dict[tuple[str, ...], Fit] = {}
+    for item in (selection.null, *selection.singles, *selection.tried, *selection.path):
+        names = tuple(sorted(item.causes))
+        if names not in best or item.cross_validated_rms < best[names].cross_validated_rms:
+            best[names] = item
+    best[tuple(sorted(selection.chosen.causes))] = selection.chosen
+    if named.terms and tuple(sorted(named.causes)) not in best:
+        best[tuple(sorted(named.causes))] = fit(with_fewer_rows(problem), named.terms, named.values)
+    block = blocks_of(test)
+    return tuple(
+        Scored(item, residuals(test, item.numbers, item.x[None])[0], block) for item in best.values()
+    )
+
+
+def stretch_sums(block: np.ndarray, residual: Array) -> Array:
+    """Return the sum of squares of each stretch, shape (b,)."""
+    labels = np.unique(block, return_inverse=True)[1]
+    return np.bincount(labels, weights=residual**2).astype(float)
+
+
+def surety(worse: Array, better: Array) -> float:
+    """Return how surely squared errors fall from one hypothesis to another, in standard deviations of chance.
+
+    Args:
+        worse, better: sums of squared errors by stretch, shape (b,).
+    """
+    fall = worse - better
+    size = float(np.sqrt((fall**2).sum()))
+    return float(fall.sum()) / size if size > 0.0 else 0.0
