@@ -346,6 +346,9 @@ a hundred may see harm where none is done."""
 DISCREPANCY_PRICES = (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)
 """[share of the rows] Prices of a smooth error's coefficients, of which the one is taken that predicts best.
 Why: from next to free to next to none, a factor of ten apart; finer steps change the prediction by little."""
+DISCREPANCY_SURE = 2.0
+"""[standard deviations of chance] By which a smooth error must do better than none, on stretches left out, to
+be believed. Why: two of them, as for a cause (`PAYS_CHANCE`); of noise alone it then predicts nothing."""
 MOST_CROSSED_INPUTS = 4
 """[inputs] Whose products a smooth error may depend on. Why: assumed; of eight inputs there are twenty-eight
 products, more than a short data set can price."""

@@ -25,6 +25,7 @@ from catheter_sim.diagnosis.report.result import (
     Diagnosis,
     FittedParameter,
     NextExperiment,
+    Remainder,
     TrialFit,
     UnitResult,
 )
@@ -84,8 +85,9 @@ def made_up(verdict: str = "cause_found", **changes: Any) -> Diagnosis:
             80.1,
             "play",
             ("joint_play",),
+            probability=0.93,
         ),
-        Cause("tendon_friction", {"mu": FittedParameter(0.31, (-0.02, 0.64), 0.0)}, 5.1),
+        Cause("tendon_friction", {"mu": FittedParameter(0.31, (-0.02, 0.64), 0.0)}, 5.1, probability=0.6),
     )
     result = Diagnosis(
         dataset=dataset,
@@ -109,6 +111,11 @@ def made_up(verdict: str = "cause_found", **changes: Any) -> Diagnosis:
         fits=(fit_train, fit_heldout),
         notes=(Note("noise", "Noise was estimated from <one> repeat."),),
         extra={"tip_rmse_aligned_after_mm": 0.85},
+        absorbs=(
+            Cause("stiffness", {"scale": FittedParameter(10.0, (9.0, 10.0), 1.0)}, 2.0, plausible=False),
+        ),
+        probabilities={"backlash": 0.93, "tendon_friction": 0.6, "twist": 0.01, "none": 0.01, "outside": 0.2},
+        residual={"mm": Remainder(18.0, ("direction",)), "deg": Remainder(1.0, ())},
     )
     return replace(result, **changes)
 
@@ -165,7 +172,12 @@ def test_json_keeps_the_contract() -> None:
         "gain_percent": 80.1,
         "form": "play",
         "forms_as_good": ["joint_play"],
+        "probability": 0.93,
+        "plausible": True,
     }
+    assert [(cause["name"], cause["plausible"]) for cause in document["absorbs"]] == [("stiffness", False)]
+    assert document["probabilities"]["outside"] == 0.2
+    assert document["residual"]["mm"] == {"times_noise": 18.0, "of": "held-out", "structure": ["direction"]}
     assert document["ranking"][0]["causes"] == ["backlash", "tendon_friction"]
     assert document["ranking"][0]["heldout_rmse"] == 0.9
     assert document["indistinguishable"] == [["stiffness", "actuation_gain"]]
@@ -178,7 +190,7 @@ def test_undefined_numbers_are_null_with_a_reason() -> None:
     """What is not finite is null, and the document says which and why; the text is strict JSON."""
     document = to_json(made_up())
     assert document["ranking"][1]["cross_validated_rmse"] is None
-    assert list(document["undefined"]) == ["ranking.1.cross_validated_rmse"]
+    assert list(document["undefined"]) == ["absorbs.0.probability", "ranking.1.cross_validated_rmse"]
     open_ended = Cause("axial_compression", {"stiffness_N_per_mm": FittedParameter(9.0, (7.0, np.inf))}, 1.0)
     reasons = to_json(made_up(causes=(open_ended,)))["undefined"]
     assert reasons["causes.0.parameters.stiffness_N_per_mm.ci95.1"].startswith("infinite")

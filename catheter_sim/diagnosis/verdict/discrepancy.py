@@ -16,12 +16,13 @@ import numpy as np
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.causes.scored import stretch_sums, surety
 from catheter_sim.diagnosis.data.trials import all_inputs, measured_of
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.residuals import column_of
 from catheter_sim.diagnosis.fitting.stretches import fold_of
 from catheter_sim.diagnosis.residuals.turning import turning_points
-from catheter_sim.diagnosis.thresholds import DISCREPANCY_PRICES, MOST_CROSSED_INPUTS
+from catheter_sim.diagnosis.thresholds import DISCREPANCY_PRICES, DISCREPANCY_SURE, MOST_CROSSED_INPUTS
 
 
 def explained(train: Problem, residual: Array, block: np.ndarray, test: Problem) -> Array:
@@ -48,22 +49,23 @@ def explained(train: Problem, residual: Array, block: np.ndarray, test: Problem)
         mine, others = column == index, other_column == index
         if not mine.any() or not others.any():
             continue
-        weights = _ridge(here[mine], residual[mine], fold_of(block[mine]))
+        weights = _ridge(here[mine], residual[mine], block[mine])
         found[others] = there[others] @ weights
     return found
 
 
-def _ridge(basis: Array, values: Array, fold: np.ndarray) -> Array:
-    """Return the coefficients whose price does best on folds left out; none at all if that does better."""
-    cost = dict.fromkeys(DISCREPANCY_PRICES, 0.0)
+def _ridge(basis: Array, values: Array, block: np.ndarray) -> Array:
+    """Return the coefficients whose price does best on stretches left out; none if that may be chance."""
+    fold = fold_of(block)
+    left = {price: values.copy() for price in DISCREPANCY_PRICES}
     for left_out in np.unique(fold):
-        kept = fold != left_out
-        if not kept.any():
-            continue
-        for price, weights in _solved(basis[kept], values[kept]).items():
-            cost[price] += float(((values[~kept] - basis[~kept] @ weights) ** 2).sum())
-    price = min(cost, key=lambda item: cost[item])
-    if cost[price] >= float(values @ values):
+        away = fold == left_out
+        if away.all():
+            return np.zeros(basis.shape[1])
+        for price, weights in _solved(basis[~away], values[~away]).items():
+            left[price][away] -= basis[away] @ weights
+    price = min(left, key=lambda item: float(left[item] @ left[item]))
+    if surety(stretch_sums(block, values), stretch_sums(block, left[price])) < DISCREPANCY_SURE:
         return np.zeros(basis.shape[1])
     return _solved(basis, values)[price]
 

@@ -121,6 +121,24 @@ def as_numbers(found: Evidence) -> dict[str, dict[str, float]]:
     return {**causes, "all": whole}
 
 
+def from_numbers(document: Mapping[str, Mapping[str, float]]) -> Evidence:
+    """Return the evidence of which `as_numbers` made a document."""
+    whole = document["all"]
+    causes = {
+        name: CauseEvidence(bool(item["named"]), item["over_others"], item["over_unknown"])
+        for name, item in document.items()
+        if name != "all"
+    }
+    return Evidence(
+        causes,
+        whole["over_none"],
+        int(whole["sets_tried"]),
+        whole["times_noise"],
+        whole["unknown"],
+        whole["unknown_share"],
+    )
+
+
 def _cost(item: Scored) -> float:
     return float(item.squares.sum())
 
