@@ -1,0 +1,143 @@
+"""Fit how much each number counts for a cause's probability, to finished draws of a bench of hidden effects.
+
+    python scripts/calibrate_probabilities.py results/tuning_1 results/tuning_2
+
+Each folder is one that a bench wrote: answers/ holds what was hidden, found/ what was diagnosed. Printed are
+the weights of `diagnosis/thresholds.py` (LOG_ODDS_OF_...), fitted by logistic regression with a penalty on
+every weight but the first, and how well the probabilities promise: Brier score, and of each bin of answers
+the mean promise and the share that was right, each draw predicted by weights fitted without it (ten folds). Draws
+of which the accuracy is to be told must not be among them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from catheter_sim.blind_bench.folders import read_json
+from catheter_sim.diagnosis.report.result import DATA_SUSPECT
+from catheter_sim.diagnosis.verdict.evidence import Evidence, from_numbers
+from catheter_sim.diagnosis.verdict.probabilities import (
+    features_of_named,
+    features_of_none,
+    features_of_outside,
+    features_of_rival,
+)
+from catheter_sim.effects import EFFECTS
+from catheter_sim.tables import Array
+
+PENALTY = 0.05  # of a weight's square: as much as a few answers say
+FOLDS = 10
+Features = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One answer: its kind, the draw, what speaks for it, and whether it is true."""
+
+    kind: str
+    draw: int
+    features: Features
+    true: bool
+
+
+def main() -> int:
+    """Print the weights and how well they promise; return the exit status."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folders", nargs="+", metavar="DIR", help="that a bench wrote")
+    options = parser.parse_args()
+    rows: list[Row] = []
+    for folder in options.folders:
+        found = list(rows_of(Path(folder), start=len({row.draw for row in rows})))
+        if not found:
+            print(f"calibrate_probabilities: error: {folder}: holds no finished draws", file=sys.stderr)
+            return 2
+        rows += found
+    promised: list[Array] = []
+    for kind in dict.fromkeys(row.kind for row in rows):
+        mine = [row for row in rows if row.kind == kind]
+        basis = np.array([row.features for row in mine])
+        true = np.array([row.true for row in mine], dtype=float)
+        weights = fitted(basis, true)
+        print(f"LOG_ODDS_OF_{kind.upper()} = ({', '.join(f'{value:.2f}' for value in weights)},)")
+        print(f"    {len(mine)} answers, {int(true.sum())} true")
+        draws = np.array([row.draw for row in mine])
+        promise = np.zeros(len(mine))
+        for fold in range(FOLDS):
+            left_out = draws % FOLDS == fold
+            if left_out.any() and not left_out.all():
+                promise[left_out] = chance(basis[left_out] @ fitted(basis[~left_out], true[~left_out]))
+        promised.append(np.stack([promise, true], axis=1))
+    print(reliability(np.concatenate(promised)))
+    return 0
+
+
+def rows_of(folder: Path, start: int) -> Sequence[Row]:
+    """Return every answer of a bench's finished draws."""
+    rows: list[Row] = []
+    for number, path in enumerate(sorted((folder / "answers").glob("*/answer.json"))):
+        found = read_json(folder / "found" / path.parent.name / "diagnosis.json")
+        answer = read_json(path)
+        if found is None or answer is None or found["verdict"] == DATA_SUSPECT or not found.get("evidence"):
+            continue
+        true = set(answer["effects"])
+        rows += _rows(from_numbers(found["evidence"]), found["verdict"], true, answer, start + number)
+    return rows
+
+
+def _rows(found: Evidence, verdict: str, true: set[str], answer: dict[str, Any], draw: int) -> list[Row]:
+    rows = []
+    for name in EFFECTS:
+        item = found.causes.get(name)
+        if item is None:
+            rows.append(Row("others", draw, (1.0,), name in true))
+        elif item.named:
+            rows.append(Row("named", draw, features_of_named(item, found, verdict), name in true))
+        else:
+            rows.append(Row("rivals", draw, features_of_rival(item, found, verdict), name in true))
+    rows.append(Row("outside", draw, features_of_outside(found, verdict), bool(answer["outside"])))
+    nothing = not true and not answer["outside"]
+    rows.append(Row("none", draw, features_of_none(found, verdict), nothing))
+    return rows
+
+
+def fitted(basis: Array, true: Array) -> Array:
+    """Return the weights of the least penalised logistic loss, shape (f,)."""
+
+    def loss(weights: Array) -> tuple[float, Array]:
+        log_odds = basis @ weights
+        size = float(np.logaddexp(0.0, log_odds).sum() - true @ log_odds)
+        slope = basis.T @ (chance(log_odds) - true)
+        penalised = np.concatenate([[0.0], weights[1:]])
+        return size + PENALTY * float(penalised @ penalised), slope + 2.0 * PENALTY * penalised
+
+    return np.asarray(minimize(loss, np.zeros(basis.shape[1]), jac=True, method="L-BFGS-B").x)
+
+
+def chance(log_odds: Array) -> Array:
+    """Return probabilities of log odds."""
+    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(log_odds, -30.0, 30.0))))
+
+
+def reliability(answers: Array, form: Callable[[float], str] = "{:.2f}".format) -> str:
+    """Return the Brier score, and the promise and the truth of each bin of answers, as text."""
+    lines = [f"Brier score {np.mean((answers[:, 0] - answers[:, 1]) ** 2):.4f} of {len(answers)} answers"]
+    for low in np.arange(0.0, 1.0, 0.1):
+        mine = answers[(answers[:, 0] >= low) & (answers[:, 0] < low + 0.1 + (low > 0.85))]
+        if len(mine):
+            promise, right = mine.mean(axis=0)
+            lines.append(f"{len(mine):6d} answers: promised {form(promise)}, true {form(right)}")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
