@@ -5,8 +5,8 @@
 Each folder is one that a bench wrote: answers/ holds what was hidden, found/ what was diagnosed. Printed are
 the weights of `diagnosis/thresholds.py` (LOG_ODDS_OF_...), fitted by logistic regression with a penalty on
 every weight but the first, and how well the probabilities promise: Brier score, and of each bin of answers
-the mean promise and the share that was right, each draw predicted by weights fitted without it (ten folds). Draws
-of which the accuracy is to be told must not be among them.
+the mean promise and the share that was right, each draw predicted by weights fitted without it (ten folds).
+Draws of which the accuracy is to be told must not be among them.
 """
 
 from __future__ import annotations

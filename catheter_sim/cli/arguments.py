@@ -118,6 +118,14 @@ def whole_number(lower: int, upper: int) -> Callable[[str], int]:
     return read
 
 
+def positive_number(text: str) -> float:
+    """Return the finite number above zero that `text` states; an argparse type."""
+    value = number(text)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError(f"{cut(text, 60)!r}: a number above 0 is needed")
+    return value
+
+
 def number(text: str) -> float:
     """Return the finite number that `text` states; an argparse type."""
     try:

@@ -29,7 +29,10 @@ Standard error says what is being done, with the time since the start.
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from catheter_sim.cli import arguments
@@ -56,11 +59,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="",
         help="scheduler of a Dask cluster to fit on, tcp://host:8786 say; needs the extra 'dask'",
     )
+    parser.add_argument(
+        "--since",
+        metavar="OLD",
+        default="",
+        help="an earlier data set of the same robot: say what changed since then, and nothing else",
+    )
+    parser.add_argument(
+        "--budget",
+        metavar="SECONDS",
+        type=arguments.positive_number,
+        default=math.inf,
+        help="time after which the search for causes ends with the best so far; default: none",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Diagnose, then print the verdict and its figures."""
     folder = check_output_folder(options.output)
+    if options.since:
+        return _run_since(options, folder)
     from catheter_sim.diagnosis.pipeline import diagnose
 
     diagnosis = diagnose(
@@ -69,8 +87,32 @@ def run(options: argparse.Namespace) -> int:
         jobs=options.jobs,
         progress=True,
         dask=options.dask,
+        budget_s=options.budget,
     )
     print("\n".join(_lines(diagnosis)).replace("−", "-"))  # a minus sign that programs read
+    print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml and the fitted series")
+    return 0
+
+
+def _run_since(options: argparse.Namespace, folder: Path) -> int:
+    """Say what changed since an earlier data set."""
+    from catheter_sim.diagnosis.data.dataset import load_dataset
+    from catheter_sim.diagnosis.fitting.workers import Workers
+    from catheter_sim.diagnosis.since.compare import compare
+    from catheter_sim.diagnosis.since.report import comparison_sentence, write_comparison
+
+    found = compare(
+        load_dataset(options.since),
+        load_dataset(options.dataset),
+        Workers(options.jobs, options.dask),
+        progress=True,
+        budget_s=options.budget,
+    )
+    write_comparison(found, folder)
+    shown = replace(found.diagnosis, causes=found.changes)
+    lines = [comparison_sentence(found), f"verdict: {found.verdict}", *list(_lines(shown))[2:]]
+    lines.insert(2, f"rows that pair with the earlier recording: {found.paired_rows} of {found.rows}")
+    print("\n".join(lines).replace("−", "-"))
     print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml and the fitted series")
     return 0
 

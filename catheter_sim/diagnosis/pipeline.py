@@ -5,6 +5,7 @@ Each stage takes values and returns one; none knows a kind of robot or the name 
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 from pathlib import Path
@@ -23,7 +24,7 @@ from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_fau
 from catheter_sim.diagnosis.stages.judge import Verdict, judge
 from catheter_sim.diagnosis.stages.plan_next_experiment import plan_next_experiment
 from catheter_sim.diagnosis.stages.pose import Posed, pose
-from catheter_sim.diagnosis.stages.prepare import prepare
+from catheter_sim.diagnosis.stages.prepare import Prepared, prepare
 from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed, replay_in_mujoco, weigh_again
 from catheter_sim.diagnosis.stages.run import Run, running
 from catheter_sim.diagnosis.stages.score_hypotheses import score_hypotheses
@@ -40,6 +41,7 @@ def diagnose(
     jobs: int = 1,
     progress: bool = False,
     dask: str = "",
+    budget_s: float = math.inf,
 ) -> Diagnosis:
     """Diagnose a data set and write what was found to a folder.
 
@@ -52,6 +54,7 @@ def diagnose(
         jobs: processes of this machine to fit with.
         progress: show what is being done where standard error is a terminal.
         dask: address of a Dask scheduler to fit on instead, "" for none.
+        budget_s: seconds after which the search for causes ends with the best so far.
 
     Raises:
         InputError: the data set is not what it must be, the output folder cannot be written, or no
@@ -59,7 +62,7 @@ def diagnose(
     """
     data = dataset if isinstance(dataset, Dataset) else load_dataset(dataset)
     unfinished = Path(output_folder) / UNFINISHED
-    diagnosis = diagnose_dataset(data, Workers(jobs, dask, unfinished), progress)
+    diagnosis = diagnose_dataset(data, Workers(jobs, dask, unfinished), progress, budget_s=budget_s)
     write_diagnosis(diagnosis, output_folder)
     shutil.rmtree(unfinished, ignore_errors=True)
     return diagnosis
@@ -76,7 +79,11 @@ def write_diagnosis(diagnosis: Diagnosis, folder: str | os.PathLike[str]) -> Non
 
 
 def diagnose_dataset(
-    dataset: Dataset, place: Workers = SERIAL, progress: bool = False, simulation: bool = True
+    dataset: Dataset,
+    place: Workers = SERIAL,
+    progress: bool = False,
+    simulation: bool = True,
+    budget_s: float = math.inf,
 ) -> Diagnosis:
     """Return the diagnosis of a data set.
 
@@ -85,22 +92,33 @@ def diagnose_dataset(
         place: where to fit.
         progress: show what is being done where standard error is a terminal.
         simulation: replay the held-out trials in MuJoCo at the end.
+        budget_s: seconds after which the search for causes ends with the best so far.
 
     Raises:
         InputError: no scheduler answers, or processes were killed again and again.
     """
-    with running(place, progress) as run:
+    with running(place, progress, budget_s) as run:
         run.say("calibrating")
-        prepared = prepare(dataset)
-        posed = pose(prepared)
-        before = calibrate(posed)
-        faults = find_data_faults(posed, before)
-        choice = choose_causes(run, posed, faults)
-        settled, verdict, replayed = _settle(run, posed, before, choice, faults, simulation)
-        scores = score_hypotheses(run, posed, choice, settled, verdict)
-        conclusion = conclude(run, posed, before, choice, settled, verdict, replayed)
-        following = plan_next_experiment(run, posed, conclusion, simulation)
-        numbers = widen_intervals(run, posed, conclusion, replayed)
+        return diagnose_prepared(run, prepare(dataset), simulation)
+
+
+def diagnose_prepared(run: Run, prepared: Prepared, simulation: bool = True) -> Diagnosis:
+    """Return the diagnosis of measurements that can be fitted.
+
+    Args:
+        run: where to fit, and how to say what is being done.
+        prepared: the measurements.
+        simulation: replay the held-out trials in MuJoCo at the end.
+    """
+    posed = pose(prepared)
+    before = calibrate(posed)
+    faults = find_data_faults(posed, before)
+    choice = choose_causes(run, posed, faults)
+    settled, verdict, replayed = _settle(run, posed, before, choice, faults, simulation)
+    scores = score_hypotheses(run, posed, choice, settled, verdict)
+    conclusion = conclude(run, posed, before, choice, settled, verdict, replayed)
+    following = plan_next_experiment(run, posed, conclusion, simulation)
+    numbers = widen_intervals(run, posed, conclusion, replayed)
     return assemble(prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores)
 
 

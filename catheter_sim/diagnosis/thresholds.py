@@ -341,6 +341,22 @@ HARM_CHANCE = 0.01
 """[probability] Of such a rise by chance, at most, shared among all that is looked at. Why: one diagnosis in
 a hundred may see harm where none is done."""
 
+# ---------------------------------------------------------------- two recordings of one robot
+
+PAIR_SHARE = 0.005
+"""[share of an input's range] By which the inputs of paired rows may differ. Why: assumed; a servo's
+command comes back within a few thousandths; half a percent of the reach moves a tip by about its noise."""
+MOSTLY_PAIRED = 0.9
+"""[share of the rows] From it on the earlier recording need not be explained. Why: what both share then
+cancels at nearly all rows, whatever it is."""
+MODEL_SHARE = 0.35
+"""[share of the error before] So much of a change may be left, beside the noise, by a model that does not
+explain the earlier recording either. Why: such a model is wrong about how much a change does, too: on a real
+trunk with known weights by 0.21 and 0.28; more causes would only mend the model."""
+BASELINE_BUDGET = 0.4
+"""[share of the budget] For explaining the earlier recording. Why: assumed; the later one's search is the
+longer one where the earlier robot fits."""
+
 # ---------------------------------------------------------------- how probable a cause is
 
 DISCREPANCY_PRICES = (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)

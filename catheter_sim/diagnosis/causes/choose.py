@@ -17,12 +17,13 @@ held-out data is seen.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.diagnosis.causes.comparison import as_good, pays, rivals_of
+from catheter_sim.diagnosis.causes.comparison import as_good, may_replace, pays, rivals_of
 from catheter_sim.diagnosis.causes.search import Search, in_order
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.fitting.evidence import residual_series
@@ -34,7 +35,6 @@ from catheter_sim.diagnosis.thresholds import (
     BEAM,
     CHOICE_ROUNDS,
     MOST_CAUSES,
-    MOST_SINGLES,
     PATIENCE,
     SETTLED_FACTOR,
 )
@@ -52,6 +52,7 @@ class Selection:
         path: from `null` to the chosen hypothesis, each better than the one before.
         chosen: the chosen hypothesis.
         equals: those of `tried` that do as well with another effect in the place of a chosen one.
+        unfinished: time ran out, so that the chosen hypothesis is the best so far.
     """
 
     null: Fit
@@ -60,6 +61,7 @@ class Selection:
     path: tuple[Fit, ...]
     chosen: Fit
     equals: tuple[Fit, ...]
+    unfinished: bool = False
 
 
 def candidates_for(problem: Problem) -> tuple[str, ...]:
@@ -82,6 +84,7 @@ def select(
     candidates: Sequence[str],
     pool: Workers = SERIAL,
     on_fit: Callable[[str], None] | None = None,
+    deadline: float = math.inf,
 ) -> Selection:
     """Return which of the effects `candidates` explain the training data, and what else was tried.
 
@@ -90,21 +93,25 @@ def select(
         candidates: names of effects.
         pool: where to fit.
         on_fit: called with a line when a step is done.
+        deadline: on the clock of `time.monotonic`, when the search ends with the best so far [s].
     """
     problem = with_fewer_rows(problem)
-    search = Search(pool, problem, on_fit or (lambda line: None))
+    search = Search(pool, problem, on_fit or (lambda line: None), deadline)
     (null,) = search.fitted([((), {})])
     tiers = [terms_for(problem.robot, name, problem.moving) for name in candidates]
     simple, detailed = _by_size(tiers)
-    alone = [term for terms in tiers for term in search.promising(null, terms)]
-    if problem.moving:
-        alone = list(search.promising(null, alone, MOST_SINGLES))
-    singles = search.fitted([((term,), {}) for term in alone])
+    singles = search.alone(null, simple)
     path = [null]
     for left in reversed(range(CHOICE_ROUNDS)):
         for variants in ((simple, []), (simple, detailed)):
+            if within_model(problem, null, path[-1]):
+                break
+            if variants[1] and len(path) == 1:
+                singles = _once([*singles, *search.alone(null, detailed)])
             _forward(search, singles, variants, path)
-        if left == CHOICE_ROUNDS - 1 and not _settled(problem, path[-1]):
+        done = search.late or within_model(problem, null, path[-1])
+        if left == CHOICE_ROUNDS - 1 and not done and not _settled(problem, path[-1]):
+            singles = _once([*singles, *search.alone(null, detailed)])
             other = [null]
             _forward(search, singles, (simple, detailed), other)
             if pays(path[-1], other[-1]) and _settled(problem, other[-1]):
@@ -114,15 +121,17 @@ def select(
         current = _simplest(current, [item for item in tried if may_end_at(current, item, tried)])
         if current is not path[-1]:
             path.append(current)
-        if len(current.terms) > 1:
+        if len(current.terms) > 1 and not search.late:
             search.fit_in_each_place(current, (*simple, *detailed))
+        elif current.terms and not done:
+            search.alone(null, detailed)
         rivals = [item for _, _, item in rivals_of(current, search.tried)]
-        better = in_order(rivals)[:1]
-        if not left or not better or not pays(current, better[0]):
+        better = in_order([item for item in rivals if may_replace(problem, current, item)])[:1]
+        if not left or search.late or not better or not pays(current, better[0]):
             break
         path.append(better[0])
     equals = tuple(item for item in rivals if as_good(current, item))
-    return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, equals)
+    return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, equals, search.late)
 
 
 def equals_of(
@@ -159,7 +168,7 @@ def _forward(
     """Lengthen `path` by hypotheses that pay, best sets first."""
     beam: Sequence[Fit] = path[-1:]
     waited = 0
-    while len(beam[0].terms) < MOST_CAUSES:
+    while len(beam[0].terms) < MOST_CAUSES and not search.late:
         best = path[-1]
         if beam[0].terms:
             level = search.with_one_more_cause(beam, variants)
@@ -176,6 +185,8 @@ def _forward(
         beam = _distinct([front, *level])[:BEAM]
         if pays(best, front):
             path.append(front)
+            if within_model(search.problem, path[0], front):
+                return
             waited = 0
             if _settled(search.problem, front):
                 beam = [front]
@@ -206,6 +217,22 @@ def _settled(problem: Problem, best: Fit) -> bool:
         if np.sqrt(np.nanmean(errors**2)) > SETTLED_FACTOR * size:
             return False
     return True
+
+
+def within_model(problem: Problem, null: Fit, best: Fit) -> bool:
+    """Return whether what a hypothesis leaves is no more than a model as wrong as this one may leave."""
+    if not problem.model_share:
+        return False
+    noise = residual_noise(problem, best)
+    return best.cross_validated_rms**2 <= noise**2 + (problem.model_share * null.cross_validated_rms) ** 2
+
+
+def residual_noise(problem: Problem, best: Fit) -> float:
+    """Return the white part of what a hypothesis leaves, of all outputs together, in weights."""
+    white = white_noise(residual_series(problem, best))
+    pairs = zip(problem.columns, problem.weight, strict=True)
+    sizes = [white[unit_of(name)] / weight for name, weight in pairs]
+    return float(np.sqrt(np.mean(np.square(sizes))))
 
 
 def _once(fits: Sequence[Fit]) -> list[Fit]:

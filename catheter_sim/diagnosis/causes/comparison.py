@@ -8,6 +8,7 @@ import numpy as np
 
 from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
 from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, PAYS_CHANCE, PAYS_SHARE
 
 
@@ -22,6 +23,14 @@ def pays(before: Fit, after: Fit, chance: float = PAYS_CHANCE) -> bool:
 def as_good(best: Fit, other: Fit) -> bool:
     """Return whether `other` does as well as `best` on stretches left out (by chance and `EQUAL_FACTOR`)."""
     return other.cross_validated_rms <= EQUAL_FACTOR * best.cross_validated_rms and not pays(other, best)
+
+
+def may_replace(problem: Problem, chosen: Fit, other: Fit) -> bool:
+    """Return whether a better hypothesis may stand in a chosen one's place.
+
+    Of a model that is known to be wrong, more numbers only mend the model (`Problem.model_share`).
+    """
+    return not problem.model_share or len(other.numbers) <= len(chosen.numbers)
 
 
 def rivals_of(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from catheter_sim.diagnosis.causes.comparison import as_good, pays, rival_groups
+from catheter_sim.diagnosis.causes.comparison import as_good, may_replace, pays, rival_groups
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.residuals import residuals
@@ -51,7 +51,11 @@ def choose_on_heldout(
     ]
     seen = [with_heldout_residuals(test, item) for item in fits]
     chance = PAYS_CHANCE / max(len(equals), 1)
-    better = [index for index in range(1, len(seen)) if pays(seen[0], seen[index], chance)]
+    better = [
+        index
+        for index in range(1, len(seen))
+        if pays(seen[0], seen[index], chance) and may_replace(problem, chosen, seen[index])
+    ]
     best = min(better, key=lambda index: seen[index].cross_validated_rms, default=0)
     still = [fits[index] for index, item in enumerate(seen) if index != best and as_good(seen[best], item)]
     return fits[best], tuple(item for item in still if rival_groups(fits[best], [item]))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -22,6 +24,7 @@ from catheter_sim.diagnosis.thresholds import (
     FINALISTS,
     MOST_FORMS,
     MOST_ROUGH_STEPS,
+    MOST_SINGLES,
     PAIRS,
     PAIRS_IN_MOTION,
     RIVALS,
@@ -40,6 +43,7 @@ class Search:
         pool: where to fit.
         problem: the training trials.
         say: called with a line when a step is done.
+        deadline: on the clock of `time.monotonic`, when nothing more is tried [s].
         fits: by hypothesis.
         tangents: of terms beside the fit of a hypothesis.
         lacking: what it does to take one of its terms from the fit of a hypothesis.
@@ -49,10 +53,16 @@ class Search:
     pool: Workers
     problem: Problem
     say: Callable[[str], None]
+    deadline: float = math.inf
     fits: dict[frozenset[Term], Fit] = field(default_factory=dict)
     tangents: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
     lacking: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
     steps: dict[tuple[frozenset[Term], frozenset[Term]], tuple[float, Known]] = field(default_factory=dict)
+
+    @property
+    def late(self) -> bool:
+        """Return whether time has run out."""
+        return time.monotonic() >= self.deadline
 
     @property
     def tried(self) -> list[Fit]:
@@ -139,6 +149,16 @@ class Search:
         picked = self.best(hypotheses, [(range(len(terms)), most)])
         chosen = {term for (term,), _ in picked}
         return [term for term in terms if term in chosen]
+
+    def alone(self, null: Fit, terms: Sequence[Term]) -> list[Fit]:
+        """Return the fits of single terms: of each effect's the most promising, of a robot in motion few."""
+        by_effect: dict[str, list[Term]] = {}
+        for term in terms:
+            by_effect.setdefault(term.effect, []).append(term)
+        chosen = [term for own in by_effect.values() for term in self.promising(null, own)]
+        if self.problem.moving:
+            chosen = list(self.promising(null, chosen, MOST_SINGLES))
+        return self.fitted([((term,), {}) for term in chosen])
 
     def with_one_more_cause(
         self, beam: Sequence[Fit], variants: tuple[Sequence[Term], Sequence[Term]]

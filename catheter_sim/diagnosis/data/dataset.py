@@ -86,7 +86,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
         output_channels=outputs,
         trials=trials,
         motion=motion,
-        calibration=calibration_numbers(document.get("calibration", {}), robot, str(path)),
+        calibration=calibration_numbers(document.get("calibration", {}), robot, str(path)) or None,
         notes=notes_on_ignored(robot, {trial.file: ignored for trial, ignored in read if ignored}),
     )
     files = {trial.file: hashlib.sha256((root / trial.file).read_bytes()).digest() for trial in trials}

@@ -84,7 +84,8 @@ def dataset_of(
         motion=motion_named(motion, f"{name}: motion"),
         calibration=calibration_numbers(
             {key: _listed(bounds) for key, bounds in calibration.items()}, robot, name
-        ),
+        )
+        or None,
         notes=notes_on_ignored(robot, {trial.file: ignored for trial, ignored in read if ignored}),
     )
     refuse_copies(dataset, {trial.file: _content(trial) for trial in trials}, name)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +47,10 @@ class Dataset:
         input_channels, output_channels: the columns that the data set declares.
         trials: in the order of `dataset.toml`.
         motion: whether rows were held.
-        calibration: numbers of the specimen that it wants calibrated; (): those that are known to vary.
+        calibration: numbers of the specimen that it wants calibrated; None: those that are known to vary.
+        model_share: share of an error that a right cause may leave, beside the noise, of a model that is known
+            to be wrong.
+        repeatability: by how much a second recording of the same would differ, by unit, where that is known.
         notes: what a reader of a diagnosis must know of the files.
     """
 
@@ -62,8 +65,10 @@ class Dataset:
     output_channels: tuple[str, ...]
     trials: tuple[Trial, ...]
     motion: Motion = HELD
-    calibration: tuple[Nuisance, ...] = ()
+    calibration: tuple[Nuisance, ...] | None = None
     notes: tuple[Note, ...] = ()
+    repeatability: Mapping[str, float] = field(default_factory=dict)
+    model_share: float = 0.0
 
 
 def measured_of(trial: Trial, columns: Sequence[str]) -> Array:

@@ -8,8 +8,8 @@ without causes, its nuisance parameters calibrated. Every number is in units of 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -61,6 +61,8 @@ class Problem:
         twin: robots and inputs to outputs.
         every: each so-many-th row is compared; the others still make the history.
         moving: the robot moved while it was measured; otherwise each row was held.
+        model_share: share of the error without causes that a right cause may leave, beside the noise.
+        repeatability: by how much a second recording of the same would differ, by unit, where that is known.
     """
 
     robot: RobotSpec
@@ -71,6 +73,8 @@ class Problem:
     twin: Predict
     every: int = 1
     moving: bool = False
+    repeatability: Mapping[str, float] = field(default_factory=dict)
+    model_share: float = 0.0
 
 
 def terms_for(robot: RobotSpec, effect: str, moving: bool = False) -> tuple[Term, ...]:
@@ -94,8 +98,17 @@ def fitted_numbers(problem: Problem, terms: Sequence[Term]) -> tuple[FittedNumbe
             found.append(FittedNumber("", nuisance.parameter, nuisance.spread))
     for term in terms:
         by_name = {item.name: item for item in EFFECTS[term.effect].parameters(problem.robot)}
-        found += [FittedNumber(term.effect, by_name[name]) for name in term.free]
+        given = problem.robot.effects.get(term.effect, {})
+        found += [FittedNumber(term.effect, _as_given(by_name[name], given)) for name in term.free]
     return tuple(found)
+
+
+def _as_given(parameter: Parameter, given: Mapping[str, float]) -> Parameter:
+    """Return a parameter that changes nothing at the value that the robot's file gives it already, if any."""
+    if parameter.name not in given:
+        return parameter
+    value = float(given[parameter.name])
+    return replace(parameter, null=value, start=value)
 
 
 def start_of(numbers: Sequence[FittedNumber], known: dict[tuple[str, str], float] | None = None) -> Array:

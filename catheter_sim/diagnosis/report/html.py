@@ -79,12 +79,13 @@ def sentence(diagnosis: Diagnosis) -> str:
     )
 
 
-def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> str:
+def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture], head: str = "") -> str:
     """Return the report as one HTML text.
 
     Args:
         diagnosis: what was found.
         pictures: from `figures`.
+        head: what was found, in one sentence; "": as `sentence` says it.
     """
     text = resources.files("catheter_sim.diagnosis.report").joinpath(_TEMPLATE).read_text(encoding="utf-8")
     environment = Environment(
@@ -98,7 +99,9 @@ def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> str:
         }
         for picture in pictures
     ]
-    return environment.from_string(text).render(pictures=sources, **_context(diagnosis, pictures))
+    return environment.from_string(text).render(
+        pictures=sources, **_context(diagnosis, pictures), sentence=head or sentence(diagnosis)
+    )
 
 
 def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any]:
@@ -114,7 +117,6 @@ def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any
     return {
         "diagnosis": diagnosis,
         "dataset": diagnosis.dataset,
-        "sentence": sentence(diagnosis),
         "number": _number(diagnosis),
         "verdict": diagnosis.verdict.replace("_", " "),
         "unit": shown_unit(diagnosis.unit),

@@ -70,6 +70,13 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
     return finite
 
 
+def causes_document(causes: Sequence[Cause], key: str) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return causes as they stand in `diagnosis.json` under `key`, and why numbers of it are not finite."""
+    undefined: dict[str, str] = {}
+    found: list[dict[str, Any]] = _finite(_causes(causes), key, undefined)
+    return found, undefined
+
+
 def _causes(causes: Sequence[Cause]) -> list[dict[str, Any]]:
     return [
         {

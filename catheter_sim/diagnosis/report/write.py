@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from catheter_sim.catalogue import robot_toml
 from catheter_sim.diagnosis.report.fitted_series import fit_files, fit_table
@@ -14,7 +16,13 @@ from catheter_sim.errors import InputError
 from catheter_sim.tables import replaced_when_whole, write_table
 
 
-def write_results(diagnosis: Diagnosis, folder: str | os.PathLike[str], model_xml: str) -> tuple[Path, ...]:
+def write_results(
+    diagnosis: Diagnosis,
+    folder: str | os.PathLike[str],
+    model_xml: str,
+    document: Mapping[str, Any] | None = None,
+    sentence: str = "",
+) -> tuple[Path, ...]:
     """Write everything that a diagnosis leaves into `folder`, made if need be; return the files.
 
     Each file is written whole or not at all, and `diagnosis.json` last, so that a folder with one
@@ -24,6 +32,8 @@ def write_results(diagnosis: Diagnosis, folder: str | os.PathLike[str], model_xm
         diagnosis: what was found.
         folder: where to; files of an earlier diagnosis are replaced.
         model_xml: the extended robot as MJCF.
+        document: of diagnosis.json; None: the diagnosis's.
+        sentence: at the head of the report; "": the diagnosis's.
 
     Raises:
         InputError: the folder cannot be made or written.
@@ -55,6 +65,6 @@ def write_results(diagnosis: Diagnosis, folder: str | os.PathLike[str], model_xm
         written.append(target / NEXT_EXPERIMENT_FILE)
     for picture in pictures:
         put(f"{picture.name}.png", picture.png)
-    put("report.html", report_html(diagnosis, pictures))
-    put("diagnosis.json", json.dumps(to_json(diagnosis), indent=1, allow_nan=False) + "\n")
+    put("report.html", report_html(diagnosis, pictures, sentence))
+    put("diagnosis.json", json.dumps(document or to_json(diagnosis), indent=1, allow_nan=False) + "\n")
     return tuple(written)

@@ -37,4 +37,5 @@ def noise_beside(train: Problem, result: Fit) -> dict[str, float]:
     Of the training trials alone: where one trial was cut, its held-out part runs through all of its rows.
     """
     white = white_noise(residual_series(train, result))
-    return noise_floor(white, repeat_noise(train.trials, train.columns))
+    found = noise_floor(white, repeat_noise(train.trials, train.columns))
+    return {unit: max(value, train.repeatability.get(unit, 0.0)) for unit, value in found.items()}

@@ -31,7 +31,7 @@ def choose_causes(run: Run, posed: Posed, faults: Faults) -> Choice:
     """Return the causes that explain the training trials; none where the data look wrong."""
     run.say("choosing causes")
     candidates = () if faults.found else candidates_for(posed.train)
-    selection = select(posed.train, candidates, run.pool, run.say)
+    selection = select(posed.train, candidates, run.pool, run.say, run.deadline)
     run.say("fitting the chosen causes")
     chosen = selection.chosen
     fitted = fit(posed.train, chosen.terms, chosen.values, cross_validate=False, thorough=posed.thorough)

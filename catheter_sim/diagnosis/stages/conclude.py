@@ -126,6 +126,13 @@ def _notes_on_causes(choice: Choice, settled: Settled, verdict: Verdict, replaye
     weighed = settled.weighed
     result = weighed.by_unit[settled.unit]
     notes = []
+    if choice.selection.unfinished:
+        notes.append(
+            Note(
+                "search_unfinished",
+                "Time ran out before the search for causes ended: what is told is the best so far.",
+            )
+        )
     if set(weighed.after.causes) - set(choice.fit.causes) and verdict.names_causes:
         notes.append(heldout_choice_note(choice.fit, weighed.after))
     if weighed.after.terms and (verdict.remainder is not None or most_error_remains(result)):

@@ -50,7 +50,9 @@ def judge(posed: Posed, before: Calibrated, settled: Settled, faults: Faults) ->
     trials = (*posed.train.trials, *posed.heldout.trials)
     fits = trial_fits(posed.train, trials, before.fit, weighed.after)
     structure = {stage: structure_tests(posed.dataset, fits, unit, stage) for stage in STAGES}
-    remainder = structured_remainder(weighed.by_unit[unit], structure["after"], len(weighed.after.terms))
+    remainder = structured_remainder(
+        weighed.by_unit[unit], structure["after"], len(weighed.after.terms), posed.train.model_share
+    )
     harmed = harms(posed.heldout, before.fit, weighed.after, settled.scales.noise)
     name = DATA_SUSPECT
     if not faults.found:

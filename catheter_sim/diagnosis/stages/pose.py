@@ -51,6 +51,10 @@ def pose(prepared: Prepared) -> Posed:
     return Posed(dataset, prepared.registration, train, heldout, bool(dataset.calibration))
 
 
+def _calibrated(dataset: Dataset) -> tuple[Nuisance, ...]:
+    return nuisances_of(dataset.robot_reference) if dataset.calibration is None else dataset.calibration
+
+
 def training_problem(
     dataset: Dataset,
     train: Sequence[Trial],
@@ -73,12 +77,14 @@ def training_problem(
     twin = twin or twin_of(dataset, train).predict
     problem = Problem(
         robot=robot,
-        nuisances=(*(dataset.calibration or nuisances_of(dataset.robot_reference)), *frame),
+        nuisances=(*_calibrated(dataset), *frame),
         trials=tuple(train),
         columns=columns,
         weight=np.ones(len(columns)),
         twin=twin,
         moving=dataset.motion.moving,
+        repeatability=dataset.repeatability,
+        model_share=dataset.model_share,
     )
     spread: dict[str, float] = {}
     for index, name in enumerate(columns):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,22 +19,25 @@ class Run:
     Attributes:
         pool: where to fit.
         say: called with a line where a stage, or a step of it, begins.
+        deadline: on the clock of `time.monotonic`, when a search for causes ends with the best so far [s].
     """
 
     pool: Workers
     say: Callable[[str], None]
+    deadline: float = math.inf
 
 
 @contextmanager
-def running(place: Workers, progress: bool) -> Iterator[Run]:
+def running(place: Workers, progress: bool, budget_s: float = math.inf) -> Iterator[Run]:
     """Give a run whose processes or cluster stay up until it ends.
 
     Args:
         place: where to fit.
         progress: show what is being done where standard error is a terminal.
+        budget_s: seconds after which a search for causes ends with the best so far.
 
     Raises:
         InputError: no scheduler answers, or Dask is not installed.
     """
     with Stages("diagnose", progress) as stages, workers(place) as pool:
-        yield Run(pool, stages.say)
+        yield Run(pool, stages.say, time.monotonic() + budget_s)

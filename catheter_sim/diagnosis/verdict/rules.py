@@ -71,17 +71,19 @@ def gains_surely(result: UnitResult) -> bool:
 
 
 def structured_remainder(
-    result: UnitResult, tests: Sequence[StructureTest], causes: int
+    result: UnitResult, tests: Sequence[StructureTest], causes: int, model_share: float = 0.0
 ) -> StructureTest | None:
     """Return the test that shows on what the error left depends; None where on nothing, or it is small.
 
     A wrong cause that imitates the right one leaves what it cannot imitate: an error that depends on the
     input or the position, say. An error is small if it is near the noise, or small beside the error before.
     Several causes imitate more than one cause does; they must bring the error nearer to the noise
-    (`NEAR_NOISE`).
+    (`NEAR_NOISE`). `model_share`: of the error before, what a right cause may leave of a model that is known
+    to be wrong.
     """
     near = REMAINDER_NOISE if causes == 1 else NEAR_NOISE
-    if result.rmse_after <= max(near * result.noise_floor, REMAINDER_SHARE * result.rmse_before):
+    share = max(REMAINDER_SHARE, model_share)
+    if result.rmse_after <= max(near * result.noise_floor, share * result.rmse_before):
         return None
     hanging = [test for test in tests if test.significant and test.share_percent >= REMAINDER_HANGS_PERCENT]
     return max(hanging, key=lambda test: test.share_percent, default=None)

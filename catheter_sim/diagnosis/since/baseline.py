@@ -1,0 +1,139 @@
+"""What an earlier recording says of a robot: its best model, and what that model gets wrong, row by row."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.base_frame.registration import Registration
+from catheter_sim.diagnosis.data.columns import unit_of
+from catheter_sim.diagnosis.data.trials import Dataset, measured_of
+from catheter_sim.diagnosis.fitting.prediction import robot_with
+from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.fitting.stretches import blocks_of
+from catheter_sim.diagnosis.stages.calibrate import calibrate
+from catheter_sim.diagnosis.stages.choose_causes import choose_causes
+from catheter_sim.diagnosis.stages.find_data_faults import find_data_faults
+from catheter_sim.diagnosis.stages.pose import pose
+from catheter_sim.diagnosis.stages.prepare import prepare
+from catheter_sim.diagnosis.stages.run import Run
+from catheter_sim.diagnosis.thresholds import BASELINE_BUDGET
+from catheter_sim.diagnosis.verdict.discrepancy import explained
+from catheter_sim.errors import InputError
+from catheter_sim.theory.predict import Prediction
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """An earlier recording, explained as well as causes can.
+
+    Attributes:
+        name: of its data set.
+        robot: calibrated, with the causes that explain it, believed or not.
+        inputs: of each of its trials.
+        errors: measured minus computed, of each trial, shape (r, o), in file units; NaN where missing.
+        columns: the outputs, shape (o,).
+        problem: its trials.
+        registration: how its positions were moved into the base frame.
+        twin: what fits go by.
+        misfit: its largest error over the noise, of any unit.
+    """
+
+    name: str
+    robot: RobotSpec
+    inputs: tuple[Inputs, ...]
+    errors: tuple[Array, ...]
+    columns: tuple[str, ...]
+    problem: Problem
+    registration: Registration
+    twin: Prediction
+    misfit: float
+
+
+def baseline(run: Run, dataset: Dataset, search: bool = True) -> Baseline:
+    """Return what an earlier recording says of the robot.
+
+    Its best hypothesis is taken whether or not its causes would be named: whatever it soaks up, both
+    recordings share.
+
+    Args:
+        run: where to fit.
+        dataset: the earlier recording.
+        search: look for causes; False: only the specimen's numbers are calibrated.
+
+    Raises:
+        InputError: the recording looks wrong by itself.
+    """
+    run.say("explaining the earlier recording")
+    prepared = prepare(dataset)
+    posed = pose(prepared)
+    before = calibrate(posed)
+    faults = find_data_faults(posed, before)
+    if faults.found:
+        raise InputError(f"{dataset.folder}: nothing can be compared with it: {faults.found[0].words}")
+    chosen = before.fit
+    if search:
+        left_s = run.deadline - time.monotonic()
+        chosen = choose_causes(
+            replace(run, deadline=time.monotonic() + BASELINE_BUDGET * left_s), posed, faults
+        ).fit
+    robot = robot_with(posed.train, chosen.numbers, chosen.x)
+    trials = posed.dataset.trials
+    errors = tuple(
+        measured_of(trial, posed.train.columns) - posed.train.twin([robot], trial.inputs, 1)[0]
+        for trial in trials
+    )
+    sizes = by_unit(posed.train.columns, np.concatenate(errors))
+    return Baseline(
+        name=dataset.name,
+        robot=robot,
+        inputs=tuple(trial.inputs for trial in trials),
+        errors=errors,
+        columns=posed.train.columns,
+        problem=replace(posed.train, trials=trials),
+        registration=posed.registration,
+        twin=prepared.twin,
+        misfit=max(size / max(before.noise.get(unit, 0.0), 1e-12) for unit, size in sizes.items()),
+    )
+
+
+def smooth_errors(base: Baseline, there: Problem) -> tuple[Array, ...]:
+    """Return what a smooth error of unknown cause, learned from the earlier recording, is elsewhere.
+
+    Args:
+        base: the earlier recording.
+        there: trials of the same outputs, none missing.
+
+    Returns:
+        Measured minus computed, of each trial, shape (r, o), in file units.
+    """
+    residual = np.concatenate(
+        [
+            (-error / base.problem.weight)[np.isfinite(error)]
+            for error in (item[:: base.problem.every] for item in base.errors)
+        ]
+    )
+    flat = explained(base.problem, residual, blocks_of(base.problem), there)
+    found, start = [], 0
+    for trial in there.trials:
+        shape = (len(trial.inputs), len(base.columns))
+        part = flat[start : start + shape[0] * shape[1]].reshape(shape)
+        found.append(-part * base.problem.weight)
+        start += shape[0] * shape[1]
+    return tuple(found)
+
+
+def by_unit(columns: tuple[str, ...], errors: Array) -> Mapping[str, float]:
+    """Return the root mean square of errors (r, o) by unit; NaN is left out."""
+    units = np.array([unit_of(name) for name in columns])
+    return {
+        str(unit): float(np.sqrt(np.nanmean(errors[:, units == unit] ** 2)))
+        for unit in dict.fromkeys(units.tolist())
+        if np.isfinite(errors[:, units == unit]).any()
+    }

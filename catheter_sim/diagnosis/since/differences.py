@@ -1,0 +1,116 @@
+"""A later recording without what it shares with an earlier one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.base_frame.move import registered
+from catheter_sim.diagnosis.base_frame.registration import unmoved
+from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings
+from catheter_sim.diagnosis.data.parting import split
+from catheter_sim.diagnosis.data.trials import Dataset, Trial, measured_of
+from catheter_sim.diagnosis.since.baseline import Baseline, by_unit, smooth_errors
+from catheter_sim.diagnosis.since.pairing import Pairs, paired
+from catheter_sim.diagnosis.stages.prepare import Prepared
+from catheter_sim.diagnosis.thresholds import MODEL_SHARE, NEAR_NOISE
+from catheter_sim.errors import InputError
+from catheter_sim.tables import Table
+
+
+@dataclass(frozen=True)
+class Differences:
+    """A later recording without what both share.
+
+    Attributes:
+        prepared: it, as it can be fitted; its robot is the earlier recording's.
+        rows: of the later recording.
+        paired_rows: of these, how many pair with rows of the earlier one.
+    """
+
+    prepared: Prepared
+    rows: int
+    paired_rows: int
+
+
+def differences(dataset: Dataset, base: Baseline) -> Differences:
+    """Return a later recording without what it shares with an earlier one.
+
+    From each measured value the error that the earlier recording's model had at the paired rows is taken; at
+    rows without a pair, the smooth error that it had in general. What is left can be explained by the earlier
+    robot, and by what changed. One recording's scatter stays in it, since no one row tells it from a change.
+
+    Raises:
+        InputError: the two are not recordings of the same outputs.
+    """
+    readings, frozen = without_frozen_readings(registered(dataset, base.registration))
+    if tuple(dataset.output_channels) != base.columns:
+        raise InputError(
+            f"{dataset.folder}: measures {', '.join(dataset.output_channels)}; the earlier recording "
+            f"{', '.join(base.columns)}: both need the same outputs"
+        )
+    pairs = [paired(trial.inputs, base.inputs, base.errors) for trial in readings.trials]
+    smooth = smooth_errors(base, replace(base.problem, trials=_unmeasured(readings), every=1))
+    trials = tuple(
+        _without(trial, base.columns, np.where(np.isfinite(item.error), item.error, other))
+        for trial, item, other in zip(readings.trials, pairs, smooth, strict=True)
+    )
+    made = replace(
+        readings,
+        robot=base.robot,
+        trials=trials,
+        calibration=(),
+        repeatability=_repeatability(base, pairs, smooth),
+        model_share=MODEL_SHARE if base.misfit > NEAR_NOISE else 0.0,
+    )
+    train, heldout = split(made)
+    prepared = Prepared(
+        made, train, heldout, unmoved(base.registration), base.twin, (*readings.notes, *frozen)
+    )
+    rows = sum(len(trial.inputs) for trial in trials)
+    return Differences(prepared, rows, sum(int((item.count > 0).sum()) for item in pairs))
+
+
+def _repeatability(base: Baseline, pairs: Sequence[Pairs], smooth: Sequence[Array]) -> dict[str, float]:
+    """Return by how much the later recording would differ where nothing changed, by unit.
+
+    Of rows that pair with several, the scatter of these; else what the smooth error leaves of the earlier
+    recording, at least its noise.
+    """
+    spread = np.concatenate([item.spread for item in pairs])
+    scatter = by_unit(base.columns, np.sqrt(spread))
+    own = smooth_errors(base, replace(base.problem, trials=_unmeasured_of(base), every=1))
+    left = by_unit(
+        base.columns, np.concatenate([error - part for error, part in zip(base.errors, own, strict=True)])
+    )
+    whole = np.concatenate([np.isfinite(item.error).all(axis=1) for item in pairs])
+    if whole.all():
+        return dict(scatter)
+    share = float(whole.mean())
+    return {
+        unit: float(np.sqrt(share * scatter.get(unit, 0.0) ** 2 + (1.0 - share) * value**2))
+        for unit, value in left.items()
+    }
+
+
+def _without(trial: Trial, columns: Sequence[str], error: Array) -> Trial:
+    values = measured_of(trial, columns) - error
+    outputs = {name: values[:, index] for index, name in enumerate(columns)}
+    return replace(trial, outputs=replace(trial.outputs, columns=outputs))
+
+
+def _unmeasured(dataset: Dataset) -> tuple[Trial, ...]:
+    """Return trials in which every output has a value, so that every row is predicted."""
+    return tuple(_filled(trial, dataset.output_channels) for trial in dataset.trials)
+
+
+def _unmeasured_of(base: Baseline) -> tuple[Trial, ...]:
+    return tuple(_filled(trial, base.columns) for trial in base.problem.trials)
+
+
+def _filled(trial: Trial, columns: Sequence[str]) -> Trial:
+    zeros = {name: np.zeros(len(trial.inputs)) for name in columns}
+    return replace(trial, outputs=Table(trial.inputs.time_s, zeros, trial.outputs.where))

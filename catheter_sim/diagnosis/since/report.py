@@ -1,0 +1,64 @@
+"""A comparison of two recordings, told: in a sentence, as a document, in a folder."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from catheter_sim.diagnosis.report.html import sentence
+from catheter_sim.diagnosis.report.to_json import causes_document, to_json
+from catheter_sim.diagnosis.report.wording import listed, rounded, words
+from catheter_sim.diagnosis.report.write import write_results
+from catheter_sim.diagnosis.since.compare import CHANGED, UNCHANGED, Comparison
+from catheter_sim.effects.apply import embodied
+from catheter_sim.modelling.build import build_mjcf
+
+
+def comparison_sentence(found: Comparison) -> str:
+    """Return what changed, in one sentence."""
+    head = found.diagnosis.headline
+    after, before = found.diagnosis.dataset.name, found.since
+    if found.verdict == CHANGED:
+        names = listed([words(cause.name) for cause in found.changes])
+        return (
+            f"From “{before}” to “{after}” {names} changed: with it the error on data held out falls from "
+            f"{rounded(head.rmse_before)} to {rounded(head.rmse_after)} {head.unit}."
+        )
+    if found.verdict == UNCHANGED:
+        return (
+            f"From “{before}” to “{after}” nothing changed: what explains the first explains the second to "
+            f"{rounded(head.rmse_before)} {head.unit}, where a repetition differs by "
+            f"{rounded(head.noise_floor)}."
+        )
+    return f"From “{before}” to “{after}”: {sentence(found.diagnosis)}"
+
+
+def comparison_document(found: Comparison) -> dict[str, Any]:
+    """Return a comparison as the document of `diagnosis.json`: a diagnosis's, with what changed."""
+    document = to_json(found.diagnosis)
+    changes, undefined = causes_document(found.changes, "changes")
+    document |= {
+        "verdict": found.verdict,
+        "causes": [],
+        "changes": changes,
+        "since": {"dataset": found.since, "rows": found.rows, "paired_rows": found.paired_rows},
+    }
+    kept = {
+        name: why for name, why in document.get("undefined", {}).items() if not name.startswith("causes.")
+    }
+    if kept | undefined:
+        document["undefined"] = kept | undefined
+    else:
+        document.pop("undefined", None)
+    return document
+
+
+def write_comparison(found: Comparison, folder: str | os.PathLike[str]) -> None:
+    """Write report, diagnosis.json, the changed robot and its model, and the fitted series to `folder`.
+
+    Raises:
+        InputError: the folder cannot be made or written.
+    """
+    actuation = found.diagnosis.dataset.trials[0].inputs.actuation
+    model = build_mjcf(embodied(found.diagnosis.extended_robot), actuation)
+    write_results(found.diagnosis, folder, model, comparison_document(found), comparison_sentence(found))
