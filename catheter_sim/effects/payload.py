@@ -11,7 +11,9 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects._places import added_at, places, sizes
 
-_MOST = 3.0  # times what bends the robot by a radian
+# Times what bends a robot by a radian that is all as soft as its softest part; springs of tendons and its own
+# weight hold against it.
+_MOST = 12.0
 _MATTERS = 0.05
 _EARTH_MPS2 = 9.81  # by which a mass is compared with a force
 

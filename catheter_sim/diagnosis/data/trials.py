@@ -48,8 +48,8 @@ class Dataset:
         trials: in the order of `dataset.toml`.
         motion: whether rows were held.
         calibration: numbers of the specimen that it wants calibrated; None: those that are known to vary.
-        model_share: share of an error that a right cause may leave, beside the noise, of a model that is known
-            to be wrong.
+        model_share: share of an error that a right cause may leave, beside the noise, of a model that is
+            known to be wrong.
         repeatability: by how much a second recording of the same would differ, by unit, where that is known.
         notes: what a reader of a diagnosis must know of the files.
     """

@@ -41,7 +41,8 @@ def harms(test: Problem, before: Fit, after: Fit, noise: Mapping[str, float]) ->
     """Return what gets worse on the held-out trials by more than its noise and chance; worst first.
 
     Worse is an error that rises by more than `HARM_SHARE`, to more than `HARM_NOISE` times the noise, and in
-    more stretches than chance explains (`HARM_CHANCE`, shared among what is looked at).
+    more stretches than chance explains (`HARM_CHANCE`, shared among what is looked at). Of a model that is
+    known to be wrong, by more than that besides (`Problem.model_share`).
 
     Args:
         test: the held-out trials.
@@ -52,10 +53,12 @@ def harms(test: Problem, before: Fit, after: Fit, noise: Mapping[str, float]) ->
     errors = errors_of(test, before), errors_of(test, after)
     block = blocks_of(test)
     parts = list(_parts(test))
+    units = np.array([unit_of(name) for name in test.columns])[column_of(test)]
     found = []
     for what, unit, mine in parts:
         rms = [float(np.sqrt(np.mean(error[mine] ** 2))) for error in errors]
-        if rms[1] <= max((1.0 + HARM_SHARE) * rms[0], HARM_NOISE * noise[unit]):
+        known = test.model_share * float(np.sqrt(np.mean(errors[0][units == unit] ** 2)))
+        if rms[1] <= max((1.0 + HARM_SHARE) * rms[0], HARM_NOISE * noise[unit], known):
             continue
         labels = np.unique(block[mine], return_inverse=True)[1]
         rise = np.bincount(labels, weights=errors[1][mine] ** 2 - errors[0][mine] ** 2).astype(float)
