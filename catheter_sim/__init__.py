@@ -14,6 +14,7 @@ from catheter_sim.errors import InputError, SimulationDiverged
 
 if TYPE_CHECKING:
     from catheter_sim.modelling.attach import attach
+    from catheter_sim.public.comparisons import Comparison, compare
     from catheter_sim.public.data import dataset, inputs, load_dataset, load_robot, read_inputs
     from catheter_sim.public.diagnoses import Diagnosis, diagnose
     from catheter_sim.public.offers import list_effects, list_environments, list_models, list_robots
@@ -25,6 +26,7 @@ __version__ = "0.1.0"
 _HOME = {
     "catheter_sim.modelling.attach": ("attach",),
     "catheter_sim.public.data": ("dataset", "inputs", "load_dataset", "load_robot", "read_inputs"),
+    "catheter_sim.public.comparisons": ("Comparison", "compare"),
     "catheter_sim.public.diagnoses": ("Diagnosis", "diagnose"),
     "catheter_sim.public.offers": ("list_effects", "list_environments", "list_models", "list_robots"),
     "catheter_sim.public.runs": ("Run", "build", "render", "simulate", "statics"),
@@ -33,6 +35,7 @@ _HOME = {
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "Comparison",
     "Diagnosis",
     "InputError",
     "Run",
@@ -40,6 +43,7 @@ __all__ = [
     "Simulator",
     "attach",
     "build",
+    "compare",
     "dataset",
     "diagnose",
     "inputs",

@@ -63,7 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--since",
         metavar="OLD",
         default="",
-        help="an earlier data set of the same robot: say what changed since then, and nothing else",
+        help="an earlier data set of the same robot, or the folder of its finished report: say what changed "
+        "since then, and nothing else",
     )
     parser.add_argument(
         "--budget",
@@ -99,11 +100,13 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
     from catheter_sim.diagnosis.data.dataset import load_dataset
     from catheter_sim.diagnosis.fitting.workers import Workers
     from catheter_sim.diagnosis.since.compare import compare
+    from catheter_sim.diagnosis.since.from_report import is_report, recording_of_report
     from catheter_sim.diagnosis.since.report import comparison_sentence, write_comparison
 
+    after, since = load_dataset(options.dataset), Path(options.since)
     found = compare(
-        load_dataset(options.since),
-        load_dataset(options.dataset),
+        recording_of_report(since, after) if is_report(since) else load_dataset(since),
+        after,
         Workers(options.jobs, options.dask),
         progress=True,
         budget_s=options.budget,

@@ -184,10 +184,20 @@ def diagnose(
     from catheter_sim.files import check_output_folder
     from catheter_sim.public.data import load_dataset
 
-    if isinstance(jobs, bool) or not isinstance(jobs, int) or not 1 <= jobs <= _MOST_JOBS:
-        raise InputError(f"jobs = {shown(jobs)}: a whole number of 1 to {_MOST_JOBS} is needed")
+    jobs = number_of_jobs(jobs)
     folder = None if out is None else check_output_folder(path_of(out, "out"))
     data = dataset if isinstance(dataset, Data) else load_dataset(dataset)
     if folder is None:
         return Diagnosis(diagnose_dataset(data, Workers(jobs)))
     return Diagnosis(diagnose_into(data, folder, jobs))
+
+
+def number_of_jobs(jobs: int) -> int:
+    """Return how many processes to fit with.
+
+    Raises:
+        InputError: it is no whole number, or not one of 1 to 256.
+    """
+    if isinstance(jobs, bool) or not isinstance(jobs, int) or not 1 <= jobs <= _MOST_JOBS:
+        raise InputError(f"jobs = {shown(jobs)}: a whole number of 1 to {_MOST_JOBS} is needed")
+    return jobs

@@ -85,6 +85,7 @@ def select(
     pool: Workers = SERIAL,
     on_fit: Callable[[str], None] | None = None,
     deadline: float = math.inf,
+    most: int = MOST_CAUSES,
 ) -> Selection:
     """Return which of the effects `candidates` explain the training data, and what else was tried.
 
@@ -94,6 +95,7 @@ def select(
         pool: where to fit.
         on_fit: called with a line when a step is done.
         deadline: on the clock of `time.monotonic`, when the search ends with the best so far [s].
+        most: causes in a set.
     """
     problem = with_fewer_rows(problem)
     search = Search(pool, problem, on_fit or (lambda line: None), deadline)
@@ -108,12 +110,12 @@ def select(
                 break
             if variants[1] and len(path) == 1:
                 singles = _once([*singles, *search.alone(null, detailed)])
-            _forward(search, singles, variants, path)
+            _forward(search, singles, variants, path, most)
         done = search.late or within_model(problem, null, path[-1])
         if left == CHOICE_ROUNDS - 1 and not done and not _settled(problem, path[-1]):
             singles = _once([*singles, *search.alone(null, detailed)])
             other = [null]
-            _forward(search, singles, (simple, detailed), other)
+            _forward(search, singles, (simple, detailed), other, most)
             if pays(path[-1], other[-1]) and _settled(problem, other[-1]):
                 path = other
         current = _backward(search, path[-1])
@@ -164,11 +166,12 @@ def _forward(
     singles: Sequence[Fit],
     variants: tuple[Sequence[Term], Sequence[Term]],
     path: list[Fit],
+    most: int,
 ) -> None:
     """Lengthen `path` by hypotheses that pay, best sets first."""
     beam: Sequence[Fit] = path[-1:]
     waited = 0
-    while len(beam[0].terms) < MOST_CAUSES and not search.late:
+    while len(beam[0].terms) < most and not search.late:
         best = path[-1]
         if beam[0].terms:
             level = search.with_one_more_cause(beam, variants)

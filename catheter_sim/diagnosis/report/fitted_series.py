@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import chain, count
 from pathlib import PurePath
 
+from catheter_sim.channels import channel_inputs, drives_of
+from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.report.result import TrialFit
 from catheter_sim.tables import Table
+
+INPUT = "input_"  # before a channel's name, in the fitted series
 
 
 def fit_files(fits: Sequence[TrialFit]) -> tuple[str, ...]:
@@ -32,11 +37,24 @@ def fit_files(fits: Sequence[TrialFit]) -> tuple[str, ...]:
     return tuple(f"{name}.csv" for name in names)
 
 
-def fit_table(fit: TrialFit) -> Table:
-    """Return measured, before and after side by side; columns `<output>`, `before_...`, `after_...`."""
+def fit_table(fit: TrialFit, dataset: Dataset) -> Table:
+    """Return measured, before, after and what was commanded side by side.
+
+    Columns `<output>`, `before_<output>`, `after_<output>` and `input_<channel>`, of a data set's trial.
+    """
     columns = dict(fit.measured.columns)
     for prefix, table in (("before", fit.before), ("after", fit.after)):
         columns |= {f"{prefix}_{name}": table.columns[name] for name in fit.measured.columns}
+    inputs = next(trial.inputs for trial in dataset.trials if trial.file == fit.file)
+    rows = slice(0, len(fit.time_s))
+    drives = drives_of(dataset.robot, inputs.actuation)
+    given = channel_inputs(replace(dataset.robot, actuation=inputs.actuation), inputs)
+    for drive, values in zip(drives, given.T, strict=True):
+        columns[f"{INPUT}{drive.column}"] = values[rows] / drive.quantity.file_size
+    loads = (("force", inputs.force_tip, "N"), ("moment", inputs.moment_tip, "Nm"))
+    for kind, values, unit in loads:
+        if values.any():
+            columns |= {f"{INPUT}{kind}_tip_{axis}_{unit}": values[rows, k] for k, axis in enumerate("xyz")}
     return Table(fit.time_s, columns, fit.file)
 
 

@@ -58,7 +58,7 @@ def write_results(
     put("robot.toml", robot_toml(diagnosis.extended_robot))
     put("model.xml", model_xml)
     for fit, name in zip(diagnosis.fits, fit_files(diagnosis.fits), strict=True):
-        write_table(fit_table(fit), target / name)
+        write_table(fit_table(fit, diagnosis.dataset), target / name)
         written.append(target / name)
     if diagnosis.next_experiment.inputs is not None:
         write_table(diagnosis.next_experiment.inputs, target / NEXT_EXPERIMENT_FILE)

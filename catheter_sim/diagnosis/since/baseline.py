@@ -43,6 +43,7 @@ class Baseline:
         registration: how its positions were moved into the base frame.
         twin: what fits go by.
         misfit: its largest error over the noise, of any unit.
+        relative_error: its largest error over the spread of what was measured, of any unit.
     """
 
     name: str
@@ -54,9 +55,10 @@ class Baseline:
     registration: Registration
     twin: Prediction
     misfit: float
+    relative_error: float
 
 
-def baseline(run: Run, dataset: Dataset, search: bool = True) -> Baseline:
+def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
     """Return what an earlier recording says of the robot.
 
     Its best hypothesis is taken whether or not its causes would be named: whatever it soaks up, both
@@ -65,7 +67,8 @@ def baseline(run: Run, dataset: Dataset, search: bool = True) -> Baseline:
     Args:
         run: where to fit.
         dataset: the earlier recording.
-        search: look for causes; False: only the specimen's numbers are calibrated.
+        is_paired: the later one's rows pair with its rows. What both share then cancels, and no causes are
+            looked for; the specimen's numbers alone are calibrated.
 
     Raises:
         InputError: the recording looks wrong by itself.
@@ -78,11 +81,10 @@ def baseline(run: Run, dataset: Dataset, search: bool = True) -> Baseline:
     if faults.found:
         raise InputError(f"{dataset.folder}: nothing can be compared with it: {faults.found[0].words}")
     chosen = before.fit
-    if search:
+    if not is_paired:
         left_s = run.deadline - time.monotonic()
-        chosen = choose_causes(
-            replace(run, deadline=time.monotonic() + BASELINE_BUDGET * left_s), posed, faults
-        ).fit
+        hurried = replace(run, deadline=time.monotonic() + BASELINE_BUDGET * left_s)
+        chosen = choose_causes(hurried, posed, faults).fit
     robot = robot_with(posed.train, chosen.numbers, chosen.x)
     trials = posed.dataset.trials
     errors = tuple(
@@ -90,6 +92,8 @@ def baseline(run: Run, dataset: Dataset, search: bool = True) -> Baseline:
         for trial in trials
     )
     sizes = by_unit(posed.train.columns, np.concatenate(errors))
+    measured = np.concatenate([measured_of(trial, posed.train.columns) for trial in trials])
+    spread = by_unit(posed.train.columns, measured - np.nanmean(measured, axis=0))
     return Baseline(
         name=dataset.name,
         robot=robot,
@@ -100,6 +104,7 @@ def baseline(run: Run, dataset: Dataset, search: bool = True) -> Baseline:
         registration=posed.registration,
         twin=prepared.twin,
         misfit=max(size / max(before.noise.get(unit, 0.0), 1e-12) for unit, size in sizes.items()),
+        relative_error=max(size / max(spread[unit], 1e-12) for unit, size in sizes.items()),
     )
 
 

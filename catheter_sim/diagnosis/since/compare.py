@@ -35,12 +35,15 @@ class Comparison:
         since: name of the earlier data set.
         rows: of the later recording.
         paired_rows: how many of them pair with rows of the earlier one.
+        relative_error: of the earlier recording's model, beside what moved. It is wrong by about as much, too,
+            about how much a change does, so that every change's interval is widened by that share of it.
     """
 
     diagnosis: Diagnosis
     since: str
     rows: int
     paired_rows: int
+    relative_error: float = 0.0
 
     @property
     def verdict(self) -> str:
@@ -51,7 +54,12 @@ class Comparison:
     def changes(self) -> tuple[Cause, ...]:
         """Return the causes that changed; each number is its change, and `null` 0."""
         return tuple(
-            replace(cause, parameters={name: _change(item) for name, item in cause.parameters.items()})
+            replace(
+                cause,
+                parameters={
+                    name: _change(item, self.relative_error) for name, item in cause.parameters.items()
+                },
+            )
             for cause in self.diagnosis.causes
         )
 
@@ -76,7 +84,8 @@ def compare(
     Raises:
         InputError: they are not of the same robot or outputs, or the earlier one looks wrong by itself.
     """
-    if before.robot != after.robot:
+    extended = before.calibration == ()  # of a finished report: the robot with what was found
+    if not extended and before.robot != after.robot:
         raise InputError(
             f"{after.folder}: is of {after.robot_reference}, the earlier recording of "
             f"{before.robot_reference}: both need the same robot"
@@ -84,16 +93,18 @@ def compare(
     if before.motion != after.motion:
         raise InputError(f"{after.folder}: both recordings need the same motion, held or dynamic")
     with running(place, progress, budget_s) as run:
-        base = baseline(run, before, search=share_paired(after, before) < MOSTLY_PAIRED)
+        base = baseline(run, before, is_paired=share_paired(after, before) >= MOSTLY_PAIRED)
         found = differences(after, base)
         diagnosis = diagnose_prepared(run, found.prepared, simulation)
-    return Comparison(diagnosis, before.name, found.rows, found.paired_rows)
+    return Comparison(diagnosis, before.name, found.rows, found.paired_rows, base.relative_error)
 
 
-def _change(parameter: FittedParameter) -> FittedParameter:
-    """Return a number's change; a number that changed from an infinite value is told as it is."""
+def _change(parameter: FittedParameter, share: float) -> FittedParameter:
+    """Return a number's change, its interval wider by a share of it; a number that changed from an infinite value is told as it is."""
     null = parameter.null
     if null is None or not math.isfinite(null):
         return parameter
     low, high = parameter.ci95
-    return FittedParameter(parameter.value - null, (low - null, high - null), 0.0)
+    change = parameter.value - null
+    margin = share * abs(change)
+    return FittedParameter(change, (low - null - margin, high - null + margin), 0.0)

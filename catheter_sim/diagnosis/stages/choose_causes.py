@@ -10,6 +10,7 @@ from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.stages.find_data_faults import Faults
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.stages.run import Run
+from catheter_sim.diagnosis.thresholds import MOST_CAUSES
 
 
 @dataclass(frozen=True)
@@ -27,11 +28,11 @@ class Choice:
     fit: Fit
 
 
-def choose_causes(run: Run, posed: Posed, faults: Faults) -> Choice:
-    """Return the causes that explain the training trials; none where the data look wrong."""
+def choose_causes(run: Run, posed: Posed, faults: Faults, most: int = MOST_CAUSES) -> Choice:
+    """Return the causes that explain the training trials, at most so many; none where the data look wrong."""
     run.say("choosing causes")
     candidates = () if faults.found else candidates_for(posed.train)
-    selection = select(posed.train, candidates, run.pool, run.say, run.deadline)
+    selection = select(posed.train, candidates, run.pool, run.say, run.deadline, most)
     run.say("fitting the chosen causes")
     chosen = selection.chosen
     fitted = fit(posed.train, chosen.terms, chosen.values, cross_validate=False, thorough=posed.thorough)

@@ -1,0 +1,180 @@
+"""What changed between two recordings of one robot, and what can be done with it."""
+
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from catheter_sim.public.arguments import path_of
+from catheter_sim.public.diagnoses import Diagnosis, number_of_jobs
+from catheter_sim.public.listing import Listing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from catheter_sim.core.robot import RobotSpec
+    from catheter_sim.diagnosis.data.trials import Dataset
+    from catheter_sim.diagnosis.report.result import Cause
+    from catheter_sim.diagnosis.since.compare import Comparison as Result
+
+_COLUMNS = ("change", "parameter", "value", "low", "high", "probability")
+
+
+@dataclass(frozen=True, repr=False)
+class Comparison:
+    """What changed between two recordings: see `compare`, which returns it.
+
+    Attributes:
+        result: every figure and series, with its evidence.
+    """
+
+    result: Result
+
+    @property
+    def verdict(self) -> str:
+        """Return "changed", "unchanged", "unexplained" or "data_suspect"."""
+        return self.result.verdict
+
+    @property
+    def changes(self) -> tuple[Cause, ...]:
+        """Return what changed, by share of the gain; none unless the verdict is "changed"."""
+        return self.result.changes
+
+    @property
+    def sentence(self) -> str:
+        """Return what was found, in one sentence."""
+        from catheter_sim.diagnosis.since.report import comparison_sentence
+
+        return comparison_sentence(self.result)
+
+    @cached_property
+    def document(self) -> Mapping[str, Any]:
+        """The content of `diagnosis.json`."""
+        from catheter_sim.diagnosis.since.report import comparison_document
+
+        return comparison_document(self.result)
+
+    @property
+    def robot(self) -> RobotSpec:
+        """Return the later recording's robot: the earlier one's with the changes in it."""
+        return self.result.diagnosis.extended_robot
+
+    def to_table(self) -> Listing:
+        """Return a row for each parameter of each change, with its 95 % interval; no change: no row."""
+        rows = tuple(
+            {
+                "change": cause.name,
+                "parameter": name,
+                "value": parameter.value,
+                "low": parameter.ci95[0],
+                "high": parameter.ci95[1],
+                "probability": cause.probability,
+            }
+            for cause in self.changes
+            for name, parameter in cause.parameters.items()
+        )
+        return Listing(self.verdict.replace("_", " "), _COLUMNS, rows)
+
+    def to_dataframe(self) -> Any:
+        """Return `to_table` as a pandas `DataFrame`.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        return self.to_table().to_dataframe()
+
+    def plot(self, trial: str | None = None) -> Figure:
+        """Return a figure of a trial of the later recording, without what both share.
+
+        Args:
+            trial: its name or file; default: the first that was held out.
+
+        Raises:
+            InputError: no such trial.
+        """
+        return Diagnosis(self.result.diagnosis).plot(trial)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the report to a folder, as `catheter-sim diagnose --since` does.
+
+        Raises:
+            InputError: the folder cannot be made or written.
+        """
+        from catheter_sim.diagnosis.since.report import write_comparison
+        from catheter_sim.files import check_output_folder
+
+        write_comparison(self.result, check_output_folder(path_of(path, "save")))
+
+    def __repr__(self) -> str:
+        names = ", ".join(cause.name for cause in self.changes)
+        return f"<Comparison: {self.verdict}{f' ({names})' if names else ''}>"
+
+    def _repr_html_(self) -> str:
+        table = self.to_table()._repr_html_() if self.changes else ""
+        return f"<p>{html.escape(self.sentence)}</p>{table}"
+
+
+def compare(
+    before: Dataset | str | os.PathLike[str],
+    after: Dataset | str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    jobs: int = 1,
+) -> Comparison:
+    """Say what changed between two data sets of one robot.
+
+    What both share, named or not, is taken out: at rows with the same command and the same way to it by their
+    difference, elsewhere by what explains the earlier recording. Only what is left is explained by causes.
+
+    Args:
+        before: the earlier recording: from `load_dataset` or `dataset`, a folder, or the folder of its
+            finished report.
+        after: the later one.
+        out: a folder for the report; default: nothing is written.
+        jobs: processes to fit with.
+
+    Raises:
+        InputError: the data are not what they must be or not of one robot, or the folder cannot be written.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> import numpy as np
+        >>> time_s, noise = np.arange(24.0), np.random.default_rng(1)
+        >>> def recording(width_mm):
+        ...     robot = cs.load_robot("mitral_transseptal", {"effects.backlash.width_mm": width_mm})
+        ...     trials = []
+        ...     for most_mm in (1.8, 2.1, 2.4):
+        ...         pull = {"time_s": time_s, "displacement_bending_mm": most_mm * np.sin(0.42 * time_s)}
+        ...         seen = cs.statics(robot, pull, model="pk").to_table(["tip_x_mm", "tip_z_mm"])
+        ...         noisy = {name: tip + noise.normal(0.0, 0.05, 24) for name, tip in seen.columns.items()}
+        ...         trials.append(pull | noisy)
+        ...     return cs.dataset("mitral_transseptal", trials)
+        >>> cs.compare(recording(0.2), recording(0.6))
+        <Comparison: changed (backlash)>
+        >>> cs.compare(recording(0.2), recording(0.2)).verdict
+        'unchanged'
+    """
+    from catheter_sim.diagnosis.data.trials import Dataset as Data
+    from catheter_sim.diagnosis.fitting.workers import Workers
+    from catheter_sim.diagnosis.since.compare import compare as compare_datasets
+    from catheter_sim.diagnosis.since.from_report import is_report, recording_of_report
+    from catheter_sim.files import check_output_folder
+    from catheter_sim.public.data import load_dataset
+
+    place = Workers(number_of_jobs(jobs))
+    folder = None if out is None else check_output_folder(path_of(out, "out"))
+    later = after if isinstance(after, Data) else load_dataset(after)
+    if isinstance(before, Data):
+        earlier = before
+    elif is_report(Path(path_of(before, "before"))):
+        earlier = recording_of_report(Path(path_of(before, "before")), later)
+    else:
+        earlier = load_dataset(before)
+    found = Comparison(compare_datasets(earlier, later, place))
+    if folder is not None:
+        found.save(folder)
+    return found

@@ -1,0 +1,46 @@
+"""Claims about which rows of two recordings pair."""
+
+from __future__ import annotations
+
+import numpy as np
+from planted import as_inputs
+
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.diagnosis.since.pairing import paired
+
+
+def pulled(*rows: float) -> Inputs:
+    """Return inputs in which the first of three tendons is pulled."""
+    pull = np.array(rows)
+    return as_inputs(np.stack([pull, 0 * pull, 0 * pull], axis=1), "displacement")
+
+
+def test_the_same_trial_pairs_row_by_row() -> None:
+    """Where a trial begins as another one did, each row has that trial's row as its partner, and no other."""
+    loop = (0.0, 1.0, 2.0, 1.0, 0.0, 1.0, 2.0)
+    errors = [np.arange(7.0)[:, None], 100.0 + np.arange(2.0)[:, None]]
+    found = paired(pulled(*loop), [pulled(*loop), pulled(2.0, 1.0)], errors)
+    np.testing.assert_allclose(found.error[:, 0], np.arange(7.0))
+    assert found.count.tolist() == [1] * 7
+
+
+def test_rows_pair_by_command_and_direction() -> None:
+    """After another beginning, the same command pairs where it was come to in the same direction."""
+    errors = [np.array([[0.0], [10.0], [20.0], [30.0], [40.0]])]
+    found = paired(pulled(0.5, 2.0, 1.0), [pulled(0.0, 1.0, 2.0, 1.0, 0.0)], errors)
+    assert np.isnan(found.error[0, 0])  # 0.5 was never commanded
+    assert found.error[1, 0] == 20.0
+    assert found.error[2, 0] == 30.0  # on the way home, not out
+
+
+def test_missing_values_have_no_part() -> None:
+    """A partner without a measured value gives none; another one does, and several tell their scatter."""
+    rows = (0.0, 1.0, 0.0)
+    errors = [
+        np.array([[0.0], [np.nan], [1.0]]),
+        np.array([[0.0], [4.0], [3.0]]),
+        np.array([[0.0], [6.0], [5.0]]),
+    ]
+    found = paired(pulled(*rows), [pulled(*rows)] * 3, errors)
+    np.testing.assert_allclose(found.error[:, 0], [0.0, 5.0, 3.0])
+    np.testing.assert_allclose(found.spread[1:, 0], [2.0, 4.0])
