@@ -35,7 +35,7 @@ class Comparison:
         since: name of the earlier data set.
         rows: of the later recording.
         paired_rows: how many of them pair with rows of the earlier one.
-        relative_error: of the earlier recording's model, beside what moved. It is wrong by about as much, too,
+        relative_error: of the earlier recording's model, beside what moved. It is wrong by about as much
             about how much a change does, so that every change's interval is widened by that share of it.
     """
 
@@ -53,13 +53,9 @@ class Comparison:
     @property
     def changes(self) -> tuple[Cause, ...]:
         """Return the causes that changed; each number is its change, and `null` 0."""
+        share = self.relative_error
         return tuple(
-            replace(
-                cause,
-                parameters={
-                    name: _change(item, self.relative_error) for name, item in cause.parameters.items()
-                },
-            )
+            replace(cause, parameters={name: _change(item, share) for name, item in cause.parameters.items()})
             for cause in self.diagnosis.causes
         )
 
@@ -100,7 +96,10 @@ def compare(
 
 
 def _change(parameter: FittedParameter, share: float) -> FittedParameter:
-    """Return a number's change, its interval wider by a share of it; a number that changed from an infinite value is told as it is."""
+    """Return a number's change, its interval wider by a share of it.
+
+    A number that changed from an infinite value is told as it is.
+    """
     null = parameter.null
     if null is None or not math.isfinite(null):
         return parameter
