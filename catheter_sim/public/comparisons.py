@@ -31,6 +31,25 @@ class Comparison:
 
     Attributes:
         result: every figure and series, with its evidence.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> import numpy as np
+        >>> time_s, noise = np.arange(24.0), np.random.default_rng(2)
+        >>> def recording(width_mm):
+        ...     robot = cs.load_robot("mitral_transseptal", {"effects.backlash.width_mm": width_mm})
+        ...     trials = []
+        ...     for most_mm in (1.8, 2.1, 2.4):
+        ...         pull = {"time_s": time_s, "displacement_bending_mm": most_mm * np.sin(0.42 * time_s)}
+        ...         seen = cs.statics(robot, pull, model="pk").to_table(["tip_x_mm", "tip_z_mm"])
+        ...         noisy = {name: tip + noise.normal(0.0, 0.05, 24) for name, tip in seen.columns.items()}
+        ...         trials.append(pull | noisy)
+        ...     return cs.dataset("mitral_transseptal", trials)
+        >>> found = cs.compare(recording(0.1), recording(0.6))
+        >>> found.verdict, [change.name for change in found.changes]
+        ('changed', ['backlash'])
+        >>> round(found.to_table()[0]["value"], 1)
+        0.5
     """
 
     result: Result

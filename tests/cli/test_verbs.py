@@ -255,8 +255,8 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     dataset = load_dataset(assets_folder() / "examples" / "opencr_v4")
     asked: list[object] = []
 
-    def diagnose(data: str, out: Path, jobs: int, progress: bool, dask: str) -> Diagnosis:
-        asked.extend([data, str(out), jobs, progress])
+    def diagnose(data: str, out: Path, jobs: int, progress: bool, dask: str, budget_s: float) -> Diagnosis:
+        asked.extend([data, str(out), jobs, progress, budget_s])
         return Diagnosis(
             dataset=dataset,
             verdict="cause_found",
@@ -273,9 +273,9 @@ def test_diagnose_prints_the_verdict_and_its_figures(
         )
 
     monkeypatch.setattr(pipeline, "diagnose", diagnose)
-    ran = run("diagnose", "data", "-o", "out", "--jobs", "2")
+    ran = run("diagnose", "data", "-o", "out", "--jobs", "2", "--budget", "90")
     assert ran.status == 0
-    assert asked == ["data", "out", 2, True]
+    assert asked == ["data", "out", 2, True, 90.0]
     for text in (
         "is wrong about backlash",
         "verdict: cause_found",

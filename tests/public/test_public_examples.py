@@ -12,6 +12,7 @@ import pytest
 import catheter_sim as cs
 
 SLOW = {"Simulator", "attach", "render", "simulate", "Run", "list_robots", "statics", "diagnose", "Diagnosis"}
+SLOW |= {"compare", "Comparison"}
 NAMES = [
     pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name
     for name in cs.__all__

@@ -70,6 +70,7 @@ def dataset_of(
     read = [_trial_of(robot, trial, role, table, inputs, measured) for trial, role, table in tables]
     trials = tuple(trial for trial, _ in read)
     check_outputs(robot, trials, measured, name)
+    bounds = {key: _listed(item) for key, item in calibration.items()}
     dataset = Dataset(
         folder=Path(name),
         name=name,
@@ -82,10 +83,7 @@ def dataset_of(
         output_channels=measured,
         trials=trials,
         motion=motion_named(motion, f"{name}: motion"),
-        calibration=calibration_numbers(
-            {key: _listed(bounds) for key, bounds in calibration.items()}, robot, name
-        )
-        or None,
+        calibration=calibration_numbers(bounds, robot, name) or None,
         notes=notes_on_ignored(robot, {trial.file: ignored for trial, ignored in read if ignored}),
     )
     refuse_copies(dataset, {trial.file: _content(trial) for trial in trials}, name)
