@@ -53,10 +53,8 @@ def main() -> int:
     try:
         robots = _robots(options.robots)
         draws = range(options.draws) if options.only is None else _numbers(options.only)
-        print(
-            f"{options.purpose}, seed {options.seed}, {len(draws)} draws, commit {commit()}, code {whole_code()}",
-            flush=True,
-        )
+        about = f"{options.purpose}, seed {options.seed}, {len(draws)} draws"
+        print(f"{about}, commit {commit()}, code {whole_code()}", flush=True)
         scores = run_bench(
             options.purpose,
             options.seed,

@@ -101,7 +101,7 @@ def _course(
 
 
 def _legs(specimen: Specimen, generator: np.random.Generator, style: str, rows: int) -> list[_Leg]:
-    """Return the ways of one trial, whose rows add up to about `rows`; each figure starts and ends at rest."""
+    """Return the ways of one trial, about `rows` rows; each figure starts and ends at rest."""
     legs: list[_Leg] = []
     while sum(leg.rows for leg in legs) < 0.8 * rows:
         left = rows - sum(leg.rows for leg in legs)

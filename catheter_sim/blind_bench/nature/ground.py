@@ -1,7 +1,7 @@
 """A data set before anything is planted, on few rows: what is large there, and how much a form changes.
 
 Sizes are those that are left when a calibration has taken its part: the change of the outputs is
-projected on the changes by the robot's uncertain numbers, each held back by its range.
+projected on the changes by the robot's uncertain numbers, each within its range.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from catheter_sim.blind_bench.nature.courses import TRAINING, Course
 from catheter_sim.blind_bench.nature.engine import CannotMake, columns_of, looked_at, simulated
@@ -23,6 +24,7 @@ SMALLEST, LARGEST = 5.0, 30.0  # times the noise
 _ROWS = 18  # of a trial that sizes are found on
 _STEP = 0.5  # of half the range of an uncertain number
 _TRIALS = 8
+_ROOM = 1e-6  # beyond a range, so that no specimen lies on its end
 _NOTHING = Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
 
 
@@ -89,7 +91,7 @@ class Ground:
 
     @cached_property
     def calibrations(self) -> Array:
-        """Change of the outputs over their noise by a standard deviation of each uncertain number, (n, k)."""
+        """Change of the outputs over their noise by half the range of each uncertain number, (n, k)."""
         found = []
         for item in uncertain_of(self.specimen):
             step = _STEP * item.half
@@ -99,7 +101,7 @@ class Ground:
             other = replace(self.specimen, robot=scaled(self.specimen.robot, item.keys, factor))
             shapes = [simulated(other, self.scale, (), course, rows) for course, rows in self.picked]
             change = self._over_noise([columns_of(other, item_shapes) for item_shapes in shapes])
-            found.append(change / step * item.half / np.sqrt(3.0))
+            found.append(change / step * item.half)
         count = sum(len(rows) for _, rows in self.picked) * len(self.specimen.columns)
         return np.array(found).T if found else np.zeros((count, 0))
 
@@ -126,21 +128,22 @@ class Ground:
     def left(self, change: Array, others: Sequence[Array] = ()) -> Array:
         """Return what is left of a change when calibration, and any multiples of others, are taken off.
 
-        The rows are few of many: what the data say weighs as much as all rows would.
+        Each uncertain number goes no further than its range, as seen from this specimen.
         """
         known = self.calibrations
-        more = sum(len(course) for course in self.courses[:TRAINING]) / sum(
-            len(rows) for _, rows in self.picked
-        )
         free = np.stack(others, axis=1) if len(others) else np.zeros((len(change), 0))
-        held = np.concatenate([np.eye(known.shape[1]), np.zeros((known.shape[1], free.shape[1]))], axis=1)
         directions = np.concatenate([known, free], axis=1)
         if not directions.shape[1]:
             return change
-        weight = np.sqrt(more)
-        rows = np.concatenate([weight * directions, held])
-        wanted = np.concatenate([weight * change, np.zeros(len(held))])
-        return np.asarray(change - directions @ np.linalg.lstsq(rows, wanted, rcond=None)[0])
+        factors = [self.specimen.factors[item.name] for item in uncertain_of(self.specimen)]
+        ranges = [item.half for item in uncertain_of(self.specimen)]
+        ends = [
+            [(1.0 + side * half - factor) / half for factor, half in zip(factors, ranges, strict=True)]
+            + [side * np.inf] * free.shape[1]
+            for side in (-1.0, 1.0)
+        ]
+        found = lsq_linear(directions, change, (np.array(ends[0]) - _ROOM, np.array(ends[1]) + _ROOM))
+        return np.asarray(change - directions @ found.x)
 
     def sized(self, form: Form, numbers: Numbers, target: float, sign: float) -> tuple[Planted, Array] | None:
         """Return a form of a size that leaves about `target` times the noise, and its change.

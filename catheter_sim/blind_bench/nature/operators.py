@@ -48,7 +48,10 @@ def soft_play(u: Array, width: ArrayLike, through: float) -> Array:
 
 
 def capstan(tension: Array, turn: float) -> Array:
-    """Return the tension behind a bend: it lies in [T exp(-turn), T exp(turn)] (Euler; turn = mu times angle)."""
+    """Return the tension behind a bend: it lies in [T exp(-turn), T exp(turn)] (Euler).
+
+    `turn` is the coefficient of friction times the angle [rad].
+    """
     return within(tension * np.exp(-turn), tension * np.exp(turn))
 
 

@@ -1,4 +1,4 @@
-"""The robot of a draw as nature made it: its specimen's errors, what is measured of it, and what is large for it."""
+"""The robot of a draw as nature made it: its specimen's errors, and what is measured of it."""
 
 from __future__ import annotations
 

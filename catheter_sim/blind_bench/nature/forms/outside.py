@@ -59,7 +59,8 @@ def _eccentric(acting: Acting, course: Course, u: Array) -> Array:
     period = acting.numbers["period"] * acting.specimen.reach
     phase = acting.numbers["phase_rad"]
     wave = np.sin(2.0 * np.pi * u / period + phase) - np.sin(phase)
-    return u + 0.005 * acting.size * acting.specimen.reach * wave * acting.specimen.pulls
+    steepest = _PERCENT * acting.size  # of the slope: below one, so that a pull never lets go
+    return u + steepest * period / (2.0 * np.pi) * wave * acting.specimen.pulls
 
 
 def _pulley(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
@@ -148,7 +149,8 @@ FORMS = (
         cause="eccentric_pulley",
         law="u' = u + e (sin(2 pi u / P + phase) - sin(phase))",
         draw=_pulley,
-        most=60.0,
+        start=20.0,
+        most=90.0,
         command=_eccentric,
     ),
     replace(

@@ -57,7 +57,7 @@ def _stretched(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
 
 
 def _distorted(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
-    """The field of an electromagnetic tracker is bent: an error that grows with the square of the distance."""
+    """An electromagnetic tracker's field is bent: its error grows with the square of the distance."""
     toward = _vector(acting.numbers["toward"])
     away = np.sum((shapes.p / acting.specimen.length_m) ** 2, axis=-1, keepdims=True)
     return replace(shapes, p=shapes.p + acting.size * _TENTH_MM * away * toward)
