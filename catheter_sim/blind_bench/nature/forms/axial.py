@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -43,9 +44,13 @@ def _softened(acting: Acting, robot: RobotSpec) -> RobotSpec:
     tendons = []
     for tendon in robot.tendons:
         name = getattr(tendon, "channel", "") or tendon.name
-        stiffness = 1.0 / (1.0 / tendon.stiffness_N_per_m + _compliance(acting))
+        stiffness = _stiffness(1.0 / tendon.stiffness_N_per_m + _compliance(acting))
         tendons.append(replace(tendon, stiffness_N_per_m=stiffness) if name in bends else tendon)
     return replace(robot, tendons=tuple(tendons))
+
+
+def _stiffness(compliance_m_per_N: float) -> float:
+    return 1.0 / compliance_m_per_N if compliance_m_per_N > 0.0 else math.inf
 
 
 def _spring(acting: Acting) -> Mapping[str, float]:
@@ -82,7 +87,7 @@ def _braided(acting: Acting, course: Course, u: Array) -> Array:
 
 
 def _mounted(acting: Acting, robot: RobotSpec) -> RobotSpec:
-    return replace(robot, mount=Mount(1.0 / _mount_compliance(acting)))
+    return replace(robot, mount=Mount(_stiffness(_mount_compliance(acting))))
 
 
 def _mount_compliance(acting: Acting) -> float:

@@ -76,9 +76,8 @@ def _slipped(acting: Acting, course: Course, u: Array) -> Array:
     generator = np.random.default_rng((int(acting.numbers["seed"]), course.number + repeated))
     share = np.zeros_like(u)
     for column in range(u.shape[1]):
-        slips = np.flatnonzero(generator.random(len(u)) < _SLIPS)
-        for first, last in zip(slips, [*slips[1:], len(u)], strict=True):
-            share[first:last, column] = generator.uniform(-1.0, 1.0)
+        for row in np.flatnonzero(generator.random(len(u)) < _SLIPS):
+            share[row:, column] = generator.uniform(-1.0, 1.0)
     return u * (1.0 - min(_PERCENT * acting.size, 0.9) * share * acting.specimen.pulls)
 
 
