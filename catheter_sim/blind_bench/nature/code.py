@@ -23,7 +23,14 @@ _MAKERS = (
     "simulation",
     "tables.py",
 )
-_JUDGES = ("score.py", "table.py", "run.py", "code.py")  # of this folder: they make no data
+_JUDGES = (
+    "score.py",
+    "table.py",
+    "run.py",
+    "code.py",
+    "rivals.py",
+    "listing.py",
+)  # of this folder: they make no data
 _NOT_SIMULATED = ("theory", "twin.py", "statics.py", "warp", "gpu", "picture.py")
 
 

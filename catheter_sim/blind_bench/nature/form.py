@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -63,6 +63,7 @@ class Acting:
 
 
 Draw = Callable[[Specimen, Scale, np.random.Generator], Numbers]
+Every = Callable[[Specimen, Scale], Sequence[Numbers]]
 OnCommands = Callable[[Acting, Course, Array], Array]
 OnShapes = Callable[[Acting, Course, Shapes], Shapes]
 
@@ -70,6 +71,11 @@ OnShapes = Callable[[Acting, Course, Shapes], Shapes]
 def nothing_more(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
     """Draw nothing besides the size."""
     return {}
+
+
+def nothing_else(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
+    """Return the one choice that a form has which draws nothing."""
+    return ({},)
 
 
 @dataclass(frozen=True)
@@ -86,6 +92,7 @@ class Form:
         purpose: of a foreign form "tune" or "judge"; of a known one "both".
         applies: whether it makes sense on a specimen.
         draw: what else it has.
+        every: of a known form, all choices that `draw` has, of numbers that are no choice a typical one.
         start, most: first size tried, and the largest.
         signed: whether its size may be negative.
         also: other causes whose form says the same; to name one of them is right, too.
@@ -108,6 +115,7 @@ class Form:
     purpose: str
     applies: Callable[[Specimen], bool] = lambda specimen: True
     draw: Draw = nothing_more
+    every: Every = nothing_else
     start: float = 1.0
     most: float = 100.0
     signed: bool = False
@@ -151,6 +159,11 @@ class Planted:
 def one_channel(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
     """Draw one of the channels that pull."""
     return {"channel": int(generator.choice(np.flatnonzero(specimen.pulls)))}
+
+
+def each_channel(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
+    """Return the choices of one of the channels that pull."""
+    return [{"channel": int(index)} for index in np.flatnonzero(specimen.pulls)]
 
 
 def several_channels(specimen: Specimen) -> bool:

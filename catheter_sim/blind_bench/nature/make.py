@@ -31,6 +31,7 @@ class Made:
 
     Attributes:
         purpose, seed, index: of the draw.
+        attempt: of those made for it, the one that gave data.
         story: one of `deal.STORIES`.
         robot: the bench's name of it.
         ground: specimen and trials.
@@ -44,6 +45,7 @@ class Made:
     purpose: str
     seed: int
     index: int
+    attempt: int
     story: str
     robot: str
     ground: Ground
@@ -65,8 +67,8 @@ def make(purpose: str, seed: int, index: int, robots: Sequence[str] = tuple(BENC
     for attempt in range(_ATTEMPTS):
         generator = generator_of(purpose, seed, index, attempt)
         try:
-            specimen = drawn_specimen(generator, robot)
-            ground = Ground(specimen, drawn_courses(specimen, generator))
+            ground = drawn_ground(generator, robot)
+            specimen = ground.specimen
             chosen, sizes = _planted(ground, story, purpose, generator, refused)
             outputs = _outputs(ground, chosen)
         except CannotMake as error:
@@ -74,8 +76,16 @@ def make(purpose: str, seed: int, index: int, robots: Sequence[str] = tuple(BENC
             continue
         kind = drawn_kind(generator)
         noisy = tuple(measured(values, specimen.noise, kind, generator) for values in outputs)
-        return Made(purpose, seed, index, story, robot, ground, chosen, sizes, kind, noisy, tuple(refused))
+        return Made(
+            purpose, seed, index, attempt, story, robot, ground, chosen, sizes, kind, noisy, tuple(refused)
+        )
     raise CannotMake(f"draw {index}, {robot}, {story}: {'; '.join(refused)}")
+
+
+def drawn_ground(generator: np.random.Generator, robot: str) -> Ground:
+    """Return a specimen of a robot and its trials."""
+    specimen = drawn_specimen(generator, robot)
+    return Ground(specimen, drawn_courses(specimen, generator))
 
 
 def _outputs(ground: Ground, planted: Sequence[Planted]) -> list[Array]:
@@ -163,12 +173,10 @@ def _sized(ground: Ground, form: Form, generator: np.random.Generator) -> tuple[
 
 def _separate(ground: Ground, first: tuple[Planted, Array], second: tuple[Planted, Array]) -> bool:
     """Return whether each of two effects leaves something when the other's cause has taken what it can."""
-    for (mine, change), (other, _) in ((first, second), (second, first)):
-        family = [*_family(ground, other)]
-        if rms(ground.left(change, [*family])) < SEPARATE:
-            return False
-        del mine
-    return True
+    return all(
+        rms(ground.left(change, _family(ground, other))) >= SEPARATE
+        for (_, change), (other, _) in ((first, second), (second, first))
+    )
 
 
 def _family(ground: Ground, planted: Planted) -> list[Array]:

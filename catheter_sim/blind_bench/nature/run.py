@@ -10,9 +10,12 @@ from typing import Any
 
 from catheter_sim.blind_bench.elsewhere import Diagnose, diagnose_elsewhere, diagnosed, run_all
 from catheter_sim.blind_bench.nature.code import commit, making_code, whole_code
-from catheter_sim.blind_bench.nature.deal import robot_of, story_of
+from catheter_sim.blind_bench.nature.deal import generator_of, robot_of, story_of
 from catheter_sim.blind_bench.nature.engine import CannotMake
-from catheter_sim.blind_bench.nature.make import make
+from catheter_sim.blind_bench.nature.form import Planted
+from catheter_sim.blind_bench.nature.forms import BY_KEY
+from catheter_sim.blind_bench.nature.make import drawn_ground, make
+from catheter_sim.blind_bench.nature.rivals import TOLD_APART, distance
 from catheter_sim.blind_bench.nature.score import score
 from catheter_sim.blind_bench.nature.table import NOT_MADE
 from catheter_sim.blind_bench.nature.write import write_made
@@ -67,6 +70,7 @@ def run_draw(
         shutil.rmtree(folders.found, ignore_errors=True)
         folders.found.mkdir(parents=True)
         result = score(folders, diagnosed(folders, limit_s, diagnose))
+        result |= _looked_closer(answer, result)
         either = {name for item in answer["hidden"] for name in (*item["also"], *item.get("alike", []))}
         result["either"] = sorted(either - set(result["true"]))
     result |= {
@@ -110,6 +114,21 @@ def scores_in(root: Path, code: str | None = None) -> list[dict[str, Any]]:
     wanted = code or whole_code()
     found = [read_json(path) for path in sorted((root / "scores").glob("draw_*.json"))]
     return [item for item in found if item is not None and item["code"] == wanted]
+
+
+def _looked_closer(answer: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
+    """Return what a miss is worth: right where what is named cannot be told from what is hidden, by anybody."""
+    if result["right"] or not result["named"] or result["story"] not in ("single", "pair"):
+        return {}
+    generator = generator_of(*(answer[key] for key in ("purpose", "seed", "index", "attempt")))
+    ground = drawn_ground(generator, answer["robot"])
+    hidden = [
+        Planted(BY_KEY[f"{item['cause']}.{item['form']}"], item["size"], item["numbers"])
+        for item in answer["hidden"]
+    ]
+    named = result["named"][:1] if result["story"] == "single" else result["named"]
+    apart = distance(ground, hidden, named)
+    return {"distance": apart, "right": apart is not None and apart < TOLD_APART}
 
 
 def _not_made(purpose: str, seed: int, index: int, robots: Sequence[str], why: str) -> dict[str, Any]:

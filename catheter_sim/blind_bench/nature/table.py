@@ -154,6 +154,8 @@ def miss_text(item: Score) -> str:
     chances = sorted((item["probabilities"] or {}).items(), key=lambda pair: -pair[1])[:3]
     if chances:
         text += f" [{', '.join(f'{name} {chance:.2f}' for name, chance in chances)}]"
+    if item.get("distance") is not None:
+        text += f"; from the truth {item['distance']:.1f}"
     if item.get("after_over_noise") is not None:
         text += f"; error {item['after_over_noise']:.2f} x noise"
     return text

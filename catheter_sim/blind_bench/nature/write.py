@@ -44,6 +44,7 @@ def answer_of(made: Made) -> dict[str, Any]:
         "purpose": made.purpose,
         "seed": made.seed,
         "index": made.index,
+        "attempt": made.attempt,
         "story": made.story,
         "robot": made.robot,
         "hidden": [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -238,6 +238,15 @@ def _sectioned_cubic(specimen: Specimen) -> bool:
     return _has_cubic(specimen) and len(specimen.bench.robot.segments) > 1
 
 
+def _each_axis(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
+    return [{"axis": axis} for axis in ("xy" if not specimen.planar or _bends_in_y(specimen) else "x")]
+
+
+def _each_joint(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
+    segments = specimen.bench.robot.segments
+    return [{"joint": item.name} for item in segments if getattr(item, "joint", "") == "bending"]
+
+
 _CURVED = Form(
     cause="precurvature",
     name="",
@@ -246,6 +255,7 @@ _CURVED = Form(
     purpose="tune",
     applies=_has_curvature,
     draw=_axis,
+    every=_each_axis,
     start=5.0,
     signed=True,
     most=150.0,
@@ -369,6 +379,7 @@ FORMS = (
         purpose="both",
         applies=bends_joints,
         draw=_rest_joint,
+        every=_each_joint,
         start=2.0,
         most=27.0,
         robot=_bent_at_rest,
@@ -383,6 +394,7 @@ FORMS = (
         purpose="both",
         applies=_has_tube,
         draw=_tube_axis,
+        every=lambda specimen, scale: [{"axis": "x"}, {"axis": "y"}],
         robot=_tube_curved,
         parameters=_curvature,
     ),

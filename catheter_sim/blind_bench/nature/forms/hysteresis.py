@@ -15,6 +15,7 @@ from catheter_sim.blind_bench.nature.form import (
     Numbers,
     Scale,
     channel_name,
+    each_channel,
     in_unit,
     one_channel,
     per_channel,
@@ -200,6 +201,7 @@ FORMS = (
         law="the play operator, of one channel's drive",
         applies=lambda specimen: specimen.jointed,
         draw=one_channel,
+        every=each_channel,
         parameters=_own_width,
     ),
     Form(
@@ -210,6 +212,7 @@ FORMS = (
         purpose="both",
         applies=bends_joints,
         draw=a_bending_channel,
+        every=lambda specimen, scale: [{"channel": channel} for channel in _bending_channels(specimen)],
         start=3.0,
         command=_slackened,
         parameters=_slack,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from catheter_sim.blind_bench.nature.form import (
     Numbers,
     Scale,
     channel_name,
+    each_channel,
     in_unit,
     one_channel,
     per_channel,
@@ -85,15 +86,9 @@ def _several_parts(specimen: Specimen) -> bool:
 
 
 def _pair_of_parts(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    """Draw the part that moves another one; nothing is moved into an advance, which stands at its stop."""
-    first = str(generator.choice(parts_of(specimen)))
-    onto = [
-        part
-        for part in parts_of(specimen)
-        if part != first
-        and not any(drive.channel == part and drive.quantity is Quantity.ADVANCE for drive in specimen.drives)
-    ]
-    return {"from": first, "to": str(generator.choice(onto))}
+    """Draw the part that moves another one."""
+    pairs = _pairs_of_parts(specimen, scale)
+    return pairs[int(generator.integers(len(pairs)))]
 
 
 def crossed(specimen: Specimen, first: str, second: str) -> Array:
@@ -121,6 +116,21 @@ def _moved(acting: Acting, u: Array, of: Array) -> Array:
         u
         + _unit_share(acting) * acting.size * of @ crossed(acting.specimen, numbers["from"], numbers["to"]).T
     )
+
+
+def _pairs_of_parts(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
+    parts = parts_of(specimen)
+    return [
+        {"from": first, "to": second}
+        for first in parts
+        for second in parts
+        if first != second and crossed(specimen, first, second).any() and not _advances(specimen, second)
+    ]
+
+
+def _advances(specimen: Specimen, part: str) -> bool:
+    """Whether a part is one that is pushed out: nothing is moved into it, as it stands at its stop."""
+    return any(drive.channel == part and drive.quantity is Quantity.ADVANCE for drive in specimen.drives)
 
 
 def _unit_share(acting: Acting) -> float:
@@ -175,7 +185,12 @@ _ZERO = Form(
 FORMS = (
     _COMMON,
     replace(
-        _COMMON, name="channel", law="u' = s u of one channel", draw=one_channel, applies=several_channels
+        _COMMON,
+        name="channel",
+        law="u' = s u of one channel",
+        draw=one_channel,
+        every=each_channel,
+        applies=several_channels,
     ),
     Form(
         cause="actuation_gain",
@@ -202,7 +217,12 @@ FORMS = (
     ),
     _ZERO,
     replace(
-        _ZERO, name="channel", law="u' = u + o of one channel", draw=one_channel, applies=several_channels
+        _ZERO,
+        name="channel",
+        law="u' = u + o of one channel",
+        draw=one_channel,
+        every=each_channel,
+        applies=several_channels,
     ),
     Form(
         cause="actuation_offset",
@@ -231,6 +251,7 @@ FORMS = (
         purpose="both",
         applies=_several_parts,
         draw=_pair_of_parts,
+        every=_pairs_of_parts,
         start=5.0,
         signed=True,
         most=90.0,

@@ -103,6 +103,7 @@ FORMS = (
         purpose="both",
         applies=_loadable,
         draw=_toward,
+        every=lambda specimen, scale: [{"axis": axis} for axis in specimen.bench.trials.axes],
         start=2.0,
         signed=True,
         most=100.0,

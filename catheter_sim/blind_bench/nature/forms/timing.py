@@ -15,6 +15,7 @@ from catheter_sim.blind_bench.nature.form import (
     Numbers,
     Scale,
     channel_name,
+    each_channel,
     in_unit,
     one_channel,
     per_channel,
@@ -236,6 +237,7 @@ FORMS = (
         law="u' = u + z t of one channel",
         applies=several_channels,
         draw=one_channel,
+        every=each_channel,
     ),
     Form(
         cause="drift",
@@ -244,6 +246,7 @@ FORMS = (
         known=True,
         purpose="both",
         draw=_creep_time,
+        every=lambda specimen, scale: [{"time_s": tau} for tau in _CREEP_S],
         start=8.0,
         most=95.0,
         command=_creeping,

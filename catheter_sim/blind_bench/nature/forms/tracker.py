@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +27,14 @@ def _pose(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> N
     if generator.random() < 0.3:
         turn = dict.fromkeys(turn, 0.0)
     return {"shift": shift, "turn": turn}
+
+
+def _shifts_and_turns(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
+    """Return each shift and each turn by itself."""
+    axes = specimen.seen_axes
+    turns = axes if len(axes) == 3 else "".join(axis for axis in "xyz" if axis not in axes)
+    shifts = [{"shift": {axis: 1.0}, "turn": {}} for axis in axes]
+    return [*shifts, *({"shift": {}, "turn": {axis: 1.0}} for axis in turns)]
 
 
 def _vector(part: Mapping[str, float]) -> Array:
@@ -87,7 +95,9 @@ FORMS = (
         known=True,
         purpose="both",
         draw=_pose,
+        every=_shifts_and_turns,
         start=10.0,
+        signed=True,
         most=200.0,
         seen=_moved,
         parameters=_frame,
