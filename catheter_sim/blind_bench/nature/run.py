@@ -117,7 +117,7 @@ def scores_in(root: Path, code: str | None = None) -> list[dict[str, Any]]:
 
 
 def _looked_closer(answer: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
-    """Return what a miss is worth: right where what is named cannot be told from what is hidden, by anybody."""
+    """Return what a miss is worth: right where nobody could tell what is named from what is hidden."""
     if result["right"] or not result["named"] or result["story"] not in ("single", "pair"):
         return {}
     generator = generator_of(*(answer[key] for key in ("purpose", "seed", "index", "attempt")))
