@@ -16,7 +16,7 @@ from catheter_sim.blind_bench.nature.form import Planted
 from catheter_sim.blind_bench.nature.forms import BY_KEY
 from catheter_sim.blind_bench.nature.make import drawn_ground, make
 from catheter_sim.blind_bench.nature.rivals import TOLD_APART, distance
-from catheter_sim.blind_bench.nature.score import score
+from catheter_sim.blind_bench.nature.score import claimed_beside, score
 from catheter_sim.blind_bench.nature.table import NOT_MADE
 from catheter_sim.blind_bench.nature.write import write_made
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json, write_json
@@ -72,7 +72,7 @@ def run_draw(
         result = score(folders, diagnosed(folders, limit_s, diagnose))
         result |= _looked_closer(answer, result)
         either = {name for item in answer["hidden"] for name in (*item["also"], *item.get("alike", []))}
-        result["either"] = sorted(either - set(result["true"]))
+        result["either"] = sorted((either | set(result.get("same", []))) - set(result["true"]))
     result |= {
         "purpose": purpose,
         "seed": seed,
@@ -117,8 +117,16 @@ def scores_in(root: Path, code: str | None = None) -> list[dict[str, Any]]:
 
 
 def _looked_closer(answer: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
-    """Return what a miss is worth: right where nobody could tell what is named from what is hidden."""
-    if result["right"] or not result["named"] or result["story"] not in ("single", "pair"):
+    """Return what a miss is worth: right where nobody could tell what is named from what is hidden.
+
+    Nor is a cause claimed wrongly, then, or counted where probabilities are held to their promise.
+    """
+    if result["story"] not in ("single", "pair"):
+        return {}
+    named = result["named"][:1] if result["story"] == "single" else result["named"]
+    missed = bool(named) and not result["right"]
+    beside = claimed_beside(answer, result["probabilities"]) if result["story"] == "single" else []
+    if not missed and not beside:
         return {}
     generator = generator_of(*(answer[key] for key in ("purpose", "seed", "index", "attempt")))
     ground = drawn_ground(generator, answer["robot"])
@@ -126,9 +134,18 @@ def _looked_closer(answer: dict[str, Any], result: dict[str, Any]) -> dict[str, 
         Planted(BY_KEY[f"{item['cause']}.{item['form']}"], item["size"], item["numbers"])
         for item in answer["hidden"]
     ]
-    named = result["named"][:1] if result["story"] == "single" else result["named"]
-    apart = distance(ground, hidden, named)
-    return {"distance": apart, "right": apart is not None and apart < TOLD_APART}
+    found: dict[str, Any] = {}
+    if missed:
+        found["distance"] = distance(ground, hidden, named)
+        found["right"] = _same(found["distance"])
+    if beside:
+        same = [name for name in beside if _same(distance(ground, hidden, [name]))]
+        found |= {"same": same, "sure_of_another": len(same) < len(beside)}
+    return found
+
+
+def _same(apart: float | None) -> bool:
+    return apart is not None and apart < TOLD_APART
 
 
 def _not_made(purpose: str, seed: int, index: int, robots: Sequence[str], why: str) -> dict[str, Any]:

@@ -116,12 +116,13 @@ def _judged(
 
 def _sure_of_another(answer: Document, chances: Mapping[str, float] | None) -> bool | None:
     """Return whether a cause that is not at work is claimed with more than `SURE`; None: none is given."""
-    if chances is None:
-        return None
-    right = set().union(*(accepted(item) for item in answer["hidden"])) if answer["hidden"] else set()
-    return any(
-        value > SURE for name, value in chances.items() if name not in right and name not in (NONE, OUTSIDE)
-    )
+    return None if chances is None else bool(claimed_beside(answer, chances))
+
+
+def claimed_beside(answer: Document, chances: Mapping[str, float] | None) -> list[str]:
+    """Return the causes that are claimed with more than `SURE` and are not at work, nor say the same."""
+    right = {NONE, OUTSIDE}.union(*(accepted(item) for item in answer["hidden"]))
+    return [name for name, value in (chances or {}).items() if value > SURE and name not in right]
 
 
 def _intervals(hidden: Sequence[Document], causes: Sequence[Document]) -> list[dict[str, Any]]:

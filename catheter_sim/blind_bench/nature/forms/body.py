@@ -273,7 +273,6 @@ FORMS = (
         most=80.0,
         robot=_scaled,
         parameters=_scale_found,
-        also=("actuation_gain",),  # moments and tensions alone: s EI k = T r is EI k = (T / s) r
     ),
     Form(
         cause="stiffness",
@@ -384,7 +383,6 @@ FORMS = (
         most=27.0,
         robot=_bent_at_rest,
         parameters=_rest_deg,
-        also=("actuation_offset",),
     ),
     replace(
         _CURVED,

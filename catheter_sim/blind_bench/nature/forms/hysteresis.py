@@ -216,7 +216,6 @@ FORMS = (
         start=3.0,
         command=_slackened,
         parameters=_slack,
-        also=("tendon_elongation",),
     ),
     Form(
         cause="backlash",
