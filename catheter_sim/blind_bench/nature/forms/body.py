@@ -417,7 +417,7 @@ FORMS = (
         law="rest curvature 2 k0 sin(2 pi z / L): an S",
         purpose="judge",
         applies=_cells,
-        shape=_rest_shape(lambda along: 2.0 * np.sin(2.0 * np.pi * along)),
+        shape=_rest_shape(lambda along: np.asarray(2.0 * np.sin(2.0 * np.pi * along))),
     ),
     Form(
         cause="twist",
