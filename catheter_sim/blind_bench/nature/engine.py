@@ -86,8 +86,10 @@ def simulated(
         acting, form = item.acting(specimen, scale), item.form
         if form.gravity is not None:
             gravity = gravity + form.gravity(acting)
-        if form.tip_force is not None and without is not None:
-            force = force + form.tip_force(acting, course, without)
+        if form.tip_force is not None:
+            force = force + form.tip_force(acting)
+        if form.tether is not None and without is not None:
+            force = force + form.tether(acting, without)
         if form.body_force is not None:
             place, on_body = form.body_force(acting, course)
             body_force[place] = body_force.get(place, np.zeros((len(index), 3))) + on_body[index]

@@ -100,7 +100,8 @@ class Form:
         command: what arrives instead of the commands, shape (r, c), SI.
         robot: the robot instead of the specimen.
         gravity: what acts besides the stated gravity, shape (3,) [m/s^2].
-        tip_force: on the tip at each row, shape (r, 3) [N]; it may look at the shapes without it.
+        tip_force: on the tip, constant, shape (3,) [N].
+        tether: on the tip at each row, shape (r, 3) [N], by where the robot is without it.
         moments: on elements: their numbers from 1, and moments (r, b, 3) [N m].
         body_force: on one element: its number from 1, and forces (r, 3) [N].
         shape: where the robot is instead.
@@ -124,7 +125,8 @@ class Form:
     command: OnCommands | None = None
     robot: Callable[[Acting, RobotSpec], RobotSpec] | None = None
     gravity: Callable[[Acting], Array] | None = None
-    tip_force: Callable[[Acting, Course, Shapes], Array] | None = None
+    tip_force: Callable[[Acting], Array] | None = None
+    tether: Callable[[Acting, Shapes], Array] | None = None
     moments: Callable[[Acting, Course, Array], tuple[tuple[int, ...], Array]] | None = None
     body_force: Callable[[Acting, Course], tuple[int, Array]] | None = None
     shape: OnShapes | None = None
@@ -139,7 +141,8 @@ class Form:
     @property
     def looks_only(self) -> bool:
         """Whether the simulation needs not run anew for it."""
-        others = (self.command, self.robot, self.gravity, self.tip_force, self.moments, self.body_force)
+        loads = (self.gravity, self.tip_force, self.tether, self.moments, self.body_force)
+        others = (self.command, self.robot, *loads)
         return all(hook is None for hook in others)
 
 

@@ -97,7 +97,7 @@ def _outputs(ground: Ground, planted: Sequence[Planted]) -> list[Array]:
     for number, course in enumerate(ground.courses):
         if not inside:
             shapes = ground.plain[number]
-        elif any(item.form.tip_force is not None for item in inside):
+        elif any(item.form.tether is not None for item in inside):
             shapes = simulated(specimen, scale, inside, course, without=ground.plain[number])
         else:
             shapes = simulated(specimen, scale, inside, course)

@@ -77,9 +77,10 @@ def together(ground: Ground, planted: Sequence[Planted]) -> Array:
     watched = len(inside) < len(planted)
     for number, (course, rows) in enumerate(ground.picked):
         if watched:  # who looks remembers all rows
-            shapes = simulated(specimen, scale, inside, course, without=ground.plain[number])
-            seen = looked_at(specimen, scale, planted, course, shapes if inside else ground.plain[number])
-            change = columns_of(specimen, seen.at(rows)) - columns_of(specimen, ground.plain[number].at(rows))
+            plain = ground.plain[number]
+            shapes = simulated(specimen, scale, inside, course, without=plain) if inside else plain
+            seen = looked_at(specimen, scale, planted, course, shapes)
+            change = columns_of(specimen, seen.at(rows)) - columns_of(specimen, plain.at(rows))
         else:
             shapes = simulated(specimen, scale, inside, course, rows, ground.few[number])
             change = columns_of(specimen, shapes) - ground.few_outputs[number]

@@ -13,14 +13,17 @@ from catheter_sim.blind_bench.nature import courses, run
 from catheter_sim.blind_bench.nature.deal import generator_of
 from catheter_sim.blind_bench.nature.form import Planted
 from catheter_sim.blind_bench.nature.forms import BY_KEY
-from catheter_sim.blind_bench.nature.ground import LARGEST, SMALLEST, rms
+from catheter_sim.blind_bench.nature.ground import LARGEST, SMALLEST, Ground, rms
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.errors import InputError
 
 ROBOTS = ("mitral_transseptal",)
 SEED = 3
-SINGLE = next(index for index in range(45) if run.story_of("tune", SEED, index) == "single")
+SINGLE, NOTHING = (
+    next(index for index in range(45) if run.story_of("tune", SEED, index) == story)
+    for story in ("single", "none")
+)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -36,7 +39,7 @@ def few_rows():
 def drawn(few_rows, tmp_path_factory) -> Path:
     """Return a bench's folder in which the draw is made."""
     root = tmp_path_factory.mktemp("made")
-    run.made_draw("tune", SEED, SINGLE, root, ROBOTS)
+    run.made_draw("tune", SEED, NOTHING, root, ROBOTS)
     return root
 
 
@@ -62,9 +65,9 @@ def says(verdict: str, *names: str):
 
 @pytest.mark.slow
 def test_seed_and_number_decide_everything(drawn, tmp_path):
-    """Made again, the data set is the same to the last digit, and so is the answer."""
-    run.made_draw("tune", SEED, SINGLE, tmp_path, ROBOTS)
-    one, other = Folders(drawn, SINGLE), Folders(tmp_path, SINGLE)
+    """Made again, a data set is the same to the last digit, and so is the answer."""
+    run.made_draw("tune", SEED, NOTHING, tmp_path, ROBOTS)
+    one, other = Folders(drawn, NOTHING), Folders(tmp_path, NOTHING)
     for path in sorted(one.data.iterdir()):
         assert path.read_bytes() == (other.data / path.name).read_bytes()
     first, again = (read_json(place.answer / ANSWER) for place in (one, other))
@@ -77,10 +80,11 @@ def test_purpose_seed_number_and_attempt_draw_otherwise():
     assert len({generator_of(*key).random() for key in keys}) == len(keys)
 
 
-def test_draw_is_a_data_set_and_an_answer(root):
+@pytest.mark.slow
+def test_draw_is_a_data_set_and_an_answer(tmp_path):
     """The data set is one that the package reads; nothing in it says what is hidden; sizes are as asked."""
-    score = run.run_draw("tune", SEED, SINGLE, root, ROBOTS, diagnose=says("unexplained"))
-    folders = Folders(root, SINGLE)
+    score = run.run_draw("tune", SEED, SINGLE, tmp_path, ROBOTS, diagnose=says("unexplained"))
+    folders = Folders(tmp_path, SINGLE)
     dataset = load_dataset(folders.data)
     answer = read_json(folders.answer / ANSWER)
     (hidden,) = answer["hidden"]
@@ -96,23 +100,23 @@ def test_draw_is_a_data_set_and_an_answer(root):
 
 def test_only_draws_of_this_code_count(root, monkeypatch):
     """What other code has scored is diagnosed again, on the same data; what this one has is not."""
-    arguments = ("tune", SEED, SINGLE, root, ROBOTS)
+    arguments = ("tune", SEED, NOTHING, root, ROBOTS)
     first = run.run_draw(*arguments, diagnose=says("unexplained"))
     assert run.run_draw(*arguments, diagnose=says("no_discrepancy")) == first
-    data = (Folders(root, SINGLE).data / "trial_01.csv").stat().st_mtime_ns
+    data = (Folders(root, NOTHING).data / "trial_01.csv").stat().st_mtime_ns
     monkeypatch.setattr(run, "whole_code", lambda: "another")
     assert run.scores_in(root) == []
     second = run.run_draw(*arguments, diagnose=says("no_discrepancy"))
     assert (second["verdict"], second["code"]) == ("no_discrepancy", "another")
     assert run.scores_in(root) == [second]
-    assert (Folders(root, SINGLE).data / "trial_01.csv").stat().st_mtime_ns == data
+    assert (Folders(root, NOTHING).data / "trial_01.csv").stat().st_mtime_ns == data
 
 
 def test_code_that_changes_under_a_diagnosis_does_not_count(root, monkeypatch):
     """Its draw belongs to neither."""
     digests = iter(["before", "after"])
     monkeypatch.setattr(run, "whole_code", lambda: next(digests))
-    found = run.run_draw("tune", SEED, SINGLE, root, ROBOTS, diagnose=says("unexplained"))
+    found = run.run_draw("tune", SEED, NOTHING, root, ROBOTS, diagnose=says("unexplained"))
     assert found["code"] == run.CHANGED
 
 
@@ -123,13 +127,15 @@ def test_folder_of_another_purpose_is_refused(tmp_path):
         run.run_bench("judge", 1, (), tmp_path)
 
 
-def test_calibration_takes_what_it_can(plain_ground):
-    """A tendon's arm off by half its range leaves nothing; thirty times as much stays nearly whole."""
-    calibrations = plain_ground.calibrations
-    inside = 0.2 * calibrations[:, 0]
-    assert rms(plain_ground.left(inside)) < 1e-6 * rms(inside)
+def test_calibration_takes_what_it_can(pulled_ground):
+    """What an uncertain number does within its range leaves nothing; thirty times as much stays nearly whole."""
+    generator = np.random.default_rng(4)
+    ground = Ground(pulled_ground.specimen, pulled_ground.courses)
+    ground.__dict__["calibrations"] = calibrations = generator.normal(size=(40, 3))
+    assert rms(ground.left(0.01 * calibrations[:, 0])) < 1e-6
     beyond = 30.0 * calibrations[:, 0]
-    assert rms(plain_ground.left(beyond)) > 0.9 * rms(beyond)
+    assert rms(ground.left(beyond)) > 0.9 * rms(beyond)
+    assert rms(ground.left(beyond, [beyond])) < 1e-6
 
 
 def test_effect_leaves_nothing_beside_itself(plain_ground):

@@ -26,7 +26,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Friction, RobotSpec
 
 _FIFTHS = 5
-_MOST_MU = 1.4
+_MOST_MU = 0.5  # by which a coefficient may be another
 
 
 def _played(acting: Acting, course: Course, u: Array) -> Array:
@@ -177,6 +177,7 @@ _PLAY = Form(
     known=True,
     purpose="both",
     start=3.0,
+    most=35.0,
     command=_played,
     parameters=_width,
 )
@@ -214,6 +215,7 @@ FORMS = (
         draw=a_bending_channel,
         every=lambda specimen, scale: [{"channel": channel} for channel in _bending_channels(specimen)],
         start=3.0,
+        most=25.0,
         command=_slackened,
         parameters=_slack,
     ),
@@ -224,6 +226,7 @@ FORMS = (
         known=False,
         purpose="tune",
         start=4.0,
+        most=40.0,
         command=_smooth,
     ),
     Form(
@@ -235,6 +238,7 @@ FORMS = (
         applies=lambda specimen: len(specimen.reach) > 1 and not specimen.jointed,
         draw=_shares,
         start=4.0,
+        most=40.0,
         command=_uneven,
     ),
     Form(
@@ -256,6 +260,7 @@ FORMS = (
         purpose="judge",
         draw=_through,
         start=4.0,
+        most=40.0,
         command=_soft,
     ),
     _MU,
@@ -267,7 +272,7 @@ FORMS = (
         purpose="tune",
         applies=_tensioned,
         start=3.0,
-        most=100.0,
+        most=60.0,
         command=_turned,
         also=("backlash",),
     ),
@@ -280,7 +285,7 @@ FORMS = (
         applies=_tensioned,
         draw=_knee,
         start=4.0,
-        most=100.0,
+        most=60.0,
         command=_pressed,
         also=("backlash",),
     ),
@@ -292,7 +297,7 @@ FORMS = (
         purpose="judge",
         applies=_has_holes,
         start=4.0,
-        most=100.0,
+        most=60.0,
         moments=_held_back,
         also=("backlash",),
     ),

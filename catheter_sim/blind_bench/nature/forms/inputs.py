@@ -168,7 +168,7 @@ _COMMON = Form(
     purpose="both",
     start=5.0,
     signed=True,
-    most=60.0,
+    most=40.0,
     command=_scaled,
     parameters=_gain,
 )
@@ -179,6 +179,7 @@ _ZERO = Form(
     known=True,
     purpose="both",
     start=3.0,
+    most=25.0,
     command=_shifted,
     parameters=_offset,
 )
@@ -211,7 +212,7 @@ FORMS = (
         known=False,
         purpose="judge",
         start=5.0,
-        most=60.0,
+        most=50.0,
         command=_wound,
         also=("nonlinear_stiffness",),
     ),
@@ -232,6 +233,7 @@ FORMS = (
         purpose="tune",
         draw=_seed,
         start=4.0,
+        most=30.0,
         command=_zeroed_anew,
     ),
     Form(
@@ -241,6 +243,7 @@ FORMS = (
         known=False,
         purpose="judge",
         start=4.0,
+        most=30.0,
         command=_preloaded,
     ),
     Form(
@@ -254,7 +257,7 @@ FORMS = (
         every=_pairs_of_parts,
         start=5.0,
         signed=True,
-        most=90.0,
+        most=50.0,
         command=_shared,
         parameters=_coefficient,
     ),

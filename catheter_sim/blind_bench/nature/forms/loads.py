@@ -46,9 +46,8 @@ def _unit(axis: str) -> Array:
     return np.array([1.0 if axis == letter else 0.0 for letter in "xyz"])
 
 
-def _forced(acting: Acting, course: Course, shapes: Shapes) -> Array:
-    force = acting.size * _softness(acting) * _unit(acting.numbers["axis"])
-    return np.tile(force, (len(course), 1))
+def _forced(acting: Acting) -> Array:
+    return np.asarray(acting.size * _softness(acting) * _unit(acting.numbers["axis"]))
 
 
 def _force(acting: Acting) -> Mapping[str, float]:
@@ -86,8 +85,8 @@ def _height(specimen: Specimen, scale: Scale, generator: np.random.Generator) ->
     return {**_toward(specimen, scale, generator), "height": generator.uniform(0.4, 0.7)}
 
 
-def _tethered(acting: Acting, course: Course, shapes: Shapes) -> Array:
-    """A cable that pulls the tip back to where it is at rest, a spring; as if it did not move the tip."""
+def _tethered(acting: Acting, shapes: Shapes) -> Array:
+    """A cable, a spring, pulls the tip back to where it is at rest; as if it did not move the tip."""
     stiffness = acting.size * _softness(acting) / acting.scale.tip_m
     tip = shapes.p[:, -1]
     rest = np.array([0.0, 0.0, acting.specimen.length_m])
@@ -158,7 +157,7 @@ FORMS = (
         applies=_loadable,
         start=5.0,
         most=60.0,
-        tip_force=_tethered,
+        tether=_tethered,
         also=("stiffness", "actuation_gain"),
     ),
 )

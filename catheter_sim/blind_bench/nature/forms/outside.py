@@ -44,12 +44,17 @@ def _kinked(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
 
 
 def _loose(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
-    """One cell's hinge has come loose: it lags behind by a dead-band, the others do not."""
-    cell = acting.numbers["cell"]
+    """One cell's hinge has come loose: it flops over by a free angle, the way in which the cell goes.
+
+    It has flopped over when the cell has gone back by 0.3 of its largest bend (the stop operator: what a play
+    is behind).
+    """
+    cell, turn = acting.numbers["cell"], 0.15 * acting.scale.bend_rad
 
     def late(bends: Array) -> Array:
         found = np.array(bends)
-        found[:, cell] = operators.play(bends[:, cell], np.radians(0.2 * acting.size))
+        behind = bends[:, cell] - operators.play(bends[:, cell], 2.0 * turn)
+        found[:, cell] += np.radians(0.1 * acting.size) * behind / turn
         return found
 
     return rebent(shapes, late)
@@ -171,7 +176,7 @@ FORMS = (
     replace(
         _OUTSIDE,
         cause="loose_cell",
-        law="one cell's hinge has a dead-band, the others have none",
+        law="one cell's hinge is loose and flops over the way it goes",
         purpose="judge",
         applies=_cells,
         draw=_one_cell,

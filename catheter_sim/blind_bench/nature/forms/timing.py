@@ -26,7 +26,7 @@ from catheter_sim.blind_bench.nature.specimen import Specimen
 from catheter_sim.core.posture import Array
 
 _TENTH_S = 0.1
-_LONGEST = 60.0  # tenths of a second
+_LONGEST = 40.0  # tenths of a second
 _CREEP_S = (15.0, 90.0)
 _PERCENT = 0.01
 
@@ -164,6 +164,7 @@ _ZERO = Form(
     known=True,
     purpose="both",
     start=2.0,
+    most=20.0,
     command=_wandered,
     parameters=_zero_rate,
 )
@@ -210,7 +211,7 @@ FORMS = (
         law="a play whose width falls with speed, w (0.2 + 0.8 exp(-(v/v0)^2)) (Armstrong-Helouvry 1994)",
         known=False,
         purpose="tune",
-        most=100.0,
+        most=40.0,
         command=_stribeck,
         also=("backlash", "tendon_friction"),
     ),
@@ -248,7 +249,7 @@ FORMS = (
         draw=_creep_time,
         every=lambda specimen, scale: [{"time_s": tau} for tau in _CREEP_S],
         start=8.0,
-        most=95.0,
+        most=50.0,
         command=_creeping,
         parameters=_creep,
     ),
@@ -260,6 +261,7 @@ FORMS = (
         purpose="tune",
         draw=_weather,
         start=3.0,
+        most=25.0,
         command=_warm,
     ),
     Form(
@@ -271,7 +273,7 @@ FORMS = (
         applies=_cells,
         draw=_creep_time,
         start=8.0,
-        most=95.0,
+        most=50.0,
         shape=_responding_once,
     ),
     Form(
@@ -283,7 +285,7 @@ FORMS = (
         applies=_cells,
         draw=_shortest,
         start=8.0,
-        most=95.0,
+        most=50.0,
         shape=_responding,
     ),
     Form(
@@ -293,6 +295,7 @@ FORMS = (
         known=False,
         purpose="judge",
         start=2.0,
+        most=25.0,
         command=_clamped,
     ),
 )
