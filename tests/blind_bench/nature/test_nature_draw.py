@@ -7,6 +7,7 @@ import shutil
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from catheter_sim.blind_bench.nature import courses, run
@@ -128,7 +129,7 @@ def test_folder_of_another_purpose_is_refused(tmp_path):
 
 
 def test_calibration_takes_what_it_can(pulled_ground):
-    """What an uncertain number does within its range leaves nothing; thirty times as much stays nearly whole."""
+    """What an uncertain number does within its range leaves nothing; thirty times that stays nearly whole."""
     generator = np.random.default_rng(4)
     ground = Ground(pulled_ground.specimen, pulled_ground.courses)
     ground.__dict__["calibrations"] = calibrations = generator.normal(size=(40, 3))
