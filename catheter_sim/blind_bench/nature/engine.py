@@ -77,7 +77,11 @@ def simulated(
     """
     index = list(range(len(course))) if rows is None else list(rows)
     u = arriving(specimen, scale, planted, course)
-    robot = changed_robot(specimen, scale, planted)
+    try:
+        robot = changed_robot(specimen, scale, planted)
+        check_robot(robot, robot.name)
+    except InputError as error:
+        raise CannotMake(str(error)) from None
     gravity = np.array(specimen.gravity_mps2)
     force = np.zeros((len(index), 3))
     body_force: dict[int, Array] = {}
@@ -111,7 +115,6 @@ def simulated(
         np.stack([body_moment.get(k, none) for k in bodies], axis=1) if bodies else np.zeros((0, 0, 3)),
     )
     try:
-        check_robot(robot, robot.name)
         run = simulate(robot, inputs, gravity, ramp_s=RAMP_S)
     except InputError as error:
         raise CannotMake(str(error)) from None

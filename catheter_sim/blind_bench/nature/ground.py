@@ -156,7 +156,7 @@ class Ground:
             planted = Planted(form, sign * size, numbers)
             try:
                 change = self.change(planted)
-            except CannotMake:
+            except CannotMake:  # no posture, or no such robot
                 most = 0.7 * size
                 size = 0.5 * size
                 continue

@@ -38,3 +38,11 @@ def plain_ground() -> Ground:
 def pulled_ground() -> Ground:
     """Return a robot's that tensions bend, with friction."""
     return short_ground("neuroendoscope_section")
+
+
+@pytest.fixture(scope="session")
+def grounds(plain_ground, pulled_ground) -> dict[str, Ground]:
+    """Return robots of several kinds: jointed, tensioned, displaced, in space."""
+    others = ("mitral_4dof", "file_displacement", "file_tension", "chest_tube_section")
+    own = {"mitral_transseptal": plain_ground, "neuroendoscope_section": pulled_ground}
+    return own | {name: short_ground(name) for name in others}

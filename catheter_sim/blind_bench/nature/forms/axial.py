@@ -16,6 +16,7 @@ from catheter_sim.blind_bench.nature.shapes import Shapes, shortened
 from catheter_sim.blind_bench.nature.specimen import Specimen
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Mount, RobotSpec
+from catheter_sim.errors import InputError
 
 _PERCENT = 0.01
 _SOFTEST_N_PER_M = 600.0
@@ -87,7 +88,10 @@ def _braided(acting: Acting, course: Course, u: Array) -> Array:
 
 
 def _mounted(acting: Acting, robot: RobotSpec) -> RobotSpec:
-    return replace(robot, mount=Mount(_stiffness(_mount_compliance(acting))))
+    compliance = _mount_compliance(acting)
+    if compliance > 1.0 / _SOFTEST_N_PER_M:
+        raise InputError(f"a mount of {1e-3 / compliance:g} N/mm: softer than any mount")
+    return replace(robot, mount=Mount(_stiffness(compliance)))
 
 
 def _mount_compliance(acting: Acting) -> float:
