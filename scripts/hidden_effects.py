@@ -19,7 +19,7 @@ import sys
 from pathlib import Path
 
 from catheter_sim.blind_bench.bench import run_bench
-from catheter_sim.blind_bench.folders import write_json
+from catheter_sim.blind_bench.places import write_json
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 from catheter_sim.blind_bench.table import as_text, miss_text, summary
 from catheter_sim.cli.arguments import whole_number

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
-import tempfile
-import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context, parent_process
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 from catheter_sim.blind_bench.draw import robot_of, story_of
-from catheter_sim.blind_bench.folders import ANSWER, Folders, read_json, write_draw, write_json
+from catheter_sim.blind_bench.elsewhere import Diagnose, diagnose_elsewhere, diagnosed, run_all
+from catheter_sim.blind_bench.folders import write_draw
 from catheter_sim.blind_bench.make import make
 from catheter_sim.blind_bench.makers import CannotMake
+from catheter_sim.blind_bench.places import ANSWER, Folders, read_json, write_json
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 from catheter_sim.blind_bench.score import score
 from catheter_sim.blind_bench.table import NOT_MADE
@@ -26,38 +20,6 @@ from catheter_sim.errors import InputError
 
 RUN = "run.json"
 SETTINGS = "bench.json"
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-
-# (folder of the data set, folder to write, most seconds) -> why it failed, "" if it did not
-Diagnose = Callable[[Path, Path, float], str]
-
-
-def diagnose_elsewhere(dataset: Path, output: Path, limit_s: float) -> str:
-    """Diagnose in another process, which is given the data set's folder and the output folder, no more.
-
-    Raises:
-        InterruptedError: the process was ended from outside.
-    """
-    command = [sys.executable, "-m", "catheter_sim", "diagnose", str(dataset), "-o", str(output)]
-    environment = os.environ | dict.fromkeys(_THREADS, "1")
-    try:
-        done = subprocess.run(
-            command,
-            cwd=dataset,
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=limit_s,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return f"out of time, {limit_s:g} s"
-    # Somebody ended it, which it says with 128 + n where it could: that tells nothing about the diagnosis.
-    number = -done.returncode if done.returncode < 0 else done.returncode - 128
-    if number > 0:
-        raise InterruptedError(f"{dataset.name}: the diagnosis was ended by signal {number}")
-    lines = done.stderr.strip().splitlines()
-    return "" if done.returncode == 0 else f"exit status {done.returncode}: {lines[-1] if lines else ''}"
 
 
 def run_draw(
@@ -88,7 +50,7 @@ def run_draw(
     if run is None:
         shutil.rmtree(folders.found, ignore_errors=True)
         folders.found.mkdir(parents=True)
-        run = _diagnosed(folders, limit_s, diagnose)
+        run = diagnosed(folders, limit_s, diagnose)
         write_json(run, folders.found / RUN)
     result = score(folders, run)
     write_json(result, folders.score)
@@ -111,46 +73,7 @@ def run_bench(
     """
     _check_folder(root, {"seed": seed, "robots": list(robots)})
     arguments = [(seed, index, root, robots, limit_s) for index in range(draws)]
-    if jobs == 1:
-        scores = []
-        for item in arguments:
-            scores.append(run_draw(*item))
-            on_score(scores[-1])
-        return scores
-    # Read by the workers' libraries when they start: threads would only stand in one another's way.
-    os.environ.update({name: os.environ.get(name, "1") for name in _THREADS})
-    with ProcessPoolExecutor(jobs, get_context("spawn"), end_with_parent) as pool:
-        futures = [pool.submit(run_draw, *item) for item in arguments]
-        for future in as_completed(futures):
-            if future.exception() is None:  # a fault of one draw is raised when the others are done
-                on_score(future.result())
-        return [future.result() for future in futures]
-
-
-def end_with_parent() -> None:
-    """Let this process end when the one that started it was killed: its work would go on unheard."""
-    parent = parent_process()
-
-    def watch() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
-
-    Thread(target=watch, daemon=True).start()
-
-
-def _diagnosed(folders: Folders, limit_s: float, diagnose: Diagnose) -> dict[str, Any]:
-    """Diagnose a copy of the data set that lies apart from everything else; keep what was written."""
-    with tempfile.TemporaryDirectory() as place:
-        dataset, output = Path(place) / "dataset", Path(place) / "diagnosis"
-        shutil.copytree(folders.data, dataset)
-        start = time.monotonic()
-        failure = diagnose(dataset, output, limit_s)
-        seconds = time.monotonic() - start
-        for name in ("diagnosis.json", "robot.toml", "report.html"):
-            if (output / name).is_file():
-                shutil.copy(output / name, folders.found / name)
-    return {"seconds": seconds, "failure": failure}
+    return run_all(run_draw, arguments, jobs, on_score)
 
 
 def _check_folder(root: Path, settings: dict[str, Any]) -> None:

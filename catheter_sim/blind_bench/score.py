@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.blind_bench.alike import TOLD_APART, distance
-from catheter_sim.blind_bench.folders import ANSWER, TRUTH, Folders, read_aside, read_json, robot_as_written
+from catheter_sim.blind_bench.folders import TRUTH, read_aside, robot_as_written
+from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec

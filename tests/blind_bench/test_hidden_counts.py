@@ -13,10 +13,11 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.blind_bench import score as score_module
 from catheter_sim.blind_bench.alike import TOLD_APART, distance
 from catheter_sim.blind_bench.draw import robot_of, story_of
-from catheter_sim.blind_bench.folders import ANSWER, Folders, _table, write_json
+from catheter_sim.blind_bench.folders import _table
 from catheter_sim.blind_bench.histories import history
 from catheter_sim.blind_bench.make import MISSING, _measured
 from catheter_sim.blind_bench.outside import KinkedCell
+from catheter_sim.blind_bench.places import ANSWER, Folders, write_json
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS, bench_robot
 from catheter_sim.blind_bench.score import _coverage, score
 from catheter_sim.blind_bench.table import summary

@@ -11,18 +11,11 @@ import pytest
 from catheter_sim.blind_bench import draw
 from catheter_sim.blind_bench import make as make_module
 from catheter_sim.blind_bench.draw import robot_of, setting_of, story_of, truth, twin_of
-from catheter_sim.blind_bench.folders import (
-    ANSWER,
-    TRUTH,
-    Folders,
-    read_aside,
-    read_json,
-    robot_as_written,
-    write_draw,
-)
+from catheter_sim.blind_bench.folders import TRUTH, read_aside, robot_as_written, write_draw
 from catheter_sim.blind_bench.make import GAP_SHARE, make
 from catheter_sim.blind_bench.makers import CannotMake, rms, simulated
 from catheter_sim.blind_bench.outside import OUTSIDE
+from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 from catheter_sim.catalogue import load_robot
 from catheter_sim.diagnosis.data.dataset import load_dataset

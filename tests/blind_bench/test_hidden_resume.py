@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from catheter_sim.blind_bench import bench
-from catheter_sim.blind_bench.folders import ANSWER, Folders, read_json, write_json
+from catheter_sim.blind_bench import bench, elsewhere
 from catheter_sim.blind_bench.makers import CannotMake
+from catheter_sim.blind_bench.places import ANSWER, Folders, read_json, write_json
 from catheter_sim.errors import InputError
 
 
@@ -121,29 +121,29 @@ def test_folder_of_another_seed_is_refused(tmp_path):
 
 def test_diagnosis_out_of_time_is_a_failure(tmp_path):
     """A diagnosis that takes longer than allowed is ended, and said to have been."""
-    assert "out of time" in bench.diagnose_elsewhere(tmp_path, tmp_path / "out", 0.05)
+    assert "out of time" in elsewhere.diagnose_elsewhere(tmp_path, tmp_path / "out", 0.05)
 
 
 @pytest.mark.parametrize("status", [-signal.SIGTERM, 128 + signal.SIGTERM])
 def test_diagnosis_that_somebody_ended_is_none(tmp_path, monkeypatch, status):
     """Whether the signal ended it or it ended itself at a signal: that is no answer, and is asked again."""
     ended = subprocess.CompletedProcess([], status, "", "catheter-sim: error: stopped by SIGTERM\n")
-    monkeypatch.setattr(bench.subprocess, "run", lambda *_, **__: ended)
+    monkeypatch.setattr(elsewhere.subprocess, "run", lambda *_, **__: ended)
     with pytest.raises(InterruptedError, match="ended by signal 15"):
-        bench.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
+        elsewhere.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
 
 
 @pytest.mark.slow
 def test_bad_data_set_is_a_failure(tmp_path):
     """What the command line refuses is a failure with its line."""
-    assert "dataset.toml" in bench.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
+    assert "dataset.toml" in elsewhere.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
 
 
 POOL = """
 import os, time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from catheter_sim.blind_bench.bench import end_with_parent
+from catheter_sim.blind_bench.elsewhere import end_with_parent
 
 if __name__ == "__main__":
     with ProcessPoolExecutor(1, get_context("spawn"), end_with_parent) as pool:

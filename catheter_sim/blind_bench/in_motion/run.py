@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from catheter_sim.blind_bench.folders import read_json, write_json
 from catheter_sim.blind_bench.in_motion.draw import HANGING, Draw, drawn
 from catheter_sim.blind_bench.in_motion.finer import WildMotion
+from catheter_sim.blind_bench.places import read_json, write_json
 from catheter_sim.catalogue import robot_toml
 from catheter_sim.channels import input_channels
 from catheter_sim.errors import InputError

@@ -1,0 +1,100 @@
+"""Diagnoses in another process, on a copy of the data set that lies apart; and runs many draws at a time."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context, parent_process
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+from catheter_sim.blind_bench.places import Folders
+
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+# (folder of the data set, folder to write, most seconds) -> why it failed, "" if it did not
+Diagnose = Callable[[Path, Path, float], str]
+
+
+def diagnose_elsewhere(dataset: Path, output: Path, limit_s: float) -> str:
+    """Diagnose in another process, which is given the data set's folder and the output folder, no more.
+
+    Raises:
+        InterruptedError: the process was ended from outside.
+    """
+    command = [sys.executable, "-m", "catheter_sim", "diagnose", str(dataset), "-o", str(output)]
+    environment = os.environ | dict.fromkeys(_THREADS, "1")
+    try:
+        done = subprocess.run(
+            command,
+            cwd=dataset,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=limit_s,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return f"out of time, {limit_s:g} s"
+    # Somebody ended it, which it says with 128 + n where it could: that tells nothing about the diagnosis.
+    number = -done.returncode if done.returncode < 0 else done.returncode - 128
+    if number > 0:
+        raise InterruptedError(f"{dataset.name}: the diagnosis was ended by signal {number}")
+    lines = done.stderr.strip().splitlines()
+    return "" if done.returncode == 0 else f"exit status {done.returncode}: {lines[-1] if lines else ''}"
+
+
+def diagnosed(folders: Folders, limit_s: float, diagnose: Diagnose) -> dict[str, Any]:
+    """Diagnose a copy of the data set that lies apart from everything else; keep what was written."""
+    with tempfile.TemporaryDirectory() as place:
+        dataset, output = Path(place) / "dataset", Path(place) / "diagnosis"
+        shutil.copytree(folders.data, dataset)
+        start = time.monotonic()
+        failure = diagnose(dataset, output, limit_s)
+        seconds = time.monotonic() - start
+        for name in ("diagnosis.json", "robot.toml", "report.html"):
+            if (output / name).is_file():
+                shutil.copy(output / name, folders.found / name)
+    return {"seconds": seconds, "failure": failure}
+
+
+def run_all(
+    one: Callable[..., dict[str, Any]],
+    arguments: Sequence[tuple[Any, ...]],
+    jobs: int,
+    on_score: Callable[[dict[str, Any]], None],
+) -> list[dict[str, Any]]:
+    """Return `one` of each set of arguments, in order, `jobs` at a time; told one by one as they are done."""
+    if jobs == 1:
+        scores = []
+        for item in arguments:
+            scores.append(one(*item))
+            on_score(scores[-1])
+        return scores
+    # Read by the workers' libraries when they start: threads would only stand in one another's way.
+    os.environ.update({name: os.environ.get(name, "1") for name in _THREADS})
+    with ProcessPoolExecutor(jobs, get_context("spawn"), end_with_parent) as pool:
+        futures = [pool.submit(one, *item) for item in arguments]
+        for future in as_completed(futures):
+            if future.exception() is None:  # a fault of one draw is raised when the others are done
+                on_score(future.result())
+        return [future.result() for future in futures]
+
+
+def end_with_parent() -> None:
+    """Let this process end when the one that started it was killed: its work would go on unheard."""
+    parent = parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    Thread(target=watch, daemon=True).start()

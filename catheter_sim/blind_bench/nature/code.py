@@ -1,0 +1,75 @@
+"""Which code made a draw, and which diagnosed it: draws of other code do not count."""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[2]
+# What data are made by, besides this folder: robots and their simulation, and how files are written.
+_MAKERS = (
+    "blind_bench/nature",
+    "blind_bench/robots.py",
+    "blind_bench/places.py",
+    "channels.py",
+    "columns.py",
+    "core",
+    "kinds",
+    "mechanics",
+    "mjcf",
+    "modelling",
+    "simulation",
+    "tables.py",
+)
+_JUDGES = (
+    "score.py",
+    "table.py",
+    "run.py",
+    "code.py",
+    "rivals.py",
+    "listing.py",
+)  # of this folder: they make no data
+_NOT_SIMULATED = ("theory", "twin.py", "statics.py", "warp", "gpu", "picture.py")
+
+
+def code_of(parts: tuple[str, ...] = ("",), without: tuple[str, ...] = ()) -> str:
+    """Return a short digest of the package's Python files below some parts of it."""
+    found = hashlib.sha256()
+    files: set[Path] = set()
+    for part in parts:
+        place = PACKAGE / part
+        files |= set(place.rglob("*.py")) if place.is_dir() else {place}
+    for path in sorted(files):
+        name = path.relative_to(PACKAGE)
+        if set(name.parts).isdisjoint(without):
+            found.update(str(name).encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()[:12]
+
+
+def making_code() -> str:
+    """Return the digest of what makes data."""
+    return code_of(_MAKERS, (*_JUDGES, *_NOT_SIMULATED))
+
+
+def whole_code() -> str:
+    """Return the digest of the whole package."""
+    return code_of()
+
+
+def commit() -> str:
+    """Return the commit of the working tree, "+" where files differ from it; else the package's version."""
+    try:
+        head, changes = (
+            subprocess.run(
+                ["git", *command], cwd=PACKAGE, capture_output=True, text=True, check=True
+            ).stdout.strip()
+            for command in (("rev-parse", "HEAD"), ("status", "--porcelain", "--untracked-files=no"))
+        )
+        return head + ("+" if changes else "")
+    except (OSError, subprocess.CalledProcessError):
+        try:
+            return version("catheter_sim")
+        except PackageNotFoundError:
+            return "unknown"

@@ -1,0 +1,138 @@
+"""Forms of a tracker's frame that is not the robot's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from catheter_sim.blind_bench.nature.courses import Course
+from catheter_sim.blind_bench.nature.form import Acting, Form, Numbers, Scale
+from catheter_sim.blind_bench.nature.shapes import Shapes
+from catheter_sim.blind_bench.nature.specimen import Specimen
+from catheter_sim.core.posture import Array
+
+_TENTH_MM = 1e-4
+_TENTH_DEG = 0.1
+
+
+def _pose(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
+    """Draw shift and turn, in the plane of what is seen where that is a plane."""
+    axes = specimen.seen_axes
+    turns = axes if len(axes) == 3 else "".join(axis for axis in "xyz" if axis not in axes)
+    shift = {axis: float(generator.uniform(-1.0, 1.0)) for axis in axes}
+    turn = {axis: float(generator.uniform(-1.0, 1.0)) for axis in turns}
+    if generator.random() < 0.3:
+        turn = dict.fromkeys(turn, 0.0)
+    return {"shift": shift, "turn": turn}
+
+
+def _shifts_and_turns(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
+    """Return each shift and each turn by itself."""
+    axes = specimen.seen_axes
+    turns = axes if len(axes) == 3 else "".join(axis for axis in "xyz" if axis not in axes)
+    shifts = [{"shift": {axis: 1.0}, "turn": {}} for axis in axes]
+    return [*shifts, *({"shift": {}, "turn": {axis: 1.0}} for axis in turns)]
+
+
+def _vector(part: Mapping[str, float]) -> Array:
+    return np.array([part.get(axis, 0.0) for axis in "xyz"])
+
+
+def _moved(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
+    turn = Rotation.from_rotvec(acting.size * _TENTH_DEG * _vector(acting.numbers["turn"]), degrees=True)
+    shift = acting.size * _TENTH_MM * _vector(acting.numbers["shift"])
+    return replace(shapes, p=shapes.p @ turn.as_matrix().T + shift)
+
+
+def _frame(acting: Acting) -> Mapping[str, float]:
+    shift = {
+        f"translation_{axis}_mm": acting.size * _TENTH_MM * 1e3 * value
+        for axis, value in acting.numbers["shift"].items()
+    }
+    turn = {
+        f"rotation_{axis}_deg": acting.size * _TENTH_DEG * value
+        for axis, value in acting.numbers["turn"].items()
+        if value
+    }
+    return shift | turn
+
+
+def _stretched(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
+    return replace(shapes, p=shapes.p * (1.0 + 0.002 * acting.size))
+
+
+def _distorted(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
+    """An electromagnetic tracker's field is bent: its error grows with the square of the distance."""
+    toward = _vector(acting.numbers["toward"])
+    away = np.sum((shapes.p / acting.specimen.length_m) ** 2, axis=-1, keepdims=True)
+    return replace(shapes, p=shapes.p + acting.size * _TENTH_MM * away * toward)
+
+
+def _toward(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
+    side = generator.normal(size=len(specimen.seen_axes))
+    side /= np.linalg.norm(side)
+    return {"toward": dict(zip(specimen.seen_axes, side.tolist(), strict=True))}
+
+
+def _put_up_anew(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
+    number = course.number if course.repeats is None else course.number + 100
+    generator = np.random.default_rng((int(acting.numbers["seed"]), number))
+    return replace(shapes, p=shapes.p + acting.size * _TENTH_MM * generator.uniform(-1.0, 1.0, 3))
+
+
+def _seed(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
+    return {"seed": int(generator.integers(2**31))}
+
+
+FORMS = (
+    Form(
+        cause="measurement_frame",
+        name="rigid",
+        law="p' = R p + t",
+        known=True,
+        purpose="both",
+        draw=_pose,
+        every=_shifts_and_turns,
+        start=10.0,
+        signed=True,
+        most=200.0,
+        seen=_moved,
+        parameters=_frame,
+    ),
+    Form(
+        cause="measurement_frame",
+        name="scale",
+        law="p' = s p: a camera's scale",
+        known=False,
+        purpose="tune",
+        start=10.0,
+        signed=True,
+        most=60.0,
+        seen=_stretched,
+    ),
+    Form(
+        cause="measurement_frame",
+        name="distorted",
+        law="p' = p + a |p|^2 n: the bent field of an electromagnetic tracker",
+        known=False,
+        purpose="judge",
+        draw=_toward,
+        start=10.0,
+        most=200.0,
+        seen=_distorted,
+    ),
+    Form(
+        cause="measurement_frame",
+        name="each_trial",
+        law="p' = p + t_trial, uniform in -+t: put up anew before each trial",
+        known=False,
+        purpose="judge",
+        draw=_seed,
+        start=12.0,
+        most=200.0,
+        seen=_put_up_anew,
+    ),
+)

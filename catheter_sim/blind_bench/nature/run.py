@@ -1,0 +1,172 @@
+"""Runs the bench: make, diagnose in another process, score; resumable, and only draws of one code count."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from catheter_sim.blind_bench.elsewhere import Diagnose, diagnose_elsewhere, diagnosed, run_all
+from catheter_sim.blind_bench.nature.code import commit, making_code, whole_code
+from catheter_sim.blind_bench.nature.deal import generator_of, robot_of, story_of
+from catheter_sim.blind_bench.nature.engine import CannotMake
+from catheter_sim.blind_bench.nature.form import Planted
+from catheter_sim.blind_bench.nature.forms import BY_KEY
+from catheter_sim.blind_bench.nature.make import drawn_ground, make
+from catheter_sim.blind_bench.nature.rivals import TOLD_APART, distance
+from catheter_sim.blind_bench.nature.score import claimed_beside, score
+from catheter_sim.blind_bench.nature.table import NOT_MADE
+from catheter_sim.blind_bench.nature.write import write_made
+from catheter_sim.blind_bench.places import ANSWER, Folders, read_json, write_json
+from catheter_sim.blind_bench.robots import BENCH_ROBOTS
+from catheter_sim.errors import InputError
+
+SETTINGS = "bench.json"
+CHANGED = "changed while it ran"
+
+
+def made_draw(
+    purpose: str, seed: int, index: int, root: Path, robots: Sequence[str] = tuple(BENCH_ROBOTS)
+) -> dict[str, Any]:
+    """Return the answer of a draw, whose data lie in its folder; made unless this very code has made it."""
+    folders, code = Folders(root, index), making_code()
+    answer = read_json(folders.answer / ANSWER)
+    if answer is not None and answer["made_by"] == code:
+        return dict(answer)
+    folders.clear()
+    begun = time.monotonic()
+    try:
+        write_made(make(purpose, seed, index, robots), folders, code)
+    except CannotMake as error:
+        answer = _not_made(purpose, seed, index, robots, str(error)) | {"made_by": code}
+        write_json(answer, folders.answer / ANSWER)
+        return answer
+    answer = read_json(folders.answer / ANSWER) | {"seconds_to_make": time.monotonic() - begun}
+    write_json(answer, folders.answer / ANSWER)
+    return dict(answer)
+
+
+def run_draw(
+    purpose: str,
+    seed: int,
+    index: int,
+    root: Path,
+    robots: Sequence[str] = tuple(BENCH_ROBOTS),
+    limit_s: float = 900.0,
+    diagnose: Diagnose = diagnose_elsewhere,
+) -> dict[str, Any]:
+    """Return the score of one draw. One that this very code has scored is not run again; any other is."""
+    folders, code = Folders(root, index), whole_code()
+    known = read_json(folders.score)
+    if known is not None and known["code"] == code:
+        return dict(known)
+    folders.score.unlink(missing_ok=True)
+    answer = made_draw(purpose, seed, index, root, robots)
+    if answer.get("verdict") == NOT_MADE:
+        result = dict(answer)
+    else:
+        shutil.rmtree(folders.found, ignore_errors=True)
+        folders.found.mkdir(parents=True)
+        result = score(folders, diagnosed(folders, limit_s, diagnose))
+        result |= _looked_closer(answer, result)
+        either = {name for item in answer["hidden"] for name in (*item["also"], *item.get("alike", []))}
+        result["either"] = sorted((either | set(result.get("same", []))) - set(result["true"]))
+    result |= {
+        "purpose": purpose,
+        "seed": seed,
+        "commit": commit(),
+        "code": code if whole_code() == code else CHANGED,
+    }
+    write_json(result, folders.score)
+    return result
+
+
+def run_bench(
+    purpose: str,
+    seed: int,
+    draws: Sequence[int],
+    root: Path,
+    jobs: int = 1,
+    robots: Sequence[str] = tuple(BENCH_ROBOTS),
+    limit_s: float = 900.0,
+    make_only: bool = False,
+    on_score: Callable[[dict[str, Any]], None] = lambda score: None,
+) -> list[dict[str, Any]]:
+    """Return the scores of some draws of a seed, in order, `jobs` at a time; of `make_only` their answers.
+
+    Raises:
+        InputError: the folder holds the draws of another purpose, seed or other robots.
+    """
+    settings = {"purpose": purpose, "seed": seed, "robots": list(robots)}
+    known = read_json(root / SETTINGS)
+    if known is not None and known != settings:
+        raise InputError(f"{root}: holds draws of {known}, not of {settings}; give another folder")
+    write_json(settings, root / SETTINGS)
+    if make_only:
+        return run_all(made_draw, [(purpose, seed, k, root, robots) for k in draws], jobs, on_score)
+    return run_all(run_draw, [(purpose, seed, k, root, robots, limit_s) for k in draws], jobs, on_score)
+
+
+def scores_in(root: Path, code: str | None = None) -> list[dict[str, Any]]:
+    """Return the scores in a bench's folder that count: those of one code, by default this one's."""
+    wanted = code or whole_code()
+    found = [read_json(path) for path in sorted((root / "scores").glob("draw_*.json"))]
+    return [item for item in found if item is not None and item["code"] == wanted]
+
+
+def _looked_closer(answer: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
+    """Return what a miss is worth: right where nobody could tell what is named from what is hidden.
+
+    Nor is a cause claimed wrongly, then, or counted where probabilities are held to their promise.
+    """
+    if result["story"] not in ("single", "pair"):
+        return {}
+    named = result["named"][:1] if result["story"] == "single" else result["named"]
+    missed = bool(named) and not result["right"]
+    beside = claimed_beside(answer, result["probabilities"]) if result["story"] == "single" else []
+    if not missed and not beside:
+        return {}
+    generator = generator_of(*(answer[key] for key in ("purpose", "seed", "index", "attempt")))
+    ground = drawn_ground(generator, answer["robot"])
+    hidden = [
+        Planted(BY_KEY[f"{item['cause']}.{item['form']}"], item["size"], item["numbers"])
+        for item in answer["hidden"]
+    ]
+    found: dict[str, Any] = {}
+    if missed:
+        found["distance"] = distance(ground, hidden, named)
+        found["right"] = _same(found["distance"])
+    if beside:
+        same = [name for name in beside if _same(distance(ground, hidden, [name]))]
+        found |= {"same": same, "sure_of_another": len(same) < len(beside)}
+    return found
+
+
+def _same(apart: float | None) -> bool:
+    return apart is not None and apart < TOLD_APART
+
+
+def _not_made(purpose: str, seed: int, index: int, robots: Sequence[str], why: str) -> dict[str, Any]:
+    return {
+        "index": index,
+        "story": story_of(purpose, seed, index),
+        "robot": robot_of(purpose, seed, index, robots),
+        "true": [],
+        "forms": [],
+        "known": True,
+        "sizes": [],
+        "noise_kind": "",
+        "rows": 0,
+        "seconds": 0.0,
+        "failure": why,
+        "verdict": NOT_MADE,
+        "named": [],
+        "right": False,
+        "exact": False,
+        "false_alarm": False,
+        "sure_of_another": None,
+        "probabilities": None,
+        "intervals": [],
+    }

@@ -1,0 +1,211 @@
+"""Adds up the scores of many draws: shares against what is asked, Brier score, reliability, every miss."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from catheter_sim.blind_bench.nature.forms import CAUSES
+from catheter_sim.blind_bench.nature.score import NONE, OUTSIDE
+
+Score = dict[str, Any]
+NOT_MADE = "not made"
+BINS = 10
+FILLED = 20  # answers that a bin needs to be judged
+_OFF = 0.10  # by which a bin of so many may be off its promise
+# What is asked.
+KNOWN, FOREIGN, SURE_OF_ANOTHER, PAIR, FALSE_ALARM, SAID_OUTSIDE = 0.97, 0.85, 0.05, 0.85, 0.01, 0.90
+INTERVALS = (0.90, 0.98)
+SECONDS = 30.0
+
+
+def summary(scores: Sequence[Score]) -> dict[str, Any]:
+    """Return the table of many scores: lines with what is asked and reached, reliability, and the misses."""
+    made = [item for item in scores if item["verdict"] != NOT_MADE]
+    singles = [item for item in made if item["story"] == "single"]
+    known = [item for item in singles if item["known"]]
+    foreign = [item for item in singles if not item["known"]]
+    pairs = [item for item in made if item["story"] == "pair"]
+    nothing = [item for item in made if item["story"] == "none"]
+    outside = [item for item in made if item["story"] == "outside"]
+    sure = [item["sure_of_another"] for item in singles if item["sure_of_another"] is not None]
+    inside = [row["inside"] for item in made for row in item["intervals"]]
+    answers = answers_of(made)
+    lines = [
+        _share("single, known form: named first", (item["right"] for item in known), KNOWN),
+        _share("single, known form: by its own name", (item["exact"] for item in known)),
+        _share("single, foreign form: named or outside", (item["right"] for item in foreign), FOREIGN),
+        _share("single, foreign form: by its own name", (item["exact"] for item in foreign)),
+        _share("single: another cause with more than 0.5", sure, at_most=SURE_OF_ANOTHER),
+        _share("both of two named", (item["right"] for item in pairs), PAIR),
+        _share("both of two, by their own names", (item["exact"] for item in pairs)),
+        _share(
+            "nothing hidden: a cause named", (item["false_alarm"] for item in nothing), at_most=FALSE_ALARM
+        ),
+        _share("nothing hidden: no discrepancy", (item["exact"] for item in nothing)),
+        _share("outside the list: said so", (item["right"] for item in outside), SAID_OUTSIDE),
+        _share("true parameter in its 95 % interval", inside, INTERVALS[0], INTERVALS[1]),
+        _share(
+            "named cause at a bound or implausible",
+            (bool(item.get("implausible")) for item in made),
+            at_most=0.0,
+        ),
+        _median("seconds of a diagnosis, median", [item["seconds"] for item in made], SECONDS),
+        _median("held-out error over the noise, median", [item.get("after_over_noise") for item in made]),
+    ]
+    return {
+        "draws": len(scores),
+        "made": len(made),
+        "lines": lines,
+        "brier": _brier(answers),
+        "reliability": reliability(answers),
+        "misses": [item for item in scores if not item["right"]],
+        "outside_intervals": [
+            row | {"index": item["index"]} for item in made for row in item["intervals"] if not row["inside"]
+        ],
+    }
+
+
+def answers_of(scores: Iterable[Score]) -> list[tuple[float, bool]]:
+    """Return every (draw, cause) pair that was given a probability, with whether the cause is at work.
+
+    A cause whose form says the same as the hidden one is neither right nor wrong, and left out; so is
+    "outside" where a foreign form of a listed cause is hidden.
+    """
+    found = []
+    for item in scores:
+        if item["probabilities"] is None:
+            continue
+        listed = item["story"] in ("single", "pair")
+        for name, chance in item["probabilities"].items():
+            if name in item.get("either", []):
+                continue
+            if name == NONE:
+                found.append((chance, item["story"] == "none"))
+            elif name == OUTSIDE:
+                if item["known"] or not listed:
+                    found.append((chance, item["story"] == "outside"))
+            elif name in CAUSES:
+                found.append((chance, listed and name in item["true"]))
+    return found
+
+
+def reliability(answers: Sequence[tuple[float, bool]]) -> list[dict[str, Any]]:
+    """Return one row per tenth of probability: how many answers, their mean promise, how many held."""
+    rows = []
+    for number in range(BINS):
+        low, high = number / BINS, (number + 1) / BINS
+        own = [
+            (chance, held)
+            for chance, held in answers
+            if low <= chance < high or (number == BINS - 1 and chance == 1.0)
+        ]
+        promised = float(np.mean([chance for chance, _ in own])) if own else math.nan
+        held = float(np.mean([held for _, held in own])) if own else math.nan
+        met = None if len(own) < FILLED else abs(promised - held) <= _OFF
+        rows.append(
+            {"from": low, "to": high, "count": len(own), "promised": promised, "held": held, "met": met}
+        )
+    return rows
+
+
+def as_text(table: dict[str, Any]) -> str:
+    """Return the document of `summary` as text."""
+    rows = [f"{table['made']} of {table['draws']} draws made"]
+    for line in table["lines"]:
+        if not line["of"]:
+            rows.append(f"{line['what']:<44}  not given")
+            continue
+        count = "" if line["count"] is None else f" ({line['count']} of {line['of']})"
+        asked = "" if line["met"] is None else f"  asked {_asked(line)}: {'met' if line['met'] else 'MISSED'}"
+        rows.append(f"{line['what']:<44} {line['reached']:8.3f}{count}{asked}")
+    rows += ["", "Brier score over all (draw, cause) pairs: " + _number(table["brier"])]
+    rows += ["reliability:   promised    held   answers"]
+    for row in table["reliability"]:
+        judged = "" if row["met"] is None else ("  met" if row["met"] else "  MISSED")
+        share = f"{row['promised']:10.3f} {row['held']:7.3f}" if row["count"] else " " * 18
+        rows.append(f"  {row['from']:.1f} to {row['to']:.1f} {share} {row['count']:9d}{judged}")
+    rows += ["", "misses:"]
+    rows += [f"  {miss_text(item)}" for item in table["misses"]] or ["  none"]
+    rows += ["", "parameters outside their intervals:"]
+    rows += [
+        f"  {row['index']:3d} {row['parameter']}: true {row['true']:.4g}, fitted {_number(row['fitted'])} "
+        f"({row['low']:.4g} to {row['high']:.4g})"
+        for row in table["outside_intervals"]
+    ] or ["  none"]
+    return "\n".join(rows)
+
+
+def miss_text(item: Score) -> str:
+    """Return one draw in a line: what was hidden, and what was said."""
+    true = " + ".join(f"{cause}.{form}" for cause, form in zip(item["true"], item["forms"], strict=True))
+    said = item["verdict"]
+    if item["named"]:
+        said += f" {' + '.join(item['named'])}"
+    if item["failure"]:
+        said += f": {item['failure']}"
+    sizes = "/".join(f"{size:.0f}" for size in item["sizes"])
+    about = f"{sizes} x noise, " if sizes else ""
+    about += f"{item['noise_kind']}, {item['rows']} rows"
+    text = f"{item['index']:3d} {item['robot']}, {item['story']}: {true or 'nothing'} ({about}) -> {said}"
+    chances = sorted((item["probabilities"] or {}).items(), key=lambda pair: -pair[1])[:3]
+    if chances:
+        text += f" [{', '.join(f'{name} {chance:.2f}' for name, chance in chances)}]"
+    if item.get("distance") is not None:
+        text += f"; from the truth {item['distance']:.1f}"
+    if item.get("after_over_noise") is not None:
+        text += f"; error {item['after_over_noise']:.2f} x noise"
+    return text
+
+
+def _share(
+    what: str, hits: Iterable[bool], at_least: float | None = None, at_most: float | None = None
+) -> dict[str, Any]:
+    values = [bool(hit) for hit in hits]
+    reached = sum(values) / len(values) if values else math.nan
+    asked = at_least is not None or at_most is not None
+    met = None
+    if asked and values:
+        met = (at_least is None or reached >= at_least) and (at_most is None or reached <= at_most)
+    return {
+        "what": what,
+        "reached": reached,
+        "count": sum(values),
+        "of": len(values),
+        "at_least": at_least,
+        "at_most": at_most,
+        "met": met,
+    }
+
+
+def _median(what: str, values: Sequence[float | None], at_most: float | None = None) -> dict[str, Any]:
+    finite = [value for value in values if value is not None and math.isfinite(value)]
+    reached = float(np.median(finite)) if finite else math.nan
+    met = None if at_most is None or not finite else bool(reached <= at_most)
+    return {
+        "what": what,
+        "reached": reached,
+        "count": None,
+        "of": len(finite),
+        "at_least": None,
+        "at_most": at_most,
+        "met": met,
+    }
+
+
+def _brier(answers: Sequence[tuple[float, bool]]) -> float | None:
+    return float(np.mean([(chance - held) ** 2 for chance, held in answers])) if answers else None
+
+
+def _asked(line: dict[str, Any]) -> str:
+    ends = [line["at_least"], line["at_most"]]
+    if None not in ends:
+        return f"{ends[0]:g} to {ends[1]:g}"
+    return f"at least {ends[0]:g}" if ends[1] is None else f"at most {ends[1]:g}"
+
+
+def _number(value: float | None) -> str:
+    return "not given" if value is None else f"{value:.4g}"

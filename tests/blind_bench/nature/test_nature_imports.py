@@ -1,0 +1,101 @@
+"""The data are made without the code that diagnoses them."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import catheter_sim
+from catheter_sim.blind_bench.nature import engine
+from catheter_sim.effects import EFFECTS, apply
+
+PACKAGE = Path(catheter_sim.__file__).parent
+NATURE = PACKAGE / "blind_bench" / "nature"
+FILES = sorted(NATURE.rglob("*.py"))
+FORBIDDEN = ("effects", "diagnosis", "theory", "blind_bench.draw", "blind_bench.make", "blind_bench.alike")
+# The engine and what describes robots to it. The simulation's own modules import `effects.apply`, and a
+# kind's folder its statics: that cannot be avoided, and is not followed. A robot without effects passes
+# `effects.apply` unchanged, which the last test here holds.
+ENGINE = ("simulation", "modelling", "kinds", "mjcf", "mechanics", "core", "catalogue", "channels", "columns")
+
+
+def imported(path: Path) -> Iterator[str]:
+    """Yield the package's modules that a file imports, without the package's name."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        names = []
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("catheter_sim"):
+            names = [f"{node.module}.{item.name}" for item in node.names]
+        elif isinstance(node, ast.Import):
+            names = [item.name for item in node.names if item.name.startswith("catheter_sim")]
+        yield from (name.removeprefix("catheter_sim.") for name in names)
+
+
+def file_of(module: str) -> Path | None:
+    """Return the file in which an imported name stands."""
+    parts = module.split(".")
+    for count in (len(parts), len(parts) - 1):
+        place = PACKAGE.joinpath(*parts[:count])
+        for path in (place.with_suffix(".py"), place / "__init__.py"):
+            if count and path.is_file():
+                return path
+    return None
+
+
+def is_forbidden(module: str) -> bool:
+    parts = module.split(".")
+    in_kind = parts[0] == "kinds" and not {"twin", "statics", "theory", "handles"}.isdisjoint(parts)
+    return in_kind or any(module == name or module.startswith(f"{name}.") for name in FORBIDDEN)
+
+
+def reached(start: Path) -> dict[str, Path]:
+    """Return the modules reached from a file, the engine's own not followed, and where each is imported."""
+    found: dict[str, Path] = {}
+    waiting = [start]
+    seen = set()
+    while waiting:
+        path = waiting.pop()
+        if path in seen:
+            continue
+        seen.add(path)
+        for module in imported(path):
+            found.setdefault(module, path)
+            nearest = file_of(module)
+            if nearest is not None and module.split(".")[0] not in ENGINE:
+                waiting.append(nearest)
+    return found
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(NATURE).as_posix())
+def test_no_file_reaches_what_diagnoses(path):
+    """No effect, no statics, no fit: neither by itself nor by what it imports."""
+    wrong = {module: place.name for module, place in reached(path).items() if is_forbidden(module)}
+    assert wrong == {}
+
+
+def test_a_forbidden_import_would_be_seen(tmp_path):
+    """The walk notices an import of the other bench, directly and through a file between."""
+    direct = tmp_path / "direct.py"
+    direct.write_text("from catheter_sim.effects.backlash import EFFECT\n")
+    assert any(is_forbidden(module) for module in reached(direct))
+    through = tmp_path / "through.py"
+    through.write_text("from catheter_sim.blind_bench.bench import run_draw\n")
+    assert any(module.startswith("effects") for module in reached(through))
+    assert is_forbidden("kinds.rolling.twin.twin")
+
+
+def test_simulated_robots_have_no_effects(monkeypatch, plain_ground):
+    """The engine gets no effect to apply, and would not find one on its list."""
+    handed = []
+    simulate = engine.simulate
+    monkeypatch.setattr(
+        engine, "simulate", lambda robot, *a, **k: handed.append(robot) or simulate(robot, *a, **k)
+    )
+    with_list = engine.simulated(plain_ground.specimen, plain_ground.scale, (), plain_ground.courses[1])
+    monkeypatch.setattr(apply, "EFFECTS", {})
+    assert EFFECTS
+    without = engine.simulated(plain_ground.specimen, plain_ground.scale, (), plain_ground.courses[1])
+    assert [dict(robot.effects) for robot in handed] == [{}, {}]
+    assert (with_list.p == without.p).all()

@@ -1,0 +1,54 @@
+"""Shapes that are bent otherwise: identity, additivity, what an arc gives."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from catheter_sim.blind_bench.nature.shapes import Shapes, bends_of, rebent, shortened
+
+COUNT, LENGTH = 40, 1.5
+
+
+def arc(total_rad: float) -> Shapes:
+    """Return a plane arc toward +x of length 1.5, as elements' faces."""
+    angles = total_rad * np.arange(1, COUNT + 1) / COUNT
+    radius = LENGTH / total_rad
+    p = np.stack([radius * (1 - np.cos(angles)), 0 * angles, radius * np.sin(angles)], axis=1)
+    R = Rotation.from_rotvec(np.outer(angles, [0.0, 1.0, 0.0])).as_matrix()
+    return Shapes(p[np.newaxis], R[np.newaxis], np.zeros((1, 0)), np.zeros((1, 1)))
+
+
+def test_bends_of_an_arc_are_equal_turns():
+    """Every element turns by its share, about +y."""
+    np.testing.assert_allclose(bends_of(arc(0.8))[0], np.tile([0.0, 0.8 / COUNT, 0.0], (COUNT, 1)), atol=1e-9)
+
+
+def test_no_change_is_no_change():
+    """Stacking the same turns again gives the same shape."""
+    same = rebent(arc(1.1), lambda bends: bends)
+    np.testing.assert_allclose(same.p, arc(1.1).p, atol=1e-12)
+    np.testing.assert_allclose(same.R, arc(1.1).R, atol=1e-12)
+
+
+def test_an_arc_bent_half_as_much_more_is_the_arc_of_that_bend():
+    """An element's step turns by half its further bend: the face positions are those of an arc."""
+    more = rebent(arc(0.8), lambda bends: 1.5 * bends)
+    np.testing.assert_allclose(more.p, arc(1.2).p, atol=2e-4 * LENGTH)
+    np.testing.assert_allclose(more.R, arc(1.2).R, atol=1e-9)
+
+
+def test_turned_cells_leave_the_plane_and_a_straight_robot_straight():
+    """Turns about the axis twist the bending plane, but move nothing that does not bend."""
+    turn = 0.02 * np.array([0.0, 0.0, 1.0])
+    assert abs(rebent(arc(0.8), lambda bends: bends + turn).p[0, -1, 1]) > 0.05
+    straight = arc(1e-6)
+    np.testing.assert_allclose(rebent(straight, lambda bends: bends + turn).p, straight.p, atol=1e-5)
+
+
+def test_shortened_shapes_are_shorter_by_their_share():
+    """Along the way, and nowhere else."""
+    whole = arc(0.9)
+    less = shortened(whole, np.full((1, COUNT), 0.03))
+    lengths = [np.linalg.norm(np.diff(shape.p[0], axis=0), axis=1) for shape in (whole, less)]
+    np.testing.assert_allclose(lengths[1], 0.97 * lengths[0])
