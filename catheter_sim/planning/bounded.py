@@ -17,7 +17,8 @@ from catheter_sim.core.posture import Array
 
 Function = Callable[[Array], Array]  # points (B, d) to misses (B, m); NaN where there is none
 
-_DIFFERENCE = 2e-3  # of a coordinate for a slope
+_DIFFERENCES = (2e-3, 4e-2)  # of a coordinate for a slope; the longer one where the shorter moves nothing
+_STUCK = 1e-3  # slope below which a coordinate moves nothing: tendons stick
 _MOST_STEPS = 40
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-4, 1e-9, 1e4
 _AT_BOUND = 1e-6
@@ -92,10 +93,17 @@ def least_squares(
 def differences(function: Function, point: Array, misses: Array, least: Array, most: Array) -> Array:
     """Return the slopes of the misses at `point` by differences toward the farther bound, shape (m, d)."""
     toward = np.where(most - point >= point - least, 1.0, -1.0)
-    steps = np.diag(toward * np.minimum(_DIFFERENCE, 0.5 * (most - least)))
-    there = function(point + steps)
-    slopes = (there - misses).T / np.diag(steps)
-    return np.where(np.isfinite(slopes), slopes, 0.0)
+    slopes = np.zeros((len(misses), len(point)))
+    stuck = np.arange(len(point))
+    for length in _DIFFERENCES:
+        step = toward * np.minimum(length, 0.5 * (most - least))
+        there = function(point + np.diag(step)[stuck])
+        found = (there - misses).T / step[stuck]
+        slopes[:, stuck] = np.where(np.isfinite(found), found, 0.0)
+        stuck = stuck[np.linalg.norm(slopes[:, stuck], axis=0) < _STUCK]
+        if not len(stuck):
+            break
+    return slopes
 
 
 def binding(found: Found, least: Array, most: Array) -> list[tuple[int, bool]]:

@@ -21,7 +21,7 @@ from catheter_sim.theory.predict import Prediction, twin_for
 
 REMEMBERED = 8  # rows of the way that lead to a posture
 _SAME = 1e-9  # share of the robot's length, or rad: postures that differ by less are one
-_PAIRS = 4  # of random inputs by which it is found out whether the way counts
+_PAIRS = 6  # of random inputs by which it is found out whether the way counts
 
 
 class Forward:
@@ -64,10 +64,11 @@ class Forward:
         return inputs_at(self.drives, levels, times - times[0])
 
     def _way_counts(self) -> bool:
-        """Try whether other inputs before change what is seen; asked of a few random pairs."""
+        """Try whether larger inputs before, and any, change what is seen; asked of a few random pairs."""
         rng = np.random.default_rng(0)
         least, most = self.drives.least, self.drives.most
         before, after = (rng.uniform(least, most, (_PAIRS, len(least))) for _ in range(2))
+        before[::2] = np.clip(1.3 * after[::2] + 0.2 * np.sign(after[::2]), least, most)
         clock = np.array([0.0, 1.0])
         ways = [self._inputs(np.stack(pair), clock) for pair in zip(before, after, strict=True)]
         alone = [self._inputs(level[np.newaxis], clock[:1]) for level in after]

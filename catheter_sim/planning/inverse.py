@@ -30,8 +30,8 @@ CORRECTIONS = 3  # by simulation, at most
 WORKSPACE = "workspace"  # no input's limit binds, and still the robot comes no nearer
 _CLOUD = 384  # postures from rest among which searches start
 _SLACK_SHARE = 0.5  # of tensions, in these
-_STARTS = 6  # of which the best are searched from
-_SEARCHES = 3
+_STARTS, _ELSEWHERE = 6, 12  # near the target, and anywhere; the best of them are searched from
+_SEARCHES = 4
 _ENOUGH = 0.02  # share of the tolerance at which a search ends
 _GOOD = 0.3  # share of the tolerance below which the simulation's miss is left alone
 
@@ -182,7 +182,10 @@ class _Search:
         size = np.linalg.norm(self._targets.misses(self._cloud_seen, asked), axis=1)
         nearest = np.argsort(np.where(np.isfinite(size), size, np.inf))[:_STARTS]
         before = past[-1:] if len(past) else np.zeros((1, len(self._drives.names)))
-        return np.vstack([before, self._cloud[nearest]])
+        if not self._forward.remembers:
+            return np.vstack([before, self._cloud[nearest]])
+        # After other inputs a posture from rest is elsewhere.
+        return np.vstack([before, self._cloud[nearest], self._cloud[1 : _ELSEWHERE + 1]])
 
     def reaches(self, reached: Array, offset: Array) -> np.ndarray:
         """Return for which rows the twin comes to what is asked with an offset, shape (r,)."""
