@@ -1,0 +1,41 @@
+"""Figures of what is planned and sensed: targets, regions, workspaces, controlled motions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from catheter_sim.public.inverse import InverseKinematics
+    from catheter_sim.tables import Array
+
+BLUE, ORANGE, GREY = "#1f5fa8", "#d9822b", "#888888"
+
+
+def inverse_figure(found: InverseKinematics) -> Figure:
+    """Return targets and what is reached of them, panel by unit, above the inputs."""
+    plan, table = found.plan, found.to_table()
+    reached = plan.reached if plan.simulated is None else plan.simulated
+    figure = Figure(figsize=(8.0, 6.5), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    time_s = plan.targets.time_s
+    for k, name in enumerate(plan.targets.names):
+        (line,) = above.plot(time_s, reached[:, k], label=name)
+        above.plot(time_s, plan.targets.asked[:, k], "o", mfc="none", ms=5, color=line.get_color())
+    missed = ~plan.reachable
+    if missed.any():
+        for when in time_s[missed]:
+            above.axvline(when, color=ORANGE, lw=0.8, alpha=0.5)
+    above.set_ylabel("asked (rings), reached (lines)")
+    above.legend(fontsize="small", frameon=False)
+    for name, values in table.columns.items():
+        below.plot(time_s, values, label=name)
+    below.set_ylabel("inputs")
+    below.set_xlabel("time [s]")
+    below.legend(fontsize="small", frameon=False)
+    unreached = f"; out of reach: {int(missed.sum())} (orange)" if missed.any() else ""
+    figure.suptitle(f"{found.robot.name}: inverse kinematics{unreached}", fontsize="medium")
+    return figure
