@@ -193,6 +193,14 @@ def positive(text: str) -> float:
     return value
 
 
+def not_negative(text: str) -> float:
+    """Return the number, zero or above, that `text` states; an argparse type."""
+    value = number(text)
+    if value < 0.0:
+        raise argparse.ArgumentTypeError(f"{cut(text, 60)!r}: a number not below zero is needed")
+    return value
+
+
 def number(text: str) -> float:
     """Return the finite number that `text` states; an argparse type."""
     try:

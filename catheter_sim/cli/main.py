@@ -27,6 +27,7 @@ from catheter_sim.cli import (
     ik,
     list_verb,
     render,
+    sense,
     simulate,
     statics,
     validate,
@@ -48,6 +49,7 @@ VERBS: dict[str, ModuleType] = {
     "bench": bench,
     "view": view,
     "ik": ik,
+    "sense": sense,
 }
 TRACEBACK_VARIABLE = "CATHETER_SIM_TRACEBACK"  # set to anything: defects and warnings show in full
 

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
     from catheter_sim.public.inverse import InverseKinematics
+    from catheter_sim.public.sensing import Sensing
     from catheter_sim.tables import Array
 
 BLUE, ORANGE, GREY = "#1f5fa8", "#d9822b", "#888888"
@@ -38,4 +39,18 @@ def inverse_figure(found: InverseKinematics) -> Figure:
     below.legend(fontsize="small", frameon=False)
     unreached = f"; out of reach: {int(missed.sum())} (orange)" if missed.any() else ""
     figure.suptitle(f"{found.robot.name}: inverse kinematics{unreached}", fontsize="medium")
+    return figure
+
+
+def sensing_figure(found: Sensing) -> Figure:
+    """Return every column over time, with its region."""
+    sensed = found.sensed
+    figure = Figure(figsize=(8.0, 1.6 * len(sensed.columns) + 1.0), layout="constrained")
+    panels = figure.subplots(len(sensed.columns), 1, sharex=True, squeeze=False)[:, 0]
+    for k, (axes, name) in enumerate(zip(panels, sensed.columns, strict=True)):
+        axes.fill_between(sensed.time_s, sensed.low[:, k], sensed.high[:, k], color=BLUE, alpha=0.25, lw=0)
+        axes.plot(sensed.time_s, sensed.value[:, k], color=BLUE, lw=1.2)
+        axes.set_ylabel(name, fontsize="small")
+    panels[-1].set_xlabel("time [s]")
+    figure.suptitle(f"{found.robot.name}: sensed, with 95 % regions", fontsize="medium")
     return figure
