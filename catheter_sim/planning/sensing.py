@@ -30,6 +30,9 @@ from catheter_sim.units import si_factor
 INSIDE = 0.95  # of the truth that regions hold
 REMEMBERED = 6  # rows through which a row's noise is followed
 _DRAWS = 4000
+_CELLS = 8_000_000  # of draws at once
+_MOST_TOGETHER = 3000  # rows times columns, where readings of outputs narrow them
+_NOISE = "noise of the inputs"
 _BEYOND = 5.0  # deviations of noise by which a reading may be beyond what an input can be
 _SOME = 0.58  # of half a range, for slopes: its standard deviation
 
@@ -182,28 +185,34 @@ def sense(
     if not np.isfinite(value).all():
         row = int(np.argmin(np.isfinite(value).all(axis=1)))
         raise InputError(f"row {row + 1} (time_s = {readings.inputs.time_s[row]:g}): the twin has no balance")
-    rows, rng = len(value), np.random.default_rng(0)
-    draws: dict[str, Array] = {}
-    for cause in causes:
-        slope = _of_cause(twin, robot, readings.inputs, cause)
-        draws[cause.name] = rng.uniform(-1.0, 1.0, (_DRAWS, 1, 1)) * slope
-    draws["noise of the inputs"] = _of_noise(twin, robot, readings.inputs, noise, rng)
-    away = np.sum(list(draws.values()), axis=0)
-    if readings.outputs:
-        at = [wanted.index(name) for name in readings.outputs]
-        away = _narrowed(away, at, readings, value, noise, rng)
-    kept = slice(0, len(columns))
-    middle = away.mean(axis=0) if readings.outputs else np.zeros_like(value)
-    low, high = np.quantile(away, [0.5 - 0.5 * INSIDE, 0.5 + 0.5 * INSIDE], axis=0)
-    deviations = {name: part.std(axis=0)[:, kept] * np.ones((rows, 1)) for name, part in draws.items()}
-    return Sensed(
-        readings.time_s,
-        tuple(columns),
-        (value + middle)[:, kept],
-        (value + low)[:, kept],
-        (value + high)[:, kept],
-        deviations,
-    )
+    slopes = {cause.name: _of_cause(twin, robot, readings.inputs, cause) for cause in causes}
+    pushes = _pushes(twin, robot, readings.inputs, noise)
+    rng = np.random.default_rng(0)
+    shares = {name: rng.uniform(-1.0, 1.0, (_DRAWS, 1, 1)) for name in slopes}
+    drawn = rng.standard_normal((_DRAWS, len(value), len(drives_of(robot, readings.inputs.actuation))))
+    # Readings of a row tell of the causes in all: then all rows are drawn together.
+    size = len(value) if readings.outputs else max(1, _CELLS // (_DRAWS * len(wanted)))
+    if readings.outputs and len(value) * len(wanted) > _MOST_TOGETHER:
+        most = _MOST_TOGETHER // len(wanted)
+        raise InputError(f"with measured outputs at most {most} rows of {len(wanted)} columns; thin them out")
+    parts = []
+    for first in range(0, len(value), size):
+        rows = range(first, min(first + size, len(value)))
+        draws = {name: shares[name] * slope[rows.start : rows.stop] for name, slope in slopes.items()}
+        draws[_NOISE] = _drawn_noise(pushes, drawn, rows, len(wanted))
+        away = np.sum(list(draws.values()), axis=0)
+        middle = np.zeros((len(rows), len(wanted)))
+        if readings.outputs:
+            at = [wanted.index(name) for name in readings.outputs]
+            away = _narrowed(away, at, readings, value, noise, rng)
+            middle = away.mean(axis=0)
+        low, high = np.quantile(away, [0.5 - 0.5 * INSIDE, 0.5 + 0.5 * INSIDE], axis=0)
+        own = {name: np.broadcast_to(part.std(axis=0), middle.shape) for name, part in draws.items()}
+        parts.append((middle, low, high, own))
+    middle, low, high = (np.concatenate([part[k] for part in parts])[:, : len(columns)] for k in range(3))
+    deviations = {name: np.concatenate([part[3][name] for part in parts])[:, : len(columns)] for name in parts[0][3]}
+    value = value[:, : len(columns)]
+    return Sensed(readings.time_s, tuple(columns), value + middle, value + low, value + high, deviations)
 
 
 def _of_cause(twin: Prediction, robot: RobotSpec, inputs: Inputs, cause: Cause) -> Array:
@@ -215,42 +224,69 @@ def _of_cause(twin: Prediction, robot: RobotSpec, inputs: Inputs, cause: Cause) 
     return _finite(0.5 * (up - down) / _SOME, cause.name)
 
 
-def _of_noise(
-    twin: Prediction, robot: RobotSpec, inputs: Inputs, noise: Noise, rng: np.random.Generator
-) -> Array:
-    """Return how far draws of the inputs' noise move the outputs, shape (n, r, o).
+@dataclass(frozen=True)
+class _Push:
+    """What noise of one input does: its rows from `first` on, each `apart` rows, were pushed at once.
+
+    Attributes:
+        drive: place of the input among the columns.
+        first, apart: rows.
+        gain: change of the outputs in each row by the last push before it, shape (r, o) [per SI unit].
+        deviation: of the noise [SI].
+        room: least and largest deviation that the input's range leaves in each row, shape (2, r) [SI].
+    """
+
+    drive: int
+    first: int
+    apart: int
+    gain: Array
+    deviation: float
+    room: Array
+
+
+def _pushes(twin: Prediction, robot: RobotSpec, inputs: Inputs, noise: Noise) -> list[_Push]:
+    """Return how noise of the inputs moves the outputs.
 
     Rows that lie `REMEMBERED` apart are pushed at once: what a row does is over before the next one's turn.
     """
     drives, values = drives_of(robot, inputs.actuation), channel_inputs(robot, inputs)
     rows, apart = len(inputs), min(len(inputs), REMEMBERED)
     size = [noise.of_input(drive.column) * si_factor(drive.column) for drive in drives]
-    pushed: list[tuple[int, int, Array]] = []
-    histories: list[Inputs] = []
-    for k, drive in enumerate(drives):
-        if size[k] == 0.0:
-            continue
-        for first in range(apart):
-            ways = []
-            for sign in (1.0, -1.0):
-                moved = values.copy()
-                moved[first::apart, k] = np.clip(moved[first::apart, k] + sign * size[k], drive.least, drive.most)
-                ways.append(moved)
-                tendon = tendon_inputs(robot, inputs.actuation, moved)
-                histories.append(replace(inputs, tendon=tendon))
-            pushed.append((k, first, (ways[0] - ways[1])[:, k]))
-    shape = (_DRAWS, rows, len(twin.shown.columns))
-    total = np.zeros(shape)
+    pushed = [(k, first) for k in range(len(drives)) if size[k] > 0.0 for first in range(apart)]
+    histories, widths = [], []
+    for k, first in pushed:
+        ways = []
+        for sign in (1.0, -1.0):
+            moved = values.copy()
+            moved[first::apart, k] += sign * size[k]
+            np.clip(moved[:, k], drives[k].least, drives[k].most, out=moved[:, k])
+            ways.append(moved)
+            tendon = tendon_inputs(robot, inputs.actuation, moved)
+            histories.append(replace(inputs, tendon=tendon))
+        widths.append((ways[0] - ways[1])[:, k])
     if not pushed:
-        return total
+        return []
     outputs = twin.of_histories(robot, histories)
-    drawn = rng.standard_normal((_DRAWS, rows, len(drives)))
-    for index, (k, first, width) in enumerate(pushed):
-        change = _finite(outputs[2 * index] - outputs[2 * index + 1], "noise of the inputs")
-        for row in range(first, rows):
-            source = row - (row - first) % apart
-            gain = change[row] * size[k] / width[source]
-            total[:, row] += drawn[:, source, k, np.newaxis] * gain
+    found = []
+    for index, (k, first) in enumerate(pushed):
+        change = _finite(outputs[2 * index] - outputs[2 * index + 1], _NOISE)
+        source = np.arange(rows) - (np.arange(rows) - first) % apart
+        width = widths[index][np.maximum(source, first)]
+        gain = change / width[:, np.newaxis]
+        room = np.stack([drives[k].least - values[:, k], drives[k].most - values[:, k]])
+        found.append(_Push(k, first, apart, gain, size[k], room))
+    return found
+
+
+def _drawn_noise(pushes: Sequence[_Push], drawn: Array, rows: range, outputs: int) -> Array:
+    """Return how far draws of the inputs' noise, (n, r, d) in deviations, move the outputs of some rows."""
+    total = np.zeros((len(drawn), len(rows), outputs))
+    for push in pushes:
+        for place, row in enumerate(rows):
+            source = row - (row - push.first) % push.apart
+            if source >= 0:
+                away = np.clip(drawn[:, source, push.drive] * push.deviation, *push.room[:, source])
+                total[:, place] += away[:, np.newaxis] * push.gain[row]
     return total
 
 
