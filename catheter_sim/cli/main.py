@@ -32,6 +32,7 @@ from catheter_sim.cli import (
     statics,
     validate,
     view,
+    workspace,
 )
 from catheter_sim.cli.arguments import split_settings
 from catheter_sim.cli.signals import Stopped, unwound_by_signals
@@ -50,6 +51,7 @@ VERBS: dict[str, ModuleType] = {
     "view": view,
     "ik": ik,
     "sense": sense,
+    "workspace": workspace,
 }
 TRACEBACK_VARIABLE = "CATHETER_SIM_TRACEBACK"  # set to anything: defects and warnings show in full
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.columns import posture_columns
-from catheter_sim.core.drive import Quantity, quantity_of
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
@@ -21,6 +20,7 @@ from catheter_sim.planning.bounded import Found, binding, differences, least_squ
 from catheter_sim.planning.drives import PlanDrives, inputs_at
 from catheter_sim.planning.forward import Forward
 from catheter_sim.planning.targets import Targets
+from catheter_sim.planning.workspace import random_levels
 from catheter_sim.progress import counted
 from catheter_sim.simulation.replay import simulate
 
@@ -29,7 +29,6 @@ TOLERANCE_DEG = 0.2  # the same of angles and of the direction
 CORRECTIONS = 3  # by simulation, at most
 WORKSPACE = "workspace"  # no input's limit binds, and still the robot comes no nearer
 _CLOUD = 384  # postures from rest among which searches start
-_SLACK_SHARE = 0.5  # of tensions, in these
 _STARTS, _ELSEWHERE = 6, 12  # near the target, and anywhere; the best of them are searched from
 _SEARCHES = 4
 _ENOUGH = 0.02  # share of the tolerance at which a search ends
@@ -243,10 +242,7 @@ def _simulated(robot: RobotSpec, search: _Search, found: list[Found], gravity: A
 
 
 def _cloud(drives: PlanDrives) -> Array:
-    """Return levels all over the range, the same every time, shape (n, d); of tensions many are slack."""
-    rng = np.random.default_rng(0)
-    levels = rng.uniform(drives.least, drives.most, (_CLOUD, len(drives.names)))
-    if quantity_of(drives.actuation) is Quantity.TENSION:
-        levels[1::2] *= rng.random(levels[1::2].shape) < _SLACK_SHARE
+    """Return levels all over the range, the same every time, shape (n, d)."""
+    levels = random_levels(drives, _CLOUD, np.random.default_rng(0))
     levels[0] = 0.0
     return levels

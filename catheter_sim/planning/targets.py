@@ -52,9 +52,7 @@ class Targets:
         plain = self.millimetres + self.degrees
         if len(self.names) == plain:
             return outputs
-        w, x, y, z = np.moveaxis(outputs[..., plain:], -1, 0)
-        axis = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=-1)
-        return np.concatenate([outputs[..., :plain], axis], axis=-1)
+        return np.concatenate([outputs[..., :plain], axis_of(outputs[..., plain:])], axis=-1)
 
     def misses(self, seen: Array, asked: Array) -> Array:
         """Return seen less asked without unit, shape (..., m); 0 where nothing is asked."""
@@ -76,6 +74,12 @@ class Targets:
             chord = np.linalg.norm(misses[..., plain:], axis=-1)
             turned = np.maximum(turned, 2.0 * np.arcsin(np.clip(0.5 * chord, 0.0, 1.0)))
         return np.degrees(turned)
+
+
+def axis_of(quaternions: Array) -> Array:
+    """Return where the z axis of orientations (w, x, y, z), shape (..., 4), points, shape (..., 3)."""
+    w, x, y, z = np.moveaxis(quaternions, -1, 0)
+    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=-1)
 
 
 def targets_of(robot: RobotSpec, table: Table, length_m: float) -> Targets:

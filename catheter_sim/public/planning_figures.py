@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
     from catheter_sim.public.inverse import InverseKinematics
+    from catheter_sim.public.reach import Workspace
     from catheter_sim.public.sensing import Sensing
     from catheter_sim.tables import Array
 
@@ -53,4 +54,18 @@ def sensing_figure(found: Sensing) -> Figure:
         axes.set_ylabel(name, fontsize="small")
     panels[-1].set_xlabel("time [s]")
     figure.suptitle(f"{found.robot.name}: sensed, with 95 % regions", fontsize="medium")
+    return figure
+
+
+def workspace_figure(found: Workspace) -> Figure:
+    """Return the tips in three views."""
+    tip = found.tip_mm
+    figure = Figure(figsize=(12.0, 4.2), layout="constrained")
+    for axes, (across, up) in zip(figure.subplots(1, 3), ((0, 2), (1, 2), (0, 1)), strict=True):
+        axes.scatter(tip[:, across], tip[:, up], s=3, color=BLUE, alpha=0.4, lw=0)
+        axes.plot(0.0, 0.0, "+", color=ORANGE, ms=8)
+        axes.set_xlabel(f"{'xyz'[across]} [mm]")
+        axes.set_ylabel(f"{'xyz'[up]} [mm]")
+        axes.set_aspect("equal", adjustable="datalim")
+    figure.suptitle(f"{found.robot.name}: {len(tip)} reachable tips (+: base)", fontsize="medium")
     return figure
