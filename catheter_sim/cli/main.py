@@ -32,6 +32,7 @@ from catheter_sim.cli import (
     statics,
     validate,
     view,
+    which_model,
     workspace,
 )
 from catheter_sim.cli.arguments import split_settings
@@ -51,6 +52,7 @@ VERBS: dict[str, ModuleType] = {
     "view": view,
     "ik": ik,
     "sense": sense,
+    "which-model": which_model,
     "workspace": workspace,
 }
 TRACEBACK_VARIABLE = "CATHETER_SIM_TRACEBACK"  # set to anything: defects and warnings show in full

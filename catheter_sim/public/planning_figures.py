@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
     from catheter_sim.public.inverse import InverseKinematics
+    from catheter_sim.public.model_choice import ModelChoice
     from catheter_sim.public.reach import Workspace
     from catheter_sim.public.sensing import Sensing
     from catheter_sim.tables import Array
@@ -68,4 +69,21 @@ def workspace_figure(found: Workspace) -> Figure:
         axes.set_ylabel(f"{'xyz'[up]} [mm]")
         axes.set_aspect("equal", adjustable="datalim")
     figure.suptitle(f"{found.robot.name}: {len(tip)} reachable tips (+: base)", fontsize="medium")
+    return figure
+
+
+def models_figure(found: ModelChoice) -> Figure:
+    """Return every model's largest error over the time of a row, both by their logarithm."""
+    figure = Figure(figsize=(6.5, 4.5), layout="constrained")
+    axes = figure.subplots()
+    for row in found.to_table():
+        if row["failed"] or not np.isfinite(row["ms"]):
+            continue
+        error = max(row["position_percent"], 1e-6)
+        axes.loglog(row["ms"], error, "o", color=BLUE if row["within"] else GREY)
+        axes.annotate(row["model"], (row["ms"], error), xytext=(4, 4), textcoords="offset points", fontsize=8)
+    axes.axhline(found.tolerance_percent, color=ORANGE, lw=1.0)
+    axes.set_xlabel("time of a row [ms]")
+    axes.set_ylabel("largest distance of the tip [% of length]")
+    axes.set_title(f"{found.robot.name}, against {found.result.reference}", fontsize="medium")
     return figure
