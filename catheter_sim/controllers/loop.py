@@ -17,8 +17,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from catheter_sim.control import motor
-from catheter_sim.control.pid import RATE_HZ, Pid
+from catheter_sim.controllers import motor
+from catheter_sim.controllers.pid import RATE_HZ, Pid
 from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds import KINDS, kind_of
