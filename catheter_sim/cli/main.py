@@ -23,6 +23,7 @@ from catheter_sim import __version__
 from catheter_sim.cli import (
     bench,
     build,
+    control,
     diagnose,
     ik,
     list_verb,
@@ -52,6 +53,7 @@ VERBS: dict[str, ModuleType] = {
     "view": view,
     "ik": ik,
     "sense": sense,
+    "control": control,
     "which-model": which_model,
     "workspace": workspace,
 }

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
+    from catheter_sim.public.controlled import Control
     from catheter_sim.public.inverse import InverseKinematics
     from catheter_sim.public.model_choice import ModelChoice
     from catheter_sim.public.reach import Workspace
@@ -86,4 +87,29 @@ def models_figure(found: ModelChoice) -> Figure:
     axes.set_xlabel("time of a row [ms]")
     axes.set_ylabel("largest distance of the tip [% of length]")
     axes.set_title(f"{found.robot.name}, against {found.result.reference}", fontsize="medium")
+    return figure
+
+
+def control_figure(found: Control) -> Figure:
+    """Return angle, error and effort over time, a column for each joint that is asked to move."""
+    first = next(iter(found.runs.values()))
+    moved = [k for k in range(len(found.pairs)) if np.any(first.desired[:, k])] or [0]
+    figure = Figure(figsize=(5.0 * len(moved), 8.0), layout="constrained")
+    columns = figure.subplots(3, len(moved), sharex=True, squeeze=False).T
+    colours = [BLUE, ORANGE, "#3a8f4c", "#8a4fa3", GREY, "#b03a3a"]
+    for k, (above, middle, below) in zip(moved, columns, strict=True):
+        unit, size = ("mm", 1e3) if first.joints[k] == "prismatic" else ("deg", 180.0 / np.pi)
+        above.plot(first.times_s, size * first.desired[:, k], color=GREY, lw=3, alpha=0.5, label="desired")
+        for (name, run), colour in zip(found.runs.items(), colours * len(found.runs), strict=False):
+            above.plot(run.times_s, size * run.reached[:, k], color=colour, lw=1, label=name)
+            middle.plot(run.times_s, size * (run.reached - run.desired)[:, k], color=colour, lw=1)
+            below.plot(run.times_s, 1e3 * run.model_m[:, k], "--", color=colour, lw=1)
+            if np.any(run.controller_m[:, k]):
+                below.plot(run.times_s, 1e3 * run.controller_m[:, k], color=colour, lw=1)
+        above.set_title(found.pairs[k], fontsize="medium")
+        above.set_ylabel(f"reached [{unit}]")
+        middle.set_ylabel(f"error [{unit}]")
+        below.set_ylabel("effort [mm]; dashed: model")
+        below.set_xlabel("time [s]")
+        above.legend(fontsize="small", frameon=False)
     return figure
