@@ -50,7 +50,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="standard deviation of measured angles; default 0.5 (assumed)",
     )
     parser.add_argument(
-        "--frame-error", metavar="DEG", type=arguments.number, default=0.0, help="angles are measured too large by"
+        "--frame-error",
+        metavar="DEG",
+        type=arguments.number,
+        default=0.0,
+        help="angles are measured too large by",
     )
     parser.add_argument("--believed", metavar="ROBOT", help="what the controller takes the robot for")
     parser.add_argument(
@@ -60,7 +64,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what turns the pairs: nothing in between, PD, PD with disturbance observer",
     )
     parser.add_argument(
-        "--motor-gain", metavar="G", type=arguments.positive, default=1.0, help="over the nominal one; default 1"
+        "--motor-gain",
+        metavar="G",
+        type=arguments.positive,
+        default=1.0,
+        help="over the nominal one; default 1",
     )
     parser.add_argument(
         "--dead-band",
@@ -73,7 +81,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--rate", metavar="HZ", type=arguments.positive, default=40.0, help="ticks a second; default 40"
     )
     parser.add_argument(
-        "--seed", metavar="N", type=arguments.whole_number(0, 10**9), default=0, help="of the noise; default 0"
+        "--seed",
+        metavar="N",
+        type=arguments.whole_number(0, 10**9),
+        default=0,
+        help="of the noise; default 0",
     )
     arguments.add_output(parser, "DIR", "folder to write, made where it does not exist")
 

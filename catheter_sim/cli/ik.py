@@ -48,7 +48,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=3,
         help="corrections by simulation, at most; default 3",
     )
-    how.add_argument("--twin-only", action="store_true", help="do not simulate: faster, errors are the twin's")
+    how.add_argument(
+        "--twin-only", action="store_true", help="do not simulate: faster, errors are the twin's"
+    )
     arguments.add_plot(parser)
 
 

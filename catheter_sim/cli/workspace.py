@@ -32,7 +32,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="draws; default 2000",
     )
     parser.add_argument(
-        "--seed", metavar="N", type=arguments.whole_number(0, 10**9), default=0, help="of the draws; default 0"
+        "--seed",
+        metavar="N",
+        type=arguments.whole_number(0, 10**9),
+        default=0,
+        help="of the draws; default 0",
     )
     arguments.add_limits(parser)
     arguments.add_plot(parser)

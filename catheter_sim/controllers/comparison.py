@@ -113,7 +113,9 @@ def follow(
     for way in ways:
         model_m = along(feedforward(believed, way.model, setting.dead_band_m), desired)
         tracker = Tracker(
-            np.radians(setting.noise_deg), np.random.default_rng(setting.seed), np.radians(setting.frame_error_deg)
+            np.radians(setting.noise_deg),
+            np.random.default_rng(setting.seed),
+            np.radians(setting.frame_error_deg),
         )
         controllers = {name: Pid(setting.gains, setting.rate_hz) for name in asked if way.feedback}
         found[way.name] = run(

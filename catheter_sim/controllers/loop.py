@@ -178,9 +178,7 @@ def run(
         displaced_m[row] = displaced
         simulator.require_finite()
     ticks = np.arange(len(desired)) / rate_hz
-    return ControlRun(
-        robot.name, joints, ticks, desired, reached, model_m, feedback_m, displaced_m, measured
-    )
+    return ControlRun(robot.name, joints, ticks, desired, reached, model_m, feedback_m, displaced_m, measured)
 
 
 def _joints_of(simulator: Simulator) -> Any:

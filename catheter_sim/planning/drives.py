@@ -71,7 +71,9 @@ def plan_drives(robot: RobotSpec) -> PlanDrives:
     column = drives.tendon.T @ sums(drives_of(robot), len(robot.tendons))  # of each drive, at level 1
     by_column = drives.names == tuple(drive.column for drive in drives_of(robot))
     if by_column:
-        unit = np.array([value / si_factor(name) for name, value in zip(drives.names, np.diag(column), strict=True)])
+        unit = np.array(
+            [value / si_factor(name) for name, value in zip(drives.names, np.diag(column), strict=True)]
+        )
         names = drives.names
     else:
         unit = np.degrees(np.abs(drives.bend).reshape(-1, len(drives.names)).max(axis=0))
@@ -122,9 +124,7 @@ def input_table(robot: RobotSpec, inputs: Inputs, time_s: Array) -> Table:
     """Return inputs as the columns of a file that `simulate` takes, in their units."""
     drives = drives_of(robot, inputs.actuation)
     values = inputs.tendon @ sums(drives, len(robot.tendons))
-    columns = {
-        drive.column: values[:, k] / si_factor(drive.column) + 0.0 for k, drive in enumerate(drives)
-    }
+    columns = {drive.column: values[:, k] / si_factor(drive.column) + 0.0 for k, drive in enumerate(drives)}
     return Table(time_s, columns)
 
 

@@ -28,9 +28,13 @@ TOLERANCE_SHARE = 1e-3  # of the robot's length: a target that is missed by less
 TOLERANCE_DEG = 0.2  # the same of angles and of the direction
 CORRECTIONS = 3  # by simulation, at most
 WORKSPACE = "workspace"  # no input's limit binds, and still the robot comes no nearer
-_CLOUD = 384  # postures from rest among which searches start
-_STARTS, _ELSEWHERE = 6, 12  # near the target, and anywhere; the best of them are searched from
-_SEARCHES = 4
+_CLOUD, _CLOUD_RUBBING = (
+    1024,
+    256,
+)  # postures from rest among which searches start; fewer where each takes long
+_STARTS, _ELSEWHERE = 16, 12  # near the target, and anywhere; the best of them are searched from
+_SEARCHES = 10  # at most, until one reaches the target
+_APART = 0.3  # of some input's range: searches from starts that are nearer to one another end alike
 _ENOUGH = 0.02  # share of the tolerance at which a search ends
 _GOOD = 0.3  # share of the tolerance below which the simulation's miss is left alone
 
@@ -125,7 +129,7 @@ class _Search:
         self._targets, self._drives, self._within = targets, drives, within
         self._forward = Forward(robot, drives, targets, gravity_mps2)
         self._clock = targets.time_s - targets.time_s[0] + 1.0  # from rest to the first row: a second
-        self._cloud = _cloud(drives)
+        self._cloud = _cloud(drives, _CLOUD_RUBBING if self._forward.remembers else _CLOUD)
         self._cloud_seen = self._forward.seen(np.zeros((0, len(drives.names))), self._cloud, np.zeros(1))
         if not np.isfinite(self._cloud_seen).all(axis=1).any():
             raise InputError(f"{robot.name}: no posture of its twin balances within the limits of its inputs")
@@ -163,9 +167,12 @@ class _Search:
         starts = self._starts(asked, past)
         size = np.linalg.norm(misses(starts), axis=1)
         best: Found | None = None
-        for index in np.argsort(np.where(np.isfinite(size), size, np.inf))[:_SEARCHES]:
-            if not np.isfinite(size[index]):
+        tried: list[Array] = []
+        for index in np.argsort(np.where(np.isfinite(size), size, np.inf)):
+            alike = any(np.abs(starts[index] - other).max() < _APART for other in tried)
+            if not np.isfinite(size[index]) or alike or len(tried) == _SEARCHES:
                 continue
+            tried.append(starts[index])
             found = least_squares(misses, starts[index], least, most, self._enough)
             if best is None or found.size < best.size:
                 best = found
@@ -179,12 +186,22 @@ class _Search:
     def _starts(self, asked: Array, past: Array) -> Array:
         """Return levels to search from, shape (s, d): postures near the target, and the one before."""
         size = np.linalg.norm(self._targets.misses(self._cloud_seen, asked), axis=1)
-        nearest = np.argsort(np.where(np.isfinite(size), size, np.inf))[:_STARTS]
+        nearest = self._spread(np.argsort(np.where(np.isfinite(size), size, np.inf)))
         before = past[-1:] if len(past) else np.zeros((1, len(self._drives.names)))
         if not self._forward.remembers:
             return np.vstack([before, self._cloud[nearest]])
         # After other inputs a posture from rest is elsewhere.
         return np.vstack([before, self._cloud[nearest], self._cloud[1 : _ELSEWHERE + 1]])
+
+    def _spread(self, order: np.ndarray) -> list[int]:
+        """Return the first of some postures of the cloud, and then those that are apart from all before."""
+        chosen: list[int] = []
+        for index in order[: _STARTS * _STARTS]:
+            if all(np.abs(self._cloud[index] - self._cloud[other]).max() >= _APART for other in chosen):
+                chosen.append(int(index))
+            if len(chosen) == _STARTS:
+                break
+        return chosen
 
     def reaches(self, reached: Array, offset: Array) -> np.ndarray:
         """Return for which rows the twin comes to what is asked with an offset, shape (r,)."""
@@ -209,7 +226,10 @@ class _Search:
         levels = np.array([item.point for item in found])
         clock = self._clock
         reached = np.array(
-            [self._forward.seen(levels[:row], levels[row : row + 1], clock[: row + 1])[0] for row in range(len(levels))]
+            [
+                self._forward.seen(levels[:row], levels[row : row + 1], clock[: row + 1])[0]
+                for row in range(len(levels))
+            ]
         )
         misses = targets.misses(reached if simulated is None else simulated, targets.asked)
         error_mm, error_deg = targets.error_mm(misses), targets.error_deg(misses)
@@ -231,7 +251,9 @@ class _Search:
         )
 
 
-def _simulated(robot: RobotSpec, search: _Search, found: list[Found], gravity: Array, progress: bool) -> Array:
+def _simulated(
+    robot: RobotSpec, search: _Search, found: list[Found], gravity: Array, progress: bool
+) -> Array:
     """Return the targets' columns by the simulation, shape (r, m)."""
     targets = search._targets
     run = simulate(robot, search.inputs(found), gravity, progress=progress)
@@ -241,8 +263,8 @@ def _simulated(robot: RobotSpec, search: _Search, found: list[Found], gravity: A
     return targets.seen(np.stack([columns[name] for name in targets.observed], axis=1))
 
 
-def _cloud(drives: PlanDrives) -> Array:
-    """Return levels all over the range, the same every time, shape (n, d)."""
-    levels = random_levels(drives, _CLOUD, np.random.default_rng(0))
+def _cloud(drives: PlanDrives, count: int) -> Array:
+    """Return levels all over the range, the same every time, shape (count, d)."""
+    levels = random_levels(drives, count, np.random.default_rng(0))
     levels[0] = 0.0
     return levels

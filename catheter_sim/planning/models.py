@@ -77,7 +77,9 @@ def compare_models(
     rounds = int(np.clip(_LONGEST_S / max(spent_once, 1e-9), 1, 7))
     spent = interleaved_s(calls, clock, rounds)
     found: list[ModelError] = [
-        model_error(name, away[name], length_m, 1e3 * spent[name] / len(inputs) if name in spent else math.inf)
+        model_error(
+            name, away[name], length_m, 1e3 * spent[name] / len(inputs) if name in spent else math.inf
+        )
         for name in names
     ]
     within = [

@@ -136,7 +136,9 @@ def readings_of(robot: RobotSpec, table: Table, noise: Noise) -> Readings:
             columns[name] = np.where(near, np.clip(columns[name], least, most), columns[name])
     inputs = read_inputs(robot, replace(table, columns=columns))
     seen = [table.columns[name] for name in outputs]
-    return Readings(table.time_s, inputs, tuple(outputs), np.array(seen).T.reshape(len(table.time_s), len(outputs)))
+    return Readings(
+        table.time_s, inputs, tuple(outputs), np.array(seen).T.reshape(len(table.time_s), len(outputs))
+    )
 
 
 def within_factor(keys: Sequence[str], half: float) -> Callable[[RobotSpec, float], RobotSpec]:
@@ -210,7 +212,9 @@ def sense(
         own = {name: np.broadcast_to(part.std(axis=0), middle.shape) for name, part in draws.items()}
         parts.append((middle, low, high, own))
     middle, low, high = (np.concatenate([part[k] for part in parts])[:, : len(columns)] for k in range(3))
-    deviations = {name: np.concatenate([part[3][name] for part in parts])[:, : len(columns)] for name in parts[0][3]}
+    deviations = {
+        name: np.concatenate([part[3][name] for part in parts])[:, : len(columns)] for name in parts[0][3]
+    }
     value = value[:, : len(columns)]
     return Sensed(readings.time_s, tuple(columns), value + middle, value + low, value + high, deviations)
 

@@ -118,7 +118,7 @@ def _unit_vectors(direction: Array, table: Table) -> Array:
     whole = np.isnan(direction).sum(axis=1) % 3 == 0
     bad = ~whole | (length < _SHORTEST)
     if bad.any():
-        raise InputError(f"{table.row(int(np.argmax(bad)))}: tip_direction: three numbers, not all 0, are needed")
+        raise InputError(
+            f"{table.row(int(np.argmax(bad)))}: tip_direction: three numbers, not all 0, are needed"
+        )
     return direction / length[:, np.newaxis]
-
-

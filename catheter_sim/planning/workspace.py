@@ -81,7 +81,9 @@ def workspace(
     parts = []
     blocks = range(0, samples, _TOGETHER)
     for first in counted(blocks, len(blocks), "workspace", f"block of {_TOGETHER} draws", progress):
-        histories = [inputs_at(drives, level[np.newaxis], clock) for level in levels[first : first + _TOGETHER]]
+        histories = [
+            inputs_at(drives, level[np.newaxis], clock) for level in levels[first : first + _TOGETHER]
+        ]
         parts.append(twin.of_histories(specified, histories)[:, 0])
     outputs = np.concatenate(parts)
     kept = np.isfinite(outputs).all(axis=1)

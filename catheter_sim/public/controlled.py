@@ -124,7 +124,11 @@ class Control:
                 "error": found.reached - found.desired,
             }
             columns |= {f"{name}_{pair}_{unit}": size * part[:, k] for name, part in parts.items()}
-            efforts = {"model": found.model_m, "controller": found.controller_m, "displacement": found.displaced_m}
+            efforts = {
+                "model": found.model_m,
+                "controller": found.controller_m,
+                "displacement": found.displaced_m,
+            }
             columns |= {f"{name}_{pair}_mm": 1e3 * part[:, k] for name, part in efforts.items()}
         return Value(found.times_s, columns)
 
@@ -349,5 +353,3 @@ def notes(found: Control) -> list[str]:
 def table_text(found: Control) -> str:
     """Return summary, ratios and notes as text."""
     return "\n".join([str(found.to_table()), "", str(found.ratios()), *notes(found)])
-
-

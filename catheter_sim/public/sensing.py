@@ -187,7 +187,11 @@ def causes_of(robot: RobotSpec, uncertain: Mapping[str, float] | None, where: st
     for key, half in uncertain.items():
         if key not in choices:
             raise unknown("number", key, choices, where)
-        if not isinstance(half, int | float) or not 0.0 < half < float("inf") or not np.isfinite(choices[key]):
+        if (
+            not isinstance(half, int | float)
+            or not 0.0 < half < float("inf")
+            or not np.isfinite(choices[key])
+        ):
             raise InputError(f"{where}: {key} = {shown(half)}: half a range, above zero, is needed")
         found.append(Value(key, within_half(key, float(half))))
     return found
