@@ -3,11 +3,11 @@
     python scripts/check_ik.py --targets 1000 -o results/check_ik
     python scripts/check_ik.py neuroendoscope chest_tube --targets 200 -o results/check_ik
 
-Random inputs within each robot's ranges are simulated, some rows in a row from rest; the tips are the targets, in
-the same order (a robot with hysteresis reaches some of them only by the way that it came). `ik` finds inputs, once
-by the twin alone and once with corrections by simulation, and both are simulated anew. Then as many targets out of
-reach: points beyond the robot's length, and each must be called unreachable. Prints a row for each robot, and
-writes `check_ik.csv` and every round trip.
+Random inputs within each robot's ranges are simulated, some rows in a row from rest; the tips are the
+targets, in the same order (a robot with hysteresis reaches some of them only by the way that it came). `ik`
+finds inputs, once by the twin alone and once with corrections by simulation, and both are simulated anew.
+Then as many targets out of reach: points beyond the robot's length, and each must be called unreachable.
+Prints a row for each robot, and writes `check_ik.csv` and every round trip.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ def summary(robot_id: str, trips: Listing, out_of_reach: int, said: int) -> dict
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Check; 1 where a round trip misses by more than is asked, or a point out of reach is called reachable."""
+    """Check; 1 where a round trip misses too much, or a point out of reach is called reachable."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -3,11 +3,11 @@
     python scripts/check_sense.py --runs 200 -o results/check_sense
     python scripts/check_sense.py neuroendoscope_section --runs 200 -o results/check_sense
 
-Each run draws a specimen (every number that the robot's file calls uncertain, evenly within its range) and random
-inputs, a few rows in a row, and simulates them. `sense` gets the inputs with noise and the robot as specified. The
-truth is the simulated output; a region holds it or not. Prints, of each robot and output, the share of runs whose
-region at the last row holds the truth, and the share over all rows. With 200 runs the share of regions that are
-right has a standard deviation of 1.5 %.
+Each run draws a specimen (every number that the robot's file calls uncertain, evenly within its range) and
+random inputs, a few rows in a row, and simulates them. `sense` gets the inputs with noise and the robot as
+specified. The truth is the simulated output; a region holds it or not. Prints, of each robot and output,
+the share of runs whose region at the last row holds the truth, and the share over all rows. With 200 runs
+the share of regions that are right has a standard deviation of 1.5 %.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """One desired motion followed in several ways: a feedforward each, with or without PID.
 
-The controller takes the robot for what it believes it to be, the nominal one say; the robot that is simulated may
-stretch, rub and have slack. That difference is what feedback is there for.
+The controller takes the robot for what it believes it to be, the nominal one say; the robot that is
+simulated may stretch, rub and have slack. That difference is what feedback is there for.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Bounded least squares for a function that is slow, not quite smooth, and answers many questions at once.
 
 Levenberg and Marquardt's steps within bounds. The slopes are differences, taken once, then learned from every
-step (Broyden 1965), and taken again where a step does not help: of a robot that rubs they change where a tendon
-starts to slide.
+step (Broyden 1965), and taken again where a step does not help: of a robot that rubs they change where a
+tendon starts to slide.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def differences(function: Function, point: Array, misses: Array, least: Array, m
 
 
 def binding(found: Found, least: Array, most: Array) -> list[tuple[int, bool]]:
-    """Return the coordinates that stand at a bound and would go on to lessen the misses, and whether upper."""
+    """Return the coordinates that a bound keeps from lessening the misses, and whether it is the upper."""
     pull = -(found.slopes.T @ found.misses)
     strong = _PULLS * np.linalg.norm(found.slopes, axis=0) * found.size
     held = []

@@ -1,8 +1,9 @@
 """What a plan may ask of a robot's inputs: drives with a range each, and how they become inputs.
 
-The drives are those by which environments steer (`core.quick_model`). Their ranges follow from the joints' own
-limits or, where a robot has none, from a largest bend that one drive alone would cause without friction: the
-published tasks' of the robot, else 90 deg a segment (assumed). A user may say otherwise (`with_limits`).
+The drives are those by which environments steer (`core.quick_model`). Their ranges follow from the joints'
+own limits or, where a robot has none, from a largest bend that one drive alone would cause without
+friction: the published tasks' of the robot, else 90 deg a segment (assumed). A user may say otherwise
+(`with_limits`).
 """
 
 from __future__ import annotations

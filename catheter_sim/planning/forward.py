@@ -1,8 +1,8 @@
 """Where a robot's inputs lead it: the twin asked about many next inputs that share a past.
 
 Dry friction makes a posture depend on the way. Of that way the twin is given the last `REMEMBERED` rows, from
-rest: a friction's memory fades as inputs go past where they turned before. What is forgotten by that, and what
-the twin leaves out besides, shows when the whole way is simulated (`inverse`, corrections).
+rest: a friction's memory fades as inputs go past where they turned before. What is forgotten by that, and
+what the twin leaves out besides, shows when the whole way is simulated (`inverse`, corrections).
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Inverse kinematics of any robot: inputs that bring it to each target in turn, or as near as they can.
 
-Each row is solved on the robot's twin, after the rows before it: a robot that rubs gets the inputs that lead to
-the target from where it stands, so that its hysteresis is compensated. Then the whole file is simulated, and
-what the simulation misses is asked for on top, as often as it takes or is allowed.
+Each row is solved on the robot's twin, after the rows before it: a robot that rubs gets the inputs that
+lead to the target from where it stands, so that its hysteresis is compensated. Then the whole file is
+simulated, and what the simulation misses is asked for on top, as often as it takes or is allowed.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Which static model is accurate enough along a file of inputs, and fastest: any robot, history included.
 
-`theory.which_model` answers for rods, each set of tensions from rest. Here rows follow one another, as in the file,
-so that friction's history counts; the reference is the simulation, or a static model.
+`theory.which_model` answers for rods, each set of tensions from rest. Here rows follow one another, as in
+the file, so that friction's history counts; the reference is the simulation, or a static model.
 """
 
 from __future__ import annotations

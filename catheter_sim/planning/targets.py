@@ -1,13 +1,12 @@
 """What is asked of a robot's posture, row by row, and by how much a posture misses it.
 
-A target is any output column in mm or deg, or the direction of the tip's axis as `tip_direction_x`, `_y`, `_z`.
-Misses of all kinds become one vector without unit: a mm counts as its share of the robot's length, a radian as
-one. So a degree weighs as much as 1.7 % of the length.
+A target is any output column in mm or deg, or the direction of the tip's axis as `tip_direction_x`, `_y`,
+`_z`. Misses of all kinds become one vector without unit: a mm counts as its share of the robot's length, a
+radian as one. So a degree weighs as much as 1.7 % of the length.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,8 @@
 """Where a robot's tip can be: tips by its twin under inputs drawn all over their ranges, each from rest.
 
-Draws are even in the inputs, so that tips crowd where the robot moves little; the cloud's edge is what matters.
-Where tendons pull, a robot has antagonists: half of the draws leave each of them slack as often as not.
+Draws are even in the inputs, so that tips crowd where the robot moves little; the cloud's edge is what
+matters. Where tendons pull, a robot has antagonists: half of the draws leave each of them slack as often as
+not.
 """
 
 from __future__ import annotations

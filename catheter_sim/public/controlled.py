@@ -1,4 +1,4 @@
-"""Controlled motions of a catheter: feedforward by a named model, PID on a tracker, motors with an observer."""
+"""Controlled motions of a catheter: feedforward by a named model, PID on a tracker, motors."""
 
 from __future__ import annotations
 
@@ -85,8 +85,9 @@ class Control:
     def ratios(self) -> Listing:
         """Return ratios of the runs' errors joint by joint, with the printed ones beside.
 
-        Columns: `joint`, `of` and `over` (runs), `ratio` (of `rmse_deg`), `printed` (Nayar 2023, Section IV-A,
-        of the proximal bending joint under the paper's own trajectory, which is not printed; None elsewhere).
+        Columns: `joint`, `of` and `over` (runs), `ratio` (of `rmse_deg`), `printed` (Nayar 2023, Section
+        IV-A, of the proximal bending joint under the paper's own trajectory, which is not printed; None
+        elsewhere).
         """
         error = {(row["run"], row["joint"]): row["rmse_deg"] for row in self.to_table()}
         rows = []
@@ -203,9 +204,9 @@ def control(
     Args:
         robot: what is simulated: a catheter, its id or its file.
         trajectory: a mapping, a data frame or a CSV file: `time_s` [s], and any of `angle_<joint>_deg` and
-            the tube's advance in mm (`advance_mm`), on lines from row to row; joints left out stay at 0. None:
-            both bending joints of the 4-DoF catheter through 10, 40, 10, 60, 10 deg in 75 s, the stand-in for
-            the trajectory of Nayar 2023, Section IV-A, which is not printed.
+            the tube's advance in mm (`advance_mm`), on lines from row to row; joints left out stay at 0.
+            None: both bending joints of the 4-DoF catheter through 10, 40, 10, 60, 10 deg in 75 s, the
+            stand-in for the trajectory of Nayar 2023, Section IV-A, which is not printed.
         models: ways: a feedforward (`pk` pure kinematics, `te` with the tendons' elongation, `mk` modified
             kinematics), with `+pid` where feedback is added.
         pid: gains KP [mm/deg], KI [mm/(deg s)], KD [mm s/deg]; default: as printed, units as read.
@@ -338,14 +339,15 @@ def _refuse(value: Any, where: str, needed: str) -> Any:
 
 def notes(found: Control) -> list[str]:
     """Return what a reader must know of the figures, a line each."""
+    noise, turned = found.setting.noise_deg, found.setting.frame_error_deg
     parts = [
-        f"controller takes the robot for {found.believed.name}; white noise of {found.setting.noise_deg:g} deg on "
-        f"every angle (assumed), frame error {found.setting.frame_error_deg:g} deg"
+        f"controller takes the robot for {found.believed.name}; white noise of {noise:g} deg on every angle "
+        f"(assumed), frame error {turned:g} deg"
     ]
     if any(row["printed"] is not None for row in found.ratios()):
         parts.append(
-            "printed: Nayar 2023, Section IV-A, proximal joint, RMSE 21 (PK), 4.8 (TE), 0.88 deg (TE+PID); its "
-            "trajectory is not printed, and TE's error here follows from slack and friction that are assumed"
+            "printed: Nayar 2023, Section IV-A, proximal joint, RMSE 21 (PK), 4.8 (TE), 0.88 deg (TE+PID); "
+            "its trajectory is not printed, and TE's error here follows from an assumed slack and friction"
         )
     return parts
 

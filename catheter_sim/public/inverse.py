@@ -70,7 +70,7 @@ class InverseKinematics:
 
     @property
     def limits(self) -> tuple[str, ...]:
-        """The limits that hold a row back (`tension_right_N<=0.32`), or `workspace`; empty where none does."""
+        """What holds each row back (`tension_right_N<=0.32`, `workspace`); empty where nothing does."""
         return self.plan.limits
 
     def to_table(self) -> Table:
@@ -105,7 +105,7 @@ class InverseKinematics:
         return listing_of(f"Inverse kinematics of {self.robot.name}", columns)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the inputs to a CSV that `simulate` takes, and the report beside it; return the report's path.
+        """Write the inputs to a CSV that `simulate` takes, the report beside it; return the report's path.
 
         Raises:
             InputError: a file cannot be written, or does not end in `.csv`.
@@ -160,9 +160,9 @@ def inverse_kinematics(
     Args:
         robot: a robot, its id or its file.
         targets: a mapping, a data frame or a CSV file: any of `tip_x_mm`, `tip_y_mm`, `tip_z_mm`, the
-            direction of the tip's axis (`tip_direction_x`, `_y`, `_z`), and every other output column in mm or
-            deg (`angle_bending_deg`), shape (r,) each; NaN asks nothing. Without `time_s` rows are a second
-            apart.
+            direction of the tip's axis (`tip_direction_x`, `_y`, `_z`), and every other output column in mm
+            or deg (`angle_bending_deg`), shape (r,) each; NaN asks nothing. Without `time_s` rows are a
+            second apart.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         limits: least and most of an input by its column, in the column's unit; 0 must lie between them.
             Default: the joints' own, or what bends a segment by 90 deg without friction.

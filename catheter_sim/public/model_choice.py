@@ -48,7 +48,7 @@ class ModelChoice:
 
     @property
     def model(self) -> str | None:
-        """The fastest model within the tolerance, of about equally fast ones the most accurate; None: none is."""
+        """The fastest model within the tolerance, of equally fast ones the most accurate; None: none is."""
         return self.result.model if any(row["within"] for row in self.to_table()) else None
 
     def to_table(self) -> Listing:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
     from catheter_sim.public.model_choice import ModelChoice
     from catheter_sim.public.reach import Workspace
     from catheter_sim.public.sensing import Sensing
-    from catheter_sim.tables import Array
 
 BLUE, ORANGE, GREY = "#1f5fa8", "#d9822b", "#888888"
 

@@ -108,7 +108,7 @@ def sense(
     columns: Sequence[str] | None = None,
     gravity_mps2: Sequence[float] = AT_REST,
 ) -> Sensing:
-    """Return the posture of `robot` from what its actuators measured, with regions that hold 95 % of the truth.
+    """Return the posture of `robot` from what its actuators measured, with regions of 95 %.
 
     Args:
         robot: a robot, its id or its file.

@@ -134,7 +134,7 @@ def which_model(
 
 
 def best_of(within: Sequence[ModelError], order: Sequence[str] = CANDIDATES) -> ModelError:
-    """Return of the fastest models, within `TIED` of the first, the most accurate, then the first in `order`."""
+    """Return of the fastest models, within `TIED`, the most accurate, then the first in `order`."""
     fast = TIED * min(item.ms for item in within)
     tied = [item for item in within if item.ms <= fast]
     return min(tied, key=lambda item: (item.position_percent, order.index(item.model)))
