@@ -123,7 +123,8 @@ def read_table(
             raise InputError(f"{line}: {len(row)} cells where the header has {len(header)}")
         values[index] = [_number(row[place], line, name) for place, name in places]
     columns = {name: values[:, index].copy() for index, (_, name) in enumerate(places)}
-    time_s = columns.pop("time_s", np.arange(len(values)) * (spacing_s or 0.0))
+    even: Array = np.arange(len(values), dtype=np.float64) * (spacing_s or 0.0)
+    time_s = columns.pop("time_s", even)
     ignored = tuple(name for name, wanted in zip(header, read, strict=True) if not wanted)
     table = Table(time_s, columns, where, lines[1:], ignored)
     if np.isnan(time_s).any():

@@ -94,23 +94,22 @@ def run(options: argparse.Namespace) -> int:
     """Control, print summary and ratios, write everything."""
     folder = check_output_folder(options.output)
     from catheter_sim.catalogue import load_robot
-    from catheter_sim.public.controlled import PAPER, control, table_text
+    from catheter_sim.public.controlled import PAPER, believed_robot, controlled, setting_of, table_text
 
-    found = control(
-        load_robot(options.robot, options.settings, "--set"),
-        options.trajectory,
-        options.models or PAPER,
+    robot = load_robot(options.robot, options.settings, "--set")
+    believed = believed_robot(robot) if options.believed is None else load_robot(options.believed)
+    setting = setting_of(
         _gains(options.pid),
         options.noise,
         options.frame_error,
-        options.believed,
         options.motors,
         options.motor_gain,
         _dead_bands(options.dead_band),
         options.rate,
         options.seed,
-        progress=True,
     )
+    models = options.models or PAPER
+    found = controlled(robot, believed, options.trajectory, models, setting, progress=True)
     names = found.save(folder)
     print(table_text(found))
     print(f"wrote {folder}: {', '.join(names)}")

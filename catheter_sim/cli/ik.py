@@ -3,7 +3,6 @@
 example:
   catheter-sim ik mitral_transseptal --targets targets.csv -o inputs.csv
   catheter-sim ik neuroendoscope --targets t.csv -o inputs.csv --limit tension_distal_right_N=0,0.5
-  catheter-sim simulate neuroendoscope --inputs inputs.csv -o replay.csv
 
 targets: a CSV with any of tip_x_mm, tip_y_mm, tip_z_mm [mm], the direction of the tip's axis as
 tip_direction_x, _y, _z, and every other output in mm or deg (angle_bending_deg, body_15_x_mm); an empty

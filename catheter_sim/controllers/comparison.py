@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from catheter_sim.controllers.pid import RATE_HZ, Gains, Pid
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.kinds import kind_of
+from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 
 MOTORS = ("none", "pd", "observer")
@@ -105,13 +108,14 @@ def follow(
     simulator = Simulator(robot)
     kinds = joint_kinds_of(simulator)
     pairs = [pair.name for pair in robot.tendons]
-    if pairs != [pair.name for pair in believed.tendons]:
+    alike = kind_of(robot) is kind_of(believed)
+    if not alike or pairs != [pair.name for pair in believed.tendons]:
         raise InputError(f"{robot.name}: cannot be taken for {believed.name}, which has other pairs")
     turned = [name for name, kind in zip(pairs, kinds, strict=True) if kind != "prismatic"]
     asked = [name for k, name in enumerate(pairs) if name in turned and np.any(desired[:, k])]
     found = {}
     for way in ways:
-        model_m = along(feedforward(believed, way.model, setting.dead_band_m), desired)
+        model_m = along(feedforward(cast(CatheterRobot, believed), way.model, setting.dead_band_m), desired)
         tracker = Tracker(
             np.radians(setting.noise_deg),
             np.random.default_rng(setting.seed),

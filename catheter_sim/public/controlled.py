@@ -194,7 +194,6 @@ def control(
     dead_band_mm: Mapping[str, float] | None = None,
     rate_hz: float = 40.0,
     seed: int = 0,
-    progress: bool = False,
 ) -> Control:
     """Return how well a catheter follows a trajectory of its joints, by several ways of control.
 
@@ -220,7 +219,6 @@ def control(
         dead_band_mm: dead-bands of torsion pairs that the feedforward compensates, by the pair's name.
         rate_hz: ticks a second; a whole number of simulation steps must fit.
         seed: of the noise, the same for every way.
-        progress: show on standard error what is done.
 
     Raises:
         InputError: the robot is no catheter, or anything else is not possible.
@@ -231,12 +229,28 @@ def control(
         >>> list(cs.control("mitral_transseptal", hold, models=["pk", "pk+pid"]).runs)
         ['PK', 'PK+PID']
     """
-    from catheter_sim.controllers.comparison import Setting as Value
-    from catheter_sim.controllers.comparison import follow, way_of
-
     value = robot_of(robot)
     taken_for = believed_robot(value) if believed is None else robot_of(believed)
-    setting = Value(
+    setting = setting_of(
+        pid, noise_deg, frame_error_deg, motors, motor_gain, dead_band_mm or {}, rate_hz, seed
+    )
+    return controlled(value, taken_for, trajectory, models, setting)
+
+
+def setting_of(
+    pid: Sequence[float],
+    noise_deg: float,
+    frame_error_deg: float,
+    motors: str,
+    motor_gain: float,
+    dead_band_mm: Mapping[str, float],
+    rate_hz: float,
+    seed: int,
+) -> Setting:
+    """Return what all ways share, checked; arguments and errors as of `control`."""
+    from catheter_sim.controllers.comparison import Setting as Value
+
+    return Value(
         gains_of(pid),
         _number(noise_deg, "noise_deg", 0.0, 90.0),
         _number(frame_error_deg, "frame_error_deg", -90.0, 90.0),
@@ -244,13 +258,32 @@ def control(
         _number(rate_hz, "rate_hz", 0.1, _MOST_RATE_HZ),
         motors,
         _number(motor_gain, "motor_gain", 0.01, 100.0),
-        {name: 1e-3 * float(width) for name, width in (dead_band_mm or {}).items()},
+        {name: 1e-3 * float(width) for name, width in dead_band_mm.items()},
     )
+
+
+def controlled(
+    robot: RobotSpec,
+    believed: RobotSpec,
+    trajectory: Any,
+    models: Sequence[str] | str,
+    setting: Setting,
+    progress: bool = False,
+) -> Control:
+    """Return a robot's controlled motions; arguments and errors as of `control`.
+
+    Args:
+        robot, believed, trajectory, models: as of `control`.
+        setting: what all ways share.
+        progress: show on standard error what is done.
+    """
+    from catheter_sim.controllers.comparison import follow, way_of
+
     ways = list(dict.fromkeys(way_of(model) for model in ([models] if isinstance(models, str) else models)))
-    desired = desired_values(value, trajectory, setting.rate_hz)
-    runs = follow(value, taken_for, desired, ways, setting, progress)
-    pairs = tuple(pair.name for pair in value.tendons)
-    return Control(value, taken_for, pairs, runs, setting, trajectory is not None)
+    desired = desired_values(robot, trajectory, setting.rate_hz)
+    runs = follow(robot, believed, desired, ways, setting, progress)
+    pairs = tuple(pair.name for pair in robot.tendons)
+    return Control(robot, believed, pairs, runs, setting, trajectory is not None)
 
 
 def believed_robot(robot: RobotSpec) -> RobotSpec:

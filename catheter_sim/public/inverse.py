@@ -176,7 +176,8 @@ def inverse_kinematics(
 
     Examples:
         >>> import catheter_sim as cs
-        >>> cs.inverse_kinematics("mitral_4dof", {"tip_x_mm": [15.0], "tip_y_mm": [200.0]}).limits
+        >>> ahead = {"tip_x_mm": [0.0], "tip_y_mm": [0.0], "tip_z_mm": [140.0]}
+        >>> cs.inverse_kinematics("mitral_4dof", ahead).limits
         ('advance_mm<=60',)
     """
     from catheter_sim.planning.drives import plan_drives, with_limits

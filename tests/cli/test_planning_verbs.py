@@ -1,4 +1,4 @@
-"""ik, sense, workspace, which-model and control on the command line: files in and out, bad input in one line."""
+"""ik, sense, workspace, which-model, control: files in and out, bad input in one line."""
 
 from __future__ import annotations
 

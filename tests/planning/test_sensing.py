@@ -62,7 +62,7 @@ def test_a_measured_output_narrows_as_two_measurements_do() -> None:
 
 
 def test_a_tension_cannot_be_below_zero() -> None:
-    """A reading of -0.05 N with noise of 0.1 is a slack tendon; its region does not reach to the other side."""
+    """A reading of -0.05 N with noise of 0.1 is a slack tendon, and its region is one-sided."""
     pulled = {"time_s": [0.0], "tension_active_N": [-0.05]}
     found = cs.sense("chest_tube_section", pulled, noise_tension_N=0.1, uncertain={}, columns=["tip_x_mm"])
     assert found.sensed.low[0, 0] == pytest.approx(found.sensed.value[0, 0], abs=1e-9)
