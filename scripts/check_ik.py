@@ -7,7 +7,8 @@ Random inputs within each robot's ranges are simulated, some rows in a row from 
 targets, in the same order (a robot with hysteresis reaches some of them only by the way that it came). `ik`
 finds inputs, once by the twin alone and once with corrections by simulation, and both are simulated anew.
 Then as many targets out of reach: points beyond the robot's length, and each must be called unreachable.
-Prints a row for each robot, and writes `check_ik.csv` and every round trip.
+Prints a row for each robot, and writes `check_ik.csv` and every round trip. `turned_deg` is how far the
+tip's axis is from where it was, which was not asked: robots with inputs to spare come another way.
 """
 
 from __future__ import annotations
@@ -45,7 +46,8 @@ PERCENT, DEGREES = 0.1, 0.2  # of the length, and of the tip's direction: what i
 FAR = 1.3  # of the robot's length: how far away targets out of reach are
 OUT_OF_REACH = 20  # of these
 COLUMNS = (
-    *("robot", "targets", "twin_percent", "twin_max_percent", "corrected_percent", "max_percent", "max_deg"),
+    *("robot", "targets", "twin_percent", "twin_max_percent", "corrected_percent", "max_percent"),
+    "turned_deg",
     *("corrections", "called_reachable", "unreachable_said", "s_per_target"),
 )
 
@@ -122,7 +124,7 @@ def summary(robot_id: str, trips: Listing, out_of_reach: int, said: int) -> dict
         "twin_max_percent": float(twin.max()),
         "corrected_percent": 100.0 * float(good.mean()),
         "max_percent": float(percent.max()),
-        "max_deg": float(deg[good].max(initial=0.0)),
+        "turned_deg": float(deg[good].max(initial=0.0)),
         "corrections": max(trips.column("corrections")),
         "called_reachable": 100.0 * float(np.mean(trips.column("reachable"))),
         "unreachable_said": f"{said} of {out_of_reach}",

@@ -56,10 +56,6 @@ class Forward:
         outputs = self._twin.of_histories(self._robot, histories)[:, -1]
         return self.targets.seen(outputs)
 
-    def along(self, levels: Array, times: Array) -> Array:
-        """Return the targets' columns along levels (r, d), the whole way from rest, shape (r, m)."""
-        return self.targets.seen(self._twin.of_histories(self._robot, [self._inputs(levels, times)])[0])
-
     def _inputs(self, levels: Array, times: Array) -> Inputs:
         return inputs_at(self.drives, levels, times - times[0])
 

@@ -103,11 +103,12 @@ def inverse_kinematics(
     if corrections is None:
         return search.plan(found, None, 0)
     offset = np.zeros_like(targets.asked)
-    best, best_score, done = None, (-1, np.inf), 0
+    best: Plan | None = None
+    best_score = (1, np.inf)
     for count in range(corrections + 1):
         plan = search.plan(found, _simulated(robot, search, found, gravity_mps2, progress), count)
         score = (-int(plan.reachable.sum()), float(plan.error_mm.sum() + plan.error_deg.sum()))
-        if best is None or score < best_score:
+        if score < best_score:
             best, best_score = plan, score
         assert plan.simulated is not None
         done = search.close(plan.simulated) | ~search.reaches(plan.reached, offset)
@@ -121,12 +122,16 @@ def inverse_kinematics(
 
 
 class _Search:
-    """The rows of one file of targets, searched one after another."""
+    """The rows of one file of targets, searched one after another.
+
+    Attributes:
+        targets: the file's.
+    """
 
     def __init__(
         self, robot: RobotSpec, targets: Targets, drives: PlanDrives, gravity_mps2: Array, within: Tolerance
     ) -> None:
-        self._targets, self._drives, self._within = targets, drives, within
+        self.targets, self._drives, self._within = targets, drives, within
         self._forward = Forward(robot, drives, targets, gravity_mps2)
         self._clock = targets.time_s - targets.time_s[0] + 1.0  # from rest to the first row: a second
         self._cloud = _cloud(drives, _CLOUD_RUBBING if self._forward.remembers else _CLOUD)
@@ -146,7 +151,7 @@ class _Search:
             known: of the rows as found with a smaller or no offset; None: nothing is known.
             progress: show how many rows are done.
         """
-        asked = self._targets.asked + offset
+        asked = self.targets.asked + offset
         found: list[Found] = []
         rows = len(asked)
         name = "inverse kinematics" if known is None else "correcting"
@@ -160,7 +165,7 @@ class _Search:
         times = self._clock[: row + 1]
 
         def misses(levels: Array) -> Array:
-            return self._targets.misses(self._forward.seen(past, levels, times), asked)
+            return self.targets.misses(self._forward.seen(past, levels, times), asked)
 
         if known is not None:
             return least_squares(misses, known.point, least, most, self._enough, known.slopes)
@@ -168,9 +173,10 @@ class _Search:
         size = np.linalg.norm(misses(starts), axis=1)
         best: Found | None = None
         tried: list[Array] = []
+        searches = 1 if self._too_far(asked) else _SEARCHES
         for index in np.argsort(np.where(np.isfinite(size), size, np.inf)):
             alike = any(np.abs(starts[index] - other).max() < _APART for other in tried)
-            if not np.isfinite(size[index]) or alike or len(tried) == _SEARCHES:
+            if not np.isfinite(size[index]) or alike or len(tried) == searches:
                 continue
             tried.append(starts[index])
             found = least_squares(misses, starts[index], least, most, self._enough)
@@ -183,9 +189,15 @@ class _Search:
         fresh = differences(misses, best.point, best.misses, least, most)
         return replace(best, slopes=fresh)
 
+    def _too_far(self, asked: Array) -> bool:
+        """Return whether a tip is asked for beyond the robot's length: one search finds the nearest."""
+        place = dict(zip(self.targets.names, asked, strict=True))
+        tip = np.array([place.get(f"tip_{axis}_mm", 0.0) for axis in "xyz"])
+        return bool(np.linalg.norm(np.nan_to_num(tip)) > self.targets.length_mm + self._within.mm)
+
     def _starts(self, asked: Array, past: Array) -> Array:
         """Return levels to search from, shape (s, d): postures near the target, and the one before."""
-        size = np.linalg.norm(self._targets.misses(self._cloud_seen, asked), axis=1)
+        size = np.linalg.norm(self.targets.misses(self._cloud_seen, asked), axis=1)
         nearest = self._spread(np.argsort(np.where(np.isfinite(size), size, np.inf)))
         before = past[-1:] if len(past) else np.zeros((1, len(self._drives.names)))
         if not self._forward.remembers:
@@ -205,24 +217,24 @@ class _Search:
 
     def reaches(self, reached: Array, offset: Array) -> np.ndarray:
         """Return for which rows the twin comes to what is asked with an offset, shape (r,)."""
-        return self._inside(self._targets.misses(reached, self._targets.asked + offset), _GOOD)
+        return self._inside(self.targets.misses(reached, self.targets.asked + offset), _GOOD)
 
     def close(self, simulated: Array) -> np.ndarray:
         """Return which rows the simulation misses by so little that nothing is corrected, shape (r,)."""
-        return self._inside(self._targets.misses(simulated, self._targets.asked), _GOOD)
+        return self._inside(self.targets.misses(simulated, self.targets.asked), _GOOD)
 
     def _inside(self, misses: Array, share: float) -> np.ndarray:
-        near = self._targets.error_mm(misses) <= share * self._within.mm
-        return near & (self._targets.error_deg(misses) <= share * self._within.deg)
+        near = self.targets.error_mm(misses) <= share * self._within.mm
+        return near & (self.targets.error_deg(misses) <= share * self._within.deg)
 
     def inputs(self, found: list[Found]) -> Inputs:
         """Return the rows' inputs."""
         levels = np.array([item.point for item in found])
-        return inputs_at(self._drives, levels, self._targets.time_s - self._targets.time_s[0])
+        return inputs_at(self._drives, levels, self.targets.time_s - self.targets.time_s[0])
 
     def plan(self, found: list[Found], simulated: Array | None, corrections: int) -> Plan:
         """Return what was found as a plan."""
-        targets, drives = self._targets, self._drives
+        targets, drives = self.targets, self._drives
         levels = np.array([item.point for item in found])
         clock = self._clock
         reached = np.array(
@@ -255,7 +267,7 @@ def _simulated(
     robot: RobotSpec, search: _Search, found: list[Found], gravity: Array, progress: bool
 ) -> Array:
     """Return the targets' columns by the simulation, shape (r, m)."""
-    targets = search._targets
+    targets = search.targets
     run = simulate(robot, search.inputs(found), gravity, progress=progress)
     if run.failure is not None:
         raise SimulationDiverged(run.failure)
