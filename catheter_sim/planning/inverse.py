@@ -33,6 +33,7 @@ _CLOUD, _CLOUD_RUBBING = (
     256,
 )  # postures from rest among which searches start; fewer where each takes long
 _STARTS, _ELSEWHERE = 16, 12  # near the target, and anywhere; the best of them are searched from
+_STARTS_TO_SPARE = 5  # near the target, of a robot that rubs and has more inputs than it is asked for
 _SEARCHES = 10  # at most, until one reaches the target
 _APART = 0.3  # of some input's range: searches from starts that are nearer to one another end alike
 _ENOUGH = 0.02  # share of the tolerance at which a search ends
@@ -198,20 +199,23 @@ class _Search:
     def _starts(self, asked: Array, past: Array) -> Array:
         """Return levels to search from, shape (s, d): postures near the target, and the one before."""
         size = np.linalg.norm(self.targets.misses(self._cloud_seen, asked), axis=1)
-        nearest = self._spread(np.argsort(np.where(np.isfinite(size), size, np.inf)))
+        order = np.argsort(np.where(np.isfinite(size), size, np.inf))
         before = past[-1:] if len(past) else np.zeros((1, len(self._drives.names)))
         if not self._forward.remembers:
-            return np.vstack([before, self._cloud[nearest]])
+            return np.vstack([before, self._cloud[self._spread(order, _STARTS)]])
+        if len(self._drives.names) > len(asked):
+            return np.vstack([before, self._cloud[self._spread(order, _STARTS_TO_SPARE)]])
         # After other inputs a posture from rest is elsewhere.
-        return np.vstack([before, self._cloud[nearest], self._cloud[1 : _ELSEWHERE + 1]])
+        nearest = self._cloud[self._spread(order, _STARTS)]
+        return np.vstack([before, nearest, self._cloud[1 : _ELSEWHERE + 1]])
 
-    def _spread(self, order: np.ndarray) -> list[int]:
+    def _spread(self, order: np.ndarray, count: int) -> list[int]:
         """Return the first of some postures of the cloud, and then those that are apart from all before."""
         chosen: list[int] = []
-        for index in order[: _STARTS * _STARTS]:
+        for index in order[: count * count]:
             if all(np.abs(self._cloud[index] - self._cloud[other]).max() >= _APART for other in chosen):
                 chosen.append(int(index))
-            if len(chosen) == _STARTS:
+            if len(chosen) == count:
                 break
         return chosen
 
