@@ -20,7 +20,15 @@ from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.kinds import kind_of
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.run import STATIC_MODELS
-from catheter_sim.theory.which_model import ModelChoice, ModelError, best_of, interleaved_s, model_error
+from catheter_sim.theory.which_model import (
+    ModelChoice,
+    ModelError,
+    accurate,
+    apart,
+    best_of,
+    interleaved_s,
+    model_error,
+)
 
 SIMULATION = "simulation"
 _LONGEST_S = 20.0  # of timing, all models together
@@ -82,13 +90,7 @@ def compare_models(
         )
         for name in names
     ]
-    within = [
-        item
-        for item in found
-        if not item.failed
-        and item.position_percent <= tolerance_percent
-        and item.orientation_deg <= tolerance_deg
-    ]
+    within = accurate(found, tolerance_percent, tolerance_deg)
     found.sort(key=lambda item: item.ms)
     return ModelChoice(best_of(within, names).model if within else reference, reference, tuple(found))
 
@@ -113,12 +115,4 @@ def _away(
     except InputError:
         return [None] * len(inputs)
     good = finite_rows(postures)
-    result: list[tuple[float, float] | None] = []
-    for row, right in enumerate(exact):
-        if row >= good:
-            result.append(None)
-            continue
-        cosine = 0.5 * (float(np.trace(postures[row].R_w[-1] @ right.R_w[-1].T)) - 1.0)
-        turned = math.acos(min(1.0, max(-1.0, cosine)))
-        result.append((float(np.linalg.norm(postures[row].p_w[-1] - right.p_w[-1])), turned))
-    return result
+    return [apart(postures[row], right) if row < good else None for row, right in enumerate(exact)]

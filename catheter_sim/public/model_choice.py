@@ -58,6 +58,9 @@ class ModelChoice:
         [% of length]), `orientation_deg` (largest angle between the tips' frames), `ms` (of a row, by the
         model as it is called), `failed` (rows that it does not solve), `within` (the tolerance).
         """
+        from catheter_sim.theory.which_model import accurate
+
+        within = accurate(self.result.errors, self.tolerance_percent, self.tolerance_deg)
         rows = tuple(
             {
                 "model": item.model,
@@ -66,9 +69,7 @@ class ModelChoice:
                 "orientation_deg": item.orientation_deg,
                 "ms": item.ms,
                 "failed": len(item.failed),
-                "within": not item.failed
-                and item.position_percent <= self.tolerance_percent
-                and item.orientation_deg <= self.tolerance_deg,
+                "within": item in within,
             }
             for item in self.result.errors
         )

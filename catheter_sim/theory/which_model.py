@@ -122,15 +122,26 @@ def which_model(
         )
         for model in CANDIDATES
     ]
-    within = [
+    within = accurate(found, tolerance_percent, tolerance_deg)
+    found.sort(key=lambda item: item.ms)  # stable: equal times stay in the order of `CANDIDATES`
+    return ModelChoice(best_of(within).model, reference, tuple(found))
+
+
+def accurate(found: Sequence[ModelError], tolerance_percent: float, tolerance_deg: float) -> list[ModelError]:
+    """Return the models that solve every row within the tolerances."""
+    return [
         item
         for item in found
         if not item.failed
         and item.position_percent <= tolerance_percent
         and item.orientation_deg <= tolerance_deg
     ]
-    found.sort(key=lambda item: item.ms)  # stable: equal times stay in the order of `CANDIDATES`
-    return ModelChoice(best_of(within).model, reference, tuple(found))
+
+
+def apart(posture: Posture, right: Posture) -> tuple[float, float]:
+    """Return the distance of the tip from another's [m], and the angle between both tips' frames [rad]."""
+    cosine = 0.5 * (float(np.trace(posture.R_w[-1] @ right.R_w[-1].T)) - 1.0)
+    return float(np.linalg.norm(posture.p_w[-1] - right.p_w[-1])), math.acos(min(1.0, max(-1.0, cosine)))
 
 
 def best_of(within: Sequence[ModelError], order: Sequence[str] = CANDIDATES) -> ModelError:
@@ -175,9 +186,7 @@ def _away(
         except InputError:
             result.append(None)
             continue
-        cosine = 0.5 * (float(np.trace(posture.R_w[-1] @ right.R_w[-1].T)) - 1.0)
-        turned = math.acos(min(1.0, max(-1.0, cosine)))
-        result.append((float(np.linalg.norm(posture.p_w[-1] - right.p_w[-1])), turned))
+        result.append(apart(posture, right))
     return result
 
 

@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "catheter_sim"
-GUIDES = sorted((ROOT / "docs").glob("add_*.md"))
+GUIDES = [*sorted((ROOT / "docs").glob("add_*.md")), ROOT / "docs" / "inverse_sense_control.md"]
 _MARK = "-- end of a block --"
 
 
