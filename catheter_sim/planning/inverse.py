@@ -168,7 +168,7 @@ class _Search:
         def misses(levels: Array) -> Array:
             return self.targets.misses(self._forward.seen(past, levels, times), asked)
 
-        if known is not None:
+        if known is not None and np.isfinite(misses(known.point[np.newaxis])).all():
             return least_squares(misses, known.point, least, most, self._enough, known.slopes)
         starts = self._starts(asked, past)
         size = np.linalg.norm(misses(starts), axis=1)
