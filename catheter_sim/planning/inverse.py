@@ -36,7 +36,9 @@ _STARTS, _ELSEWHERE = 16, 12  # near the target, and anywhere; the best of them 
 _STARTS_TO_SPARE = 5  # near the target, of a robot that rubs and has more inputs than it is asked for
 _SEARCHES = 10  # at most, until one reaches the target
 _APART = 0.3  # of some input's range: searches from starts that are nearer to one another end alike
-_ENOUGH, _ENOUGH_RUBBING = 0.02, 0.1  # share of the tolerance at which a search ends
+# Share of the tolerance at which a search ends; the second one of robots that rub and have inputs to spare:
+# without these, what rows before leave of their error may put a target out of reach.
+_ENOUGH, _ENOUGH_TO_SPARE = 0.02, 0.1
 _GOOD = 0.3  # share of the tolerance below which the simulation's miss is left alone
 
 
@@ -139,7 +141,8 @@ class _Search:
         self._cloud_seen = self._forward.seen(np.zeros((0, len(drives.names))), self._cloud, np.zeros(1))
         if not np.isfinite(self._cloud_seen).all(axis=1).any():
             raise InputError(f"{robot.name}: no posture of its twin balances within the limits of its inputs")
-        self._enough = (_ENOUGH_RUBBING if self._forward.remembers else _ENOUGH) * min(
+        self._spare = self._forward.remembers and len(drives.names) > len(targets.names)
+        self._enough = (_ENOUGH_TO_SPARE if self._spare else _ENOUGH) * min(
             within.mm / targets.length_mm if targets.millimetres else np.inf,
             np.radians(within.deg) if len(targets.names) > targets.millimetres else np.inf,
         )
@@ -203,7 +206,7 @@ class _Search:
         before = past[-1:] if len(past) else np.zeros((1, len(self._drives.names)))
         if not self._forward.remembers:
             return np.vstack([before, self._cloud[self._spread(order, _STARTS)]])
-        if len(self._drives.names) > len(asked):
+        if self._spare:
             return np.vstack([before, self._cloud[self._spread(order, _STARTS_TO_SPARE)]])
         # After other inputs a posture from rest is elsewhere.
         nearest = self._cloud[self._spread(order, _STARTS)]
