@@ -19,7 +19,7 @@ Function = Callable[[Array], Array]  # points (B, d) to misses (B, m); NaN where
 
 _DIFFERENCES = (2e-3, 4e-2)  # of a coordinate for a slope; the longer one where the shorter moves nothing
 _STUCK = 1e-3  # slope below which a coordinate moves nothing: tendons stick
-_MOST_STEPS = 40
+_MOST_STEPS = 30
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-4, 1e-9, 1e4
 _AT_BOUND = 1e-6
 _PULLS = 1e-3  # share of a coordinate's largest possible pull on the misses that holds it at a bound

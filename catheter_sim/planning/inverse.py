@@ -39,6 +39,9 @@ _APART = 0.3  # of some input's range: searches from starts that are nearer to o
 # Share of the tolerance at which a search ends; the second one of robots that rub and have inputs to spare:
 # without these, what rows before leave of their error may put a target out of reach.
 _ENOUGH, _ENOUGH_TO_SPARE = 0.02, 0.1
+_NEAR_TO_SPARE = (
+    5.0  # times that: with inputs to spare no other search is begun; simulation corrects the rest
+)
 _GOOD = 0.3  # share of the tolerance below which the simulation's miss is left alone
 
 
@@ -186,7 +189,7 @@ class _Search:
             found = least_squares(misses, starts[index], least, most, self._enough)
             if best is None or found.size < best.size:
                 best = found
-            if best.size <= self._enough:
+            if best.size <= (_NEAR_TO_SPARE if self._spare else 1.0) * self._enough:
                 return best
         if best is None:
             raise InputError(f"row {row + 1}: the twin has no balance near any posture from which to search")
