@@ -15,38 +15,55 @@ from catheter_sim.errors import InputError, SimulationDiverged
 if TYPE_CHECKING:
     from catheter_sim.modelling.attach import attach
     from catheter_sim.public.comparisons import Comparison, compare
+    from catheter_sim.public.controlled import Control, control
     from catheter_sim.public.data import dataset, inputs, load_dataset, load_robot, read_inputs
     from catheter_sim.public.diagnoses import Diagnosis, diagnose
+    from catheter_sim.public.inverse import InverseKinematics, inverse_kinematics
+    from catheter_sim.public.model_choice import ModelChoice, which_model
     from catheter_sim.public.offers import list_effects, list_environments, list_models, list_robots
+    from catheter_sim.public.reach import Workspace, workspace
     from catheter_sim.public.runs import Run, build, render, simulate, statics
+    from catheter_sim.public.sensing import Sensing, sense
     from catheter_sim.simulation.simulator import Simulator
 
 __version__ = "0.1.0"
 
 _HOME = {
     "catheter_sim.modelling.attach": ("attach",),
+    "catheter_sim.public.controlled": ("Control", "control"),
     "catheter_sim.public.data": ("dataset", "inputs", "load_dataset", "load_robot", "read_inputs"),
     "catheter_sim.public.comparisons": ("Comparison", "compare"),
     "catheter_sim.public.diagnoses": ("Diagnosis", "diagnose"),
+    "catheter_sim.public.inverse": ("InverseKinematics", "inverse_kinematics"),
+    "catheter_sim.public.model_choice": ("ModelChoice", "which_model"),
     "catheter_sim.public.offers": ("list_effects", "list_environments", "list_models", "list_robots"),
+    "catheter_sim.public.reach": ("Workspace", "workspace"),
     "catheter_sim.public.runs": ("Run", "build", "render", "simulate", "statics"),
+    "catheter_sim.public.sensing": ("Sensing", "sense"),
     "catheter_sim.simulation.simulator": ("Simulator",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "Comparison",
+    "Control",
     "Diagnosis",
     "InputError",
+    "InverseKinematics",
+    "ModelChoice",
     "Run",
+    "Sensing",
     "SimulationDiverged",
     "Simulator",
+    "Workspace",
     "attach",
     "build",
     "compare",
+    "control",
     "dataset",
     "diagnose",
     "inputs",
+    "inverse_kinematics",
     "list_effects",
     "list_environments",
     "list_models",
@@ -55,8 +72,11 @@ __all__ = [
     "load_robot",
     "read_inputs",
     "render",
+    "sense",
     "simulate",
     "statics",
+    "which_model",
+    "workspace",
 ]
 
 

@@ -89,13 +89,16 @@ def own_clock(time_s: Array) -> Array:
     return elapsed if (np.diff(rounded) <= 0).any() else rounded
 
 
-def read_table(path: str | os.PathLike[str], only: Collection[str] | None = None) -> Table:
+def read_table(
+    path: str | os.PathLike[str], only: Collection[str] | None = None, spacing_s: float | None = None
+) -> Table:
     """Return the table in the CSV file `path`; an empty cell is a missing value (NaN).
 
     Args:
         path: the file.
         only: the columns to read besides `time_s`; others may hold anything, and are named in `ignored`.
             None: every column.
+        spacing_s: time between rows, from 0, where the file has no `time_s` [s]; None: it must have one.
 
     Raises:
         InputError: the file cannot be read, is empty, ragged, has a column twice, lacks `time_s`, has
@@ -104,7 +107,7 @@ def read_table(path: str | os.PathLike[str], only: Collection[str] | None = None
     where = os.fspath(path)
     lines, rows = _cells(where)
     header = [name.strip() for name in rows[0]]
-    if "time_s" not in header:
+    if "time_s" not in header and spacing_s is None:
         raise InputError(f"{where}: no column time_s; columns: {cut(', '.join(header), 200)}")
     read = [only is None or name == "time_s" or name in only for name in header]
     for name, count in Counter(name for name, wanted in zip(header, read, strict=True) if wanted).items():
@@ -120,7 +123,8 @@ def read_table(path: str | os.PathLike[str], only: Collection[str] | None = None
             raise InputError(f"{line}: {len(row)} cells where the header has {len(header)}")
         values[index] = [_number(row[place], line, name) for place, name in places]
     columns = {name: values[:, index].copy() for index, (_, name) in enumerate(places)}
-    time_s = columns.pop("time_s")
+    even: Array = np.arange(len(values), dtype=np.float64) * (spacing_s or 0.0)
+    time_s = columns.pop("time_s", even)
     ignored = tuple(name for name, wanted in zip(header, read, strict=True) if not wanted)
     table = Table(time_s, columns, where, lines[1:], ignored)
     if np.isnan(time_s).any():

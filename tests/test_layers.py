@@ -26,7 +26,9 @@ RANK = {
     "kinds": 3,
     **dict.fromkeys(("channels", "columns", "catalogue", "effects"), 4),
     **dict.fromkeys(("modelling", "simulation", "theory"), 5),
-    **dict.fromkeys(("pictures", "control", "envs", "diagnosis", "anatomy", "procedure", "viewer"), 6),
+    **dict.fromkeys(
+        ("pictures", "planning", "controllers", "envs", "diagnosis", "anatomy", "procedure", "viewer"), 6
+    ),
     **dict.fromkeys(("blind_bench", "validation", "speed", "public"), 7),
     **dict.fromkeys(("cli", "__main__", "__init__"), 8),
 }

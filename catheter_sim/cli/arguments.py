@@ -6,8 +6,21 @@ import argparse
 import math
 import re
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Protocol
 
 from catheter_sim.errors import InputError, cut
+from catheter_sim.files import check_output_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Drawn(Protocol):
+    """A result that can be drawn."""
+
+    def plot(self) -> Figure:
+        """Return its figure."""
+
 
 _SETTING = re.compile(r"[A-Za-z_][\w.]*=")
 
@@ -76,6 +89,60 @@ def add_output(parser: argparse.ArgumentParser, metavar: str, text: str) -> None
     parser.add_argument("-o", "--output", metavar=metavar, required=True, help=text)
 
 
+def add_limits(parser: argparse.ArgumentParser) -> None:
+    """Add --limit."""
+    parser.add_argument(
+        "--limit",
+        metavar="INPUT=LEAST,MOST",
+        dest="limits",
+        action="append",
+        default=[],
+        help="range of an input in the unit of its column, 0 within; may be repeated",
+    )
+
+
+def add_plot(parser: argparse.ArgumentParser) -> None:
+    """Add --plot."""
+    parser.add_argument("--plot", metavar="OUT.png", help="picture to draw besides")
+
+
+def limits(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Return what `--limit` states: least and most by input.
+
+    Raises:
+        InputError: one is not of the form INPUT=LEAST,MOST.
+    """
+    found = {}
+    for text in texts:
+        name, _, ends = text.partition("=")
+        try:
+            low, high = (float(part) for part in ends.split(","))
+        except ValueError:
+            raise InputError(f"--limit {cut(text, 100)}: INPUT=LEAST,MOST is needed") from None
+        found[name.strip()] = (low, high)
+    return found
+
+
+def check_plot(path: str | None) -> None:
+    """Raise `InputError` where no picture can be written at `path`; None: none is wanted."""
+    if path is None:
+        return
+    if not path.lower().endswith(".png"):
+        raise InputError(f"--plot {path}: a picture's ending is needed; choices: .png")
+    check_output_file(path)
+
+
+def write_plot(drawn: Drawn, path: str | None) -> None:
+    """Write the figure of `drawn` to `path`, if there is one, and say so."""
+    if path is None:
+        return
+    from catheter_sim.tables import replaced_when_whole
+
+    with replaced_when_whole(path, binary=True) as file:
+        drawn.plot().savefig(file, format="png", dpi=130)
+    print(f"wrote {path}")
+
+
 def gravity(text: str) -> tuple[float, float, float]:
     """Return the vector [m/s^2] that `--gravity` states.
 
@@ -118,11 +185,19 @@ def whole_number(lower: int, upper: int) -> Callable[[str], int]:
     return read
 
 
-def positive_number(text: str) -> float:
-    """Return the finite number above zero that `text` states; an argparse type."""
+def positive(text: str) -> float:
+    """Return the number above zero that `text` states; an argparse type."""
     value = number(text)
     if value <= 0.0:
-        raise argparse.ArgumentTypeError(f"{cut(text, 60)!r}: a number above 0 is needed")
+        raise argparse.ArgumentTypeError(f"{cut(text, 60)!r}: a number above zero is needed")
+    return value
+
+
+def not_negative(text: str) -> float:
+    """Return the number, zero or above, that `text` states; an argparse type."""
+    value = number(text)
+    if value < 0.0:
+        raise argparse.ArgumentTypeError(f"{cut(text, 60)!r}: a number not below zero is needed")
     return value
 
 

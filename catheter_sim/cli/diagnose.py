@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--budget",
         metavar="SECONDS",
-        type=arguments.positive_number,
+        type=arguments.positive,
         default=math.inf,
         help="time after which the search for causes ends with the best so far; default: none",
     )

@@ -20,7 +20,22 @@ from types import ModuleType
 from typing import NoReturn
 
 from catheter_sim import __version__
-from catheter_sim.cli import bench, build, diagnose, list_verb, render, simulate, statics, validate, view
+from catheter_sim.cli import (
+    bench,
+    build,
+    control,
+    diagnose,
+    ik,
+    list_verb,
+    render,
+    sense,
+    simulate,
+    statics,
+    validate,
+    view,
+    which_model,
+    workspace,
+)
 from catheter_sim.cli.arguments import split_settings
 from catheter_sim.cli.signals import Stopped, unwound_by_signals
 from catheter_sim.errors import LONGEST_MESSAGE, InputError, cut
@@ -36,6 +51,11 @@ VERBS: dict[str, ModuleType] = {
     "diagnose": diagnose,
     "bench": bench,
     "view": view,
+    "ik": ik,
+    "sense": sense,
+    "control": control,
+    "which-model": which_model,
+    "workspace": workspace,
 }
 TRACEBACK_VARIABLE = "CATHETER_SIM_TRACEBACK"  # set to anything: defects and warnings show in full
 

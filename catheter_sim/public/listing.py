@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import html
 import json
 import math
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.errors import InputError
-from catheter_sim.tables import Array
+from catheter_sim.tables import Array, replaced_when_whole
 
 _WIDEST = 60  # characters of a cell as text
 _SHOWN_ROWS = 30  # in a notebook
@@ -61,6 +63,18 @@ class Listing(Sequence[Mapping[str, Any]]):
         """Return the rows as JSON; an infinite number is a text, as `plain` says."""
         rows = [{name: plain(row.get(name)) for name in self.columns} for row in self.rows]
         return json.dumps(rows, ensure_ascii=False, allow_nan=False)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the rows as CSV, numbers to nine digits, truth as 1 and 0; NaN becomes an empty cell.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        with replaced_when_whole(path) as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(self.columns)
+            for row in self.rows:
+                writer.writerow([_cell(row.get(name)) for name in self.columns])
 
     def __str__(self) -> str:
         cells = [self.columns, *(tuple(_text(row.get(name)) for name in self.columns) for row in self.rows)]
@@ -117,6 +131,14 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else str(value)
     return [plain(item) for item in value] if isinstance(value, tuple | list) else value
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, bool | np.bool_):
+        return str(int(value))
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.9g}"
+    return "" if value is None else str(value)
 
 
 def _text(value: Any) -> str:

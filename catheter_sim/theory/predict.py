@@ -64,6 +64,24 @@ class Prediction:
         """Return the outputs of `robots` along each of several trials, in order."""
         return [self(robots, inputs, every) for inputs in trials]
 
+    def of_histories(self, robot: RobotSpec, histories: Sequence[Inputs]) -> Array:
+        """Return the outputs of one robot along several histories of as many rows, shape (B, r, o).
+
+        NaN of a row without balance.
+
+        Args:
+            robot: with its effects.
+            histories: as commanded, each from rest, at the same times.
+        """
+        built_in = embodied(robot)
+        arriving = [
+            with_tip_weight(arriving_inputs(robot, item), built_in.tip_mass_kg, self.gravity_mps2)
+            for item in histories
+        ]
+        robots = [built_in] * len(arriving)
+        states = self.twin.solve(robots, arriving, self.gravity_mps2, self.shown.elements, 1)
+        return self._outputs([robot] * len(arriving), histories[0], states, range(len(arriving)), 1)
+
     def _outputs(
         self,
         robots: Sequence[RobotSpec],

@@ -115,29 +115,40 @@ def which_model(
     away = {model: _away(model, robot, rows, gravity, exact) for model in CANDIDATES}
     solved = {model: [row for row, found in enumerate(away[model]) if found] for model in CANDIDATES}
     calls = {model: _solves(model, robot, rows, kept, gravity) for model, kept in solved.items() if kept}
-    spent = _interleaved_s(calls, clock)
+    spent = interleaved_s(calls, clock)
     found = [
-        _error(
+        model_error(
             model, away[model], length, 1e3 * spent[model] / len(solved[model]) if solved[model] else math.inf
         )
         for model in CANDIDATES
     ]
-    within = [
+    within = accurate(found, tolerance_percent, tolerance_deg)
+    found.sort(key=lambda item: item.ms)  # stable: equal times stay in the order of `CANDIDATES`
+    return ModelChoice(best_of(within).model, reference, tuple(found))
+
+
+def accurate(found: Sequence[ModelError], tolerance_percent: float, tolerance_deg: float) -> list[ModelError]:
+    """Return the models that solve every row within the tolerances."""
+    return [
         item
         for item in found
         if not item.failed
         and item.position_percent <= tolerance_percent
         and item.orientation_deg <= tolerance_deg
     ]
-    found.sort(key=lambda item: item.ms)  # stable: equal times stay in the order of `CANDIDATES`
-    return ModelChoice(_best(within).model, reference, tuple(found))
 
 
-def _best(within: Sequence[ModelError]) -> ModelError:
-    """Return of the fastest models, within `TIED` of the first, the most accurate, then the simplest."""
+def apart(posture: Posture, right: Posture) -> tuple[float, float]:
+    """Return the distance of the tip from another's [m], and the angle between both tips' frames [rad]."""
+    cosine = 0.5 * (float(np.trace(posture.R_w[-1] @ right.R_w[-1].T)) - 1.0)
+    return float(np.linalg.norm(posture.p_w[-1] - right.p_w[-1])), math.acos(min(1.0, max(-1.0, cosine)))
+
+
+def best_of(within: Sequence[ModelError], order: Sequence[str] = CANDIDATES) -> ModelError:
+    """Return of the fastest models, within `TIED`, the most accurate, then the first in `order`."""
     fast = TIED * min(item.ms for item in within)
     tied = [item for item in within if item.ms <= fast]
-    return min(tied, key=lambda item: (item.position_percent, CANDIDATES.index(item.model)))
+    return min(tied, key=lambda item: (item.position_percent, order.index(item.model)))
 
 
 def pulled_sets(robot: ContinuumRobot, turn_rad: float = 0.5 * math.pi) -> Inputs:
@@ -175,9 +186,7 @@ def _away(
         except InputError:
             result.append(None)
             continue
-        cosine = 0.5 * (float(np.trace(posture.R_w[-1] @ right.R_w[-1].T)) - 1.0)
-        turned = math.acos(min(1.0, max(-1.0, cosine)))
-        result.append((float(np.linalg.norm(posture.p_w[-1] - right.p_w[-1])), turned))
+        result.append(apart(posture, right))
     return result
 
 
@@ -210,10 +219,12 @@ def _solves(
     return lambda: law(robot, together, gravity)
 
 
-def _interleaved_s(calls: Mapping[str, Callable[[], object]], clock: Callable[[], float]) -> dict[str, float]:
+def interleaved_s(
+    calls: Mapping[str, Callable[[], object]], clock: Callable[[], float], rounds: int = _ROUNDS
+) -> dict[str, float]:
     """Return the median time of each call over rounds in which all take turns [s]."""
     spent: dict[str, list[float]] = {name: [] for name in calls}
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         for name, call in calls.items():
             began = clock()
             call()
@@ -221,7 +232,10 @@ def _interleaved_s(calls: Mapping[str, Callable[[], object]], clock: Callable[[]
     return {name: statistics.median(times) for name, times in spent.items()}
 
 
-def _error(model: str, away: Sequence[tuple[float, float] | None], length_m: float, ms: float) -> ModelError:
+def model_error(
+    model: str, away: Sequence[tuple[float, float] | None], length_m: float, ms: float
+) -> ModelError:
+    """Return what a model does, from each row's distance [m] and angle [rad]; None: a row not solved."""
     found = [item for item in away if item is not None]
     failed = tuple(row for row, item in enumerate(away) if item is None)
     if not found:

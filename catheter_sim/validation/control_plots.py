@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from catheter_sim.control.loop import ControlRun
+from catheter_sim.controllers.loop import ControlRun
 from catheter_sim.tables import replaced_when_whole
 from catheter_sim.validation.plots import BLUE, GREY, ORANGE
 

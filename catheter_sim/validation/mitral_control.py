@@ -21,10 +21,10 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.control import loop, motor
-from catheter_sim.control.feedforward import along, feedforward
-from catheter_sim.control.pid import RATE_HZ, Pid
-from catheter_sim.control.trajectories import through, ticks_s
+from catheter_sim.controllers import loop, motor
+from catheter_sim.controllers.feedforward import along, feedforward
+from catheter_sim.controllers.pid import RATE_HZ, Pid
+from catheter_sim.controllers.trajectories import through, ticks_s
 from catheter_sim.core.posture import Array
 from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_4dof_elongation, mitral_transseptal
 from catheter_sim.kinds.catheter.spec import CatheterRobot

@@ -19,7 +19,10 @@ from catheter_sim.cli.main import VERBS, main
 from catheter_sim.errors import InputError
 
 COMMAND = [sys.executable, "-m", "catheter_sim.cli.main"]
-CONTRACT_VERBS = {"list", "build", "simulate", "statics", "render", "validate", "diagnose", "bench", "view"}
+CONTRACT_VERBS = {
+    *("list", "build", "simulate", "statics", "render", "validate", "diagnose", "bench", "view"),
+    *("ik", "sense", "workspace", "which-model", "control"),
+}
 
 
 def test_verbs_are_those_promised() -> None:
@@ -45,6 +48,11 @@ def test_help_has_an_example_and_units(verb: str, run: Run) -> None:
         "diagnose": "mm or deg",
         "bench": "steps/s",
         "view": "tensions [N]",
+        "ik": "tip_z_mm [mm]",
+        "sense": "standard deviations of the readings",
+        "workspace": "tip_z_mm [mm]",
+        "which-model": "processor time of a row [ms]",
+        "control": "time_s [s]",
     }
     assert units[verb] in ran.out
 

@@ -11,8 +11,12 @@ import pytest
 
 import catheter_sim as cs
 
-SLOW = {"Simulator", "attach", "render", "simulate", "Run", "list_robots", "statics", "diagnose", "Diagnosis"}
-SLOW |= {"compare", "Comparison"}
+SLOW = {
+    *("Simulator", "attach", "render", "simulate", "Run", "list_robots", "statics", "diagnose", "Diagnosis"),
+    *("Control", "control", "InverseKinematics", "inverse_kinematics", "ModelChoice", "which_model"),
+    *("compare", "Comparison"),
+    *("Sensing", "sense", "Workspace", "workspace"),
+}
 NAMES = [
     pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name
     for name in cs.__all__

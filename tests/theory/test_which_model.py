@@ -13,7 +13,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
 from catheter_sim.kinds.continuum.spec import Tendon
 from catheter_sim.theory.run import STATIC_MODELS
-from catheter_sim.theory.which_model import CANDIDATES, TIED, ModelError, _best, pulled_sets, which_model
+from catheter_sim.theory.which_model import CANDIDATES, TIED, ModelError, best_of, pulled_sets, which_model
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("tdcr")]  # compiled once, half a minute
 
@@ -119,7 +119,7 @@ def test_a_model_beyond_the_margin_is_not_taken_for_its_accuracy(coarse):
 def test_of_equally_fast_and_equally_accurate_models_the_simplest_is_chosen():
     """Under equal times and errors the order of the candidates decides, in whatever order they come."""
     twins = [ModelError(name, 0.5, 0.1, 0.1, 1.0, ()) for name in reversed(CANDIDATES)]
-    assert _best(twins).model == "CC"
+    assert best_of(twins).model == "CC"
 
 
 def test_coarse_robot_needs_straight_tendons(coarse):

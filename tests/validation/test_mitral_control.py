@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from catheter_sim.control.feedforward import along, feedforward
-from catheter_sim.control.loop import ControlRun
-from catheter_sim.control.trajectories import through, ticks_s
+from catheter_sim.controllers.feedforward import along, feedforward
+from catheter_sim.controllers.loop import ControlRun
+from catheter_sim.controllers.trajectories import through, ticks_s
 from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_4dof_elongation
 from catheter_sim.kinds.catheter.theory.balance import balance
 from catheter_sim.kinds.catheter.theory.elongation import PRINTED, SIMPLIFIED

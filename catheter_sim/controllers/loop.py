@@ -17,11 +17,12 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from catheter_sim.control import motor
-from catheter_sim.control.pid import RATE_HZ, Pid
+from catheter_sim.controllers import motor
+from catheter_sim.controllers.pid import RATE_HZ, Pid
 from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds import KINDS, kind_of
+from catheter_sim.progress import counted
 from catheter_sim.simulation.simulator import Simulator
 
 _WHOLE = 1e-6  # share of a period by which a tick may miss the simulation's steps
@@ -38,6 +39,7 @@ class ControlRun:
         desired, reached: joint values, shape (r, t) [rad or m].
         model_m, controller_m: displacement by feedforward and by feedback, shape (r, t).
         displaced_m: of the pairs at the tick's end, shape (r, t); their sum but for the motors' lag.
+        measured: joint values as the tracker gave them, shape (r, t) [rad or m]; None: exact.
     """
 
     robot: str
@@ -48,6 +50,7 @@ class ControlRun:
     model_m: Array
     controller_m: Array
     displaced_m: Array
+    measured: Array | None = None
 
     def rmse_deg(self) -> Array:
         """Return the root mean square error of every joint, shape (t,) [deg]; NaN of an advance."""
@@ -72,10 +75,17 @@ class Tracker:
     Attributes:
         noise_rad: standard deviation of every angle at every tick, white [rad].
         generator: draws the noise.
+        offset_rad: what every angle is measured too large, by a tracker whose frame is turned [rad].
     """
 
     noise_rad: float
     generator: np.random.Generator
+    offset_rad: float = 0.0
+
+    def measured(self, values: Array, turns: np.ndarray) -> Array:
+        """Return joint values as they are measured, shape (t,); those that are no turns are exact."""
+        noise = self.noise_rad * self.generator.standard_normal(len(values))
+        return values + np.where(turns, self.offset_rad + noise, 0.0)
 
 
 def joint_values(simulator: Simulator) -> Array:
@@ -83,6 +93,16 @@ def joint_values(simulator: Simulator) -> Array:
     return np.asarray(
         _joints_of(simulator).joint_matrix(simulator.robot, simulator.model) @ simulator.data.qpos
     )
+
+
+def joint_kinds_of(simulator: Simulator) -> tuple[str, ...]:
+    """Return how the joint of each pair moves: "torsion", "bending" or "prismatic".
+
+    Raises:
+        InputError: the robot is no catheter.
+    """
+    kinds: tuple[str, ...] = _joints_of(simulator).joint_kinds(simulator.robot)
+    return kinds
 
 
 def run(
@@ -94,6 +114,7 @@ def run(
     tracker: Tracker | None = None,
     servos: Mapping[str, motor.Servo] | None = None,
     force_tip_N: Sequence[float] = (0.0, 0.0, 0.0),
+    progress: str = "",
 ) -> ControlRun:
     """Control a robot from rest along desired joint values.
 
@@ -106,6 +127,7 @@ def run(
         tracker: its noise; None: exact.
         servos: the motor of each pair that has one, by the pair's name; others follow at once.
         force_tip_N: on the tip, base frame, shape (3,).
+        progress: what to call the run on standard error, where its ticks are counted; empty: nowhere.
 
     Raises:
         InputError: the robot is no catheter, a name is not one of its pairs, shapes or rates do not
@@ -132,12 +154,14 @@ def run(
     addresses = face.joint_matrix(robot, simulator.model)
     states = {name: motor.at_rest() for name in motors}
     before = np.zeros(len(names))
-    reached, feedback_m, displaced_m = (np.zeros(desired.shape) for _ in range(3))
-    for row in range(len(desired)):
+    reached, measured, feedback_m, displaced_m = (np.zeros(desired.shape) for _ in range(4))
+    joints = face.joint_kinds(robot)
+    turns = np.array([joint != "prismatic" for joint in joints])
+    rows = len(desired)
+    for row in counted(range(rows), rows, progress, "tick", bool(progress)):
         reached[row] = addresses @ simulator.data.qpos
-        seen = reached[row]
-        if tracker is not None:
-            seen = seen + tracker.noise_rad * tracker.generator.standard_normal(len(names))
+        seen = reached[row] if tracker is None else tracker.measured(reached[row], turns)
+        measured[row] = seen
         for k, name in enumerate(names):
             if name in controllers:
                 feedback_m[row, k] = controllers[name].correction_m(desired[row, k] - seen[k])
@@ -154,8 +178,7 @@ def run(
         displaced_m[row] = displaced
         simulator.require_finite()
     ticks = np.arange(len(desired)) / rate_hz
-    joints = face.joint_kinds(robot)
-    return ControlRun(robot.name, joints, ticks, desired, reached, model_m, feedback_m, displaced_m)
+    return ControlRun(robot.name, joints, ticks, desired, reached, model_m, feedback_m, displaced_m, measured)
 
 
 def _joints_of(simulator: Simulator) -> Any:

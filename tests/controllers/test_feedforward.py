@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from catheter_sim.control.feedforward import along, feedforward
+from catheter_sim.controllers.feedforward import along, feedforward
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError

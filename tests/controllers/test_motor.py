@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from catheter_sim.control import motor
+from catheter_sim.controllers import motor
 from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
 from catheter_sim.kinds.catheter.theory.tendons import pulled_m
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from catheter_sim.control import pid
+from catheter_sim.controllers import pid
 from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof
 from catheter_sim.kinds.catheter.theory.tendons import arm_m
 

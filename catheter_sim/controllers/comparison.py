@@ -1,0 +1,142 @@
+"""One desired motion followed in several ways: a feedforward each, with or without PID.
+
+The controller takes the robot for what it believes it to be, the nominal one say; the robot that is
+simulated may stretch, rub and have slack. That difference is what feedback is there for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import cast
+
+import numpy as np
+
+from catheter_sim.controllers import motor
+from catheter_sim.controllers.feedforward import MODELS, along, feedforward
+from catheter_sim.controllers.loop import ControlRun, Tracker, joint_kinds_of, run
+from catheter_sim.controllers.pid import RATE_HZ, Gains, Pid
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.kinds import kind_of
+from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.simulation.simulator import Simulator
+
+MOTORS = ("none", "pd", "observer")
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a motion is followed.
+
+    Attributes:
+        model: feedforward, of `feedforward.MODELS`.
+        feedback: whether PID on the tracker's angles is added, in joints that are asked to move.
+    """
+
+    model: str
+    feedback: bool
+
+    @property
+    def name(self) -> str:
+        """As papers write it: "TE+PID"."""
+        return f"{self.model.upper()}{'+PID' if self.feedback else ''}"
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What all ways of following share.
+
+    Attributes:
+        gains: of the PID controllers.
+        noise_deg: standard deviation of every measured angle, white [deg].
+        frame_error_deg: what every angle is measured too large [deg].
+        seed: of the noise, the same for every way.
+        rate_hz: ticks a second.
+        motors: of `MOTORS`: pairs follow at once; by a motor's PD; by PD with a disturbance observer.
+        motor_gain: the motors' gain over the nominal one that their controller takes them to have.
+        dead_band_m: dead-bands that the feedforward compensates, by pair.
+    """
+
+    gains: Gains
+    noise_deg: float = 0.0
+    frame_error_deg: float = 0.0
+    seed: int = 0
+    rate_hz: float = RATE_HZ
+    motors: str = "none"
+    motor_gain: float = 1.0
+    dead_band_m: Mapping[str, float] = field(default_factory=dict)
+
+
+def way_of(text: str) -> Way:
+    """Return the way that a text names, as "pk" or "TE+PID".
+
+    Raises:
+        InputError: it names none.
+    """
+    model, _, feedback = text.strip().lower().partition("+")
+    if model not in MODELS or feedback not in ("", "pid"):
+        choices = [name for item in MODELS for name in (item, f"{item}+pid")]
+        raise unknown("way of control", text.strip(), choices)
+    return Way(model, bool(feedback))
+
+
+def follow(
+    robot: RobotSpec,
+    believed: RobotSpec,
+    desired: Array,
+    ways: Sequence[Way],
+    setting: Setting,
+    progress: bool = False,
+) -> dict[str, ControlRun]:
+    """Return the controlled motions by the names of the ways.
+
+    Args:
+        robot: what is simulated, a catheter.
+        believed: what the controller takes it for.
+        desired: joint values, one row a tick, shape (r, t) [rad or m].
+        ways: how.
+        setting: what they share.
+        progress: show on standard error what is done.
+
+    Raises:
+        InputError: no such feedforward or motor for this robot, or a displacement beyond its range.
+    """
+    if setting.motors not in MOTORS:
+        raise unknown("motors", setting.motors, MOTORS)
+    simulator = Simulator(robot)
+    kinds = joint_kinds_of(simulator)
+    pairs = [pair.name for pair in robot.tendons]
+    alike = kind_of(robot) is kind_of(believed)
+    if not alike or pairs != [pair.name for pair in believed.tendons]:
+        raise InputError(f"{robot.name}: cannot be taken for {believed.name}, which has other pairs")
+    turned = [name for name, kind in zip(pairs, kinds, strict=True) if kind != "prismatic"]
+    asked = [name for k, name in enumerate(pairs) if name in turned and np.any(desired[:, k])]
+    found = {}
+    for way in ways:
+        model_m = along(feedforward(cast(CatheterRobot, believed), way.model, setting.dead_band_m), desired)
+        tracker = Tracker(
+            np.radians(setting.noise_deg),
+            np.random.default_rng(setting.seed),
+            np.radians(setting.frame_error_deg),
+        )
+        controllers = {name: Pid(setting.gains, setting.rate_hz) for name in asked if way.feedback}
+        found[way.name] = run(
+            simulator,
+            desired,
+            model_m,
+            setting.rate_hz,
+            controllers,
+            tracker,
+            _servos(turned, setting),
+            progress=f"control, {way.name}" if progress else "",
+        )
+    return found
+
+
+def _servos(pairs: Sequence[str], setting: Setting) -> dict[str, motor.Servo]:
+    if setting.motors == MOTORS[0]:
+        return {}
+    own = motor.Motor(gain=setting.motor_gain * motor.NOMINAL.gain)
+    return {name: motor.servo(own, setting.motors == MOTORS[2]) for name in pairs}

@@ -1,0 +1,129 @@
+"""Bounded least squares for a function that is slow, not quite smooth, and answers many questions at once.
+
+Levenberg and Marquardt's steps within bounds. The slopes are differences, taken once, then learned from every
+step (Broyden 1965), and taken again where a step does not help: of a robot that rubs they change where a
+tendon starts to slide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from catheter_sim.core.posture import Array
+
+Function = Callable[[Array], Array]  # points (B, d) to misses (B, m); NaN where there is none
+
+_DIFFERENCES = (2e-3, 4e-2)  # of a coordinate for a slope; the longer one where the shorter moves nothing
+_STUCK = 1e-3  # slope below which a coordinate moves nothing: tendons stick
+_MOST_STEPS = 30
+_FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-4, 1e-9, 1e4
+_AT_BOUND = 1e-6
+_PULLS = 1e-3  # share of a coordinate's largest possible pull on the misses that holds it at a bound
+
+
+@dataclass(frozen=True)
+class Found:
+    """A point, with its misses and slopes.
+
+    Attributes:
+        point: shape (d,).
+        misses: there, shape (m,).
+        slopes: of the misses, shape (m, d).
+    """
+
+    point: Array
+    misses: Array
+    slopes: Array
+
+    @property
+    def size(self) -> float:
+        """Length of the misses."""
+        return float(np.linalg.norm(self.misses))
+
+
+def least_squares(
+    function: Function, start: Array, least: Array, most: Array, enough: float, slopes: Array | None = None
+) -> Found:
+    """Return the point within bounds with the least misses that is found from `start`.
+
+    Args:
+        function: see `Function`.
+        start: shape (d,), with finite misses.
+        least, most: bounds, shape (d,).
+        enough: length of misses at which the search ends.
+        slopes: at the start where they are known, shape (m, d).
+    """
+    point = np.clip(start, least, most)
+    misses = function(point[np.newaxis])[0]
+    fresh = slopes is None
+    known = differences(function, point, misses, least, most) if slopes is None else slopes
+    damping, now = _FIRST_DAMPING, Found(point, misses, known)
+    for _ in range(_MOST_STEPS):
+        if now.size <= enough:
+            break
+        step = _step(now, least, most, damping)
+        there = now.point + step
+        moved = float(np.abs(step).max(initial=0.0))
+        found = function(there[np.newaxis])[0] if moved > 1e-9 else np.full_like(now.misses, np.nan)
+        better = bool(np.isfinite(found).all()) and float(np.linalg.norm(found)) < now.size
+        if np.isfinite(found).all():
+            learned = now.slopes + np.outer(found - now.misses - now.slopes @ step, step) / (step @ step)
+        else:
+            learned = now.slopes
+        if better:
+            gained = 1.0 - float(np.linalg.norm(found)) / now.size
+            now, fresh = Found(there, found, learned), False
+            damping = max(damping / 10.0, _LEAST_DAMPING)
+            if gained > 1e-4:
+                continue
+        if not fresh:  # the slopes may be stale: take them anew, once at each point
+            now = Found(now.point, now.misses, differences(function, now.point, now.misses, least, most))
+            fresh = True
+            continue
+        if better or damping >= _MOST_DAMPING or moved < 1e-7:
+            break
+        damping *= 30.0
+    return now
+
+
+def differences(function: Function, point: Array, misses: Array, least: Array, most: Array) -> Array:
+    """Return the slopes of the misses at `point` by differences toward the farther bound, shape (m, d)."""
+    toward = np.where(most - point >= point - least, 1.0, -1.0)
+    slopes = np.zeros((len(misses), len(point)))
+    stuck = np.arange(len(point))
+    for length in _DIFFERENCES:
+        step = toward * np.minimum(length, 0.5 * (most - least))
+        there = function(point + np.diag(step)[stuck])
+        found = (there - misses).T / step[stuck]
+        slopes[:, stuck] = np.where(np.isfinite(found), found, 0.0)
+        stuck = stuck[np.linalg.norm(slopes[:, stuck], axis=0) < _STUCK]
+        if not len(stuck):
+            break
+    return slopes
+
+
+def binding(found: Found, least: Array, most: Array) -> list[tuple[int, bool]]:
+    """Return the coordinates that a bound keeps from lessening the misses, and whether it is the upper."""
+    pull = -(found.slopes.T @ found.misses)
+    strong = _PULLS * np.linalg.norm(found.slopes, axis=0) * found.size
+    held = []
+    for k in range(len(pull)):
+        if found.point[k] >= most[k] - _AT_BOUND and pull[k] > strong[k]:
+            held.append((k, True))
+        elif found.point[k] <= least[k] + _AT_BOUND and pull[k] < -strong[k]:
+            held.append((k, False))
+    return held
+
+
+def _step(now: Found, least: Array, most: Array, damping: float) -> Array:
+    """Return the damped step within bounds, shape (d,); points at a bound may leave it."""
+    size = np.sqrt(damping) * max(float(np.linalg.norm(now.slopes, axis=0).max()), 1e-12)
+    matrix = np.vstack([now.slopes, size * np.eye(len(now.point))])
+    wanted = np.concatenate([-now.misses, np.zeros(len(now.point))])
+    room = np.minimum(least - now.point, -1e-12), np.maximum(most - now.point, 1e-12)
+    step = lsq_linear(matrix, wanted, bounds=room, method="bvls").x
+    return np.asarray(np.clip(now.point + step, least, most) - now.point)

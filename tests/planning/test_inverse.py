@@ -1,0 +1,108 @@
+"""Inverse kinematics: round trips through what shares nothing with the search, and limits that are named."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import catheter_sim as cs
+from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
+from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
+from catheter_sim.planning.drives import plan_drives
+from catheter_sim.planning.forward import Forward
+from catheter_sim.planning.targets import targets_of
+from catheter_sim.tables import Table
+
+
+def one_row(**values: float) -> dict[str, list[float]]:
+    """Return one row of columns."""
+    return {name: [value] for name, value in values.items()}
+
+
+def test_a_pose_of_the_closed_form_is_reached() -> None:
+    """Nayar 2022's product of exponentials says where joints lead; inputs for that pose give these joints."""
+    joints = np.array([0.3, 0.8, 0.02, 0.0])  # torsion, bending, advance, torsion
+    frame = tool_frame(mitral_transseptal(), joints)
+    tip = dict(zip(("tip_x_mm", "tip_y_mm", "tip_z_mm"), 1e3 * frame[:3, 3], strict=True))
+    found = cs.inverse_kinematics("mitral_transseptal", one_row(**tip), corrections=None)
+    assert found.reachable.all()
+    again = cs.statics("mitral_transseptal", found.inputs, model="pk").to_table(list(tip)).columns
+    for name, value in tip.items():
+        assert again[name][0] == pytest.approx(value, abs=0.02)
+
+
+def test_a_direction_and_an_angle_are_targets() -> None:
+    """The tip's axis alone fixes proximal torsion and bending; an angle is met as it is asked."""
+    bend, turn = 0.7, 0.4
+    axis = np.array([math.sin(bend) * math.cos(turn), math.sin(bend) * math.sin(turn), math.cos(bend)])
+    asked = {f"tip_direction_{letter}": [5.0 * value] for letter, value in zip("xyz", axis, strict=True)}
+    found = cs.inverse_kinematics("mitral_transseptal", asked, corrections=None)
+    assert found.reachable.all()
+    posture = cs.statics("mitral_transseptal", found.inputs, model="pk").postures[0]
+    np.testing.assert_allclose(posture.R_w[-1][:, 2], axis, atol=1e-3)
+    found = cs.inverse_kinematics("mitral_transseptal", one_row(angle_bending_deg=-50.0), corrections=None)
+    assert found.error_deg[0] < 0.01
+
+
+def test_the_limit_that_binds_is_named() -> None:
+    """Straight ahead and too far, the tube is all out; sideways of a planar robot's plane, nothing helps."""
+    found = cs.inverse_kinematics("mitral_4dof", one_row(tip_x_mm=0.0, tip_y_mm=0.0, tip_z_mm=140.0))
+    assert not found.reachable[0]
+    assert found.limits == ("advance_mm<=60",)
+    straight = 1e3 * plan_drives(cs.load_robot("mitral_4dof")).length_m
+    assert found.error_mm[0] == pytest.approx(140.0 - straight, abs=0.05)
+    aside = one_row(tip_x_mm=0.0, tip_y_mm=20.0, tip_z_mm=225.0)
+    found = cs.inverse_kinematics("chest_tube_section", aside, corrections=None)
+    assert not found.reachable[0]
+    assert found.limits[0] != ""
+    assert found.error_mm[0] == pytest.approx(20.0, abs=0.1)
+
+
+def test_a_users_limit_is_kept() -> None:
+    """With half of the stroke, what lies beyond is out of reach, and the user's limit is the one named."""
+    asked = one_row(tip_x_mm=0.0, tip_y_mm=0.0, tip_z_mm=100.0)
+    found = cs.inverse_kinematics("mitral_4dof", asked, limits={"advance_mm": (0.0, 30.0)}, corrections=None)
+    assert found.limits == ("advance_mm<=30",)
+    assert cs.inverse_kinematics("mitral_4dof", asked, corrections=None).reachable.all()
+
+
+def test_whether_the_way_counts_is_found_out() -> None:
+    """Robots that rub remember; a nominal catheter, and a robot whose friction is off, do not."""
+    for name, settings, remembers in (
+        ("neuroendoscope_section", {}, True),
+        ("chest_tube_section", {}, True),
+        ("neuroendoscope_section", {"friction.mu": 0.0}, False),
+        ("mitral_transseptal", {}, False),
+        ("mitral_transseptal", {"effects.backlash.width_mm": 0.4}, True),
+    ):
+        robot = cs.load_robot(name, settings)
+        drives = plan_drives(robot)
+        targets = targets_of(robot, Table(np.zeros(1), {"tip_x_mm": np.zeros(1)}), drives.length_m)
+        assert Forward(robot, drives, targets, np.zeros(3)).remembers is remembers, (name, settings)
+
+
+@pytest.mark.slow
+def test_hysteresis_is_compensated() -> None:
+    """The same bend on the way up and on the way back takes other tensions, and the simulation meets both."""
+    pull = {"time_s": [0.0, 1.0, 2.0], "tension_active_N": [15.0, 40.0, 12.0]}
+    tips = cs.simulate("chest_tube_section", pull).to_table(["tip_x_mm", "tip_z_mm"]).columns
+    back = {name: [values[2], values[1], values[2]] for name, values in tips.items()}
+    found = cs.inverse_kinematics("chest_tube_section", back)
+    tension = found.to_table().columns["tension_active_N"]
+    assert tension[0] > tension[2] + 3.0
+    seen = cs.simulate("chest_tube_section", found.inputs).to_table(["tip_z_mm"]).columns["tip_z_mm"]
+    assert seen[2] == pytest.approx(tips["tip_z_mm"][2], abs=0.225)
+
+
+@pytest.mark.slow
+def test_corrections_take_away_what_the_twin_leaves_out() -> None:
+    """Where the arcs of the twin miss the simulated chain, corrections bring the tip to its target."""
+    pull = {"time_s": [0.0], "tension_1_N": [9.0], "tension_3_N": [14.0], "tension_4_N": [3.0]}
+    tip = cs.simulate("spacer_disk", pull).to_table(["tip_x_mm", "tip_y_mm", "tip_z_mm"]).columns
+    target = {name: [float(values[0])] for name, values in tip.items()}
+    alone = cs.inverse_kinematics("spacer_disk", target, corrections=0)
+    corrected = cs.inverse_kinematics("spacer_disk", target, tolerance_mm=0.01)
+    assert corrected.error_mm[0] <= 0.01
+    assert corrected.error_mm[0] < alone.error_mm[0]
