@@ -20,7 +20,18 @@ from types import ModuleType
 from typing import NoReturn
 
 from catheter_sim import __version__
-from catheter_sim.cli import bench, build, diagnose, list_verb, render, simulate, statics, validate, view
+from catheter_sim.cli import (
+    bench,
+    build,
+    diagnose,
+    import_verb,
+    list_verb,
+    render,
+    simulate,
+    statics,
+    validate,
+    view,
+)
 from catheter_sim.cli.arguments import split_settings
 from catheter_sim.cli.signals import Stopped, unwound_by_signals
 from catheter_sim.errors import LONGEST_MESSAGE, InputError, cut
@@ -34,6 +45,7 @@ VERBS: dict[str, ModuleType] = {
     "render": render,
     "validate": validate,
     "diagnose": diagnose,
+    "import": import_verb,
     "bench": bench,
     "view": view,
 }
