@@ -8,8 +8,8 @@ examples:
 FILE.csv is a table with one row of names (commas, semicolons or tabs), an export of OptiTrack Motive, or one
 of Vicon Nexus. Nothing is asked: names, units in the head, the size of the numbers and the robot's own motion
 tell which column is which channel, units, the clock, the tracker's axes, the signs of motors. What was taken
-is printed and stands in DIR/dataset.toml beside its reason, with UNSURE where the file does not say it; change
-it there. The files are copied into DIR. Several files are several trials.
+is printed and stands in DIR/dataset.toml beside its reason, with UNSURE where the file does not say it, to be
+changed there. The files are copied into DIR. Several files are several trials.
 """
 
 from __future__ import annotations

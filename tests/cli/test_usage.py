@@ -20,6 +20,7 @@ from catheter_sim.errors import InputError
 
 COMMAND = [sys.executable, "-m", "catheter_sim.cli.main"]
 CONTRACT_VERBS = {"list", "build", "simulate", "statics", "render", "validate", "diagnose", "bench", "view"}
+CONTRACT_VERBS |= {"import", "new", "compare", "example"}
 
 
 def test_verbs_are_those_promised() -> None:
