@@ -27,6 +27,7 @@ RANK = {
     **dict.fromkeys(("channels", "columns", "catalogue", "effects"), 4),
     **dict.fromkeys(("modelling", "simulation", "theory"), 5),
     **dict.fromkeys(("pictures", "control", "envs", "diagnosis", "anatomy", "procedure", "viewer"), 6),
+    **dict.fromkeys(("comparison", "examples", "skeletons"), 6),
     **dict.fromkeys(("importing", "blind_bench", "validation", "speed", "public"), 7),
     **dict.fromkeys(("cli", "__main__", "__init__"), 8),
 }

@@ -3,7 +3,6 @@
 examples:
   catheter-sim import take.csv --robot mitral_transseptal --spool-radius 10 -o my_data
   catheter-sim import take_001.csv take_002.csv --inputs motors.csv --robot my_robot.toml -o my_data
-  catheter-sim diagnose my_data -o my_report
 
 FILE.csv is a table with one row of names (commas, semicolons or tabs), an export of OptiTrack Motive, or one
 of Vicon Nexus. Nothing is asked: names, units in the head, the size of the numbers and the robot's own motion

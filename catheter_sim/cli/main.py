@@ -23,9 +23,12 @@ from catheter_sim import __version__
 from catheter_sim.cli import (
     bench,
     build,
+    compare,
     diagnose,
+    example,
     import_verb,
     list_verb,
+    new,
     render,
     simulate,
     statics,
@@ -46,6 +49,9 @@ VERBS: dict[str, ModuleType] = {
     "validate": validate,
     "diagnose": diagnose,
     "import": import_verb,
+    "compare": compare,
+    "new": new,
+    "example": example,
     "bench": bench,
     "view": view,
 }

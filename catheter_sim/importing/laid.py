@@ -116,7 +116,7 @@ def spools_of(
 def signs_of(
     rows: Rows | None, entries: dict[str, dict[str, Any]]
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
-    """Return entries with the signs under which the robot is most like the file; plus where none clearly is."""
+    """Return entries with the signs under which the robot is clearly most like the file; plus, if none is."""
     if rows is None:
         return entries, []
     tried = []

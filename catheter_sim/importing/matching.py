@@ -43,7 +43,7 @@ class Matched:
 
 def match_inputs(robot: RobotSpec, heads: Heads) -> tuple[dict[str, str], list[Guess]]:
     """Return the input columns of the robot's that a file has, by channel, and how sure each is."""
-    kinds = [robot.actuation, *(kind for kind in actuations(robot) if kind != robot.actuation)]
+    kinds = tuple(dict.fromkeys((robot.actuation, *actuations(robot))))
     best: dict[str, str] = {}
     for kind in kinds:
         found = _by_words(input_channels(robot, kind), heads)

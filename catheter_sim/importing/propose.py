@@ -140,31 +140,18 @@ def _entries(
     columns: Mapping[str, str], raw: RawFile, heads: Heads, asked: Asked
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
     """Return the entries of inputs by channel, as far as heads and sizes tell, and how sure they are."""
+    values = {column: numbers_of(raw, column) for column in columns.values()}
+    given = {column: item for column, item in values.items() if item is not None}
+    motors = [column for column in given if is_motor(column, heads.units[column])]
+    widest = max((float(np.nanmax(given[name]) - np.nanmin(given[name])) for name in motors), default=0.0)
     entries: dict[str, dict[str, Any]] = {}
     guesses: list[Guess] = []
     for channel, column in columns.items():
         own, unit = channel_unit(channel), heads.units[column]
-        values = numbers_of(raw, column)
-        assert values is not None
-        entry: dict[str, Any] = {"column": column}
-        if own == "mm" and is_motor(column, unit):
-            if unit not in UNITS["deg"]:
-                unit = "deg" if float(np.nanmax(values) - np.nanmin(values)) > _MOST_RAD else "rad"
-                guesses.append(Guess(f"map.{channel}.unit", unit, "the size of its numbers", False))
-            entry |= {"unit": unit, "spool_radius_mm": asked.spool_radius_mm or 0.0}
-            if asked.spool_radius_mm:
-                guesses.append(
-                    Guess(f"map.{channel}.spool_radius_mm", f"{asked.spool_radius_mm:g}", "as stated", True)
-                )
-            first, range_ = (
-                float(values[np.isfinite(values)][0]),
-                float(np.nanmax(values) - np.nanmin(values)),
-            )
-            if abs(first) > _AT_REST * range_:
-                entry["zero"] = first
-                guesses.append(
-                    Guess(f"map.{channel}.zero", f"{first:g}", "its first row, taken for rest", False)
-                )
+        entry: dict[str, Any] = {}
+        if own == "mm" and column in motors:
+            entry, more = _motor(channel, unit, given[column], widest, asked)
+            guesses += more
         elif unit in UNITS[own]:
             entry["unit"] = unit
             guesses.append(Guess(f"map.{channel}.unit", unit, "the head", True))
@@ -176,8 +163,35 @@ def _entries(
         else:
             entry["unit"] = own
             guesses.append(Guess(f"map.{channel}.unit", own, "the channel's own; the file says none", False))
-        entries[channel] = entry
+        entries[channel] = {"column": column, **entry}
     return entries, guesses
+
+
+def _motor(
+    channel: str, unit: str, values: Array, widest: float, asked: Asked
+) -> tuple[dict[str, Any], list[Guess]]:
+    """Return how a motor's angle is read, and how sure that is; a radius of 0 is settled later.
+
+    Args:
+        channel: what it drives.
+        unit: that the head states, "" where it states none.
+        values: its angle, shape (r,).
+        widest: range of the motor that turns most; all motors have one unit.
+        asked: what the user states.
+    """
+    guesses = []
+    if unit not in UNITS["deg"]:
+        unit = "deg" if widest > _MOST_RAD else "rad"
+        guesses.append(Guess(f"map.{channel}.unit", unit, "the size of the motors' numbers", False))
+    radius = asked.spool_radius_mm or 0.0
+    if radius:
+        guesses.append(Guess(f"map.{channel}.spool_radius_mm", f"{radius:g}", "as stated", True))
+    entry: dict[str, Any] = {"unit": unit, "spool_radius_mm": radius}
+    known = values[np.isfinite(values)]
+    if abs(known[0]) > _AT_REST * float(np.ptp(known)):
+        entry["zero"] = float(known[0])
+        guesses.append(Guess(f"map.{channel}.zero", f"{known[0]:g}", "its first row, taken for rest", False))
+    return entry, guesses
 
 
 def _points(

@@ -46,6 +46,10 @@ def test_help_has_an_example_and_units(verb: str, run: Run) -> None:
         "diagnose": "mm or deg",
         "bench": "steps/s",
         "view": "tensions [N]",
+        "import": "[m/s^2]",
+        "new": "units",
+        "compare": "[s]",
+        "example": "units",
     }
     assert units[verb] in ran.out
 

@@ -11,16 +11,17 @@ from catheter_sim.diagnosis.data.mapping.layouts import read_raw
 from catheter_sim.errors import InputError
 
 HEAD = (
-    "Format Version,1.23,Take Name,Take 7,Take Notes,,Capture Frame Rate,120.000000,Export Frame Rate,120.000000,"
+    "Format Version,1.23,Take Name,Take 7,Take Notes,,Capture Frame Rate,120.000000,"
+    "Export Frame Rate,120.000000,"
     "Capture Start Time,2026-05-11 06.30.02.125 PM,Total Frames in Take,3,Total Exported Frames,3,"
     "Rotation Type,Quaternion,Length Units,Meters,Coordinate Space,Global\n\n"
 )
+BODY = "Rigid Body," * 7
 MOTIVE = (
-    HEAD
-    + ",,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Marker,Marker,"
-    "Marker\n,,Tool,Tool,Tool,Tool,Tool,Tool,Tool,Tool,Tool:Marker1,Tool:Marker1,Tool:Marker1\n"
+    f"{HEAD},,{BODY}Rigid Body,Marker,Marker,Marker\n"
+    f",,{'Tool,' * 8}Tool:Marker1,Tool:Marker1,Tool:Marker1\n"
     ",,1,1,1,1,1,1,1,1,2,2,2\n"
-    ",,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Mean Marker Error,Position,Position,Position\n"
+    f",,{'Rotation,' * 4}{'Position,' * 3}Mean Marker Error,Position,Position,Position\n"
     "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,,X,Y,Z\n"
     "0,0.000000,0,0,0,1,0.1,0.9,0.2,0.0001,0.11,0.91,0.21\n"
     "1,0.008333,0,0,0,1,0.2,0.8,0.3,0.0001,,,\n"
@@ -59,7 +60,7 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_motive_columns_carry_object_kind_and_axis(tmp_path: Path) -> None:
-    """A rigid body's position is not its rotation, nor a marker's; gaps are missing values; metres are said."""
+    """A rigid body's position is not its rotation, nor a marker's; gaps are missing values."""
     raw = read_raw(written(tmp_path, MOTIVE))
     assert raw.layout == "motive"
     np.testing.assert_allclose(raw.numbers("Tool Position Y", "map"), [0.9, 0.8, 0.7])

@@ -1,4 +1,4 @@
-"""`[map]`: what is read from a tracker's file is what was measured, and what is wrong is named in one line."""
+"""`[map]`: what is read from a tracker's file is what was measured; what is wrong is named in one line."""
 
 from __future__ import annotations
 
