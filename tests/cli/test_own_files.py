@@ -17,7 +17,7 @@ from catheter_sim.skeletons import KINDS
 
 
 def test_examples_are_those_that_are_shipped(run: Run, folder: Path) -> None:
-    """Each is listed with what it is; a copy is the shipped one, byte for byte, and names the next command."""
+    """Each is listed with what it is; a copy is the shipped one to the byte, and names the next command."""
     listed = run("example").out
     shipped = {path.name for path in (assets_folder() / "examples").iterdir()}
     assert set(examples()) == shipped
@@ -110,7 +110,7 @@ def test_bad_arguments(words: list[str], message: str, run: Run, folder: Path, i
 
 
 def test_compare_matches_rows_by_time(run: Run, folder: Path) -> None:
-    """Clocks start at their first rows; a row between two of the other's is compared on the line between them."""
+    """Clocks start at their first rows; a row between two of the other's meets the line between them."""
     (folder / "a.csv").write_text(
         "time_s,tip_x_mm,tip_y_mm,tip_z_mm,only\n0,0,0,0,1\n1,10,0,0,1\n2,20,0,0,1\n9,0,0,0,1\n"
     )

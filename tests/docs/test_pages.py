@@ -1,4 +1,4 @@
-"""The documentation: every example runs and prints what stands below it; pages made from code are not stale."""
+"""The documentation: examples run and print what stands below them; pages made from code are not stale."""
 
 from __future__ import annotations
 
