@@ -9,7 +9,7 @@ set_up_s=$SECONDS
 run() {
     echo
     echo "\$ catheter-sim $*"
-    "$venv/bin/catheter-sim" "$@" 2> >(grep -v '^diagnose: ' >&2)
+    "$venv/bin/catheter-sim" "$@" 2>&1 | grep --line-buffered -v '^diagnose: '
 }
 since() { echo $((SECONDS - set_up_s)); }
 
@@ -28,16 +28,22 @@ echo
 echo "first result after $first_s s: the fault and its gain above; the picture $out/worn_catheter.png,"
 echo "the report $out/worn_report/report.html"
 
+# A real robot of three segments and nine tendons, meanwhile.
+run diagnose assets/examples/opencr_v4 -o "$out/opencr_report" --jobs 2 >"$out/opencr.txt" &
+opencr=$!
+
 # A neuroendoscope's tendons rub: simulation beside theory, row by row.
 inputs="assets/examples/neuroendoscope_section/loops.csv"
 run simulate neuroendoscope_section --inputs "$inputs" -o "$out/simulated.csv"
 run statics neuroendoscope_section --model fkm_sliding --inputs "$inputs" -o "$out/statics.csv"
 run compare "$out/simulated.csv" "$out/statics.csv" --columns tip_x_mm,tip_z_mm -o "$out/simulated_and_statics.png"
-run render neuroendoscope_section --inputs "$inputs" -o "$out/loops.mp4" --width 640 --height 360
+run render neuroendoscope_section --inputs "$inputs" -o "$out/loops.mp4" --width 480 --height 270
 run build neuroendoscope_section -o "$out/model.xml"
 
-# A real robot of three segments and nine tendons.
-run diagnose assets/examples/opencr_v4 -o "$out/opencr_report" --jobs 2
+echo
+echo "a real robot's measurements are still being diagnosed ..."
+wait "$opencr"
+cat "$out/opencr.txt"
 
 echo
 echo "first result after $first_s s, everything after $(since) s (set-up before it: $set_up_s s). What was found:"
