@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 _BELOW = re.compile(r"\s*^```(?:text)?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+_INCLUDED = re.compile(r'^--8<-- "(.+)"$', re.MULTILINE)
 ANY = "..."
 LONGEST_S = 600.0  # of a command
 
@@ -92,7 +93,8 @@ def run_page(text: str, folder: Path) -> list[tuple[Example, str]]:
 
 def _ran(example: Example, folder: Path, names: dict[str, object]) -> str:
     if example.kind == "toml":
-        tomllib.loads(example.code)
+        included = _INCLUDED.findall(example.code)
+        tomllib.loads((ROOT / included[0]).read_text(encoding="utf-8") if included else example.code)
         return ""
     if example.kind == "python":
         return _python(example.code, folder, names)
@@ -141,6 +143,8 @@ def rewritten(text: str, ran: list[tuple[Example, str]]) -> str:
         if example.kind != "toml" and not agrees(example.shown, printed):
             start, end = example.span
             lines = "".join(f"{line.rstrip()}\n" for line in printed.splitlines())
+            if example.kind == "python" and not example.shown:
+                lines = f"\n\n```text\n{lines}```"
             text = text[:start] + lines + text[end:]
     return text
 
