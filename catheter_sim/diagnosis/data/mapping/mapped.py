@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 
 import numpy as np
+from numpy.typing import NDArray
 
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.mapping.file_map import ClockMap, ColumnMap, FileMap
@@ -37,7 +38,7 @@ def read_mapped(
     """
     raw = read_raw(path)
     clock = seconds_of(raw, mapping.time, mapping.where)
-    rows = np.arange(len(clock))
+    rows: NDArray[np.intp] = np.arange(len(clock))
     if mapping.time.origin is not None:
         rows = rows[clock >= 0.0]
     if inputs_path is None:
@@ -120,11 +121,11 @@ def _columns_of(channel: str, mapping: FileMap) -> tuple[str, ...]:
 def _with_inputs(
     raw: RawFile,
     clock: Array,
-    rows: Array,
+    rows: NDArray[np.intp],
     mapping: FileMap,
     channels: tuple[Sequence[str], Sequence[str]],
     inputs_path: str | os.PathLike[str],
-) -> tuple[Mapping[str, Array], Array]:
+) -> tuple[dict[str, Array], NDArray[np.intp]]:
     """Return inputs from a second file beside outputs from the first, and the rows that have both."""
     inputs, outputs = channels
     log = read_raw(inputs_path)

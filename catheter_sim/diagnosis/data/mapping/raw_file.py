@@ -129,7 +129,8 @@ def data_rows(where: str, rows: Rows, width: int) -> tuple[tuple[list[str], ...]
     Raises:
         InputError: there is none, or one has more or fewer cells; the message names the line.
     """
-    cells, lines = [], []
+    cells: list[list[str]] = []
+    lines: list[int] = []
     for line, row in rows:
         if not any(cell.strip() for cell in row):
             if cells:
