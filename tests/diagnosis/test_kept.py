@@ -276,7 +276,7 @@ def test_other_numbers_than_those_promised_are_refused(value: Any, kind: Any) ->
 
 
 def test_what_an_alias_stands_for_is_kept() -> None:
-    """From Python 3.12 on NumPy's `NDArray` is an alias that has its meaning in `__value__`; it is looked up."""
+    """From Python 3.12 on NumPy's `NDArray` is an alias whose meaning is its `__value__`."""
 
     class Alias:
         __value__ = np.ndarray

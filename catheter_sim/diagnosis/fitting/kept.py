@@ -201,7 +201,7 @@ def _misfit(value: Any, kind: Any) -> str:
 
 
 def _written_out(kind: Any) -> Any:
-    """Return what an alias stands for; from Python 3.12 on NumPy's `NDArray` is one that calls itself a type."""
+    """Return what an alias stands for; from Python 3.12 on NumPy's `NDArray` is one of a class of its own."""
     origin = typing.get_origin(kind) or kind
     if not hasattr(origin, "__value__"):
         return kind
