@@ -10,11 +10,11 @@ import numpy as np
 
 from catheter_sim.channels import input_channels
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.errors import unknown
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.kinds import KINDS
 from catheter_sim.resources import assets_folder
 from catheter_sim.tables import Table
 
-KINDS = ("continuum", "rolling", "catheter", "notched_tube")
 ROWS = 9  # of the trial that is to be filled in, for each input
 _NAME = re.compile(r'^name = "\w+"', re.MULTILINE)
 
@@ -23,11 +23,14 @@ def robot_skeleton(name: str, kind: str) -> str:
     """Return the text of a robot's `.toml` of a kind, called `name`, with every key explained.
 
     Raises:
-        InputError: no such kind.
+        InputError: no such kind, or one without an example.
     """
     if kind not in KINDS:
         raise unknown("kind", kind, KINDS)
-    text = (assets_folder() / "examples" / f"{kind}_robot.toml").read_text(encoding="utf-8")
+    path = assets_folder() / "examples" / f"{kind}_robot.toml"
+    if not path.is_file():
+        raise InputError(f"kind {kind}: has no example to start from")
+    text = path.read_text(encoding="utf-8")
     text = text.replace(f"assets/examples/{kind}_robot.toml", f"{name}.toml").replace(
         f"{name}.toml   ", f"{name}.toml "
     )

@@ -9,11 +9,12 @@ import pytest
 from cli_command import Run
 
 from catheter_sim.catalogue import load_robot
+from catheter_sim.cli import new
 from catheter_sim.core.document import to_document
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.examples import examples
+from catheter_sim.kinds import KINDS
 from catheter_sim.resources import assets_folder
-from catheter_sim.skeletons import KINDS
 
 
 def test_examples_are_those_that_are_shipped(run: Run, folder: Path) -> None:
@@ -61,6 +62,7 @@ def test_new_robot_is_a_robot_of_its_kind(kind: str, run: Run, folder: Path) -> 
     robot = load_robot("my_own.toml")
     assert robot.name == "my_own"
     assert to_document(robot).get("kind", "continuum") == kind
+    assert kind in new._KINDS
     assert "assets/" not in (folder / "my_own.toml").read_text()
     assert "my_own.toml: is there already" in run("new", "robot", "my_own").error()
 
