@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from catheter_sim.diagnosis.data.mapping.file_map import FIRST_ROW, file_map
+from catheter_sim.diagnosis.data.mapping.mapped import seconds_of
 from catheter_sim.diagnosis.data.mapping.raw_file import RawFile
 from catheter_sim.diagnosis.data.mapping.scales import DATE, SECONDS
 from catheter_sim.importing.guesses import Guess
@@ -41,6 +43,25 @@ def clock_of(raw: RawFile, heads: Heads, rate_Hz: float | None) -> tuple[dict[st
         unit, why, sure = _by_size(numbers)
     guesses.append(Guess("map.time_s.unit", unit, why, sure))
     return entry | {"unit": unit}, guesses
+
+
+def meeting(table: dict[str, dict[str, object]], raw: RawFile, log: RawFile) -> list[Guess]:
+    """Let two files' clocks both count from their first rows, where they never meet; return what was guessed.
+
+    Args:
+        table: the map's clocks, `time_s` of the first file and `inputs_time_s` of the second; changed here.
+        raw, log: the files.
+    """
+    mapping = file_map(table, (), (), raw.where)
+    assert mapping is not None
+    first = seconds_of(raw, mapping.time, raw.where)
+    second = seconds_of(log, mapping.inputs_time, log.where)
+    if first.max() >= second.min() and second.max() >= first.min():
+        return []
+    for entry in table.values():
+        entry["origin"] = FIRST_ROW
+    why = "the two files' clocks never meet; shift_s moves one"
+    return [Guess(f"map.{name}.origin", FIRST_ROW, why, False) for name in table]
 
 
 def _by_size(stamps: np.ndarray) -> tuple[str, str, bool]:

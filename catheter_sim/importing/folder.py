@@ -53,7 +53,12 @@ def import_files(
     trials = [Path(path).name for path in paths]
     with replaced_when_whole(target / "dataset.toml") as file:
         file.write("\n".join(lines_of(proposal, reference, trials)) + "\n")
-    return proposal, load_dataset(target)
+    try:
+        return proposal, load_dataset(target)
+    except InputError as error:
+        raise InputError(
+            f"{error}; the proposal, to be changed, stands in {target / 'dataset.toml'}"
+        ) from None
 
 
 def lines_of(proposal: Proposal, reference: str, trials: Sequence[str]) -> Iterator[str]:

@@ -23,4 +23,7 @@ class Guess:
 
     def __str__(self) -> str:
         """The guess in one line."""
-        return f"{'sure  ' if self.sure else 'UNSURE'}  {self.key}: {self.said} ({self.why})"
+        said = " ".join(
+            f"{self.key}: {self.said} ({self.why})".split()
+        )  # a column's name may hold a line's end
+        return f"{'sure  ' if self.sure else 'UNSURE'}  {said}"

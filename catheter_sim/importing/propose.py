@@ -17,7 +17,7 @@ from catheter_sim.diagnosis.data.mapping.raw_file import RawFile
 from catheter_sim.diagnosis.data.mapping.scales import UNITS, channel_unit
 from catheter_sim.errors import InputError, cut
 from catheter_sim.importing.against_robot import spread
-from catheter_sim.importing.clocks import clock_of
+from catheter_sim.importing.clocks import clock_of, meeting
 from catheter_sim.importing.guesses import Guess
 from catheter_sim.importing.heads import Heads, heads_of, numbers_of
 from catheter_sim.importing.laid import frame_of, signs_of, spools_of
@@ -88,6 +88,7 @@ def propose(robot: RobotSpec, path: str | os.PathLike[str], asked: Asked) -> Pro
     if asked.log is not None:
         table["inputs_time_s"], more = clock_of(log, log_heads, asked.rate_Hz)
         guesses += [replace(guess, key=guess.key.replace("time_s", "inputs_time_s")) for guess in more]
+        guesses += meeting(table, raw, log)
     columns, more = match_inputs(robot, log_heads)
     if not columns:
         names = ", ".join(input_channels(robot))

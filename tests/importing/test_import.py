@@ -134,6 +134,17 @@ def test_motive_take_beside_the_motors_log(tip: np.ndarray, tmp_path: Path) -> N
     check_read_back(tmp_path / "data", tip)
 
 
+def test_clocks_that_never_meet_both_begin_at_their_first_rows(tip: np.ndarray, tmp_path: Path) -> None:
+    """A take from zero beside a log of epoch seconds: taken to begin together, and said to be a guess."""
+    take = written(tmp_path / "take.csv", "t,X,Y,Z", [CLOCK, *tip.T])
+    log = written(
+        tmp_path / "log.csv", "epoch_s,bending_mm,torsion_proximal_mm", [1.7e9 + CLOCK, *PULLS.values()]
+    )
+    proposal, _ = import_files([take], ROBOT, tmp_path / "data", Asked(log=log))
+    assert {"map.time_s.origin", "map.inputs_time_s.origin"} <= unsure(proposal)
+    check_read_back(tmp_path / "data", tip)
+
+
 def test_vicon_export_with_the_motors_on_an_analog_card(tip: np.ndarray, tmp_path: Path) -> None:
     """Trajectories and devices stand in one file, frames are seconds by their rate, units are the file's."""
     written(tmp_path / "a", "Frame,Sub Frame,X,Y,Z\n,,mm,mm,mm", [CLOCK + 1, 0 * CLOCK, *seen_y_up(tip, 1.0)])
