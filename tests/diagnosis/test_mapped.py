@@ -94,6 +94,17 @@ def test_dates_and_frames_are_clocks_too(tmp_path: Path) -> None:
     np.testing.assert_allclose(trial.inputs.time_s, [0.0, 0.5, 1.0, 1.5])
 
 
+def test_an_orientation_stands_beside_a_point(tmp_path: Path) -> None:
+    """Parts of the tip's quaternion are columns of their own, whatever maps its position."""
+    head = HEAD.replace('"tip_z_mm"]', '"tip_z_mm", "tip_qw"]')
+    mapped = MAP + 'tip_qw = { column = "Q" }\n'
+    lines = CSV.splitlines()
+    csv = "\n".join([f"{lines[0]},Q", *(f"{line},0.5" for line in lines[1:])]) + "\n"
+    (trial,) = load(tmp_path, mapped, csv, head).trials
+    np.testing.assert_allclose(trial.outputs.columns["tip_qw"], 0.5)
+    np.testing.assert_allclose(trial.outputs.columns["tip_z_mm"][:2], [65.0, 63.0])
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

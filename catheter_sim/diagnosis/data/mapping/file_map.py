@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.data.columns import POINT
 from catheter_sim.diagnosis.data.mapping.scales import DATE, SECONDS, channel_unit, factor_to
 from catheter_sim.errors import InputError, shown, unknown
 
@@ -111,17 +112,16 @@ def file_map(table: Any, inputs: Sequence[str], outputs: Sequence[str], where: s
     place = f"{where}: map"
     if not isinstance(table, Mapping):
         raise InputError(f"{place}: a table is needed, not {shown(table)}")
-    measured = {name.rsplit("_", 2)[0] for name in outputs if _POINT.fullmatch(name.rsplit("_", 2)[0])}
+    measured = {match[1] for match in map(POINT.fullmatch, outputs) if match}
     known = (*TIMES, "axes", "every", *inputs, *outputs, *sorted(measured))
     for key in table:
         if key not in known:
             raise unknown("key", key, known, f"{where}: [map]")
     points = {key: _point(key, table[key], f"{place}.{key}") for key in table if _POINT.fullmatch(key)}
     for name in table:
-        if name.rsplit("_", 2)[0] in points and name not in points:
-            raise InputError(
-                f"{place}.{name}: {name.rsplit('_', 2)[0]} maps it already; leave one of them out"
-            )
+        coordinate = POINT.fullmatch(name)
+        if coordinate and coordinate[1] in points:
+            raise InputError(f"{place}.{name}: {coordinate[1]} maps it already; leave one of them out")
     every = table.get("every", 1)
     if isinstance(every, bool) or not isinstance(every, int) or not 1 <= every <= _MOST_EVERY:
         raise InputError(
