@@ -36,7 +36,10 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE, TESTS = "catheter_sim", "tests"
-COPIED = (PACKAGE, TESTS, "assets", "models", "scripts", "README.md", "LICENSE", "pyproject.toml")
+COPIED = (
+    *(PACKAGE, TESTS, "assets", "models", "scripts", "docs", "mkdocs.yml", "README.md", "LICENSE"),
+    "pyproject.toml",
+)
 LEFT_OUT = {".hypothesis", ".pytest_cache"}
 FAST, SLOW = "fast", "slow"
 MARKS = {FAST: "not slow", SLOW: "slow"}

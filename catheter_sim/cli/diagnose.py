@@ -18,6 +18,8 @@ and may have:
                 about 30 % of the rows; a single trial is cut between two of its cycles
   [calibration] numbers of the robot with bounds, friction.mu = [0.0, 0.5] say: fitted within them
                 before anything is called wrong; their 95 % intervals are reported
+  [map]         which column of a tracker's or a logger's own file is which channel; `catheter-sim import`
+                proposes it, docs/reference/dataset_toml.md has its keys
 A file has at most 100000 rows. Stamps in epoch seconds will do: each trial's clock starts at its first row.
 The output folder gets diagnosis.json, report.html (opens without a network), model.xml and
 robot.toml (the extended robot, accepted wherever a robot id is), and the fitted series as CSV.

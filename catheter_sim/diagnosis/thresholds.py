@@ -2,7 +2,7 @@
 
 Each constant is followed by a text of one form: "[unit] what it decides. Why: the reason.". Where nobody
 measured a reason the text says "assumed", and what makes the value plausible. "The blind bench" is the
-run of 400 drawn data sets with hidden causes that the README tells of.
+run of 400 drawn data sets with hidden causes of docs/truth/bench.md.
 
 No other file of `diagnosis/` holds such numbers (`tests/diagnosis/test_thresholds.py`).
 """

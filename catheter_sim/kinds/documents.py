@@ -28,5 +28,11 @@ def robot_from_document(document: Document, where: str) -> RobotSpec:
 
 
 def complete_document(document: Document, where: str) -> dict[str, Any]:
-    """Return `document` with every key that it leaves out, so that --set reaches them all."""
+    """Return `document` with every key that it leaves out, so that --set reaches them all.
+
+    What stands for other keys (a material, for a stiffness), the robot's kind replaces by them.
+    """
+    kind = KINDS.get(str(document.get("kind", _DEFAULT)))
+    if kind is not None and kind.has("defaults"):
+        document = kind.face("defaults", "defaults").expanded(document, where)
     return to_document(robot_from_document(document, where))

@@ -23,6 +23,8 @@ CONTRACT_VERBS = {
     *("list", "build", "simulate", "statics", "render", "validate", "diagnose", "bench", "view"),
     *("ik", "sense", "workspace", "which-model", "control"),
 }
+CONTRACT_VERBS = {"list", "build", "simulate", "statics", "render", "validate", "diagnose", "bench", "view"}
+CONTRACT_VERBS |= {"import", "new", "compare", "example"}
 
 
 def test_verbs_are_those_promised() -> None:
@@ -53,6 +55,10 @@ def test_help_has_an_example_and_units(verb: str, run: Run) -> None:
         "workspace": "tip_z_mm [mm]",
         "which-model": "processor time of a row [ms]",
         "control": "time_s [s]",
+        "import": "[m/s^2]",
+        "new": "units",
+        "compare": "[s]",
+        "example": "units",
     }
     assert units[verb] in ran.out
 

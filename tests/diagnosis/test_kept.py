@@ -273,3 +273,16 @@ def test_other_numbers_than_those_promised_are_refused(value: Any, kind: Any) ->
     content = packed(value, ASKED, kind)
     with pytest.raises(Unusable):
         unpacked(content, ASKED, kind)
+
+
+def test_what_an_alias_stands_for_is_kept() -> None:
+    """From Python 3.12 on NumPy's `NDArray` is an alias whose meaning is its `__value__`."""
+
+    class Alias:
+        __value__ = np.ndarray
+
+    array = np.arange(3.0)
+    kept = unpacked(packed(array, "asked", Alias()), "asked", Alias())
+    np.testing.assert_array_equal(kept, array)
+    with pytest.raises(Unusable, match="where ndarray is due"):
+        unpacked(packed("text", "asked", Alias()), "asked", Alias())

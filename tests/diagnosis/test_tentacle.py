@@ -146,5 +146,5 @@ def test_nearly_half_of_the_error_of_a_real_tentacle_has_names():
     for count in range(1, len(terms) + 1):
         fits.append(fit(training, terms[:count], fits[-1].values))
     assert all(pays(before, after) for before, after in itertools.pairwise(fits))
-    assert distance_mm(fits[0]) == pytest.approx(18.7, abs=0.1)  # as the README says
+    assert distance_mm(fits[0]) == pytest.approx(18.7, abs=0.1)  # as docs/truth/real_robots.md says
     assert distance_mm(fits[-1]) == pytest.approx(10.1, abs=0.1)

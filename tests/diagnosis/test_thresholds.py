@@ -16,6 +16,10 @@ OWN = "thresholds.py"
 # What decides nothing: factors between units, sizes of files and pictures, waiting times, scales of numbers.
 NO_THRESHOLDS = {
     "base_frame/register.py": {"_MM_PER_M"},
+    "data/mapping/file_map.py": {"_MOST_EVERY"},
+    "data/mapping/layouts.py": {"_HEAD_ROWS"},
+    "data/mapping/raw_file.py": {"MAX_RAW_ROWS"},
+    "data/mapping/scales.py": {"SECONDS", "UNITS"},
     "data/nuisance.py": {"_SCALE", "_RANGE_PARTS"},
     "data_faults/units.py": {"METRES", "OUTPUT_FACTORS", "INPUT_FACTORS"},
     "fitting/noise.py": {"_MAD_TO_SIGMA"},

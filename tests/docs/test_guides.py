@@ -12,8 +12,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "catheter_sim"
-GUIDES = sorted((ROOT / "docs").glob("add_*.md"))
-PAGES = [*GUIDES, ROOT / "docs" / "inverse_sense_control.md"]
+GUIDES = sorted((ROOT / "docs" / "guides").glob("add_*.md"))
+PAGES = [*GUIDES, ROOT / "docs" / "guides" / "inverse_sense_control.md"]
 _MARK = "-- end of a block --"
 
 
@@ -66,5 +66,5 @@ def test_every_guide_is_there() -> None:
     assert {"add_a_kind", "add_an_effect", "add_a_form", "add_a_static_model"} <= names
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for guide in GUIDES:
-        assert f"docs/{guide.name}" in readme
+        assert f"docs/guides/{guide.name}" in readme
         assert max(len(line) for line in guide.read_text(encoding="utf-8").splitlines()) <= 120

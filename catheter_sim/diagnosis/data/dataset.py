@@ -29,6 +29,8 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.checks import check_outputs
 from catheter_sim.diagnosis.data.copies import refuse_copies
+from catheter_sim.diagnosis.data.mapping.file_map import FileMap, file_map
+from catheter_sim.diagnosis.data.mapping.mapped import read_mapped
 from catheter_sim.diagnosis.data.motion import HELD, motion_named
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
@@ -45,6 +47,7 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     "channels": ("inputs", "outputs"),
 }
 _OPTIONAL: Mapping[str, tuple[str, ...]] = {"conditions": ("motion",)}
+_OPTIONAL_TABLES = ("calibration", "map")
 
 
 def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
@@ -70,8 +73,9 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     inputs = channel_list(document["channels"]["inputs"], f"{path}: channels.inputs")
     outputs = channel_list(document["channels"]["outputs"], f"{path}: channels.outputs")
     check_channels(robot, inputs, outputs, str(path))
-    entries = _trial_entries(document["trials"], root, str(path))
-    read = [_read_trial(robot, root, file, role, inputs, outputs) for file, role in entries]
+    mapping = file_map(document.get("map"), inputs, outputs, str(path))
+    entries = _trial_entries(document["trials"], root, str(path), mapping is not None)
+    read = [_read_trial(robot, root, entry, inputs, outputs, mapping) for entry in entries]
     trials = tuple(trial for trial, _ in read)
     check_outputs(robot, trials, outputs, str(path))
     dataset = Dataset(
@@ -97,8 +101,8 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
 def _check_keys(document: Mapping[str, Any], where: str) -> None:
     tables = (*_KEYS, "trials")
     for table in document:
-        if table not in (*tables, "calibration"):
-            raise unknown("table", table, (*tables, "calibration"), where)
+        if table not in (*tables, *_OPTIONAL_TABLES):
+            raise unknown("table", table, (*tables, *_OPTIONAL_TABLES), where)
     missing = [f"the table [{table}]" for table in tables if table not in document]
     for table, keys in _KEYS.items():
         if table not in document:
@@ -161,10 +165,12 @@ def known_inputs(robot: RobotSpec) -> list[str]:
     return [*own, *FORCE_CHANNELS, *MOMENT_CHANNELS]
 
 
-def _trial_entries(value: Any, root: Path, where: str) -> list[tuple[str, str]]:
+def _trial_entries(value: Any, root: Path, where: str, mapped: bool) -> list[tuple[str, str, str]]:
+    """Return of each trial its file, its role and the file of its inputs, "" where they are in the first."""
+    keys = ("file", "role", "inputs") if mapped else ("file", "role")
     if not isinstance(value, list) or not value:
         raise InputError(f"{where}: at least one [[trials]] entry is needed")
-    entries: list[tuple[str, str]] = []
+    entries: list[tuple[str, str, str]] = []
     named: set[str] = set()
     places: dict[tuple[int, int], int] = {}  # of a file on its disk, whatever it is called: links, `./`
     for index, entry in enumerate(value):
@@ -172,8 +178,8 @@ def _trial_entries(value: Any, root: Path, where: str) -> list[tuple[str, str]]:
         if not isinstance(entry, Mapping):
             raise InputError(f"{place}: a table is needed, not {shown(entry)}")
         for key in entry:
-            if key not in ("file", "role"):
-                raise unknown("key", key, ("file", "role"), place)
+            if key not in keys:
+                raise unknown("key", key, keys, place)
         if "file" not in entry:
             raise InputError(f"{place}.file is missing")
         file = _text(entry["file"], f"{place}.file")
@@ -190,8 +196,11 @@ def _trial_entries(value: Any, root: Path, where: str) -> list[tuple[str, str]]:
         if first != index:
             other = f"trials[{first}].file, {shown(entries[first][0])}"
             raise InputError(f"{place}.file: {shown(file)} is the same file as {other}")
-        entries.append((file, role))
-    if all(role == "heldout" for _, role in entries):
+        log = _text(entry["inputs"], f"{place}.inputs") if "inputs" in entry else ""
+        if log and not _is_file(root / log):
+            raise InputError(f"{place}.inputs: {root / log}: no such file")
+        entries.append((file, role, log))
+    if all(role == "heldout" for _, role, _ in entries):
         raise InputError(f"{where}: trials: every trial is held out; at least one must train")
     return entries
 
@@ -204,9 +213,18 @@ def _is_file(path: Path) -> bool:
 
 
 def _read_trial(
-    robot: RobotSpec, root: Path, file: str, role: str, inputs: Sequence[str], outputs: Sequence[str]
+    robot: RobotSpec,
+    root: Path,
+    entry: tuple[str, str, str],
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    mapping: FileMap | None,
 ) -> tuple[Trial, tuple[str, ...]]:
-    """Return the trial in `file`, and the names of the file's columns that are passed over."""
+    """Return the trial of an entry, and the names of its file's columns that are passed over."""
+    file, role, log = entry
+    if mapping is not None:
+        table = read_mapped(root / file, mapping, inputs, outputs, root / log if log else None)
+        return trial_of_columns(robot, file, role, table, inputs, outputs), table.ignored
     table = read_table(root / file, only=(*inputs, *outputs))
     for name in (*inputs, *outputs):
         if name not in table.columns:

@@ -172,6 +172,7 @@ def _classes(kind: Any, found: dict[str, type] | None = None) -> dict[str, type]
 
 def _misfit(value: Any, kind: Any) -> str:
     """Return why `value` is not of an annotated kind, "" if it is."""
+    kind = _written_out(kind)
     origin, parts = typing.get_origin(kind) or kind, typing.get_args(kind)
     if kind is Any:
         return ""
@@ -197,6 +198,15 @@ def _misfit(value: Any, kind: Any) -> str:
         inside = [(item, parts[0]) for item in value]
     found = filter(None, (_misfit(item, part) for item, part in inside))
     return next(found, "") or _shape_misfit(value)
+
+
+def _written_out(kind: Any) -> Any:
+    """Return what an alias stands for; from Python 3.12 on NumPy's `NDArray` is one of a class of its own."""
+    origin = typing.get_origin(kind) or kind
+    if not hasattr(origin, "__value__"):
+        return kind
+    parts = typing.get_args(kind)
+    return _written_out(origin.__value__[parts] if parts else origin.__value__)
 
 
 def _is_a(value: Any, origin: Any) -> bool:

@@ -1,4 +1,4 @@
-"""The README's table of the validation is what `validate` prints."""
+"""The documentation's table of the validation is what `validate` prints."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import pytest
 from catheter_sim.validation.lines import Line
 from catheter_sim.validation.run import CHECKS, validate
 
-README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "truth" / "validation.md").read_text(encoding="utf-8")
 
 
 def rows() -> list[list[str]]:
-    """Return the cells of the README's table, line by line."""
-    text = README.split("<!-- validation:")[1].split("-->", 1)[1].split("<!-- validation ends")[0]
+    """Return the cells of the page's table, line by line."""
+    text = PAGE.split("<!-- validation:")[1].split("-->", 1)[1].split("<!-- validation ends")[0]
     lines = [line for line in text.strip().splitlines() if line.startswith("|")]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
 
 
 def shown(line: Line) -> list[str]:
-    """Return the cells that the README shows of a line; errors far below a tolerance only in order."""
+    """Return the cells that the page shows of a line; errors far below a tolerance only in order."""
     compared = line.published if line.published is not None else line.analytic
     return [
         f"{line.robot}: {line.quantity}",
@@ -43,7 +43,7 @@ def shown(line: Line) -> list[str]:
     ],
 )
 def test_validation_table_is_what_validate_prints(robot, tmp_path):
-    """Every row of the README's table is a line of a fresh validation, to the digits shown; all pass."""
+    """Every row of the page's table is a line of a fresh validation, to the digits shown; all pass."""
     validation = validate([robot], tmp_path)
     assert validation.passed, validation.table_text()
     lines = {f"{line.robot}: {line.quantity}": line for line in validation.lines}

@@ -1,0 +1,77 @@
+"""Propose a data set's folder for files as a tracker or a logger wrote them.
+
+examples:
+  catheter-sim import take.csv --robot mitral_transseptal --spool-radius 10 -o my_data
+  catheter-sim import take_001.csv take_002.csv --inputs motors.csv --robot my_robot.toml -o my_data
+
+FILE.csv is a table with one row of names (commas, semicolons or tabs), an export of OptiTrack Motive, or one
+of Vicon Nexus. Nothing is asked: names, units in the head, the size of the numbers and the robot's own motion
+tell which column is which channel, units, the clock, the tracker's axes, the signs of motors. What was taken
+is printed and stands in DIR/dataset.toml beside its reason, with UNSURE where the file does not say it, to be
+changed there. The files are copied into DIR. Several files are several trials.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from catheter_sim.cli import arguments
+from catheter_sim.errors import InputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.add_argument("files", metavar="FILE.csv", nargs="+", help="the trials' files, laid out alike")
+    parser.add_argument(
+        "--robot", metavar="ROBOT", required=True, help="robot id (see `list`) or path of a .toml"
+    )
+    arguments.add_output(parser, "DIR", "folder to write; it has no dataset.toml yet")
+    parser.add_argument(
+        "--inputs", metavar="LOG.csv", help="file of the inputs, where they are not in FILE.csv"
+    )
+    parser.add_argument(
+        "--spool-radius",
+        metavar="MM",
+        type=arguments.number,
+        help="of the motors' spools [mm]; else it is guessed",
+    )
+    parser.add_argument(
+        "--rate", metavar="HZ", type=arguments.number, help="of a file that counts frames alone"
+    )
+    parser.add_argument(
+        "--gravity", metavar="GX,GY,GZ", help="in the base frame [m/s^2]; default: not stated, 0,0,0"
+    )
+    parser.add_argument(
+        "--motion",
+        choices=("held", "dynamic"),
+        default="held",
+        help="whether each row was held until at rest",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the folder; print what was taken, and how sure it is."""
+    for name, value in (("--spool-radius", options.spool_radius), ("--rate", options.rate)):
+        if value is not None and not value > 0.0:
+            raise InputError(f"{name} {value:g}: must be above 0")
+    from catheter_sim.importing.folder import import_files
+    from catheter_sim.importing.propose import Asked
+
+    asked = Asked(
+        spool_radius_mm=options.spool_radius,
+        rate_Hz=options.rate,
+        gravity_mps2=None if options.gravity is None else arguments.gravity(options.gravity),
+        motion=options.motion,
+        log=options.inputs,
+    )
+    proposal, dataset = import_files(options.files, options.robot, options.output, asked)
+    for guess in proposal.guesses:
+        print(guess)
+    if asked.gravity_mps2 is None:
+        print("UNSURE  conditions.gravity_mps2: 0, 0, 0 (no file says it; --gravity states it)")
+    if proposal.ignored:
+        print(f"not used: {', '.join(proposal.ignored)}")
+    rows = sum(len(trial.inputs) for trial in dataset.trials)
+    print(f"wrote {options.output}: {len(dataset.trials)} trials, {rows} rows; see dataset.toml")
+    print(f"next: catheter-sim diagnose {options.output} -o {options.output}_report")
+    return 0

@@ -1,0 +1,1 @@
+"""Files as trackers and loggers write them, and the table `[map]` that says what their columns mean."""

@@ -1,0 +1,164 @@
+"""Write the pages of the documentation that are made from the code: verbs, effects, names in Python.
+
+    python scripts/reference_pages.py [--check]
+
+With --check nothing is written; the exit status is 1 where a page is not what the code says.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import catheter_sim as cs
+
+FOLDER = Path(__file__).resolve().parent.parent / "docs" / "reference"
+ROBOT = "neuroendoscope_section"  # whose effects are shown with their bounds
+_VERBS = """\
+# Verbs
+
+`catheter-sim VERB --help` prints what stands here. Exit status: 0 done, 1 a check failed, 2 bad usage or
+bad input, with one line on standard error that names the file, line, column or key, and the choices.
+
+`catheter-sim list` shows robots, static models, environments and effects, `catheter-sim list ROBOT` one
+robot's inputs, outputs, models and effects, also of your own `.toml`. Off a terminal, long work says on
+standard error what it is doing, and the first use of a kernel that it is compiled. What MuJoCo warns of
+ends a simulation, with the row. `catheter-sim view ROBOT` opens MuJoCo's viewer with a slider for each
+input, tendons coloured by tension."""
+_EFFECTS = f"""\
+# Effects
+
+The closed list of causes. Each is set as `--set effects.backlash.width_mm=0.4`, and each may be what a
+diagnosis names. A cause may act in several forms; a form is on where its numbers are not those of no
+effect. Bounds and units below are those of `{ROBOT}`; `catheter-sim list ROBOT` shows another robot's."""
+_ORDER = """
+Robots with sections or joints of their own have `coupling` and `twist` besides, where these make sense.
+
+## What acts before what
+
+`backlash` acts on the command of every robot, before `coupling`; a catheter's drives may have a play of
+their own (`play_mm`) behind it. Until now a catheter's acted behind `coupling`. Two plays in a row do what
+one of the summed width does, so that only figures with both effects moved (width 0.4 mm, a share of 0.2 of
+the distal displacement, in a loop of 3 mm): `mitral_4dof` 1.0 mm at the tip, `mitral_transseptal` 0.9 deg
+of its distal torsion; without `coupling` nothing (2e-8 mm in the simulation)."""
+_PYTHON = """\
+# Names in Python
+
+`import catheter_sim as cs` is the public face; everything else may move. The tests run the examples."""
+
+
+def verbs_page() -> Iterator[str]:
+    """Yield the lines of the page of verbs: each one's help, as the command prints it."""
+    from catheter_sim.cli.main import VERBS, parser
+
+    (verbs,) = [item for item in parser()._actions if isinstance(item, argparse._SubParsersAction)]
+    yield _VERBS
+    for name, module in VERBS.items():
+        summary, _, text = (inspect.getdoc(module) or "").partition("\n")
+        yield f"\n## {name}\n\n{summary.replace('<', '&lt;')}\n"
+        yield "| argument | what |\n|---|---|"
+        for action in verbs.choices[name]._actions:
+            if not isinstance(action, argparse._HelpAction):
+                said = (action.help or "").replace("|", " or ").replace("<", "&lt;")
+                yield f"| `{_argument(action)}` | {said} |"
+        yield f"\n```text\n{text.strip()}\n```"
+
+
+def _argument(action: argparse.Action) -> str:
+    """Return an argument as a command line has it."""
+    value = action.metavar or "|".join(map(str, action.choices or ())) or action.dest.upper()
+    shown = value if isinstance(value, str) else " ".join(value)
+    if not action.option_strings:
+        return shown.replace("|", " or ")
+    name = ", ".join(action.option_strings)
+    return (name if action.nargs == 0 else f"{name} {shown}").replace("|", " or ")
+
+
+def effects_page() -> Iterator[str]:
+    """Yield the lines of the page of effects: the closed list, with forms, parameters and bounds."""
+    yield _EFFECTS
+    rows: dict[str, list[Mapping[str, Any]]] = {}
+    for row in cs.list_effects(ROBOT):
+        rows.setdefault(row["effect"], []).append(row)
+    for effect, parameters in rows.items():
+        yield ""
+        yield f"## {effect}"
+        yield ""
+        yield f"{parameters[0]['summary'].rstrip('.').replace('<', '&lt;')}."
+        yield ""
+        yield "| form | parameter | no effect | bounds |"
+        yield "|---|---|---|---|"
+        for row in parameters:
+            bounds = f"{row['lower']:.4g} to {row['upper']:.4g}"
+            yield f"| {row['form']} | `{row['parameter']}` | {row['no_effect']:g} | {bounds} |"
+    yield _ORDER
+
+
+def python_page() -> Iterator[str]:
+    """Yield the lines of the page of public names: signature and text of each."""
+    yield _PYTHON
+    for name in cs.__all__:
+        value = getattr(cs, name)
+        yield ""
+        yield f"## cs.{name}"
+        yield ""
+        yield "```text"
+        yield f"cs.{name}{_signature(value)}"
+        yield ""
+        yield inspect.getdoc(value) or ""
+        if inspect.isclass(value) and not issubclass(value, Exception):
+            yield from _methods(value)
+        yield "```"
+
+
+def _methods(value: type) -> Iterator[str]:
+    for name, member in vars(value).items():
+        if name.startswith("_") or not (inspect.isfunction(member) or isinstance(member, property)):
+            continue
+        text = inspect.getdoc(member) or ""
+        yield ""
+        yield f".{name}{_signature(member) if inspect.isfunction(member) else ''}"
+        yield "\n".join(f"    {line}".rstrip() for line in text.splitlines())
+
+
+def _signature(value: Any) -> str:
+    try:
+        return str(inspect.signature(value)).replace("'", "")
+    except (TypeError, ValueError):
+        return ""
+
+
+PAGES = {"verbs.md": verbs_page, "effects.md": effects_page, "python.md": python_page}
+
+
+def texts() -> dict[str, str]:
+    """Return the text of each page by its file's name."""
+    return {name: "\n".join(lines()) + "\n" for name, lines in PAGES.items()}
+
+
+def main() -> int:
+    """Write the pages, or say which are stale."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; exit with 1 where a page is stale"
+    )
+    check = parser.parse_args().check
+    stale = []
+    for name, text in texts().items():
+        path = FOLDER / name
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            stale.append(name)
+            if not check:
+                path.write_text(text, encoding="utf-8")
+    print(f"{'stale' if check else 'written'}: {', '.join(stale) or 'nothing'}")
+    return 1 if check and stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,104 @@
+"""The README is short, its figures are those of the pages, and the pages' those of kept results."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+DOCS = ROOT / "docs"
+MOST_BYTES = 8192
+
+
+def page(name: str) -> str:
+    return (DOCS / name).read_text(encoding="utf-8")
+
+
+def truth() -> dict[str, list[str]]:
+    """Return the cells of the README's table by its first cell."""
+    text = README.split("<!-- truth:")[1].split("-->", 1)[1].split("<!-- truth ends")[0]
+    rows = [line.strip("|").split("|") for line in text.strip().splitlines()[2:]]
+    return {row[0].strip(): [cell.strip() for cell in row[1:]] for row in rows}
+
+
+def ours(what: str) -> str:
+    (found,) = [cells[0] for name, cells in truth().items() if name.startswith(what)]
+    return found
+
+
+def counted(row: str) -> tuple[int, int]:
+    """Return the sums over the four runs of a row of the bench's table."""
+    (line,) = [line for line in page("truth/bench.md").splitlines() if line.startswith(f"| {row}")]
+    pairs = [(int(a), int(b)) for a, b in re.findall(r"(\d+) of (\d+)", line)]
+    assert len(pairs) == 4
+    return sum(a for a, _ in pairs), sum(b for _, b in pairs)
+
+
+def test_readme_is_short() -> None:
+    """At most 8 kB; the rest is in the pages."""
+    assert len(README.encode()) <= MOST_BYTES
+
+
+@pytest.mark.parametrize(
+    "path",
+    [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))],
+    ids=lambda path: path.name,
+)
+def test_links_lead_somewhere(path: Path) -> None:
+    """Every relative link of a page is a file."""
+    for target in re.findall(
+        r"\]\(([^)#]+?)(?:#[^)]*)?\)", re.sub(r"\s+", " ", path.read_text(encoding="utf-8"))
+    ):
+        if "://" not in target:
+            assert (path.parent / target).exists(), target
+
+
+@pytest.mark.parametrize(
+    ("what", "row"),
+    [
+        ("hidden single causes", "single effect named first"),
+        ("both of two hidden causes", "both of two named"),
+        ("nothing hidden", "a cause named for nothing"),
+        ("a cause outside the list", "outside the list"),
+        ("gain on unseen trials", "gain on unseen trials"),
+    ],
+)
+def test_sums_of_the_bench(what: str, row: str) -> None:
+    """The README counts the four runs together."""
+    right, of = counted(row)
+    assert ours(what) == f"{right} of {of}"
+
+
+@pytest.mark.parametrize(
+    ("what", "name", "stands_there"),
+    [
+        ("rod under loads", "explanations/static_models.md", "0.017 % of the length off in the mean"),
+        ("the same rod let go", "explanations/motion.md", "0.038 % over all ten releases"),
+        ("tendon friction", "truth/validation.md", "shipped friction, tip, largest | - | - | 0.02 mm"),
+        ("spacer-disk benchmark", "truth/validation.md", "mean tip position error | 0.148 | 0.16 |"),
+        ("time of one equilibrium", "truth/speed.md", "`VC` 0.4 ms"),
+        (
+            "a real robot",
+            "truth/real_robots.md",
+            "| after the diagnosis, analytic twin | 5.33 mm | 5.10 mm |",
+        ),
+    ],
+)
+def test_figures_are_those_of_the_pages(what: str, name: str, stands_there: str) -> None:
+    """What the README says, its source says with the same digits."""
+    assert ours(what).split()[0] in stands_there
+    assert stands_there in " ".join(page(name).split())
+
+
+def test_opencr_figures_are_those_of_the_golden_run() -> None:
+    """The page's tip errors are those of the diagnosis kept as a golden file."""
+    golden = json.loads((ROOT / "tests" / "data" / "opencr_v4_diagnosis.json").read_text())
+    section = page("truth/real_robots.md").split("## Two more")[0]
+    for key in ("before", "after"):
+        assert f"{golden[f'heldout_tip_distance_rmse_{key}_mm']:.2f}" in section
+        assert f"{golden[f'heldout_tip_distance_rmse_aligned_{key}_mm']:.2f}" in section
+    assert f"{golden['heldout_tip_distance_rmse_aligned_after_mm_as_chosen_in_training']:.2f}" in section
