@@ -49,7 +49,9 @@ def test_a_direction_and_an_angle_are_targets() -> None:
 
 def test_the_limit_that_binds_is_named() -> None:
     """Straight ahead and too far, the tube is all out; sideways of a planar robot's plane, nothing helps."""
-    found = cs.inverse_kinematics("mitral_4dof", one_row(tip_x_mm=0.0, tip_y_mm=0.0, tip_z_mm=140.0))
+    found = cs.inverse_kinematics(
+        "mitral_4dof", one_row(tip_x_mm=0.0, tip_y_mm=0.0, tip_z_mm=140.0), corrections=None
+    )
     assert not found.reachable[0]
     assert found.limits == ("advance_mm<=60",)
     straight = 1e3 * plan_drives(cs.load_robot("mitral_4dof")).length_m
