@@ -19,7 +19,7 @@ from catheter_sim.planning.drives import PlanDrives, inputs_at
 from catheter_sim.planning.targets import Targets
 from catheter_sim.theory.predict import Prediction, twin_for
 
-REMEMBERED = 6  # rows of the way that lead to a posture
+REMEMBERED = 8  # rows of the way that lead to a posture
 _SAME = 1e-9  # share of the robot's length, or rad: postures that differ by less are one
 _PAIRS = 6  # of random inputs by which it is found out whether the way counts
 

@@ -21,6 +21,7 @@ def rows_of(path: str) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_ik_writes_inputs_that_simulate_takes(run: Run, folder: Path) -> None:
     """The inputs lead the simulation to the target that is reachable; the report names the other's limit."""
     (folder / "t.csv").write_text(GOOD)
@@ -75,6 +76,7 @@ def test_ik_needs_a_csv_to_write(run: Run, folder: Path) -> None:
     assert "choices: .csv" in run("ik", ROBOT, "--targets", "t.csv", "-o", "in.txt").error()
 
 
+@pytest.mark.slow
 def test_sense_writes_regions_around_the_posture(run: Run, folder: Path) -> None:
     """The posture is that of `statics` under the same inputs, between the ends of its region."""
     (folder / "r.csv").write_text("time_s,displacement_bending_mm\n0,1\n1,2\n")
@@ -116,6 +118,7 @@ def test_bad_readings_are_one_line(
     assert not (folder / "s.csv").exists()
 
 
+@pytest.mark.slow
 def test_workspace_writes_points_and_a_picture(run: Run, folder: Path) -> None:
     """A row a point; the range of an input is kept."""
     words = ("--samples", "50", "--limit", "advance_mm=0,5", "--plot", "w.png")
@@ -128,6 +131,7 @@ def test_workspace_writes_points_and_a_picture(run: Run, folder: Path) -> None:
     assert "a whole number from 1" in run("workspace", ROBOT, "-o", "p.csv", "--samples", "0").error()
 
 
+@pytest.mark.slow
 def test_which_model_names_the_fastest_that_is_accurate(run: Run, folder: Path) -> None:
     """Against the exact model piecewise constant curvature is out, and with no tolerance all but itself."""
     (folder / "in.csv").write_text("time_s,tension_active_N\n0,5\n1,20\n2,5\n")

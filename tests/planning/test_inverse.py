@@ -13,6 +13,7 @@ from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
 from catheter_sim.planning.drives import plan_drives
 from catheter_sim.planning.forward import Forward
 from catheter_sim.planning.targets import targets_of
+from catheter_sim.resources import assets_folder
 from catheter_sim.tables import Table
 
 
@@ -48,7 +49,9 @@ def test_a_direction_and_an_angle_are_targets() -> None:
 
 def test_the_limit_that_binds_is_named() -> None:
     """Straight ahead and too far, the tube is all out; sideways of a planar robot's plane, nothing helps."""
-    found = cs.inverse_kinematics("mitral_4dof", one_row(tip_x_mm=0.0, tip_y_mm=0.0, tip_z_mm=140.0))
+    found = cs.inverse_kinematics(
+        "mitral_4dof", one_row(tip_x_mm=0.0, tip_y_mm=0.0, tip_z_mm=140.0), corrections=None
+    )
     assert not found.reachable[0]
     assert found.limits == ("advance_mm<=60",)
     straight = 1e3 * plan_drives(cs.load_robot("mitral_4dof")).length_m
@@ -106,3 +109,19 @@ def test_corrections_take_away_what_the_twin_leaves_out() -> None:
     corrected = cs.inverse_kinematics("spacer_disk", target, tolerance_mm=0.01)
     assert corrected.error_mm[0] <= 0.01
     assert corrected.error_mm[0] < alone.error_mm[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "file", ["catheter_robot", "notched_tube_robot", "rolling_robot", "opencr_v4/opencr_v4"]
+)
+def test_a_robot_of_ones_own_of_every_kind(file: str) -> None:
+    """A tip that random inputs reach is reached again, whatever the kind and whatever drives it."""
+    robot = cs.load_robot(assets_folder() / "examples" / f"{file}.toml")
+    tip = cs.workspace(robot, samples=4).tip_mm[3]
+    asked = {f"tip_{axis}_mm": [float(value)] for axis, value in zip("xyz", tip, strict=True)}
+    found = cs.inverse_kinematics(robot, asked, corrections=None)
+    assert found.reachable.all(), found.report()
+    assert cs.inputs(robot, {"time_s": [0.0], **found.to_table().columns}).tendon.shape[1] == len(
+        robot.tendons
+    )
