@@ -247,6 +247,18 @@ def _each_joint(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
     return [{"joint": item.name} for item in segments if getattr(item, "joint", "") == "bending"]
 
 
+def _s_shape(along: Array) -> Array:
+    return np.asarray(2.0 * np.sin(2.0 * np.pi * along), dtype=np.float64)
+
+
+def _tip_third(along: Array) -> Array:
+    return np.asarray(3.0 * (along > 2.0 / 3.0), dtype=np.float64)
+
+
+def _tip_half(along: Array) -> Array:
+    return np.asarray(2.0 * (along > 0.5), dtype=np.float64)
+
+
 _CURVED = Form(
     cause="precurvature",
     name="",
@@ -409,7 +421,7 @@ FORMS = (
         law="rest curvature 3 k0 in the last third alone",
         purpose="judge",
         applies=_cells,
-        shape=_rest_shape(lambda along: 3.0 * (along > 2.0 / 3.0)),
+        shape=_rest_shape(_tip_third),
     ),
     replace(
         _CURVED,
@@ -417,7 +429,7 @@ FORMS = (
         law="rest curvature 2 k0 sin(2 pi z / L): an S",
         purpose="judge",
         applies=_cells,
-        shape=_rest_shape(lambda along: np.asarray(2.0 * np.sin(2.0 * np.pi * along))),
+        shape=_rest_shape(_s_shape),
     ),
     Form(
         cause="twist",
@@ -454,7 +466,7 @@ FORMS = (
         start=8.0,
         signed=True,
         most=160.0,
-        shape=_turned_cells(lambda along: 2.0 * (along > 0.5)),
+        shape=_turned_cells(_tip_half),
     ),
     Form(
         cause="twist",
