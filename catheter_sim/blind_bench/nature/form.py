@@ -174,6 +174,17 @@ def several_channels(specimen: Specimen) -> bool:
     return int(specimen.pulls.sum()) > 1
 
 
+def of_cells(specimen: Specimen) -> bool:
+    """Return whether it bends all along: cells, links, disks, no joints of their own channels."""
+    return not specimen.jointed
+
+
+def places_along(acting: Acting) -> Array:
+    """Return each element's place along the robot, 0 to 1, shape (1, n, 1)."""
+    count = acting.specimen.elements
+    return np.asarray(((np.arange(count) + 0.5) / count)[np.newaxis, :, np.newaxis])
+
+
 def channel_name(acting: Acting) -> str:
     """Return the name of the channel on which a form acts."""
     return acting.specimen.drives[acting.numbers["channel"]].channel

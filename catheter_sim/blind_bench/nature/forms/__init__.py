@@ -7,17 +7,18 @@ from collections.abc import Mapping
 from catheter_sim.blind_bench.nature.form import Form
 from catheter_sim.blind_bench.nature.forms import (
     axial,
-    body,
+    elasticity,
     hysteresis,
     inputs,
     loads,
     outside,
+    rest_shape,
     timing,
     tracker,
 )
 
 # In the order in which forms act on commands: what is sensed and driven first, then what the routing does.
-_FILES = (inputs, timing, hysteresis, axial, loads, body, tracker)
+_FILES = (inputs, timing, hysteresis, axial, loads, elasticity, rest_shape, tracker)
 FORMS: tuple[Form, ...] = tuple(form for file in _FILES for form in file.FORMS)
 OUTSIDE: tuple[Form, ...] = outside.FORMS
 CAUSES: tuple[str, ...] = tuple(dict.fromkeys(form.cause for form in FORMS))

@@ -17,6 +17,7 @@ from catheter_sim.blind_bench.nature.form import (
     channel_name,
     each_channel,
     in_unit,
+    of_cells,
     one_channel,
     per_channel,
 )
@@ -94,10 +95,6 @@ def a_bending_channel(specimen: Specimen, scale: Scale, generator: np.random.Gen
 def bends_joints(specimen: Specimen) -> bool:
     """Return whether a channel moves a bending joint of its own."""
     return bool(_bending_channels(specimen))
-
-
-def _cells(specimen: Specimen) -> bool:
-    return not specimen.jointed
 
 
 def _tensioned(specimen: Specimen) -> bool:
@@ -247,7 +244,7 @@ FORMS = (
         law="every joint's angle follows its elastic bend through a play of its own",
         known=False,
         purpose="judge",
-        applies=_cells,
+        applies=of_cells,
         start=3.0,
         shape=_at_the_joints,
         also=("tendon_friction",),

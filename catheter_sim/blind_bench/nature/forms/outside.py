@@ -8,17 +8,13 @@ import numpy as np
 
 from catheter_sim.blind_bench.nature import operators
 from catheter_sim.blind_bench.nature.courses import Course
-from catheter_sim.blind_bench.nature.form import Acting, Form, Numbers, Scale, one_channel
+from catheter_sim.blind_bench.nature.form import Acting, Form, Numbers, Scale, of_cells, one_channel
 from catheter_sim.blind_bench.nature.shapes import Shapes, rebent
 from catheter_sim.blind_bench.nature.specimen import Specimen
 from catheter_sim.core.posture import Array
 
 _PERCENT = 0.01
 _SLIPS = 0.12  # share of the rows at which a clamp slips
-
-
-def _cells(specimen: Specimen) -> bool:
-    return not specimen.jointed
 
 
 def _one_cell(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
@@ -143,7 +139,7 @@ FORMS = (
         _OUTSIDE,
         cause="kinked_cell",
         law="one cell bends several times as far beyond a small bend",
-        applies=_cells,
+        applies=of_cells,
         draw=_one_cell,
         most=300.0,
         shape=_kinked,
@@ -178,7 +174,7 @@ FORMS = (
         cause="loose_cell",
         law="one cell's hinge is loose and flops over the way it goes",
         purpose="judge",
-        applies=_cells,
+        applies=of_cells,
         draw=_one_cell,
         most=300.0,
         shape=_loose,

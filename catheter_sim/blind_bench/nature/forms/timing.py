@@ -17,6 +17,7 @@ from catheter_sim.blind_bench.nature.form import (
     channel_name,
     each_channel,
     in_unit,
+    of_cells,
     one_channel,
     per_channel,
     several_channels,
@@ -152,10 +153,6 @@ def _clamped(acting: Acting, course: Course, u: Array) -> Array:
     return u - 0.2 * acting.size * per_channel(acting) * operators.turning_points(u)
 
 
-def _cells(specimen: Specimen) -> bool:
-    return not specimen.jointed
-
-
 _LATE = Form(cause="rate", name="", law="", known=True, purpose="both", start=3.0, most=_LONGEST)
 _ZERO = Form(
     cause="drift",
@@ -270,7 +267,7 @@ FORMS = (
         law="every element bends on, by one Kelvin-Voigt element",
         known=False,
         purpose="tune",
-        applies=_cells,
+        applies=of_cells,
         draw=_creep_time,
         start=8.0,
         most=50.0,
@@ -282,7 +279,7 @@ FORMS = (
         law="every element bends on, by about log(1 + t / t0): four Kelvin-Voigt elements",
         known=False,
         purpose="judge",
-        applies=_cells,
+        applies=of_cells,
         draw=_shortest,
         start=8.0,
         most=50.0,
