@@ -13,12 +13,16 @@ from pathlib import Path
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.resources import assets_folder
 
-# Files as a tracker wrote them: what they are, and how they become a data set.
+# Folders that are no data set and hold no robot's inputs: what they are, and what to do with them.
 RAW: Mapping[str, tuple[str, str]] = {
     "worn_catheter": (
         "a tracker's files of a catheter with a hidden fault (made up by simulation)",
         "catheter-sim import {}/take_1.csv {}/take_2.csv {}/take_3.csv --robot mitral_transseptal "
         "--spool-radius 10 -o my_data",
+    ),
+    "trunk": (
+        "a real hanging trunk, recorded with nothing, 100 g and 300 g at its end",
+        "catheter-sim diagnose {}/settled_300g --since {}/settled_000g -o report --jobs 2",
     ),
 }
 

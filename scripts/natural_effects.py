@@ -3,9 +3,9 @@
     python scripts/natural_effects.py --draws 450 --seed 1 --purpose judge -o results/nature
 
 The data come of the MuJoCo simulation and of physics that is written a second time
-(`catheter_sim.blind_bench.nature`, docs/truth/independent_bench.md); no cause's own code makes them. Of every cause
-there are forms that the diagnosis knows and forms that it does not (foreign). Half of the foreign ones are
-drawn with --purpose tune, the other half with --purpose judge: tune with the first, judge with the second.
+(`catheter_sim.blind_bench.nature`, docs/truth/independent_bench.md); no cause's own code makes them. Of every
+cause there are forms that the diagnosis knows and forms that it does not (foreign). Half of the foreign ones
+are drawn with --purpose tune, the other half with --purpose judge: tune with the first, judge with the other.
 
 -o DIR gets data/, answers/, found/, scores/ (one JSON per draw, with seed, commit, code, answer and
 seconds), table.txt and table.json. A stopped run goes on where it was. A draw counts only where the package's

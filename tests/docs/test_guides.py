@@ -13,7 +13,6 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "catheter_sim"
 GUIDES = sorted((ROOT / "docs" / "guides").glob("add_*.md"))
-PAGES = [*GUIDES, ROOT / "docs" / "guides" / "inverse_sense_control.md"]
 _MARK = "-- end of a block --"
 
 
@@ -46,7 +45,7 @@ def placed(code: str, copy: Path) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("guide", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("guide", GUIDES, ids=lambda path: path.stem)
 def test_guide_does_what_it_says(guide: Path, tmp_path: Path) -> None:
     """Every block runs after the ones before it, or is a new file; it prints the block below, or nothing."""
     blocks = blocks_of(guide.read_text(encoding="utf-8"))
