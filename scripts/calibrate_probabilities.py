@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from catheter_sim.blind_bench.folders import read_json
+from catheter_sim.blind_bench.places import read_json
 from catheter_sim.diagnosis.report.result import DATA_SUSPECT
 from catheter_sim.diagnosis.verdict.evidence import Evidence, from_numbers
 from catheter_sim.diagnosis.verdict.probabilities import (
@@ -33,7 +33,7 @@ from catheter_sim.diagnosis.verdict.probabilities import (
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Array
 
-PENALTY = 0.05  # of a weight's square: as much as a few answers say
+PENALTY = 0.3  # of a weight's square: as much as a few answers say
 FOLDS = 10
 Features = tuple[float, ...]
 
@@ -89,12 +89,19 @@ def rows_of(folder: Path, start: int) -> Sequence[Row]:
         answer = read_json(path)
         if found is None or answer is None or found["verdict"] == DATA_SUSPECT or not found.get("evidence"):
             continue
-        true = set(answer["effects"])
-        rows += _rows(from_numbers(found["evidence"]), found["verdict"], true, answer, start + number)
+        rows += _rows(from_numbers(found["evidence"]), found["verdict"], *_hidden(answer), start + number)
     return rows
 
 
-def _rows(found: Evidence, verdict: str, true: set[str], answer: dict[str, Any], draw: int) -> list[Row]:
+def _hidden(answer: dict[str, Any]) -> tuple[set[str], bool]:
+    """Return the causes that an answer of either bench holds, and whether one is outside the list."""
+    if "hidden" in answer:
+        outside = any(item["outside"] for item in answer["hidden"])
+        return {item["cause"] for item in answer["hidden"] if not item["outside"]}, outside
+    return set(answer["effects"]), bool(answer["outside"])
+
+
+def _rows(found: Evidence, verdict: str, true: set[str], outside: bool, draw: int) -> list[Row]:
     rows = []
     for name in EFFECTS:
         item = found.causes.get(name)
@@ -104,9 +111,9 @@ def _rows(found: Evidence, verdict: str, true: set[str], answer: dict[str, Any],
             rows.append(Row("named", draw, features_of_named(item, found, verdict), name in true))
         else:
             rows.append(Row("rivals", draw, features_of_rival(item, found, verdict), name in true))
-    rows.append(Row("outside", draw, features_of_outside(found, verdict), bool(answer["outside"])))
-    nothing = not true and not answer["outside"]
-    rows.append(Row("none", draw, features_of_none(found, verdict), nothing))
+    rows.append(Row("outside", draw, features_of_outside(found, verdict), outside))
+    nothing = not true and not outside
+    rows.append(Row("none", draw, features_of_none(verdict), nothing))
     return rows
 
 

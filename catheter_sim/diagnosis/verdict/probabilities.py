@@ -47,7 +47,7 @@ def probabilities(found: Evidence | None, verdict: str) -> dict[str, float]:
         else:
             result[name] = _of(features_of_rival(item, found, verdict), LOG_ODDS_OF_RIVALS)
     result[OUTSIDE] = _of(features_of_outside(found, verdict), LOG_ODDS_OF_OUTSIDE)
-    result[NONE] = _of(features_of_none(found, verdict), LOG_ODDS_OF_NONE)
+    result[NONE] = _of(features_of_none(verdict), LOG_ODDS_OF_NONE)
     return result
 
 
@@ -60,6 +60,7 @@ def features_of_named(item: CauseEvidence, found: Evidence, verdict: str) -> tup
         math.log(max(found.times_noise, 1.0)),
         float(verdict == CAUSE_FOUND),
         float(verdict == NO_DISCREPANCY),
+        math.log(max(sum(other.named for other in found.causes.values()), 1)),
     )
 
 
@@ -80,10 +81,9 @@ def features_of_outside(found: Evidence, verdict: str) -> tuple[float, ...]:
     )
 
 
-def features_of_none(found: Evidence, verdict: str) -> tuple[float, ...]:
+def features_of_none(verdict: str) -> tuple[float, ...]:
     """Return what the log odds of there being no cause are linear in."""
-    agrees = verdict == NO_DISCREPANCY
-    return (1.0, found.over_none if agrees else 0.0, float(not agrees))
+    return (1.0, float(verdict != NO_DISCREPANCY))
 
 
 def _of(features: tuple[float, ...], weights: tuple[float, ...]) -> float:
