@@ -210,7 +210,11 @@ def test_folder_holds_everything(tmp_path: Path) -> None:
     assert load_robot(folder / "robot.toml") == diagnosis.extended_robot
     assert read_table(folder / "next_experiment.csv").columns["tension_right_N"].tolist() == [0.0, 0.3, 0.0]
     series = read_table(folder / "fitted_heldout_b.csv").columns
-    assert series.keys() == {f"{prefix}{name}" for prefix in ("", "before_", "after_") for name in COLUMNS}
+    shown = {f"{prefix}{name}" for prefix in ("", "before_", "after_") for name in COLUMNS}
+    commanded = {"input_tension_right_N", "input_tension_left_N"}
+    assert series.keys() == shown | commanded
+    trial = diagnosis.dataset.trials[1]
+    np.testing.assert_allclose(series["input_tension_right_N"], trial.inputs.tendon[:, 0])
     assert np.isnan(series["tip_x_mm"][5])
     residual = series["tip_z_mm"] - series["before_tip_z_mm"]
     assert np.abs(residual[1:]) == pytest.approx(1.0)

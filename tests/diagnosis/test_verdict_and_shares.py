@@ -158,6 +158,13 @@ def test_discrepancy_in_any_unit_is_one():
     assert verdict_of(problem, NOTHING, NOTHING, by_unit, "mm", None) == "no_discrepancy"
 
 
+def test_an_error_that_hangs_on_something_is_none_of_noise():
+    """Twice the noise, its rows uncorrelated since commands came in any order, yet hanging on one: no noise."""
+    problem, far = problem_of({}, 0, WHITE), {"mm": replace(SURE, rmse_before=0.2)}
+    assert verdict_of(problem, NOTHING, NOTHING, far, "mm", None) == "no_discrepancy"
+    assert verdict_of(problem, NOTHING, NOTHING, far, "mm", None, structured=True) == "unexplained"
+
+
 def test_rivals_are_told_apart_by_a_root_mean_square():
     """Three millimetres off in half of the values, of a noise of one: 3 / sqrt(2); a missing one is none."""
     first, second = np.zeros((10, 2)), np.zeros((10, 2))

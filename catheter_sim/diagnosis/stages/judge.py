@@ -15,7 +15,7 @@ from catheter_sim.diagnosis.stages.find_data_faults import Faults
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.verdict.harm import Harm, harms
 from catheter_sim.diagnosis.verdict.heldout_figures import trial_fits
-from catheter_sim.diagnosis.verdict.rules import structured_remainder, verdict_of
+from catheter_sim.diagnosis.verdict.rules import strongest_structure, structured_remainder, verdict_of
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,14 @@ def judge(posed: Posed, before: Calibrated, settled: Settled, faults: Faults) ->
     name = DATA_SUSPECT
     if not faults.found:
         name = verdict_of(
-            posed.train, before.fit, weighed.after, weighed.by_unit, unit, remainder, bool(harmed)
+            posed.train,
+            before.fit,
+            weighed.after,
+            weighed.by_unit,
+            unit,
+            remainder,
+            harmful=bool(harmed),
+            structured=strongest_structure(structure["before"]) is not None,
         )
     shown = weighed.after if name == CAUSE_FOUND else before.fit
     return Verdict(name, shown, fits, structure, remainder, harmed)

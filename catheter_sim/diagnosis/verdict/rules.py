@@ -39,6 +39,7 @@ def verdict_of(
     unit: str,
     left: StructureTest | None,
     harmful: bool = False,
+    structured: bool = False,
 ) -> str:
     """Return the verdict.
 
@@ -47,14 +48,15 @@ def verdict_of(
     `unit` speaks for the causes: it is near the noise, or it depends on nothing (`structured_remainder`) and
     is not most of the error (`most_error_remains`). None is found where all that were chosen are implausible
     (`causes.plausible`), or where they make something worse (`harmful`; `verdict.harm`). Otherwise there is
-    no discrepancy if the calibrated model's residuals are near the noise.
+    no discrepancy if the calibrated model's residuals are near the noise; nearer where they hang on something
+    (`structured`), whether or not neighbouring rows do: commands may come in any order.
     """
     gains = any(gains_surely(item) for item in by_unit.values())
     believed = set(after.causes) - set(implausible(after))
     if believed and left is None and not harmful and not most_error_remains(by_unit[unit]) and gains:
         return CAUSE_FOUND
     times = max(result.rmse_before / max(result.noise_floor, 1e-12) for result in by_unit.values())
-    white = all(is_white(series) for series in residual_series(problem, before).values())
+    white = not structured and all(is_white(series) for series in residual_series(problem, before).values())
     return NO_DISCREPANCY if times <= (ROUGH_NOISE if white else NEAR_NOISE) else UNEXPLAINED
 
 
@@ -85,6 +87,11 @@ def structured_remainder(
     share = max(REMAINDER_SHARE, model_share)
     if result.rmse_after <= max(near * result.noise_floor, share * result.rmse_before):
         return None
+    return strongest_structure(tests)
+
+
+def strongest_structure(tests: Sequence[StructureTest]) -> StructureTest | None:
+    """Return the test that shows on what much of an error hangs (`REMAINDER_HANGS_PERCENT`), if any does."""
     hanging = [test for test in tests if test.significant and test.share_percent >= REMAINDER_HANGS_PERCENT]
     return max(hanging, key=lambda test: test.share_percent, default=None)
 
