@@ -159,7 +159,7 @@ def test_discrepancy_in_any_unit_is_one():
 
 
 def test_an_error_that_hangs_on_something_is_none_of_noise():
-    """Twice the noise, its rows uncorrelated since commands came in any order, yet hanging on one: no noise."""
+    """Twice the noise, neighbouring rows uncorrelated since commands came in any order: still no noise."""
     problem, far = problem_of({}, 0, WHITE), {"mm": replace(SURE, rmse_before=0.2)}
     assert verdict_of(problem, NOTHING, NOTHING, far, "mm", None) == "no_discrepancy"
     assert verdict_of(problem, NOTHING, NOTHING, far, "mm", None, structured=True) == "unexplained"
