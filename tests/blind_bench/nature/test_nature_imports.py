@@ -97,5 +97,6 @@ def test_simulated_robots_have_no_effects(monkeypatch, plain_ground):
     monkeypatch.setattr(apply, "EFFECTS", {})
     assert EFFECTS
     without = engine.simulated(plain_ground.specimen, plain_ground.scale, (), plain_ground.courses[1])
-    assert [dict(robot.effects) for robot in handed] == [{}, {}]
+    assert len(handed) >= 2
+    assert not any(robot.effects for robot in handed)  # a run that does not rest is made again, slower
     assert (with_list.p == without.p).all()
