@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from catheter_sim.public.arguments import path_of
-from catheter_sim.public.diagnoses import Diagnosis, number_of_jobs
+from catheter_sim.public.diagnoses import Diagnosis, number_of_jobs, parameter_listing
 from catheter_sim.public.listing import Listing
 
 if TYPE_CHECKING:
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from catheter_sim.diagnosis.data.trials import Dataset
     from catheter_sim.diagnosis.report.result import Cause
     from catheter_sim.diagnosis.since.compare import Comparison as Result
-
-_COLUMNS = ("change", "parameter", "value", "low", "high", "probability")
 
 
 @dataclass(frozen=True, repr=False)
@@ -85,19 +83,7 @@ class Comparison:
 
     def to_table(self) -> Listing:
         """Return a row for each parameter of each change, with its 95 % interval; no change: no row."""
-        rows = tuple(
-            {
-                "change": cause.name,
-                "parameter": name,
-                "value": parameter.value,
-                "low": parameter.ci95[0],
-                "high": parameter.ci95[1],
-                "probability": cause.probability,
-            }
-            for cause in self.changes
-            for name, parameter in cause.parameters.items()
-        )
-        return Listing(self.verdict.replace("_", " "), _COLUMNS, rows)
+        return parameter_listing(self.verdict, self.changes, "change", "probability")
 
     def to_dataframe(self) -> Any:
         """Return `to_table` as a pandas `DataFrame`.

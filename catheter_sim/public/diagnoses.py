@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from catheter_sim.diagnosis.report.result import Cause
     from catheter_sim.diagnosis.report.result import Diagnosis as Result
 
-_COLUMNS = ("cause", "parameter", "value", "low", "high", "gain_percent")
 _MOST_JOBS = 256
 
 
@@ -83,19 +82,7 @@ class Diagnosis:
 
     def to_table(self) -> Listing:
         """Return a row for each parameter of each cause, with its 95 % interval; no cause: no row."""
-        rows = tuple(
-            {
-                "cause": cause.name,
-                "parameter": name,
-                "value": parameter.value,
-                "low": parameter.ci95[0],
-                "high": parameter.ci95[1],
-                "gain_percent": cause.gain_percent,
-            }
-            for cause in self.causes
-            for name, parameter in cause.parameters.items()
-        )
-        return Listing(self.verdict.replace("_", " "), _COLUMNS, rows)
+        return parameter_listing(self.verdict, self.causes, "cause", "gain_percent")
 
     def to_dataframe(self) -> Any:
         """Return `to_table` as a pandas `DataFrame`.
@@ -190,6 +177,31 @@ def diagnose(
     if folder is None:
         return Diagnosis(diagnose_dataset(data, Workers(jobs)))
     return Diagnosis(diagnose_into(data, folder, jobs))
+
+
+def parameter_listing(verdict: str, causes: Sequence[Cause], first: str, last: str) -> Listing:
+    """Return a row for each parameter of each cause: its name, value and 95 % interval.
+
+    Args:
+        verdict: the listing's title.
+        causes: whose parameters.
+        first: heading of the causes' names.
+        last: the figure of a cause that ends each row, "gain_percent" or "probability".
+    """
+    rows = tuple(
+        {
+            first: cause.name,
+            "parameter": name,
+            "value": parameter.value,
+            "low": parameter.ci95[0],
+            "high": parameter.ci95[1],
+            last: getattr(cause, last),
+        }
+        for cause in causes
+        for name, parameter in cause.parameters.items()
+    )
+    columns = (first, "parameter", "value", "low", "high", last)
+    return Listing(verdict.replace("_", " "), columns, rows)
 
 
 def number_of_jobs(jobs: int) -> int:
