@@ -81,6 +81,7 @@ class Role(Enum):
     ELASTIC_SCALE = "factor on every elastic constant"
     ELASTIC_CONSTANT = "elastic constant"
     CUBIC = "cubic term of the elastic law"
+    QUINTIC = "quintic term of the elastic law"
     REST_CURVATURE = "curvature without load"
     REST_BEND = "bend of a joint without load"
     HOLE_TWIST = "turn of the holes along the robot"
@@ -209,7 +210,8 @@ class Form:
         equation: what it does, with its source where it has one.
         stage: where it acts.
         parameters: its parameters for a robot (whose channels may name them); none where it makes no sense.
-        groups: which of them a diagnosis frees together, fewest first; none: they are set, never fitted.
+        groups: which of them a diagnosis frees together, fewest first, beside another form's where the two
+            go together; none: they are set, never fitted.
         specify: the specification with the form in it.
         command: what arrives at the robot instead of the inputs, each row for itself.
         observe: what is observed, each row for itself.
@@ -277,7 +279,10 @@ class Effect:
         return tuple(names for form in first for names in form.freed(robot))
 
     def form_of(self, robot: RobotSpec, names: Iterable[str]) -> Form:
-        """Return the form of which all parameters `names` are; the first one that has any of them."""
+        """Return the form that frees just `names`, else the first one that has most of them."""
         wanted = set(names)
+        exact = [form for form in self.forms if any(set(group) == wanted for group in form.freed(robot))]
+        if exact:
+            return exact[0]
         own = [(form, {item.name for item in form.parameters(robot)}) for form in self.forms]
         return max(own, key=lambda item: len(wanted & item[1]))[0]

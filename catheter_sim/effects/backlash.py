@@ -33,14 +33,11 @@ def _parameter(robot: RobotSpec, name: str) -> Parameter:
 
 def _widths(robot: RobotSpec) -> tuple[Parameter, ...]:
     common, each = _names(robot)
-    if places(robot, Role.DRIVE_PLAY):  # each joint has a drive of its own kind
-        return common_and_each(robot, _parameter(robot, common), each)
-    return (_parameter(robot, common),)
+    return common_and_each(robot, _parameter(robot, common), each)
 
 
 def _width_groups(robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
-    common, each = _names(robot)
-    return common_then_each(robot, common, each) if places(robot, Role.DRIVE_PLAY) else ((common,),)
+    return common_then_each(robot, *_names(robot))
 
 
 def _slack(robot: RobotSpec) -> tuple[Parameter, ...]:

@@ -3,7 +3,8 @@
 A zero that wanders: each channel's zero moves at a constant rate from the trial's own start (a slipping
 clamp, a warming sensor). Creep: under a held input the robot comes on by a share of it with a time
 constant, as a spring in series with a Kelvin-Voigt element; below zero it gives back (a tendon that
-creeps). What the zero has wandered creeps too.
+creeps). What the zero has wandered creeps too. A response that creeps: what is seen goes on in the same way
+(a sheath or a glue that gives way slowly), whatever its inputs do to it at once.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from catheter_sim.effects._channels import (
 from catheter_sim.mechanics.lag import Past, lagged, late_step
 
 _CREEP = ("creep", "creep_time_s")
+_RESPONSE = ("response_creep", "response_creep_time_s")
 _CREEP_TIME_S = 60.0  # unless it is given
 # Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian, a minute.
 _SIZE = {"N": (50.0, 0.1), "mm": (20.0, 0.1)}
@@ -41,8 +43,8 @@ def _zeros(robot: RobotSpec) -> tuple[Parameter, ...]:
     return common_and_each(robot, sized_parameter(robot, common, _SIZE), each)
 
 
-def _creep(robot: RobotSpec) -> tuple[Parameter, ...]:
-    amount, time_s = _CREEP
+def _creep(names: tuple[str, str]) -> tuple[Parameter, ...]:
+    amount, time_s = names
     return (
         Parameter(amount, null=0.0, lower=-0.9, upper=1.0, scale=0.02, start=0.05),
         # Faster than 10 s it would be a lag (`rate`), beyond a quarter of an hour no trial shows its end.
@@ -105,17 +107,56 @@ def _creeping(values: Values) -> tuple[float, float]:
     return values.get(_CREEP[0], 0.0), values.get(_CREEP[1], _CREEP_TIME_S)
 
 
+@dataclass(frozen=True)
+class _Following:
+    """What comes on after what is seen.
+
+    Attributes:
+        amount: share by which it grows.
+        first: what was seen at first, where it has been for long.
+        past: what creeps, as a lag.
+    """
+
+    amount: float
+    first: Array
+    past: Past
+
+
+@dataclass(frozen=True)
+class _Response:
+    """Creep of what is seen, as a memory."""
+
+    timed = True
+
+    def start(self, robot: RobotSpec, values: Values, rest: Array) -> _Following | None:
+        """Return the state at rest; None without creep."""
+        amount, constant_s = values.get(_RESPONSE[0], 0.0), values.get(_RESPONSE[1], _CREEP_TIME_S)
+        return _Following(amount, rest, Past(constant_s, 0.0, rest)) if amount != 0.0 else None
+
+    def step(self, state: _Following, before: Array, after: Array, dt_s: float) -> tuple[_Following, Array]:
+        """Return the state and what is seen when the robot has moved from `before` to `after`."""
+        past, crept = late_step(state.past, before, after, dt_s)
+        return replace(state, past=past), after + state.amount * (crept - state.first)
+
+    def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
+        """Return what is seen at each row, same shape as `rows`, from rest."""
+        constant_s = values.get(_RESPONSE[1], _CREEP_TIME_S)
+        crept = lagged(time_s, rows, constant_s, rest=rest)
+        return rows + values.get(_RESPONSE[0], 0.0) * (crept - rest)
+
+
 def _fewest_first(robot: RobotSpec, forms: tuple[Form, ...]) -> Iterable[Form]:
     """Return the zero of a single channel before creep, and those of several after it."""
-    zero, creep = forms
-    return (zero, creep) if len(zero.freed(robot)[0]) == 1 else (creep, zero)
+    zero, *creeps = forms
+    return (zero, *creeps) if len(zero.freed(robot)[0]) == 1 else (*creeps, zero)
 
 
 _MEMORY = _Drift()
 EFFECT = Effect(
     name="drift",
     summary="the zero of the inputs wanders by zero + zero_<channel> a minute of the trial, or what arrives "
-    "under a held input grows by the share `creep` with the time constant `creep_time_s`",
+    "under a held input grows by the share `creep` with the time constant `creep_time_s`; or what is "
+    "observed grows so by `response_creep`",
     trace="an error that grows with the time in the trial, also where the same input returns or is held",
     forms=(
         Form(
@@ -131,8 +172,16 @@ EFFECT = Effect(
             name="creep",
             equation="u' = u + creep y with T y' = u - y: a spring in series with a Kelvin-Voigt element",
             stage=Stage.COMMAND,
-            parameters=_creep,
+            parameters=lambda robot: _creep(_CREEP),
             memory=_MEMORY,
+        ),
+        Form(
+            name="response",
+            equation="x' = x + response_creep y with T y' = (x - x_first) - y, of what is observed",
+            stage=Stage.OBSERVATION,
+            parameters=lambda robot: _creep(_RESPONSE),
+            memory=_Response(),
+            in_place=True,
         ),
     ),
     advice={

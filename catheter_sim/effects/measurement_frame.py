@@ -1,4 +1,4 @@
-"""The tracker's frame is rotated or shifted against the robot's base."""
+"""The tracker's frame is rotated or shifted against the robot's base, or its lengths are not ours."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from catheter_sim.core.posture import Observed
 
 _ROTATION = ("rotation_x_deg", "rotation_y_deg", "rotation_z_deg")
 _TRANSLATION = ("translation_x_mm", "translation_y_mm", "translation_z_mm")
+_SCALE = "scale"
+_SCALED = (Parameter(_SCALE, null=1.0, lower=0.5, upper=2.0, scale=0.01, start=1.0),)
 _PARAMETERS = (
     *(Parameter(name, 0.0, -50.0, 50.0, scale=1.0, start=0.0) for name in _TRANSLATION),
     *(Parameter(name, 0.0, -180.0, 180.0, scale=1.0, start=0.0) for name in _ROTATION),
@@ -25,9 +27,14 @@ def _seen(observed: Observed, values: Values) -> Observed:
     return replace(observed, p_w=observed.p_w @ turn.T + shift, R_w=turn @ observed.R_w)
 
 
+def _stretched(observed: Observed, values: Values) -> Observed:
+    return replace(observed, p_w=values.get(_SCALE, 1.0) * observed.p_w)
+
+
 EFFECT = Effect(
     name="measurement_frame",
-    summary="measured positions are the true ones turned about the base by a rotation vector, then shifted",
+    summary="measured positions are the true ones turned about the base by a rotation vector, then shifted, "
+    "then `scale` times as far from the tracker's zero",
     trace="an error that depends on where the tip is, not on how it came there",
     forms=(
         Form(
@@ -36,6 +43,14 @@ EFFECT = Effect(
             stage=Stage.OBSERVATION,
             parameters=lambda robot: _PARAMETERS,
             observe=_seen,
+        ),
+        Form(
+            name="scale",
+            equation="p' = scale p: a camera that is nearer than it was calibrated for",
+            stage=Stage.OBSERVATION,
+            parameters=lambda robot: _SCALED,
+            groups=lambda robot: ((_SCALE,), (*(item.name for item in _PARAMETERS), _SCALE)),
+            observe=_stretched,
         ),
     ),
     advice={

@@ -6,7 +6,7 @@ from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Value
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects._places import added_everywhere, places, sizes
 
-_CUBIC = "cubic_mm2"
+_CUBIC, _QUINTIC = "cubic_mm2", "quintic_mm4"
 
 
 def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
@@ -16,13 +16,25 @@ def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
     return (Parameter(_CUBIC, null=0.0, lower=-0.3 * unit, upper=5.0 * unit, scale=0.05 * unit, start=0.0),)
 
 
+def _with_quintic(robot: RobotSpec) -> tuple[Parameter, ...]:
+    if not places(robot, Role.QUINTIC):
+        return ()
+    unit = 1e12 / sizes(robot).curvature_per_m ** 4  # the moment doubles there
+    # A robot that bends less than it is made for has the same share of its moment by a far larger number.
+    return (Parameter(_QUINTIC, 0.0, lower=-2.0 * unit, upper=100.0 * unit, scale=0.2 * unit, start=0.0),)
+
+
+def _bent_on(robot: R, values: Values) -> R:
+    return added_everywhere(robot, Role.QUINTIC, values[_QUINTIC]) if _QUINTIC in values else robot
+
+
 def _stiffened(robot: R, values: Values) -> R:
     return added_everywhere(robot, Role.CUBIC, values[_CUBIC]) if _CUBIC in values else robot
 
 
 EFFECT = Effect(
     name="nonlinear_stiffness",
-    summary="moment EI (k + cubic k^3) of the bend per length k, added to the specified law",
+    summary="moment EI (k + cubic k^3 + quintic k^5) of the bend per length k, added to the specified law",
     trace="an error that grows faster than the bending, alike in all directions",
     forms=(
         Form(
@@ -32,6 +44,15 @@ EFFECT = Effect(
             parameters=_parameters,
             specify=_stiffened,
         ),
+        Form(
+            name="quintic",
+            equation="moment EI (k + cubic k^3 + quintic k^5): what gives way may come back, a plateau",
+            stage=Stage.SPECIFICATION,
+            parameters=_with_quintic,
+            # Alone, or beside the cubic term.
+            groups=lambda robot: ((_QUINTIC,), (_CUBIC, _QUINTIC)) if _with_quintic(robot) else (),
+            specify=_bent_on,
+        ),
     ),
-    same_as=frozenset({Role.CUBIC}),
+    same_as=frozenset({Role.CUBIC, Role.QUINTIC}),
 )

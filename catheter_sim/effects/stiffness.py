@@ -17,6 +17,29 @@ def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
     return (Parameter(_SCALE, null=1.0, lower=0.1, upper=10.0, scale=0.05, start=1.0, likely=_LIKELY),)
 
 
+def _sections(robot: RobotSpec) -> tuple[Parameter, ...]:
+    names = [item.parameter for item in places(robot, Role.ELASTIC_CONSTANT) if item.parameter]
+    if len(names) < 2 or not places(robot, Role.ELASTIC_SCALE):
+        return ()
+    return tuple(
+        Parameter(name, 1.0, lower=0.1, upper=10.0, scale=0.05, start=1.0, likely=_LIKELY) for name in names
+    )
+
+
+def _section_scaled(robot: R, values: Values) -> R:
+    found = {
+        item.key: values[item.parameter]
+        for item in places(robot, Role.ELASTIC_CONSTANT)
+        if item.parameter in values
+    }
+    return with_values(robot, {key: number(robot, key) * factor for key, factor in found.items()})
+
+
+def _each(robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
+    names = tuple(item.name for item in _sections(robot))
+    return (*((name,) for name in names), names) if names else ()
+
+
 def _scaled(robot: R, values: Values) -> R:
     if _SCALE not in values:
         return robot
@@ -26,7 +49,7 @@ def _scaled(robot: R, values: Values) -> R:
 
 EFFECT = Effect(
     name="stiffness",
-    summary="every elastic constant is `scale` times the specified one",
+    summary="every elastic constant is `scale` times the specified one, or those of a section are",
     trace="too little or too much bending under tension or load, in proportion, in every direction",
     forms=(
         Form(
@@ -35,6 +58,14 @@ EFFECT = Effect(
             stage=Stage.SPECIFICATION,
             parameters=_parameters,
             specify=_scaled,
+        ),
+        Form(
+            name="section",
+            equation="moment scale_<section> EI k of one section's bend per length k",
+            stage=Stage.SPECIFICATION,
+            parameters=_sections,
+            groups=_each,
+            specify=_section_scaled,
         ),
     ),
     same_as=frozenset({Role.ELASTIC_SCALE, Role.ELASTIC_CONSTANT}),

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.numbers import si_of, with_values
+from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects._places import in_series_at, places
 
 _STIFFNESS = "stiffness_N_per_mm"
 _CYCLIC = "cyclic_length_mm"
+_SET = "set_share"
 
 
 def _spring(robot: RobotSpec) -> tuple[Parameter, ...]:
@@ -43,9 +48,75 @@ def _stretched(robot: R, values: Values) -> R:
     return with_values(robot, changes)
 
 
+def _set(robot: RobotSpec) -> tuple[Parameter, ...]:
+    if not places(robot, Role.TENDON_STIFFNESS):
+        return ()
+    # Off zero a fit sees which way it goes.
+    return (Parameter(_SET, null=0.0, lower=0.0, upper=0.6, scale=0.01, start=0.02),)
+
+
+@dataclass(frozen=True)
+class _Pulled:
+    """By how much each tendon has been pulled at most, either way of a pair, shape (t,) each [m].
+
+    Attributes:
+        share: of it that stays.
+        pairs: which of them are antagonistic pairs, whose other tendon pulls below zero.
+        most, least: the largest and the smallest input so far.
+    """
+
+    share: float
+    pairs: Array
+    most: Array
+    least: Array
+
+
+@dataclass(frozen=True)
+class _Lengthened:
+    """Tendons that stay longer by a share of the most that they have been pulled."""
+
+    timed = False
+
+    def start(self, robot: RobotSpec, values: Values, rest: Array) -> _Pulled | None:
+        """Return the state at rest, no tendon pulled yet; None without a permanent set."""
+        share = values.get(_SET, 0.0)
+        nothing = np.zeros_like(rest)
+        return _Pulled(share, _pairs(robot), nothing, nothing) if share > 0.0 else None
+
+    def step(self, state: _Pulled, before: Array, after: Array, dt_s: float) -> tuple[_Pulled, Array]:
+        """Return the state and what arrives when the inputs have moved from `before` to `after`."""
+        now = replace(state, most=np.maximum(state.most, after), least=np.minimum(state.least, after))
+        return now, _arriving(after, state.share * now.most, state.share * now.least, state.pairs)
+
+    def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
+        """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
+        share = values.get(_SET, 0.0)
+        most = np.maximum(np.maximum.accumulate(rows, axis=0), 0.0)
+        least = np.minimum(np.minimum.accumulate(rows, axis=0), 0.0)
+        return _arriving(rows, share * most, share * least, _pairs(robot))
+
+
+def _pairs(robot: RobotSpec) -> Array:
+    """Return which tendons are pairs, shape (t,): 1 for a bending joint's, 0 for a tendon alone.
+
+    NaN for what else drives a joint: no tendon of it lengthens.
+    """
+    slack = {item.key for item in places(robot, Role.SLACK)}
+    if not slack:
+        return np.zeros(len(robot.tendons))
+    return np.array([1.0 if f"tendons.{item.name}.slack_mm" in slack else np.nan for item in robot.tendons])
+
+
+def _arriving(rows: Array, most: Array, least: Array, pairs: Array) -> Array:
+    """Return what arrives of `rows`, shape (..., t), where tendons are longer by `most` and `-least`."""
+    paired = np.maximum(rows - most, 0.0) + np.minimum(rows - least, 0.0)
+    return np.where(np.isnan(pairs), rows, np.where(pairs > 0.0, paired, rows - most))
+
+
 EFFECT = Effect(
     name="tendon_elongation",
-    summary="tendons stretch with tension, in series with the specified stiffness",
+    summary="tendons stretch with tension, in series with the specified stiffness, or stay longer by "
+    "`set_share` of the most that they have been pulled",
     trace="too little bending, in proportion to the tension, alike in all directions",
     forms=(
         Form(
@@ -54,6 +125,13 @@ EFFECT = Effect(
             stage=Stage.SPECIFICATION,
             parameters=_spring,
             specify=_softened,
+        ),
+        Form(
+            name="set",
+            equation="y = u - set_share max(u so far), either tendon of a pair for itself",
+            stage=Stage.COMMAND,
+            parameters=_set,
+            memory=_Lengthened(),
         ),
         Form(
             name="cyclic",

@@ -82,14 +82,15 @@ def test_a_form_has_what_its_stage_needs(effect: Effect, form: Form) -> None:
 @pytest.mark.parametrize("reference", REFERENCES)
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=ids)
 def test_forms_share_no_parameter_and_are_told_by_theirs(effect: Effect, reference: str) -> None:
-    """Every group that is freed together is of one form, which is found by it."""
+    """Every group that is freed together is of one form, alone or beside another's, and is found by it."""
     robot = load_robot(reference)
     names = [item.name for item in effect.parameters(robot)]
     assert len(set(names)) == len(names)
     for form in effect.forms:
         own = {item.name for item in form.parameters(robot)}
         for group in form.freed(robot):
-            assert set(group) <= own
+            assert set(group) & own
+            assert set(group) <= set(names)
             assert effect.form_of(robot, group) is form
 
 

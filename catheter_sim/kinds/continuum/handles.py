@@ -29,8 +29,11 @@ def _handles(segments: Parts, tendons: tuple[str, ...]) -> tuple[Handle, ...]:
         Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"),
     ]
     for name, _, _ in segments:
-        found.append(Handle(Role.ELASTIC_CONSTANT, f"segments.{name}.bending_stiffness_N_mm2"))
+        found.append(
+            Handle(Role.ELASTIC_CONSTANT, f"segments.{name}.bending_stiffness_N_mm2", f"scale_{name}")
+        )
         found.append(Handle(Role.CUBIC, f"segments.{name}.stiffness_cubic_mm2"))
+        found.append(Handle(Role.QUINTIC, f"segments.{name}.stiffness_quintic_mm4"))
         if spatial:  # hinges of a planar robot keep its plane
             found.append(Handle(Role.HOLE_TWIST, f"segments.{name}.rest_twist_deg_per_m"))
     for name in tendons:

@@ -34,6 +34,7 @@ def _handles(segments: Parts, tendon: str) -> tuple[Handle, ...]:
     ]
     for name, _, axes in segments:
         found.append(Handle(Role.CUBIC, f"segments.{name}.stiffness_cubic_mm2"))
+        found.append(Handle(Role.QUINTIC, f"segments.{name}.stiffness_quintic_mm4"))
         if axes == "xy":
             found.append(Handle(Role.HOLE_TWIST, f"segments.{name}.rest_twist_deg_per_m"))
     if tendon:

@@ -33,6 +33,7 @@ def _handles(segments: Parts, rods: tuple[str, ...]) -> tuple[Handle, ...]:
         found.append(Handle(Role.ELASTIC_CONSTANT, f"{key}.bending_stiffness_N_mm2"))
     for name, _, _ in segments:
         found.append(Handle(Role.CUBIC, f"segments.{name}.stiffness_cubic_mm2"))
+        found.append(Handle(Role.QUINTIC, f"segments.{name}.stiffness_quintic_mm4"))
     return (*found, *curvature_handles(segments), *tip_forces(segments))
 
 

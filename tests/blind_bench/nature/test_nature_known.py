@@ -47,7 +47,7 @@ def test_known_form_gives_the_data_of_the_effect(form, robot, grounds):
     ours = looked_at(specimen, ground.scale, [planted], course, inside)
     values = form.parameters(planted.acting(specimen, ground.scale))
     base = specimen.robot
-    if form.cause == "stiffness":  # the diagnosis scales the specification's number, not the specimen's
+    if form.key == "stiffness.scale":  # the diagnosis scales the specification's number, not the specimen's
         base = replace(base, stiffness_scale=specimen.bench.robot.stiffness_scale)
     nothing = np.zeros((len(course), 3))
     inputs = Inputs(

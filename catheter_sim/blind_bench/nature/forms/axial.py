@@ -71,6 +71,13 @@ def _set(acting: Acting, course: Course, u: Array) -> Array:
     return _lost(acting, u, np.where(u >= 0.0, up, down) if acting.specimen.jointed else up)
 
 
+def _spliced(acting: Acting, course: Course, u: Array) -> Array:
+    reach = acting.specimen.reach
+    up, down = operators.largest_so_far(u), operators.largest_so_far(-u)
+    most = np.where(u >= 0.0, up, down) if acting.specimen.jointed else up
+    return _lost(acting, u, np.where(most > 0.4 * reach, reach, 0.0))
+
+
 def _crept(acting: Acting, course: Course, u: Array) -> Array:
     pulled = u if acting.specimen.jointed else np.maximum(u, 0.0)
     share = np.abs(lateness.log_creep(course.time_s, pulled, acting.numbers["shortest_s"]))
@@ -140,13 +147,26 @@ FORMS = (
         cause="tendon_elongation",
         name="set",
         law="a tendon stays longer by a share of the most that it has been pulled",
-        known=False,
-        purpose="tune",
+        known=True,
+        purpose="both",
         applies=_displaced,
         start=5.0,
         most=60.0,
         command=_set,
         also=("backlash",),
+        parameters=lambda acting: {"set_share": _PERCENT * acting.size},
+    ),
+    Form(
+        cause="tendon_elongation",
+        name="splice",
+        law="a tendon is longer by x from the first pull beyond u0 on: a splice that slips once",
+        known=False,
+        purpose="tune",
+        applies=_displaced,
+        start=3.0,
+        most=40.0,
+        command=_spliced,
+        also=("backlash", "actuation_offset"),
     ),
     Form(
         cause="tendon_elongation",

@@ -50,6 +50,16 @@ def _section_scaled(acting: Acting, robot: RobotSpec) -> RobotSpec:
     return with_segments(robot, changes)
 
 
+def _section_found(acting: Acting) -> Mapping[str, float]:
+    index = acting.numbers["segment"]
+    own, specified = (
+        robot.segments[index].bending_stiffness_N_m2
+        for robot in (acting.specimen.robot, acting.specimen.bench.robot)
+    )
+    name = acting.specimen.bench.robot.segments[index].name
+    return {f"scale_{name}": own / specified * (1.0 + _PERCENT * acting.size)}
+
+
 def _tapered(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     softer = 1.0 + _PERCENT * acting.size * 2.0 * places_along(acting)
     return rebent(shapes, lambda bends: bends / softer)
@@ -86,9 +96,16 @@ def _section_cubed(acting: Acting, robot: RobotSpec) -> RobotSpec:
     return with_segments(robot, changes)
 
 
+def _quintic_m4(acting: Acting) -> float:
+    """Moment EI (k + c k^5): at the largest bend of the specimen the moment changes by `size` percent."""
+    return _PERCENT * acting.size / acting.scale.curvature_per_m**4
+
+
 def _quintic(acting: Acting, robot: RobotSpec) -> RobotSpec:
-    change = _PERCENT * acting.size / acting.scale.curvature_per_m**4
-    return with_segments(robot, [{"stiffness_quintic_m4": change} for _ in robot.segments])
+    change = _quintic_m4(acting)
+    return with_segments(
+        robot, [{"stiffness_quintic_m4": item.stiffness_quintic_m4 + change} for item in robot.segments]
+    )
 
 
 def _plateau(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
@@ -140,15 +157,17 @@ FORMS = (
         cause="stiffness",
         name="section",
         law="s EI in one section only",
-        known=False,
-        purpose="judge",
+        known=True,
+        purpose="both",
         applies=_sections,
         draw=_one_segment,
+        every=lambda specimen, scale: [{"segment": k} for k in range(len(specimen.bench.robot.segments))],
         start=10.0,
         signed=True,
         most=60.0,
         robot=_section_scaled,
         also=("actuation_gain", "coupling"),
+        parameters=_section_found,
     ),
     Form(
         cause="stiffness",
@@ -191,12 +210,13 @@ FORMS = (
         cause="nonlinear_stiffness",
         name="quintic",
         law="moment EI (k + c k^5), all along",
-        known=False,
-        purpose="judge",
+        known=True,
+        purpose="both",
         applies=_has_cubic,
         start=15.0,
         most=300.0,
         robot=_quintic,
+        parameters=lambda acting: {"quintic_mm4": 1e12 * _quintic_m4(acting)},
     ),
     Form(
         cause="nonlinear_stiffness",

@@ -76,6 +76,14 @@ def _own_width(acting: Acting) -> Mapping[str, float]:
     return {f"width_{channel_name(acting)}_mm": acting.size * in_unit(acting)}
 
 
+def _own_widths(acting: Acting) -> Mapping[str, float]:
+    drives, unit = acting.specimen.drives, acting.specimen.file_unit
+    return {
+        f"width_{drive.channel}_{unit}": acting.size * in_unit(acting) * share
+        for drive, share in zip(drives, acting.numbers["shares"], strict=True)
+    }
+
+
 def _slack(acting: Acting) -> Mapping[str, float]:
     return {f"slack_{channel_name(acting)}_mm": acting.size * in_unit(acting)}
 
@@ -118,6 +126,11 @@ def _mu(acting: Acting) -> Mapping[str, float]:
 
 def _turned(acting: Acting, course: Course, u: Array) -> Array:
     return operators.capstan(u, 0.01 * acting.size)
+
+
+def _rusted(acting: Acting, course: Course, u: Array) -> Array:
+    loss = 0.01 * acting.size * (1.0 + np.maximum(u, 0.0) / acting.specimen.reach)
+    return operators.within(u * np.exp(-loss), u * np.exp(loss))
 
 
 def _pressed(acting: Acting, course: Course, u: Array) -> Array:
@@ -230,13 +243,15 @@ FORMS = (
         cause="backlash",
         name="uneven",
         law="the play operator, of another width in every channel",
-        known=False,
-        purpose="tune",
+        known=True,
+        purpose="both",
         applies=lambda specimen: len(specimen.reach) > 1 and not specimen.jointed,
         draw=_shares,
+        every=lambda specimen, scale: [{"shares": [1.0] * len(specimen.reach)}],
         start=4.0,
         most=40.0,
         command=_uneven,
+        parameters=_own_widths,
     ),
     Form(
         cause="backlash",
@@ -265,12 +280,25 @@ FORMS = (
         cause="tendon_friction",
         name="routing",
         law="before the robot T' in [T exp(-a), T exp(a)]: a path of a fixed turn (Euler)",
+        known=True,
+        purpose="both",
+        applies=_tensioned,
+        start=3.0,
+        most=60.0,
+        command=_turned,
+        also=("backlash",),
+        parameters=lambda acting: {"path_loss": 0.01 * acting.size},
+    ),
+    Form(
+        cause="tendon_friction",
+        name="rusted",
+        law="the same with the loss a (1 + u / reach) of a rusted path: its turn grows with the pull",
         known=False,
         purpose="tune",
         applies=_tensioned,
         start=3.0,
         most=60.0,
-        command=_turned,
+        command=_rusted,
         also=("backlash",),
     ),
     Form(

@@ -16,6 +16,7 @@ from catheter_sim.core.posture import Array
 
 _TENTH_MM = 1e-4
 _TENTH_DEG = 0.1
+_FIFTH_PERCENT = 0.002
 
 
 def _pose(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
@@ -61,7 +62,18 @@ def _frame(acting: Acting) -> Mapping[str, float]:
 
 
 def _stretched(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
-    return replace(shapes, p=shapes.p * (1.0 + 0.002 * acting.size))
+    return replace(shapes, p=shapes.p * (1.0 + _FIFTH_PERCENT * acting.size))
+
+
+def _slant(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
+    along, across = generator.permutation(list(specimen.seen_axes))[:2].tolist()
+    return {"along": {along: 1.0}, "across": {across: 1.0}}
+
+
+def _sheared(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
+    along, across = _vector(acting.numbers["along"]), _vector(acting.numbers["across"])
+    slant = _FIFTH_PERCENT * acting.size * np.outer(along, across)
+    return replace(shapes, p=shapes.p + shapes.p @ slant)
 
 
 def _distorted(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
@@ -106,12 +118,24 @@ FORMS = (
         cause="measurement_frame",
         name="scale",
         law="p' = s p: a camera's scale",
-        known=False,
-        purpose="tune",
+        known=True,
+        purpose="both",
         start=10.0,
         signed=True,
         most=60.0,
         seen=_stretched,
+        parameters=lambda acting: {"scale": 1.0 + _FIFTH_PERCENT * acting.size},
+    ),
+    Form(
+        cause="measurement_frame",
+        name="sheared",
+        law="p' = p + a (p m) n, m and n at right angles: a tracker whose axes are not",
+        known=False,
+        purpose="tune",
+        draw=_slant,
+        start=10.0,
+        most=100.0,
+        seen=_sheared,
     ),
     Form(
         cause="measurement_frame",

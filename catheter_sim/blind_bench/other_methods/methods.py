@@ -1,0 +1,171 @@
+"""Three usual ways from a data set to what is wrong: fit everything, lasso, forward selection by BIC.
+
+All get the diagnosis's twin, its calibrated numbers, its noise and each cause's simplest parameters; what
+they lack is what a diagnosis has besides: data that were left out, other forms, a word for what is not on the
+list.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from scipy.stats import chi2
+
+from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.causes.choose import candidates_for
+from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.least_squares import linearised
+from catheter_sim.diagnosis.fitting.problem import (
+    Problem,
+    Term,
+    box_of,
+    fitted_numbers,
+    start_of,
+    terms_for,
+    with_fewer_rows,
+)
+
+Named = list[str]  # causes, surest first
+_CHANCE = 0.01  # of a false name in a whole data set
+_MOST_CAUSES = 5
+_FOLDS, _PENALTIES, _LEAST_PENALTY = 5, 25, 1e-3
+_SWEEPS, _LINEARISED = 400, 3
+
+
+def everything_at_once(problem: Problem) -> Named:
+    """Fit all numbers of all causes (trust region in the bounds, `scipy.optimize.least_squares`).
+
+    Named is what is off its null by more than its standard error makes likely, largest standardised change
+    first.
+    """
+    found = fit(problem, all_terms(problem), cross_validate=False, thorough=True)
+    change = found.x - _null(found)
+    normal = found.jacobian.T @ found.jacobian
+    freedom = max(len(found.residual) - len(found.x), 1)
+    variance = float(found.residual @ found.residual) / freedom
+    covariance = variance * np.linalg.pinv(normal, hermitian=True)
+    size: dict[str, float] = {}
+    for cause, mine in _by_cause(found).items():
+        step = change[mine]
+        size[cause] = float(step @ np.linalg.pinv(covariance[np.ix_(mine, mine)], hermitian=True) @ step)
+    bound = {cause: chi2.isf(_CHANCE / len(size), len(mine)) for cause, mine in _by_cause(found).items()}
+    sure = [cause for cause, value in size.items() if value > bound[cause]]
+    return sorted(sure, key=lambda cause: -size[cause] / bound[cause])
+
+
+def lasso(problem: Problem) -> Named:
+    """Fit all numbers of all causes with a price on each standardised change (Tibshirani 1996).
+
+    The price is the largest whose error on stretches left out lies within a standard error of the least
+    one's; the model is linearised anew at what was found. Named is what is off its null, largest first.
+    """
+    numbers = fitted_numbers(problem, all_terms(problem))
+    null = start_of(numbers, {item.key: item.parameter.null for item in numbers})
+    low, high = box_of(numbers)
+    priced = np.array([bool(item.effect) for item in numbers])
+    point = np.clip(start_of(numbers), low, high)
+    size = np.zeros(len(numbers))
+    start = fit(problem, (), cross_validate=False)
+    block = start.block
+    for _ in range(_LINEARISED):
+        at = linearised(problem, numbers, point, high)
+        scale = np.maximum(np.sqrt((at.jacobian**2).mean(axis=0)), 1e-12)
+        matrix = at.jacobian / scale
+        target = at.jacobian @ (point - null) - at.error
+        size = _priced_by_folds(matrix, target, priced, block)
+        point = np.clip(null + size / scale, low, high)
+    own: dict[str, float] = {}
+    for item, value in zip(numbers, size, strict=True):
+        if item.effect and value != 0.0:
+            own[item.effect] = max(own.get(item.effect, 0.0), abs(float(value)))
+    return sorted(own, key=lambda cause: -own[cause])
+
+
+def forward_by_bic(problem: Problem) -> Named:
+    """Add the cause that lowers Schwarz's criterion most, on the training data alone, until none does."""
+    rest = [terms_for(problem.robot, name, problem.moving)[0] for name in candidates_for(problem)]
+    best = fit(problem, (), cross_validate=False)
+    named: list[Term] = []
+    while rest and len(named) < _MOST_CAUSES:
+        fits = [fit(problem, (*named, term), best.values, cross_validate=False, scan=True) for term in rest]
+        one = int(np.argmin([_bic(item) for item in fits]))
+        if _bic(fits[one]) >= _bic(best):
+            break
+        best = fits[one]
+        named.append(rest.pop(one))
+    return [term.effect for term in named]
+
+
+METHODS: Mapping[str, Callable[[Problem], Named]] = {
+    "everything_at_once": everything_at_once,
+    "lasso": lasso,
+    "forward_by_bic": forward_by_bic,
+}
+
+
+def named_by(method: str, problem: Problem) -> Named:
+    """Return what a method names, on as many rows as a diagnosis chooses by."""
+    return METHODS[method](with_fewer_rows(problem))
+
+
+def all_terms(problem: Problem) -> tuple[Term, ...]:
+    """Return every cause in its simplest variant."""
+    return tuple(terms_for(problem.robot, name, problem.moving)[0] for name in candidates_for(problem))
+
+
+def _null(found: Fit) -> Array:
+    return start_of(found.numbers, {item.key: item.parameter.null for item in found.numbers})
+
+
+def _by_cause(found: Fit) -> dict[str, list[int]]:
+    own: dict[str, list[int]] = {}
+    for index, item in enumerate(found.numbers):
+        if item.effect:
+            own.setdefault(item.effect, []).append(index)
+    return own
+
+
+def _bic(found: Fit) -> float:
+    count = len(found.residual)
+    squares = max(float(found.residual @ found.residual), 1e-12)
+    return count * float(np.log(squares / count)) + len(found.x) * float(np.log(count))
+
+
+def _priced_by_folds(matrix: Array, target: Array, priced: np.ndarray, block: np.ndarray) -> Array:
+    """Return the sizes (p,) at the price that the stretches left out choose, by the rule of one error."""
+    fold = np.unique(block, return_inverse=True)[1] % _FOLDS
+    most = float(np.abs(matrix.T @ target)[priced].max()) / len(target)
+    prices = most * np.geomspace(1.0, _LEAST_PENALTY, _PENALTIES)
+    errors = np.zeros((_FOLDS, len(prices)))
+    for number in range(_FOLDS):
+        out = fold == number
+        if not out.any() or out.all():
+            continue
+        path = _along(matrix[~out], target[~out], priced, prices)
+        errors[number] = ((matrix[out] @ path.T - target[out, None]) ** 2).mean(axis=0)
+    mean, error = errors.mean(axis=0), errors.std(axis=0) / np.sqrt(_FOLDS)
+    least = int(np.argmin(mean))
+    chosen = int(np.flatnonzero(mean <= mean[least] + error[least])[0])
+    return _along(matrix, target, priced, prices[: chosen + 1])[-1]
+
+
+def _along(matrix: Array, target: Array, priced: np.ndarray, prices: Sequence[float] | Array) -> Array:
+    """Return the sizes at falling prices, shape (k, p), by coordinate descent, each from the one before."""
+    count = len(target)
+    gram, product = matrix.T @ matrix / count, matrix.T @ target / count
+    size, path = np.zeros(matrix.shape[1]), []
+    for price in prices:
+        for _ in range(_SWEEPS):
+            before = size.copy()
+            for index in range(len(size)):
+                if gram[index, index] <= 0.0:
+                    continue
+                pull = product[index] - gram[index] @ size + gram[index, index] * size[index]
+                if priced[index]:
+                    pull = np.sign(pull) * max(abs(pull) - price, 0.0)
+                size[index] = pull / gram[index, index]
+            if np.abs(size - before).max() <= 1e-7 * max(float(np.abs(size).max()), 1e-12):
+                break
+        path.append(size.copy())
+    return np.array(path)
