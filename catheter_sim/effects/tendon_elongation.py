@@ -52,7 +52,7 @@ def _set(robot: RobotSpec) -> tuple[Parameter, ...]:
     if not places(robot, Role.TENDON_STIFFNESS):
         return ()
     # Off zero a fit sees which way it goes.
-    return (Parameter(_SET, null=0.0, lower=0.0, upper=0.6, scale=0.01, start=0.02),)
+    return (Parameter(_SET, null=0.0, lower=0.0, upper=0.9, scale=0.01, start=0.02),)
 
 
 @dataclass(frozen=True)
@@ -131,6 +131,8 @@ EFFECT = Effect(
             equation="y = u - set_share max(u so far), either tendon of a pair for itself",
             stage=Stage.COMMAND,
             parameters=_set,
+            # Alone, or beside the spring.
+            groups=lambda robot: ((_SET,), (_STIFFNESS, _SET)) if _set(robot) else (),
             memory=_Lengthened(),
         ),
         Form(

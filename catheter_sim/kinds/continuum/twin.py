@@ -21,7 +21,13 @@ from catheter_sim.kinds.continuum.drives import outputs
 from catheter_sim.kinds.continuum.layout import links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.arc_equilibrium import solve_rows
-from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots, joint_values, loads, places
+from catheter_sim.kinds.continuum.theory.constant_curvature import (
+    arc_robots,
+    joint_values,
+    loads,
+    places,
+    turns,
+)
 from catheter_sim.kinds.continuum.theory.exact_arm import MODEL, fkm_exact_arm
 from catheter_sim.kinds.continuum.theory.planar import hinge_faces, rotations
 from catheter_sim.kinds.continuum.theory.planar_batch import knows, solve_planar
@@ -52,9 +58,16 @@ class ArcTwin:
         states = solve_rows(arcs, commands, arriving[0].actuation == "tension", acting, every)
         segment, fraction = places(robots[0])
         disks = list(elements)
-        p_w, R_w = points_on_arcs(states.bend, arcs.length[:, None], segment[disks], fraction[disks])
+        turn = turns(robots)[:, None]
+        p_w, R_w = points_on_arcs(
+            states.bend,
+            arcs.length[:, None],
+            segment[disks],
+            fraction[disks],
+            turn if turn.any() else None,
+        )
         p_w[..., 2] -= states.shift[..., None]
-        return TwinStates(p_w, R_w, partial(joint_values, robots[0], states.bend), states.tension)
+        return TwinStates(p_w, R_w, partial(joint_values, robots[0], states.bend, turn), states.tension)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,9 @@
 
 Rao et al. 2021 (doi 10.3389/frobt.2020.603245, Sections 3.2.1 and 5.2.2): a segment's curvature
 follows from the moment of its tendons, each running parallel to the backbone at its distance, so
-that a bend b shortens its path by arm . b. Here the same two unknowns per segment also carry
+that a bend b shortens its path by arm . b. Where holes turn about the backbone, the moment turns with them:
+the curvature is constant in a frame that turns along, and the segment is a helix (exact without load and
+with the rest curvature's mean in that frame). Here the same two unknowns per segment also carry
 tendons driven by displacement that stretch and go slack, pretension, a mount that gives way,
 a cubic and quintic elastic law, rest curvature and twist, dry friction with history, and the
 generalised force of weight and tip load (virtual work on arcs: exact for the shape assumed; a
@@ -86,9 +88,9 @@ def arc_robots(robots: Sequence[ContinuumRobot], straight_between_disks: bool = 
         bending=per_segment("bending_stiffness_N_m2") * scale,
         cubic=per_segment("stiffness_cubic_m2"),
         quintic=per_segment("stiffness_quintic_m4"),
-        rest=rest * length[:, :, None],
+        rest=rest * (length * np.sinc(0.5 * turns(robots) / math.pi))[:, :, None],
         free=free,
-        arm=np.array([_arms(robot) for robot in robots]),
+        arm=np.array([_arms(robot, straight_between_disks) for robot in robots]),
         chord=chord,
         stiffness=np.array([[drive_stiffness(robot, item) for item in robot.tendons] for robot in robots]),
         pretension=np.array([[item.pretension_N for item in robot.tendons] for robot in robots]),
@@ -103,11 +105,17 @@ def _runs(robot: ContinuumRobot) -> np.ndarray:
     return np.array([[s <= names.index(item.ends_at) for s in range(len(names))] for item in robot.tendons])
 
 
-def _arms(robot: ContinuumRobot) -> Array:
-    """Return each tendon's mean hole position in each segment, zero beyond its end, (t, s, 2) [m].
+def turns(robots: Sequence[ContinuumRobot]) -> Array:
+    """Return by how much the holes turn over each segment, shape (B, S) [rad]."""
+    return np.array(
+        [[item.rest_twist_rad_per_m * item.length_m for item in robot.segments] for robot in robots]
+    )
 
-    Where the holes turn about the backbone, a constant curvature shortens the path by the bend times
-    the mean of the hole's position along the segment.
+
+def _arms(robot: ContinuumRobot, straight_between_disks: bool) -> Array:
+    """Return each tendon's hole position in the middle of each segment, zero beyond its end, (t, s, 2) [m].
+
+    A tendon that is straight between disks whose holes are turned passes nearer to the backbone.
     """
     result = np.zeros((len(robot.tendons), len(robot.segments), 2))
     turned = 0.0
@@ -117,8 +125,9 @@ def _arms(robot: ContinuumRobot) -> Array:
         for t, tendon in enumerate(robot.tendons):
             if runs[t, s]:
                 angle = tendon.angle_rad + turned + half
-                mean = tendon.radius_m * float(np.sinc(half / math.pi))
-                result[t, s] = mean * math.cos(angle), mean * math.sin(angle)
+                nearer = math.cos(half / disks(robot, segment)) if straight_between_disks else 1.0
+                radius_m = tendon.radius_m * nearer
+                result[t, s] = radius_m * math.cos(angle), radius_m * math.sin(angle)
         turned += 2.0 * half
     return result
 
@@ -173,10 +182,13 @@ def postures(
 ) -> tuple[Posture, ...]:
     """Return the postures of robot `index` of a batch, one per row."""
     segment, fraction = places(robot)
-    p_w, R_w = points_on_arcs(states.bend[index], robots.length[index], segment, fraction)
+    turn = turns([robot])[0]
+    p_w, R_w = points_on_arcs(
+        states.bend[index], robots.length[index], segment, fraction, turn if turn.any() else None
+    )
     p_w = p_w.copy()
     p_w[..., 2] -= states.shift[index][:, None]
-    hinges = joint_values(robot, states.bend[index])
+    hinges = joint_values(robot, states.bend[index], turn)
     runs = _runs(robot)
     spans = np.where(runs[None], states.span_tension[index], np.nan)[:, :, segment]
     return tuple(
@@ -185,22 +197,26 @@ def postures(
     )
 
 
-def joint_values(robot: ContinuumRobot, bend: Array) -> Array:
+def joint_values(robot: ContinuumRobot, bend: Array, turn: Array) -> Array:
     """Return the hinges' angles of a chain bent like the arcs, in the order of `Outputs.joints`.
 
     Args:
         robot: the robot.
-        bend: shape (..., s, 2) [rad].
+        bend: in the middle of each segment, shape (..., s, 2) [rad].
+        turn: by which the holes turn over it, broadcast to (..., s) [rad].
 
-    A segment's bend is shared equally by its hinges; a hinge that twists stays at zero.
+    A segment's bend is shared equally by its hinges, each toward where the holes are there; a hinge that
+    twists stays at zero.
     """
     columns = []
     for s, segment in enumerate(robot.segments):
         count = disks(robot, segment) * robot.links_per_subsegment
-        for _ in range(count):
-            columns.append(bend[..., s, 0] / count)
+        x, y = bend[..., s, 0] / count, bend[..., s, 1] / count
+        for hinge in range(count):
+            angle = ((hinge + 0.5) / count - 0.5) * turn[..., s]
+            columns.append(x * np.cos(angle) - y * np.sin(angle))
             if segment.bending_axes == "xy":
-                columns.append(bend[..., s, 1] / count)
+                columns.append(x * np.sin(angle) + y * np.cos(angle))
             if math.isfinite(segment.torsion_stiffness_N_m2):
                 columns.append(np.zeros(bend.shape[:-2]))
     return np.stack(columns, axis=-1)
