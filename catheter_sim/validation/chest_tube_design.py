@@ -170,16 +170,9 @@ def _zigzag_lines(back: Mapping[float, Array]) -> list[Line]:
     for stiffness, bend in back.items():
         k = int(bend.argmin())
         what = f"{_held(stiffness)}: even joints furthest back, median"
+        far = float(bend[k])
         lines.append(
-            Line(
-                SECTION,
-                f"{what}, at {PULLED_N[k]:g} N",
-                "deg",
-                np.nan,
-                None,
-                _SOURCE,
-                analytic=float(bend[k]),
-            )
+            Line(SECTION, f"{what}, at {PULLED_N[k]:g} N", "deg", max(-far, 0.0), None, _SOURCE, analytic=far)
         )
     for stiffness in (STIFFNESS[0], STIFFNESS[-1]):
         rows = given(np.array([(2.0 * HELD_N, HELD_N), (10.0, HELD_N), (30.0, HELD_N)]))
