@@ -33,6 +33,7 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import DAMPING_TIME_S, Friction, RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.simulator import Simulator
@@ -157,11 +158,14 @@ def _with(change: Change, robot: RobotSpec) -> RobotSpec:
     return robot if change.robot is None else change.robot(robot)
 
 
-def runs_of_statics() -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield what is changed together among the static models: all but the references, then each of these."""
-    yield "static models", tuple(name for name in STATIC_MODELS if name not in REFERENCES)
-    for name in REFERENCES:
-        yield name, (name,)
+def runs_of_statics(robot: str) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield what is changed together among a robot's static models: all but references, then each."""
+    known = load_robot(robot)
+    names = [name for name, model in STATIC_MODELS.items() if model.applies_to(known)]
+    yield "static models", tuple(name for name in names if name not in REFERENCES)
+    for name in names:
+        if name in REFERENCES:
+            yield name, (name,)
 
 
 class Results:
@@ -252,7 +256,7 @@ def perturb(robot: str, check: Callable[[Path], Any], results: Results, every: b
     for what, change in CHANGES.items():
         if still_green() or (every and what not in MORE):
             once(f"simulation: {what}", changed_simulation(change))
-    for models, names in runs_of_statics():
+    for models, names in runs_of_statics(robot):
         for what, change in CHANGES.items():
             if still_green() and what not in MORE:
                 once(f"{models}: {what}", changed_statics(change, names))
