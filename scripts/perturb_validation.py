@@ -46,7 +46,7 @@ TRUTH = Path(__file__).resolve().parent.parent / "docs" / "truth"
 TABLE, PAGE = TRUTH / "perturbed_lines.csv", TRUTH / "perturbed_lines.md"
 SHARE = 0.2
 AS_IT_IS = "as it is"
-REFERENCES = ("VC_ref", "VC_ref_noproj", "complete", "complete_sliding", "fkm_sliding")
+REFERENCES = ("VC_ref", "VC_ref_noproj", "complete", "complete_sliding", "fkm_sliding", "printed")
 _KEYS = ("robot", "check", "line", "quantity", "unit", "tolerance", "source")
 
 

@@ -6,9 +6,9 @@ are the best stand-in for them. To these are fitted the complete balance, with t
 authors calibrate, and piecewise constant curvature with the five of these that it has.
 `chest_tube_section@printed_shapes` holds the first ones.
 
-A mean relative distance keeps the triangle inequality: what is off by e from the stand-in is off by e -
-2.25 % to e + 2.25 % from the measured shapes, also at its best. For constant curvature the paper prints
-that figure.
+A mean relative distance keeps the triangle inequality, but for distances from the base that differ by some
+per cent: what is off by e from the stand-in is off by e - 2.25 % to e + 2.25 % from the measured shapes,
+also at its best. For constant curvature the paper prints that figure.
 """
 
 from __future__ import annotations
