@@ -61,7 +61,9 @@ def load_robot(reference: str | os.PathLike[str], settings: Settings = (), said:
     elif text in ROBOTS:
         document = to_document(ROBOTS[text]())
     else:
-        raise unknown("robot", text, [*ROBOTS, "a path to a .toml"])
+        named = text.partition("@")[0]  # parameter sets are told of a robot that is known
+        known = [name for name in ROBOTS if "@" not in name or name.startswith(f"{named}@")]
+        raise unknown("robot", text, [*known, "a path to a .toml"])
     set_all(document, settings, said)
     robot = robot_from_document(document, text)
     check_robot(robot, text)

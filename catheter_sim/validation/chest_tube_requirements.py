@@ -122,7 +122,10 @@ def _validate(robot: RollingRobot, folder: Path) -> Validation:
 
 
 def _base_line(robot: RollingRobot) -> Line:
-    """Judge what the paper reports of its prototype: the base reaches 90 deg within 10 to 100 N."""
+    """Show what the paper reports of its prototype: the base reaches 90 deg within 10 to 100 N.
+
+    Not judged: no robot that is wrong by a fifth leaves so wide a range (`scripts/perturb_validation.py`).
+    """
     segment, axis = bending_planes(robot)[0]
     tension = segment_bend(robot, segment, axis).tension_N(90.0)
     return Line(
@@ -130,8 +133,8 @@ def _base_line(robot: RollingRobot) -> Line:
         "base bent by 90 deg by either of its rods alone: tension; error: outside 10 to 100 N",
         "N",
         max(LEAST_TENSION_N - tension, tension - MOST_TENSION_N, 0.0) if math.isfinite(tension) else math.nan,
-        0.0,
-        "chest_tube_2025, Table I and Section IV-B",
+        None,
+        "chest_tube_2025, Table I and Section IV-B; a range that a robot wrong by 20 % does not leave",
         ours=tension,
     )
 

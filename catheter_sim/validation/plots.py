@@ -16,7 +16,8 @@ from catheter_sim.validation.shown import Against, Loop, Profiles, TermCurves
 BLUE, ORANGE, GREY = "#1f5f99", "#d1682a", "#8a8f98"
 
 
-def _save(figure: Figure, path: Path) -> None:
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as a PNG file, whole or not at all."""
     with replaced_when_whole(path, binary=True) as file:
         figure.savefig(file, format="png", dpi=130)
 
@@ -38,7 +39,7 @@ def loops(items: Sequence[Loop], path: Path) -> None:
         axes.set_xlabel("tension of the right tendon [N]")
         axes.set_ylabel("tip x [mm]")
     axes.legend(frameon=False, fontsize=8)
-    _save(figure, path)
+    save(figure, path)
 
 
 def profiles(item: Profiles, path: Path) -> None:
@@ -63,7 +64,7 @@ def profiles(item: Profiles, path: Path) -> None:
         axes.set_xlabel("cell, base to tip")
     figure.axes[0].set_ylabel("tension [N]")
     figure.axes[0].legend(frameon=False, fontsize=8)
-    _save(figure, path)
+    save(figure, path)
 
 
 def stages(items: Sequence[Stage], path: Path) -> None:
@@ -74,7 +75,7 @@ def stages(items: Sequence[Stage], path: Path) -> None:
         axes.set_title(stage.name, fontsize=9)
         axes.set_xlabel("lateral place of the tip [mm]")
     figure.axes[0].set_ylabel("force of the string [mN]")
-    _save(figure, path)
+    save(figure, path)
 
 
 def shapes(simulated: Sequence[Posture], analytic: Sequence[Posture], path: Path) -> None:
@@ -90,7 +91,7 @@ def shapes(simulated: Sequence[Posture], analytic: Sequence[Posture], path: Path
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("z [mm]")
     axes.legend(frameon=False)
-    _save(figure, path)
+    save(figure, path)
 
 
 def _profile(posture: Posture) -> tuple[np.ndarray, np.ndarray]:
@@ -112,7 +113,7 @@ def joint_angles(tensions: np.ndarray, printed: np.ndarray, complete: np.ndarray
     figure.axes[0].plot([], [], color=BLUE, label="even joints")
     figure.axes[0].legend(frameon=False, fontsize=8)
     figure.axes[0].set_ylabel("joint angle [deg]")
-    _save(figure, path)
+    save(figure, path)
 
 
 def histories(items: Sequence[Against], path: Path) -> None:
@@ -129,7 +130,7 @@ def histories(items: Sequence[Against], path: Path) -> None:
         axes.set_xlabel("row")
         axes.set_ylabel("tip x [mm]")
     figure.axes[0].legend(frameon=False, fontsize=7)
-    _save(figure, path)
+    save(figure, path)
 
 
 def missing_terms(
@@ -152,7 +153,7 @@ def missing_terms(
     figure.axes[0].set_ylabel("bend of the even joints, median [deg]")
     handles, labels = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
-    _save(figure, path)
+    save(figure, path)
 
 
 def convergence(means: Mapping[int, float], path: Path) -> None:
@@ -164,7 +165,7 @@ def convergence(means: Mapping[int, float], path: Path) -> None:
     axes.set_ylabel("mean tip error [% of length]")
     axes.set_xticks(list(means), [str(links) for links in means])
     axes.minorticks_off()
-    _save(figure, path)
+    save(figure, path)
 
 
 def releases(errors_percent: Array, time_s: Array, path: Path) -> None:
@@ -176,4 +177,4 @@ def releases(errors_percent: Array, time_s: Array, path: Path) -> None:
     axes.set_xlabel("time since the release [s]")
     axes.set_ylabel("distance [% of the length]")
     axes.legend(frameon=False, fontsize=8)
-    _save(figure, path)
+    save(figure, path)

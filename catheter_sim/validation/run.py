@@ -9,12 +9,15 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.progress import EVERY_S, Stages
 from catheter_sim.validation.chest_tube import validate_section as validate_chest_tube
 from catheter_sim.validation.chest_tube_calibration import validate_calibration
+from catheter_sim.validation.chest_tube_design import validate_design
 from catheter_sim.validation.chest_tube_full import validate_full as validate_full_chest_tube
 from catheter_sim.validation.chest_tube_loads import (
     validate_full_sleeve,
     validate_loads,
     validate_section_sleeve,
 )
+from catheter_sim.validation.chest_tube_printed_shapes import validate_printed_shapes, validate_times
+from catheter_sim.validation.chest_tube_repeats import validate_repeats
 from catheter_sim.validation.chest_tube_requirements import (
     validate_full_requirements,
     validate_section_requirements,
@@ -29,6 +32,7 @@ from catheter_sim.validation.mitral_motion import validate_motion
 from catheter_sim.validation.mitral_procedure import validate_procedure
 from catheter_sim.validation.mitral_render import validate_render_4dof, validate_render_transseptal
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
+from catheter_sim.validation.neuroendoscope_figures import validate_figures, validate_printed_full
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
 from catheter_sim.validation.rod import validate_rod
 from catheter_sim.validation.rod_motion import validate_rod_motion
@@ -38,8 +42,8 @@ from catheter_sim.validation.tdcr_lines import validate_scenarios
 Check = Callable[[Path], Validation]
 
 CHECKS: Mapping[str, tuple[Check, ...]] = {
-    "neuroendoscope_section": (validate_section, validate_render),
-    "neuroendoscope": (validate_full,),
+    "neuroendoscope_section": (validate_section, validate_figures, validate_render),
+    "neuroendoscope": (validate_full, validate_printed_full),
     "spacer_disk": (validate_spacer_disk, validate_scenarios, validate_rod, validate_rod_motion),
     "chest_tube_section": (
         validate_chest_tube,
@@ -48,6 +52,10 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_section_sleeve,
         validate_section_requirements,
         validate_calibration,
+        validate_printed_shapes,
+        validate_times,
+        validate_design,
+        validate_repeats,
         validate_render_chest_tube,
     ),
     "chest_tube": (validate_full_chest_tube, validate_full_sleeve, validate_full_requirements),

@@ -102,12 +102,15 @@ def test_disks_per_segment_rules_where_it_is_set() -> None:
 
 
 def test_unknown_robot_names_the_choices() -> None:
-    """The choices are the ids and a path."""
+    """The choices are the ids and a path; of a known robot's unknown set its sets besides."""
+    robots = [name for name in ROBOTS if "@" not in name]
     with pytest.raises(InputError) as caught:
         load_robot("spacer_disc")
     assert str(caught.value) == (
-        f"unknown robot 'spacer_disc'; choices: {', '.join(ROBOTS)}, a path to a .toml"
+        f"unknown robot 'spacer_disc'; choices: {', '.join(robots)}, a path to a .toml"
     )
+    with pytest.raises(InputError, match="chest_tube_section@prototype, chest_tube_section@printed_shapes"):
+        load_robot("chest_tube_section@table3")
 
 
 def test_file_that_is_no_robot_is_named(tmp_path: Path) -> None:

@@ -81,3 +81,11 @@ def test_wrong_deviations_are_named() -> None:
         sense_shape(robot, pulls([1.0]), NO_GRAVITY, 0.1, {"friction.nu": 0.1})
     with pytest.raises(InputError, match="tension_deviation_N: a standard deviation of -1"):
         sense_shape(robot, pulls([1.0]), NO_GRAVITY, -1.0)
+
+
+def test_a_robot_of_another_kind_is_one_line() -> None:
+    """It names the robot and what knows every kind."""
+    with pytest.raises(
+        InputError, match="spacer_disk: not a robot of rolling joints; of every kind: the verb"
+    ):
+        sense_shape(load_robot("spacer_disk"), pulls([1.0]), NO_GRAVITY, 0.1)

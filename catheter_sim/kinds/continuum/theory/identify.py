@@ -18,7 +18,9 @@ Kato 2016 (doi 10.1007/s11548-015-1310-2) prints no value of mu. Two kinds of pr
 What comes out. With full reversal the first opening gives mu = 0.143 (`fkm`, `fkm_stick`) or 0.128
 (`fkm_exact_arm`), and the second comes out as 13.3 or 13.5 mm against the published 13.2. The
 distances in arching leave 0.26 to 0.34 to `fkm`, and with such a mu both openings need a start from
-less bending, 0.56 N and 0.70 N. The paper does not say which holds: the openings fit either way.
+less bending, 0.56 N and 0.70 N. The openings fit either way. Fig. 13 does not: its distance between mapping
+and constant curvature falls at the turn and peaks again at 0.3 N, which it does with the friction of the
+arching distances and not with that of full reversal (`validation/neuroendoscope_figures.py`).
 """
 
 from __future__ import annotations

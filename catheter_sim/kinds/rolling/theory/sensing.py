@@ -72,8 +72,11 @@ def sense_shape(
             ("friction.mu": 0.03).
 
     Raises:
-        InputError: an unknown parameter, a deviation below zero, or no posture balances a row.
+        InputError: a robot of another kind, an unknown parameter, a deviation below zero, or no posture
+            balances a row.
     """
+    if not isinstance(robot, RollingRobot):
+        raise InputError(f"{robot.name}: not a robot of rolling joints; of every kind: the verb `sense`")
     deviations = dict(parameter_deviations or {})
     for name, value in {"tension_deviation_N": tension_deviation_N, **deviations}.items():
         if not 0.0 <= value < np.inf:

@@ -1,0 +1,44 @@
+"""Judged lines can fail: the table of `scripts/perturb_validation.py` says by what."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from catheter_sim.validation.paper_items import checked_rows
+
+TRUTH = Path(__file__).resolve().parents[2] / "docs" / "truth"
+AS_IT_IS = "as it is"
+
+
+def rows() -> list[dict[str, str]]:
+    with (TRUTH / "perturbed_lines.csv").open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def errors(row: dict[str, str]) -> dict[str, float]:
+    """Return a line's error in each run that gave one."""
+    runs = [name for name in row if name == AS_IT_IS or ": " in name]
+    return {name: float(row[name]) for name in runs if row[name] not in ("", "-", "stopped")}
+
+
+def test_every_line_that_was_tried_is_green_as_it_is_and_most_turn_red() -> None:
+    """As it is no line is out; the page names those that no change turned red, and how many there are."""
+    page = (TRUTH / "perturbed_lines.md").read_text(encoding="utf-8")
+    never = 0
+    for row in rows():
+        found, most = errors(row), float(row["tolerance"])
+        assert found[AS_IT_IS] <= most, row["quantity"]
+        red = [name for name, error in found.items() if not error <= most]
+        never += not red
+        assert f"| {row['robot']}: {row['quantity']} | " in page
+    assert f"{len(rows()) - never} of {len(rows())} lines turn red" in page
+    assert page.count("**nothing**") == never
+
+
+def test_judged_lines_of_the_validations_table_were_tried() -> None:
+    """Of each check that was tried, all judged lines of the documentation's table are there."""
+    checks = {f"{row['robot']}: {row['quantity']}" for row in rows()}
+    table = checked_rows((TRUTH / "validation.md").read_text(encoding="utf-8"))
+    judged = {row.check for row in table if row.tolerance != "-"}
+    assert len(judged & checks) >= 0.3 * len(judged)
