@@ -28,6 +28,7 @@ from catheter_sim.validation.mitral_joints import validate_joints
 from catheter_sim.validation.mitral_motion import validate_motion
 from catheter_sim.validation.mitral_procedure import validate_procedure
 from catheter_sim.validation.mitral_render import validate_render_4dof, validate_render_transseptal
+from catheter_sim.validation.mitral_whole import validate_whole
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
 from catheter_sim.validation.rod import validate_rod
@@ -59,7 +60,13 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_procedure,
         validate_render_transseptal,
     ),
-    "mitral_4dof": (validate_4dof, validate_elongation, validate_control_4dof, validate_render_4dof),
+    "mitral_4dof": (
+        validate_4dof,
+        validate_elongation,
+        validate_control_4dof,
+        validate_whole,
+        validate_render_4dof,
+    ),
 }
 
 
