@@ -23,11 +23,14 @@ from catheter_sim.validation.chest_tube_terms import validate_terms
 from catheter_sim.validation.lines import Validation, merge
 from catheter_sim.validation.mitral import validate_4dof, validate_transseptal
 from catheter_sim.validation.mitral_control import validate_control_4dof, validate_control_transseptal
+from catheter_sim.validation.mitral_cycles import validate_cycles
 from catheter_sim.validation.mitral_elongation import validate_elongation
+from catheter_sim.validation.mitral_flow import validate_flow
 from catheter_sim.validation.mitral_joints import validate_joints
 from catheter_sim.validation.mitral_motion import validate_motion
 from catheter_sim.validation.mitral_procedure import validate_procedure
 from catheter_sim.validation.mitral_render import validate_render_4dof, validate_render_transseptal
+from catheter_sim.validation.mitral_sizing import validate_sizing
 from catheter_sim.validation.mitral_whole import validate_whole
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
@@ -54,7 +57,9 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
     "chest_tube": (validate_full_chest_tube, validate_full_sleeve, validate_full_requirements),
     "mitral_transseptal": (
         validate_transseptal,
+        validate_cycles,
         validate_joints,
+        validate_flow,
         validate_motion,
         validate_control_transseptal,
         validate_procedure,
@@ -65,6 +70,7 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_elongation,
         validate_control_4dof,
         validate_whole,
+        validate_sizing,
         validate_render_4dof,
     ),
 }
