@@ -38,13 +38,22 @@ from catheter_sim.validation.rod import validate_rod
 from catheter_sim.validation.rod_motion import validate_rod_motion
 from catheter_sim.validation.spacer_disk import validate_spacer_disk
 from catheter_sim.validation.tdcr_lines import validate_scenarios
+from catheter_sim.validation.tdcr_readings import validate_readings
+from catheter_sim.validation.tdcr_times import validate_times
 
 Check = Callable[[Path], Validation]
 
 CHECKS: Mapping[str, tuple[Check, ...]] = {
     "neuroendoscope_section": (validate_section, validate_render),
     "neuroendoscope": (validate_full,),
-    "spacer_disk": (validate_spacer_disk, validate_scenarios, validate_rod, validate_rod_motion),
+    "spacer_disk": (
+        validate_spacer_disk,
+        validate_scenarios,
+        validate_readings,
+        validate_times,
+        validate_rod,
+        validate_rod_motion,
+    ),
     "chest_tube_section": (
         validate_chest_tube,
         validate_terms,
