@@ -12,6 +12,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from catheter_sim.core.published import Published
 from catheter_sim.kinds.catheter.robots.materials import tube_stiffness_N_m2
@@ -25,7 +26,7 @@ HOLDER_KG = 1.5e-3  # assumed: implant and its holder, 15 mm of plastic and stee
 def mitral_4dof_measured() -> CatheterRobot:
     """Return the catheter of Nayar 2023 with slack fitted to its errors, a tube that bends and a weight."""
     robot = mitral_4dof_elongation()
-    changed = {
+    changed: dict[str, dict[str, Any]] = {
         "advance": {"tube_stiffness_N_m2": tube_stiffness_N_m2()},
         "torsion": {"mass_kg": HOLDER_KG},
     }
