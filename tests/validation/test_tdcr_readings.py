@@ -81,7 +81,8 @@ def test_claims_about_times_can_fail() -> None:
 
 
 def test_claims_about_times_hold() -> None:
-    """CC far the fastest, PRB slower than VC beyond four disks and growing, VC_ref slow at one disk."""
+    """CC far the fastest, PRB slower than VC beyond four disks and growing, VC_ref slow at one disk, fast
+    from nearby."""
     lines = tdcr_times.claim_lines({disks: tdcr_times.times(disks, "none") for disks in tdcr_times.DISKS})
     assert all(line.passed for line in lines), [line for line in lines if not line.passed]
 
