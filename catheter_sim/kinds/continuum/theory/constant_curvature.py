@@ -1,6 +1,6 @@
 """The static model CC: every segment bends in one arc of constant curvature.
 
-Rao et al. 2021 (doi 10.3389/frobt.2020.603245, Sections 3.2.1 and 5.2.2): a segment's curvature
+Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Sections 3.2.1 and 5.2.2): a segment's curvature
 follows from the moment of its tendons, each running parallel to the backbone at its distance, so
 that a bend b shortens its path by arm . b. Here the same two unknowns per segment also carry
 tendons driven by displacement that stretch and go slack, pretension, a mount that gives way,
