@@ -5,10 +5,10 @@ grows with the length of a subsegment, the load and the softness, so that the ad
 the robot and the loads that it is asked about.
 
 A clock is noisy: each model's time is the median of several rounds in which all models take turns, and models
-within `TIED` of the fastest count as equally fast. What is timed are the solvers alone (`solver_calls`), row
-by row, where all models have one: what Python makes of inputs and answers is alike for all, and would put
-models that differ a hundredfold side by side, where an answer hangs on the noise. Of these the most accurate
-is chosen, and of equally accurate ones the simplest, the first in `CANDIDATES`.
+within `TIED` of the fastest count as equally fast. What is timed are the solvers alone (a kind's face
+`solvers`), row by row, where all models have one: what Python makes of inputs and answers is alike for all,
+and would put models that differ a hundredfold side by side, where an answer hangs on the noise. Of these the
+most accurate is chosen, and of equally accurate ones the simplest, the first in `CANDIDATES`.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.kinds import kind_of
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.tdcr.cc import bend_per_tension
 from catheter_sim.kinds.continuum.theory.tdcr.problem import problem
 from catheter_sim.theory.run import STATIC_MODELS
-from catheter_sim.theory.solver_calls import solver_call
 
 CANDIDATES = ("CC", "CC_sub", "PRB", "PRB_middle", "VC", "VC_ref", "VC_ref_noproj")  # the simplest first
 REFERENCES = ("VC_ref", "VC_ref_noproj", "VC")
@@ -221,9 +221,13 @@ def solver_calls(
         gravity: in the base frame, shape (3,) [m/s^2].
         solved: numbers of the rows that each model solves.
     """
+    kind = kind_of(robot)
+    if not kind.has("solvers"):
+        return None
+    face = kind.face("solvers", "solvers")
     calls: dict[str, Callable[[], object]] = {}
     for model, kept in solved.items():
-        found = [solver_call(model, robot, _rows(inputs, [row]), gravity) for row in kept]
+        found = [face.solver_call(model, robot, _rows(inputs, [row]), gravity) for row in kept]
         solvers = [item for item in found if item is not None]
         if len(solvers) < len(kept):
             return None

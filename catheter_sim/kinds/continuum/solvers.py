@@ -1,4 +1,5 @@
-"""The solvers behind the rod models, as calls: arrays in, arrays out, nothing made of the answer.
+"""A face of its own: the solvers behind the rod models, as calls: arrays in, arrays out, nothing made of the
+answer.
 
 A model's function also makes inputs into loads and the answer into postures, in Python: some 0.4 ms a row, of
 which the solver of CC takes a hundredth. Where models are compared by their time, as in the modelling
@@ -14,7 +15,6 @@ import numpy as np
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
-from catheter_sim.core.robot import RobotSpec
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.tdcr import cc, lumped, rods
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, LINKS, LINKS_MIDDLE
@@ -25,7 +25,7 @@ RODS = {"VC": "continuous", "VC_ref": "projected", "VC_ref_noproj": "eyelets"}
 
 
 def solver_call(
-    model: str, robot: RobotSpec, inputs: Inputs, gravity_mps2: Array
+    model: str, robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array
 ) -> Callable[[], object] | None:
     """Return a model's solver on some rows, ready to be called; None where it does more than solve.
 
@@ -35,9 +35,9 @@ def solver_call(
         inputs: rows.
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
     """
-    if not isinstance(robot, ContinuumRobot) or not is_rod(robot):
+    if not is_rod(robot) or robot.friction.mu != 0.0 or robot.effects:
         return None
-    if inputs.actuation != "tension" or robot.friction.mu != 0.0 or robot.effects:
+    if inputs.actuation != "tension":
         return None
     body = problem(robot)
     loads = load(body, inputs, gravity_mps2)
