@@ -8,8 +8,9 @@ Every static model that knows the robot goes through the file, row after row as 
 its tip is compared with the reference's: the simulation, or --reference, a static model. Inputs, units and
 settings are those of `catheter-sim simulate`.
 outputs: of each model the largest and mean distance of the tip [% of the robot's length], the largest angle
-between the tips' frames [deg], and processor time of a row [ms], as the model is called from Python. The
-answer is the fastest model within the tolerance; of those within half as long again the most accurate.
+between the tips' frames [deg], and processor time of a row [ms]: of the solvers alone where all models have
+one, else as the models are called from Python. The answer is the fastest model within the tolerance; of those
+within half as long again the most accurate.
 Exit status 1 where no model is within the tolerance.
 """
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import mujoco
 import numpy as np
@@ -54,7 +54,14 @@ class ControlRun:
 
     def rmse_deg(self) -> Array:
         """Return the root mean square error of every joint, shape (t,) [deg]; NaN of an advance."""
-        rmse = np.degrees(np.sqrt(((self.reached - self.desired) ** 2).mean(axis=0)))
+        return self._rmse_deg(self.reached)
+
+    def seen_rmse_deg(self) -> Array:
+        """Return the same of what the tracker gave, as an experiment knows it."""
+        return self._rmse_deg(self.reached if self.measured is None else self.measured)
+
+    def _rmse_deg(self, values: Array) -> Array:
+        rmse = np.degrees(np.sqrt(((values - self.desired) ** 2).mean(axis=0)))
         return np.where([joint == "prismatic" for joint in self.joints], np.nan, rmse)
 
     def controller_share(self) -> Array:
@@ -66,6 +73,14 @@ class ControlRun:
         model, controller = (np.abs(part).mean(axis=0) for part in (self.model_m, self.controller_m))
         whole = model + controller
         return np.divide(controller, whole, out=np.full(whole.shape, np.nan), where=whole > 0.0)
+
+
+class Sensor(Protocol):
+    """What gives the controller the joint values at a tick."""
+
+    def seen(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
+        """Return the values as measured, shape (t,) [rad or m]; `values` are true, `turns` says which "
+        "turn."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +101,10 @@ class Tracker:
         """Return joint values as they are measured, shape (t,); those that are no turns are exact."""
         noise = self.noise_rad * self.generator.standard_normal(len(values))
         return values + np.where(turns, self.offset_rad + noise, 0.0)
+
+    def seen(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
+        """Return the same; of the robot no more is needed."""
+        return self.measured(values, turns)
 
 
 def joint_values(simulator: Simulator) -> Array:
@@ -111,7 +130,7 @@ def run(
     model_m: Array,
     rate_hz: float = RATE_HZ,
     feedback: Mapping[str, Pid] | None = None,
-    tracker: Tracker | None = None,
+    tracker: Sensor | None = None,
     servos: Mapping[str, motor.Servo] | None = None,
     force_tip_N: Sequence[float] = (0.0, 0.0, 0.0),
     progress: str = "",
@@ -124,7 +143,7 @@ def run(
         model_m: the feedforward's displacements (`feedforward.along`), shape (r, t).
         rate_hz: ticks per second; whole steps of the simulation must fit into a tick.
         feedback: the controller of each pair that has one, by the pair's name; they are reset.
-        tracker: its noise; None: exact.
+        tracker: what measures the joint values; None: exact.
         servos: the motor of each pair that has one, by the pair's name; others follow at once.
         force_tip_N: on the tip, base frame, shape (3,).
         progress: what to call the run on standard error, where its ticks are counted; empty: nowhere.
@@ -160,7 +179,7 @@ def run(
     rows = len(desired)
     for row in counted(range(rows), rows, progress, "tick", bool(progress)):
         reached[row] = addresses @ simulator.data.qpos
-        seen = reached[row] if tracker is None else tracker.measured(reached[row], turns)
+        seen = reached[row] if tracker is None else tracker.seen(simulator, reached[row], turns)
         measured[row] = seen
         for k, name in enumerate(names):
             if name in controllers:

@@ -28,6 +28,7 @@ from catheter_sim.theory.which_model import (
     best_of,
     interleaved_s,
     model_error,
+    solver_calls,
 )
 
 SIMULATION = "simulation"
@@ -77,10 +78,9 @@ def compare_models(
         began = clock()
         away[name] = _away(name, robot, inputs, gravity_mps2, exact)
         spent_once += clock() - began
-    calls = {
-        name: partial(STATIC_MODELS[name].solve, robot, inputs, gravity_mps2)
-        for name in names
-        if None not in away[name]
+    whole = {name: range(len(inputs)) for name in names if None not in away[name]}
+    calls = solver_calls(robot, inputs, gravity_mps2, whole) or {
+        name: partial(STATIC_MODELS[name].solve, robot, inputs, gravity_mps2) for name in whole
     }
     rounds = int(np.clip(_LONGEST_S / max(spent_once, 1e-9), 1, 7))
     spent = interleaved_s(calls, clock, rounds)

@@ -56,7 +56,8 @@ class ModelChoice:
 
         Columns: `model`, `position_percent` and `mean_percent` (largest and mean distance of the tip
         [% of length]), `orientation_deg` (largest angle between the tips' frames), `ms` (of a row, by the
-        model as it is called), `failed` (rows that it does not solve), `within` (the tolerance).
+        solver alone where all models have one, else by the model as it is called), `failed` (rows that it
+        does not solve), `within` (the tolerance).
         """
         from catheter_sim.theory.which_model import accurate
 

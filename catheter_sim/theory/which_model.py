@@ -5,8 +5,10 @@ grows with the length of a subsegment, the load and the softness, so that the ad
 the robot and the loads that it is asked about.
 
 A clock is noisy: each model's time is the median of several rounds in which all models take turns, and models
-within `TIED` of the fastest count as equally fast. Of these the most accurate is chosen, and of equally
-accurate ones the simplest, the first in `CANDIDATES`.
+within `TIED` of the fastest count as equally fast. What is timed are the solvers alone (a kind's face
+`solvers`), row by row, where all models have one: what Python makes of inputs and answers is alike for all,
+and would put models that differ a hundredfold side by side, where an answer hangs on the noise. Of these the
+most accurate is chosen, and of equally accurate ones the simplest, the first in `CANDIDATES`.
 """
 
 from __future__ import annotations
@@ -17,14 +19,17 @@ import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.kinds import kind_of
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.tdcr.cc import bend_per_tension
 from catheter_sim.kinds.continuum.theory.tdcr.problem import problem
@@ -46,8 +51,7 @@ class ModelError:
         position_percent: largest distance of the tip from the reference's, over the rows [% of length].
         mean_percent: its mean over the rows.
         orientation_deg: largest angle between both tips' frames [deg].
-        ms: a row's share of the time in which all that the model solves are solved at once, the median of
-            several rounds [ms].
+        ms: a row's share of the time of all rows that the model solves, the median of several rounds [ms].
         failed: numbers of the rows, from 0, that it did not solve; none where it is usable.
     """
 
@@ -114,7 +118,9 @@ def which_model(
     length = sum(segment.length_m for segment in robot.segments)
     away = {model: _away(model, robot, rows, gravity, exact) for model in CANDIDATES}
     solved = {model: [row for row, found in enumerate(away[model]) if found] for model in CANDIDATES}
-    calls = {model: _solves(model, robot, rows, kept, gravity) for model, kept in solved.items() if kept}
+    calls = solver_calls(robot, rows, gravity, solved) or {
+        model: _solves(model, robot, rows, kept, gravity) for model, kept in solved.items() if kept
+    }
     spent = interleaved_s(calls, clock)
     found = [
         model_error(
@@ -200,6 +206,40 @@ def _rows(inputs: Inputs, rows: Sequence[int]) -> Inputs:
         inputs.force_tip[chosen],
         inputs.moment_tip[chosen],
     )
+
+
+def solver_calls(
+    robot: RobotSpec, inputs: Inputs, gravity: Array, solved: Mapping[str, Sequence[int]]
+) -> dict[str, Callable[[], object]] | None:
+    """Return what solves each model's rows one by one, solvers alone; None where a model has no such solver.
+
+    Each has been called once: what is compiled at the first call is no part of a time.
+
+    Args:
+        robot: with its effects built in.
+        inputs: rows.
+        gravity: in the base frame, shape (3,) [m/s^2].
+        solved: numbers of the rows that each model solves.
+    """
+    kind = kind_of(robot)
+    if not kind.has("solvers"):
+        return None
+    face = kind.face("solvers", "solvers")
+    calls: dict[str, Callable[[], object]] = {}
+    for model, kept in solved.items():
+        found = [face.solver_call(model, robot, _rows(inputs, [row]), gravity) for row in kept]
+        solvers = [item for item in found if item is not None]
+        if len(solvers) < len(kept):
+            return None
+        if solvers:
+            calls[model] = partial(_each, solvers)
+            _each(solvers)
+    return calls
+
+
+def _each(calls: Sequence[Callable[[], object]]) -> None:
+    for call in calls:
+        call()
 
 
 def _solves(

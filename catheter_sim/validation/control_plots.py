@@ -64,6 +64,36 @@ def servo(runs: Mapping[str, ControlRun], path: Path) -> None:
     _save(figure, path)
 
 
+def whole_robot(runs: Mapping[str, tuple[ControlRun, ControlRun]], joints: Sequence[str], path: Path) -> None:
+    """Draw every joint's angle and advance over time, a row for each motion (as Nayar 2023, Fig. 7).
+
+    Args:
+        runs: by what the advance does: by the model alone, and with the controller.
+        joints: names of the first columns.
+        path: of the PNG.
+    """
+    figure = Figure(figsize=(3.4 * (len(joints) + 1), 2.8 * len(runs)), layout="constrained")
+    grid = figure.subplots(len(runs), len(joints) + 1, sharex=True, squeeze=False)
+    for row, (title, (alone, controlled)) in zip(grid, runs.items(), strict=True):
+        for k, (name, axes) in enumerate(zip(joints, row, strict=False)):
+            axes.plot(
+                alone.times_s, np.degrees(alone.desired[:, k]), color=GREY, lw=3, alpha=0.6, label="desired"
+            )
+            for label, run, colour in (("TE", alone, ORANGE), ("TE+PID", controlled, BLUE)):
+                seen = run.reached if run.measured is None else run.measured
+                axes.plot(
+                    run.times_s, np.degrees(seen[:, k]), color=colour, lw=0.9, label=f"{label}, tracker"
+                )
+            axes.set_title(f"advance {title}: {name}", fontsize=8)
+            axes.set_ylabel("angle [deg]")
+        row[-1].plot(alone.times_s, alone.desired[:, len(joints)] * 1e3, color=GREY)
+        row[-1].set_ylabel("advance [mm]")
+        row[0].legend(frameon=False, fontsize=7)
+    for axes in grid[-1]:
+        axes.set_xlabel("time [s]")
+    _save(figure, path)
+
+
 def _save(figure: Figure, path: Path) -> None:
     with replaced_when_whole(path, binary=True) as file:
         figure.savefig(file, format="png", dpi=130)

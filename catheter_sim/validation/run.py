@@ -26,11 +26,15 @@ from catheter_sim.validation.chest_tube_terms import validate_terms
 from catheter_sim.validation.lines import Validation, merge
 from catheter_sim.validation.mitral import validate_4dof, validate_transseptal
 from catheter_sim.validation.mitral_control import validate_control_4dof, validate_control_transseptal
+from catheter_sim.validation.mitral_cycles import validate_cycles
 from catheter_sim.validation.mitral_elongation import validate_elongation
+from catheter_sim.validation.mitral_flow import validate_flow
 from catheter_sim.validation.mitral_joints import validate_joints
 from catheter_sim.validation.mitral_motion import validate_motion
 from catheter_sim.validation.mitral_procedure import validate_procedure
 from catheter_sim.validation.mitral_render import validate_render_4dof, validate_render_transseptal
+from catheter_sim.validation.mitral_sizing import validate_sizing
+from catheter_sim.validation.mitral_whole import validate_whole
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
 from catheter_sim.validation.neuroendoscope_figures import validate_figures, validate_printed_full
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
@@ -38,13 +42,22 @@ from catheter_sim.validation.rod import validate_rod
 from catheter_sim.validation.rod_motion import validate_rod_motion
 from catheter_sim.validation.spacer_disk import validate_spacer_disk
 from catheter_sim.validation.tdcr_lines import validate_scenarios
+from catheter_sim.validation.tdcr_readings import validate_readings
+from catheter_sim.validation.tdcr_times import validate_times
 
 Check = Callable[[Path], Validation]
 
 CHECKS: Mapping[str, tuple[Check, ...]] = {
     "neuroendoscope_section": (validate_section, validate_figures, validate_render),
     "neuroendoscope": (validate_full, validate_printed_full),
-    "spacer_disk": (validate_spacer_disk, validate_scenarios, validate_rod, validate_rod_motion),
+    "spacer_disk": (
+        validate_spacer_disk,
+        validate_scenarios,
+        validate_readings,
+        validate_times,
+        validate_rod,
+        validate_rod_motion,
+    ),
     "chest_tube_section": (
         validate_chest_tube,
         validate_terms,
@@ -61,13 +74,22 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
     "chest_tube": (validate_full_chest_tube, validate_full_sleeve, validate_full_requirements),
     "mitral_transseptal": (
         validate_transseptal,
+        validate_cycles,
         validate_joints,
+        validate_flow,
         validate_motion,
         validate_control_transseptal,
         validate_procedure,
         validate_render_transseptal,
     ),
-    "mitral_4dof": (validate_4dof, validate_elongation, validate_control_4dof, validate_render_4dof),
+    "mitral_4dof": (
+        validate_4dof,
+        validate_elongation,
+        validate_control_4dof,
+        validate_whole,
+        validate_sizing,
+        validate_render_4dof,
+    ),
 }
 
 

@@ -1,4 +1,4 @@
-"""Checks of the benchmark robot (Rao et al. 2021, doi 10.3389/frobt.2020.603245)."""
+"""Checks of the benchmark robot (Rao et al. 2021, doi 10.3389/frobt.2020.630245)."""
 
 from __future__ import annotations
 

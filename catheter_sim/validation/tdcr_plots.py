@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from catheter_sim.tables import replaced_when_whole
 
 if TYPE_CHECKING:
+    from catheter_sim.core.posture import Array
     from catheter_sim.validation.tdcr_tips import Scores
 
 _COLOURS = {
@@ -79,6 +80,33 @@ def scenario_2(table: Mapping[tuple[str, str, float], Scores], path: Path) -> No
             axes.set_ylabel(label)
         row[0].set_title(f"tip force {where}", fontsize=9)
     grid[0][2].legend(frameon=False, fontsize=8)
+    _save(figure, path)
+
+
+def shapes(found: Mapping[int, Mapping[str, Mapping[str, Array]]], path: Path) -> None:
+    """Draw the backbones of some configurations by every model, a panel for each number of disks (Fig. 9).
+
+    Args:
+        found: by disks, configuration and model, each (n + 1, 3) [mm].
+        path: of the PNG.
+    """
+    figure = Figure(figsize=(4.6 * len(found), 4.6), layout="constrained")
+    for axes, (disks, configurations) in zip(
+        figure.subplots(1, len(found), squeeze=False)[0], found.items(), strict=True
+    ):
+        for number, (name, models) in enumerate(configurations.items()):
+            for model, points in models.items():
+                label = model if number == 0 else None
+                axes.plot(
+                    points[:, 1], points[:, 2], color=_COLOURS[model], lw=1.1, marker=".", ms=3, label=label
+                )
+            end = next(iter(models.values()))[-1]
+            axes.annotate(name, (end[1], end[2]), fontsize=8)
+        axes.set_aspect("equal")
+        axes.set_title(f"{disks} disks a segment", fontsize=9)
+        axes.set_xlabel("y [mm]")
+        axes.set_ylabel("z [mm]")
+    axes.legend(frameon=False, fontsize=7)
     _save(figure, path)
 
 

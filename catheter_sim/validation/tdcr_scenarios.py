@@ -1,4 +1,4 @@
-"""The modelling benchmark's two scenarios (Rao et al. 2021, Sections 6.2 and 8, 10.3389/frobt.2020.603245).
+"""The modelling benchmark's two scenarios (Rao et al. 2021, Sections 6.2 and 8, 10.3389/frobt.2020.630245).
 
 Scenario 1: no load, disks per segment from 1 to 13. Scenario 2: ten disks, a tip force of 0.5 N in the
 bending plane or across it, stiffness from a tenth to ten times, tensions in proportion. Every model, the

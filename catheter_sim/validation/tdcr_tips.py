@@ -1,6 +1,6 @@
 """Tips of the modelling benchmark's robot by every model, the simulation among them (Rao et al. 2021).
 
-doi 10.3389/frobt.2020.603245, Section 6.2. Sixteen sets of tensions, each 0 or T_M (Eq. 55); every set is
+doi 10.3389/frobt.2020.630245, Section 6.2. Sixteen sets of tensions, each 0 or T_M (Eq. 55); every set is
 solved by itself from the straight robot.
 """
 

@@ -19,6 +19,7 @@ from catheter_sim.procedure.operate import Outcome, _Theatre, operate
 from catheter_sim.procedure.plan import plan
 from catheter_sim.procedure.scene import build_scene
 from catheter_sim.procedure.series import run_series, write_series
+from catheter_sim.validation.mitral_motion import tortuous
 from catheter_sim.validation.mitral_procedure import validate_procedure
 
 pytestmark = pytest.mark.slow
@@ -68,6 +69,16 @@ def test_robot_with_dead_bands_misses_open_loop_and_arrives_with_the_tracker() -
     calibrated = operated(tube, known=tube)
     assert calibrated.succeeded
     assert sum(step.corrections for step in calibrated.steps) < sum(step.corrections for step in led.steps)
+
+
+def test_a_curved_path_asks_for_more_corrections_and_is_passed() -> None:
+    """Nayar 2022, Section IV-D: the tendons' friction in the path enlarges the hysteresis; the tracker leads
+    on."""
+    tube = mitral_transseptal_tube()
+    led, through = operated(tube), operated(tortuous(tube))
+    assert through.succeeded
+    assert through.holds
+    assert sum(step.corrections for step in through.steps) > sum(step.corrections for step in led.steps)
 
 
 def test_pressing_the_wall_is_reported() -> None:

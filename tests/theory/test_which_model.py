@@ -108,6 +108,21 @@ def test_an_answer_does_not_flip_with_the_clock(coarse, noise):
     assert answers == {"VC_ref_noproj"}  # the reference, off by nothing
 
 
+@pytest.mark.parametrize(("disks", "percent"), [(3, 3.0), (3, 0.3), (10, 1.0), (10, 0.1)])
+def test_an_answer_stays_under_this_machines_clock(disks, percent):
+    """Six calls, one answer: solvers alone are timed, and no tolerance is asked about near which two tie."""
+    robot = replace(spacer_disk(), disks_per_segment=disks)
+    assert len({which_model(robot, percent).model for _ in range(6)}) == 1
+
+
+def test_solvers_are_timed_alone(coarse):
+    """CC's closed form takes less than a fifth of the next model's time: the paper's figure says a
+    hundredth."""
+    fastest, second, *_ = which_model(coarse, 1.0).errors
+    assert fastest.model == "CC"
+    assert fastest.ms < 0.2 * second.ms
+
+
 def test_a_model_beyond_the_margin_is_not_taken_for_its_accuracy(coarse):
     """PRB keeps 1 %: alone within the margin it is chosen, and what is 1.6 times as slow is not."""
     fast = SLOW | {"PRB": 1.0, "VC_ref_noproj": 1.05 * TIED}

@@ -7,9 +7,13 @@ from typing import Any
 
 import pytest
 
-from catheter_sim.validation import mitral_control
+from catheter_sim.validation import mitral_control, mitral_whole
 
-SHARED = ("joint_control", "whole_robot", "bend_control")
+SHARED = (
+    (mitral_control, "joint_control"),
+    (mitral_control, "bend_control"),
+    (mitral_whole, "whole_robot"),
+)
 
 
 def made_once(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -31,6 +35,6 @@ def made_once(function: Callable[..., Any]) -> Callable[..., Any]:
 def runs_made_once() -> Iterator[None]:
     """Let the checks and the tests of this folder share the runs."""
     with pytest.MonkeyPatch.context() as patch:
-        for name in SHARED:
-            patch.setattr(mitral_control, name, made_once(getattr(mitral_control, name)))
+        for module, name in SHARED:
+            patch.setattr(module, name, made_once(getattr(module, name)))
         yield

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from catheter_sim.controllers.feedforward import along, feedforward
-from catheter_sim.controllers.loop import ControlRun
 from catheter_sim.controllers.trajectories import through, ticks_s
 from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_4dof_elongation
+from catheter_sim.kinds.catheter.robots.mitral_measured import mitral_4dof_measured
 from catheter_sim.kinds.catheter.theory.balance import balance
 from catheter_sim.kinds.catheter.theory.elongation import PRINTED, SIMPLIFIED
 from catheter_sim.kinds.catheter.theory.stretching import stretching_joints, te
-from catheter_sim.validation import mitral_control
+from catheter_sim.validation import mitral_control, mitral_whole
 from catheter_sim.validation.drives import NO_GRAVITY, given
 from catheter_sim.validation.mitral import joint_angles_deg
 
@@ -23,26 +23,39 @@ pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("control")]  # one run f
 
 @pytest.fixture(scope="module")
 def control() -> mitral_control.JointControl:
-    return mitral_control.joint_control(mitral_4dof_elongation())
+    return mitral_control.joint_control(mitral_4dof_measured())
 
 
 @pytest.mark.parametrize("joint", mitral_control.BENDING)
-def test_order_and_ratios_are_the_papers(control: mitral_control.JointControl, joint: str) -> None:
-    """RMSE: PK > TE > PK+PID > TE+PID; TE at most a third of PK; PID leaves at most a fifth."""
+def test_order_of_the_models_is_the_papers(control: mitral_control.JointControl, joint: str) -> None:
+    """RMSE as the tracker sees it: PK > TE > PK+PID > TE+PID."""
     found = control.rmse_deg(joint)
     assert found["PK"] > found["TE"] > found["PK+PID"] > found["TE+PID"]
-    assert found["TE"] <= found["PK"] / 3.0
-    for model in ("PK", "TE"):
-        assert found[f"{model}+PID"] <= 0.2 * found[model]
+
+
+def test_slack_is_the_one_that_leaves_the_printed_error(control: mitral_control.JointControl) -> None:
+    """TE leaves 4.8 deg of the proximal joint, to 0.05 deg: the fit of `@measured`."""
+    assert control.rmse_deg("bending_proximal")["TE"] == pytest.approx(4.8, abs=0.05)
 
 
 @pytest.mark.parametrize("joint", mitral_control.BENDING)
 def test_with_the_better_model_the_controller_does_less(
     control: mitral_control.JointControl, joint: str
 ) -> None:
-    """Its share is at most 0.45 under TE, and less than half of that under PK."""
-    assert control.share(joint, "TE+PID") <= 0.45
+    """Its share under TE is less than half of that under PK."""
     assert control.share(joint, "TE+PID") < 0.5 * control.share(joint, "PK+PID")
+
+
+@pytest.mark.parametrize("joint", mitral_control.BENDING)
+def test_feedback_follows_the_tracker_and_not_the_truth(
+    control: mitral_control.JointControl, joint: str
+) -> None:
+    """With PID the tracker sees less than 0.6 deg of error, while its turned frame leaves more than 0.8
+    deg."""
+    k = mitral_control.DRIVEN.index(joint)
+    run = control.runs["TE+PID"]
+    assert run.seen_rmse_deg()[k] < 0.6
+    assert run.rmse_deg()[k] > 0.8
 
 
 @pytest.mark.parametrize("joint", mitral_control.BENDING)
@@ -50,7 +63,7 @@ def test_open_loop_errors_are_those_of_statics(control: mitral_control.JointCont
     """PK's and TE's RMSE without PID are within 0.15 deg of what the static model `balance` makes of the same
     displacements.
     """
-    robot, k = mitral_4dof_elongation(), mitral_control.DRIVEN.index(joint)
+    robot, k = mitral_4dof_measured(), mitral_control.DRIVEN.index(joint)
     for name in ("PK", "TE"):
         run = control.runs[name]
         rows = slice(0, None, 20)
@@ -85,32 +98,48 @@ def test_on_the_robot_that_it_knows_te_needs_no_controller() -> None:
         np.testing.assert_allclose(found[name][held], np.degrees(bend)[held], atol=1e-5)
 
 
-@pytest.fixture(scope="module")
-def whole() -> dict[str, tuple[ControlRun, ControlRun]]:
+def test_without_weight_and_tracker_the_advance_changes_no_angle() -> None:
+    """The tube passes through both joints at every advance: rows of Table I would be one, to 0.02 deg."""
     robot = mitral_4dof_elongation()
-    return {
-        "variable": mitral_control.whole_robot(robot, mitral_control.ADVANCE_MM),
-        "none": mitral_control.whole_robot(robot, (0.0,) * 4),
-    }
+    moved = mitral_whole.whole_robot(robot, mitral_whole.ADVANCES_MM["variable"], tracked=False)
+    still = mitral_whole.whole_robot(robot, mitral_whole.ADVANCES_MM["0 mm"], tracked=False)
+    for one, other in ((moved.alone, still.alone), (moved.controlled, still.controlled)):
+        assert np.abs(np.degrees(one.reached - other.reached)[:, :3]).max() < 0.02
+        assert np.ptp(one.reached[:, 3]) > 0.014
 
 
-def test_the_advance_changes_no_angle(whole: dict[str, tuple[ControlRun, ControlRun]]) -> None:
-    """With a tube that adds no stiffness and no weight, Table I's rows would be one: to 0.02 deg."""
-    for with_advance, without in zip(whole["variable"], whole["none"], strict=True):
-        difference = np.degrees(with_advance.reached - without.reached)[:, :3]
-        assert np.abs(difference).max() < 0.02
-        assert np.ptp(with_advance.reached[:, 3]) > 0.014
+@pytest.fixture(scope="module")
+def rows() -> dict[str, mitral_whole.WholeRun]:
+    robot = mitral_4dof_measured()
+    return {row: mitral_whole.whole_robot(robot, way) for row, way in mitral_whole.ADVANCES_MM.items()}
 
 
-def test_whole_robot_motion_is_as_in_tables_1_and_2(
-    whole: dict[str, tuple[ControlRun, ControlRun]],
-) -> None:
-    """Of every joint: PID lowers the RMSE by more than the paper's weakest case (0.63), its share is at most
-    0.45.
-    """
-    alone, controlled = whole["variable"]
-    assert (controlled.rmse_deg()[:3] < 0.63 * alone.rmse_deg()[:3]).all()
-    assert (controlled.controller_share()[:3] <= 0.45).all()
+def test_the_tool_droops_with_the_advance(rows: dict[str, mitral_whole.WholeRun]) -> None:
+    """Between the rows of 0 and 20 mm the tracker's proximal angle moves as a cantilever does, to a third."""
+    far, near = (rows[row].alone.measured for row in ("20 mm", "0 mm"))
+    assert far is not None
+    assert near is not None
+    moved = np.degrees((far - near)[-40:, 0].mean())  # at the last corner, 10 deg of bend
+    assert moved == pytest.approx(mitral_whole.droop_deg(mitral_4dof_measured(), 20e-3), rel=1.0 / 3.0)
+
+
+def test_sets_are_fitted_to_what_they_say() -> None:
+    """The dead-bands give Table I's errors of the model alone, variable advance, to 0.1 deg."""
+    found = mitral_whole.whole_robot(mitral_whole.fitted_to_table_1(), mitral_whole.ADVANCES_MM["variable"])
+    printed = [alone for alone, _ in mitral_whole.TABLE_1_DEG["variable"]]
+    assert found.alone.seen_rmse_deg()[:3] == pytest.approx(printed, abs=0.1)
+
+
+def test_no_share_that_misses_the_table_is_called_met(rows: dict[str, mitral_whole.WholeRun]) -> None:
+    """Every line of the controller's share stands beside print, unjudged, with the gap as its error."""
+    lines = [line for line in mitral_whole.measured_lines(rows) if "share" in line.quantity]
+    assert len(lines) == 12
+    for line in lines:
+        assert line.published is not None
+        assert line.ours is not None
+        assert line.tolerance is None
+        assert line.error == pytest.approx(abs(line.ours - line.published))
+        assert line.kind == "out of reach"
 
 
 def test_the_lines_judge_and_fail(control: mitral_control.JointControl) -> None:

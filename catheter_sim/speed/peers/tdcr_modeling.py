@@ -1,6 +1,6 @@
 """The static models of the spacer-disk robot beside those of their authors' program.
 
-tdcr-modeling (Rao et al. 2021, doi 10.3389/frobt.2020.603245, in C++) is not on a registry. Its times are
+tdcr-modeling (Rao et al. 2021, doi 10.3389/frobt.2020.630245, in C++) is not on a registry. Its times are
 medians of its solvers with tolerances of 1e-10 and 1e-8, at ten disks a segment, from a shared machine of two
 cores; this package's tips are held to the same solutions by `validate spacer_disk`. A loop is timed too: the
 ratio takes that machine to run it in `LOOP_THERE_S`, which is assumed (measured on another of its kind).

@@ -1,6 +1,6 @@
 """The two-segment robot of the modelling benchmark (Rao et al. 2021, Table 3), as data.
 
-doi 10.3389/frobt.2020.603245. Table 3 puts the tendons on its y axis and bends toward y.
+doi 10.3389/frobt.2020.630245. Table 3 puts the tendons on its y axis and bends toward y.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The static model CC: every segment bends in one arc of constant curvature.
 
-Rao et al. 2021 (doi 10.3389/frobt.2020.603245, Sections 3.2.1 and 5.2.2): a segment's curvature
+Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Sections 3.2.1 and 5.2.2): a segment's curvature
 follows from the moment of its tendons, each running parallel to the backbone at its distance, so
 that a bend b shortens its path by arm . b. Where holes turn about the backbone, the moment turns with them:
 the curvature is constant in a frame that turns along, and the segment is a helix (exact without load and

@@ -1,6 +1,6 @@
 """Arcs from tendon lengths and tendon lengths from arcs, in closed form; arcs from tensions.
 
-Rao et al. 2021 (doi 10.3389/frobt.2020.603245), Sections 4 and 5.2.2. A segment of length l bent by
+Rao et al. 2021 (doi 10.3389/frobt.2020.630245), Sections 4 and 5.2.2. A segment of length l bent by
 the vector b (toward +x, toward +y, size theta) holds of a tendon at the hole h
 
     l_t = (l - h . b) sinc,    sinc = sin(theta / 2n) / (theta / 2n),

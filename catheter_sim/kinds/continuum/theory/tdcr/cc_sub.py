@@ -1,6 +1,6 @@
 """The static model CC_sub: one arc of constant curvature per subsegment, with twist.
 
-Rao et al. 2021 (doi 10.3389/frobt.2020.603245, Eqs. 8, 30-33, 43-47, 58). Every arc's moment is that
+Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Eqs. 8, 30-33, 43-47, 58). Every arc's moment is that
 about its base; where tendon forces or a load make the moment vary along the subsegment, this is where
 the model errs: by the length of a subsegment, to first order.
 """

@@ -1,6 +1,6 @@
 """The same rods by collocation, in plain NumPy and SciPy: the slow second solver of `rods.equilibria`.
 
-The equations as Rao et al. 2021 write them (doi 10.3389/frobt.2020.603245, Eqs 2-3, 24-41, 58), for the
+The equations as Rao et al. 2021 write them (doi 10.3389/frobt.2020.630245, Eqs 2-3, 24-41, 58), for the
 wrench of the backbone alone, in the base frame; the tendons' distributed force with p'' where Eq. 28
 prints p', acting on the rod and not on the tendon. Frictionless; every stiffness finite.
 """

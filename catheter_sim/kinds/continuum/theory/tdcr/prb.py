@@ -1,6 +1,6 @@
 """The static model PRB: four rigid links and three joints per subsegment, with twist (extended 3R).
 
-Rao et al. 2021 (doi 10.3389/frobt.2020.603245, Eqs. 11-12, 30-33, 48-54, 58, Table 1 with the lengths
+Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Eqs. 11-12, 30-33, 48-54, 58, Table 1 with the lengths
 divided by their sum, 0.999). M* of Eq. 53 is taken as the moment's part normal to the z axis of the
 subsegment's base. Three forms of the bending plane's balance:
 

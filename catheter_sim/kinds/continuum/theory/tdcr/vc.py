@@ -1,6 +1,6 @@
 """The static model VC: a Cosserat rod whose tendons are held to its shape everywhere.
 
-Rao et al. 2021 (doi 10.3389/frobt.2020.603245, Eqs 24-41; after Rucker and Webster 2011). Torsion,
+Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Eqs 24-41; after Rucker and Webster 2011). Torsion,
 shear and extension included; exact for tendons in lumens, for spacer disks an approximation that
 improves with their number.
 """

@@ -1,6 +1,6 @@
 """The static models VC_ref and VC_ref_noproj: a Cosserat rod, its tendons straight from disk to disk.
 
-Rao et al. 2021 (doi 10.3389/frobt.2020.603245, Eqs 30-41). VC_ref leaves out what the two spans of a
+Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Eqs 30-41). VC_ref leaves out what the two spans of a
 tendon together push a disk by along its own axis (Eq. 58): the benchmark's reference. That force is
 not zero in an eyelet without friction, where the tension is the same on both sides; VC_ref_noproj
 keeps it and is what MuJoCo's spatial tendons do.

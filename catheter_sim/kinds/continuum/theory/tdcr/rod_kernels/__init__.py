@@ -13,7 +13,7 @@ compliance of zero locks a strain.
 
 Where tendons run along the whole section (fully constrained paths) the wrench is that of the rod and of its
 tendons together. The tendons' own share, T_k t_k along the unit tangents t_k ~ v + u x r_k of Rao et al.
-2021 (doi 10.3389/frobt.2020.603245), Eq. 27, then belongs to the elastic law: it is the derivative of sum
+2021 (doi 10.3389/frobt.2020.630245), Eq. 27, then belongs to the elastic law: it is the derivative of sum
 T_k |v + u x r_k|, convex in the strains as the rod's energy is, so that each wrench belongs to one strain.
 The tendons' distributed force (Eq. 28, with p'' for the p' printed in its second place) and the forces
 where they end (Eqs 24-25) are then inside and balance by themselves. So do, on the path LUMENS, the forces

@@ -1,6 +1,6 @@
 """A section, the rod between two disks, integrated from its start to its end, compiled.
 
-Only forces at its ends load it (Rao et al. 2021, doi 10.3389/frobt.2020.603245, Eqs 2-3, 34-37 and, without
+Only forces at its ends load it (Rao et al. 2021, doi 10.3389/frobt.2020.630245, Eqs 2-3, 34-37 and, without
 f and l, 38-39): in the frame of its start the force stays n and the moment is m - p x n, so that the pose
 (R, p) alone is integrated, by Runge-Kutta's fourth-order rule, where wanted together with its derivative by
 the wrench. `w` is the workspace of `lanes`.
