@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from catheter_sim.blind_bench.nature.deal import generator_of, robot_of, story_o
 from catheter_sim.blind_bench.nature.engine import CannotMake
 from catheter_sim.blind_bench.nature.form import Planted
 from catheter_sim.blind_bench.nature.forms import BY_KEY
+from catheter_sim.blind_bench.nature.ground import Ground
 from catheter_sim.blind_bench.nature.make import drawn_ground, make
 from catheter_sim.blind_bench.nature.rivals import TOLD_APART, distance
 from catheter_sim.blind_bench.nature.score import claimed_beside, score
@@ -40,7 +42,8 @@ def made_draw(
     try:
         write_made(make(purpose, seed, index, robots), folders, code)
     except CannotMake as error:
-        answer = _not_made(purpose, seed, index, robots, str(error)) | {"made_by": code}
+        story, robot = story_of(purpose, seed, index), robot_of(purpose, seed, index, robots)
+        answer = not_made(index, story, robot, str(error)) | {"made_by": code}
         write_json(answer, folders.answer / ANSWER)
         return answer
     answer = read_json(folders.answer / ANSWER) | {"seconds_to_make": time.monotonic() - begun}
@@ -70,9 +73,8 @@ def run_draw(
         shutil.rmtree(folders.found, ignore_errors=True)
         folders.found.mkdir(parents=True)
         result = score(folders, diagnosed(folders, limit_s, diagnose))
-        result |= _looked_closer(answer, result)
-        either = {name for item in answer["hidden"] for name in (*item["also"], *item.get("alike", []))}
-        result["either"] = sorted((either | set(result.get("same", []))) - set(result["true"]))
+        result |= looked_closer(answer, result, partial(_ground_of, answer))
+        result["either"] = also_right(answer, result)
     result |= {
         "purpose": purpose,
         "seed": seed,
@@ -116,10 +118,17 @@ def scores_in(root: Path, code: str | None = None) -> list[dict[str, Any]]:
     return [item for item in found if item is not None and item["code"] == wanted]
 
 
-def _looked_closer(answer: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
+def looked_closer(
+    answer: dict[str, Any], result: dict[str, Any], ground: Callable[[], Ground]
+) -> dict[str, Any]:
     """Return what a miss is worth: right where nobody could tell what is named from what is hidden.
 
     Nor is a cause claimed wrongly, then, or counted where probabilities are held to their promise.
+
+    Args:
+        answer: what is hidden.
+        result: the score so far.
+        ground: gives specimen and trials, if they are needed.
     """
     if result["story"] not in ("single", "pair"):
         return {}
@@ -128,31 +137,42 @@ def _looked_closer(answer: dict[str, Any], result: dict[str, Any]) -> dict[str, 
     beside = claimed_beside(answer, result["probabilities"]) if result["story"] == "single" else []
     if not missed and not beside:
         return {}
-    generator = generator_of(*(answer[key] for key in ("purpose", "seed", "index", "attempt")))
-    ground = drawn_ground(generator, answer["robot"])
+    where = ground()
     hidden = [
         Planted(BY_KEY[f"{item['cause']}.{item['form']}"], item["size"], item["numbers"])
         for item in answer["hidden"]
     ]
     found: dict[str, Any] = {}
     if missed:
-        found["distance"] = distance(ground, hidden, named)
+        found["distance"] = distance(where, hidden, named)
         found["right"] = _same(found["distance"])
     if beside:
-        same = [name for name in beside if _same(distance(ground, hidden, [name]))]
+        same = [name for name in beside if _same(distance(where, hidden, [name]))]
         found |= {"same": same, "sure_of_another": len(same) < len(beside)}
     return found
+
+
+def also_right(answer: dict[str, Any], result: dict[str, Any]) -> list[str]:
+    """Return the causes that say the same as what is hidden: they are neither right nor wrong."""
+    either = {name for item in answer["hidden"] for name in (*item["also"], *item.get("alike", []))}
+    return sorted((either | set(result.get("same", []))) - set(result["true"]))
+
+
+def _ground_of(answer: dict[str, Any]) -> Ground:
+    generator = generator_of(*(answer[key] for key in ("purpose", "seed", "index", "attempt")))
+    return drawn_ground(generator, answer["robot"])
 
 
 def _same(apart: float | None) -> bool:
     return apart is not None and apart < TOLD_APART
 
 
-def _not_made(purpose: str, seed: int, index: int, robots: Sequence[str], why: str) -> dict[str, Any]:
+def not_made(index: int, story: str, robot: str, why: str) -> dict[str, Any]:
+    """Return the answer, and the score, of a draw for which there are no data."""
     return {
         "index": index,
-        "story": story_of(purpose, seed, index),
-        "robot": robot_of(purpose, seed, index, robots),
+        "story": story,
+        "robot": robot,
         "true": [],
         "forms": [],
         "known": True,
