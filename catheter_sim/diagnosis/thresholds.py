@@ -356,6 +356,15 @@ trunk with known weights by 0.21 and 0.28; more causes would only mend the model
 BASELINE_BUDGET = 0.4
 """[share of the budget] For explaining the earlier recording. Why: assumed; the later one's search is the
 longer one where the earlier robot fits."""
+COURSE_SURER = 3.84
+"""[chi squared] By which one course of a number over recordings must miss by less than another to be told.
+Why: beyond it lie 5 % of the squares of one normal deviate."""
+COURSE_MISSED = 0.01
+"""[probability] Of as large a miss of the best course, below which the number went in another way. Why: one
+in a hundred right courses is called irregular."""
+COMMON_SHARE = 0.5
+"""[share of a variance] Of a change since the first recording that is that recording's own, common to all.
+Why: assumed; it scatters as the others do."""
 
 # ---------------------------------------------------------------- how probable a cause is
 

@@ -151,7 +151,7 @@ def _is_by_trial(ground: Ground, planted: Planted) -> bool:
         u = cut.commands if form.command is None else form.command(acting, here, cut.commands)
         shapes = looked_at(ground.specimen, ground.scale, [planted], here, plain)
         found.append(np.concatenate([u.ravel(), columns_of(ground.specimen, shapes).ravel()]))
-    return not np.array_equal(*found)
+    return not np.array_equal(found[0], found[1])
 
 
 def _changed(
