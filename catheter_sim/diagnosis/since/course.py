@@ -16,7 +16,6 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.thresholds import COMMON_SHARE, COURSE_MISSED, COURSE_SURER
 
 STEADY, STEP, DRIFT, OPEN, IRREGULAR = "steady", "step", "drift", "step or drift", "irregular"
-_LEAST_DEVIATION = 1e-12  # of the largest change: no number is known to a rounding error
 
 
 @dataclass(frozen=True)
@@ -43,8 +42,8 @@ def course_of(change: Array, deviation: Array) -> Course:
     """
     if not (np.isfinite(change).all() and np.isfinite(deviation).all()):
         return Course(OPEN)
-    least = _LEAST_DEVIATION * max(float(np.abs(change).max()), 1e-300)
-    spread = np.maximum(deviation, least)
+    rounding = 1e-12 * float(np.abs(change).max())
+    spread = np.maximum(deviation, max(rounding, 1e-300))
     own = (1.0 - COMMON_SHARE) * np.diag(spread**2)
     precision = np.asarray(np.linalg.inv(own + COMMON_SHARE * np.outer(spread, spread)), dtype=float)
     count = len(change)

@@ -30,9 +30,6 @@ from catheter_sim.diagnosis.stages.run import Run, running
 from catheter_sim.diagnosis.thresholds import MOSTLY_PAIRED
 from catheter_sim.errors import InputError
 
-_TO_DEVIATION = 1.0 / (2.0 * float(norm.ppf(0.975)))  # from the width of a 95 % interval
-_UNCHANGED = FittedParameter(0.0, (0.0, 0.0), 0.0)
-
 
 @dataclass(frozen=True)
 class NumberOverTime:
@@ -136,8 +133,7 @@ def _numbers(
             changes = [
                 change_of(value, base.relative_error) for value, (base, _) in zip(values, found, strict=True)
             ]
-            first = _UNCHANGED if math.isfinite(values[0].null or 0.0) else _endless(values[0])
-            yield NumberOverTime(term.effect, name, (first, *changes), _course(changes))
+            yield NumberOverTime(term.effect, name, (_at_first(values[0]), *changes), _course(changes))
 
 
 def changed_terms(comparisons: Sequence[Comparison]) -> tuple[Term, ...]:
@@ -163,9 +159,11 @@ def _fitted(
     }
 
 
-def _endless(value: FittedParameter) -> FittedParameter:
+def _at_first(value: FittedParameter) -> FittedParameter:
+    """Return a number's change in the first recording: none; of one that is infinite there, itself."""
     null = value.null or 0.0
-    return FittedParameter(null, (null, null), null)
+    change = 0.0 if math.isfinite(null) else null
+    return FittedParameter(change, (change, change), change)
 
 
 def _course(changes: Sequence[FittedParameter]) -> Course:
@@ -175,4 +173,4 @@ def _course(changes: Sequence[FittedParameter]) -> Course:
     if any(not math.isfinite(item.null or 0.0) for item in changes):
         with np.errstate(divide="ignore"):
             values, low, high = 1.0 / values, 1.0 / high, 1.0 / low
-    return course_of(values, _TO_DEVIATION * np.abs(high - low))
+    return course_of(values, np.abs(high - low) / (2.0 * float(norm.ppf(0.975))))
