@@ -346,6 +346,9 @@ a hundred may see harm where none is done."""
 PAIR_SHARE = 0.005
 """[share of an input's range] By which the inputs of paired rows may differ. Why: assumed; a servo's
 command comes back within a few thousandths; half a percent of the reach moves a tip by about its noise."""
+STRETCH_SHARE = 0.1
+"""[share of an input's range] From row to row, up to which errors are taken to be linear between two rows.
+Why: assumed; a side of a loop in ten steps is nearly straight in each, a longer step may hide a turn."""
 MOSTLY_PAIRED = 0.9
 """[share of the rows] From it on the earlier recording need not be explained. Why: what both share then
 cancels at nearly all rows, whatever it is."""
