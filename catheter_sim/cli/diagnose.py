@@ -102,7 +102,7 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
     from catheter_sim.diagnosis.data.dataset import load_dataset
     from catheter_sim.diagnosis.fitting.workers import Workers
     from catheter_sim.diagnosis.since.from_report import earlier_recording
-    from catheter_sim.diagnosis.since.report import comparison_sentence, write_comparison
+    from catheter_sim.diagnosis.since.report import comparison_sentence, mass_lines, write_comparison
     from catheter_sim.diagnosis.since.series import compare_series
     from catheter_sim.diagnosis.since.series_report import PICTURE_FILE, TABLE_FILE, series_lines
 
@@ -119,7 +119,7 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
     shown = replace(found.diagnosis, causes=found.changes)
     lines = [comparison_sentence(found), f"verdict: {found.verdict}", *list(_lines(shown))[2:]]
     lines.insert(2, f"rows that pair with the earlier recording: {found.paired_rows} of {found.rows}")
-    lines += series_lines(series) if several else ()
+    lines += (*mass_lines(found), *(series_lines(series) if several else ()))
     print("\n".join(lines).replace("−", "-"))
     also = f", {TABLE_FILE}, {PICTURE_FILE}" if several else ""
     print(

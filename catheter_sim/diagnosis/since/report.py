@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from typing import Any
 
 from catheter_sim.diagnosis.report.html import sentence
-from catheter_sim.diagnosis.report.to_json import causes_document, to_json
-from catheter_sim.diagnosis.report.wording import listed, rounded, words
+from catheter_sim.diagnosis.report.to_json import causes_document, finite_document, to_json
+from catheter_sim.diagnosis.report.wording import half_width, interval, listed, rounded, words
 from catheter_sim.diagnosis.report.write import write_results
 from catheter_sim.diagnosis.since.compare import CHANGED, UNCHANGED, Comparison
+from catheter_sim.diagnosis.since.mass import HOLDS_IF, mass_of
 from catheter_sim.diagnosis.since.series import Series
 from catheter_sim.diagnosis.since.series_report import series_document, write_series
 from catheter_sim.effects.apply import embodied
@@ -36,6 +38,16 @@ def comparison_sentence(found: Comparison) -> str:
     return f"From “{before}” to “{after}”: {sentence(found.diagnosis)}"
 
 
+def mass_lines(found: Comparison) -> Iterator[str]:
+    """Yield a line for each force that came or went and that a mass explains."""
+    for change in found.changes:
+        mass = mass_of(change, found.diagnosis.dataset.gravity_mps2)
+        if mass is not None:
+            number = mass.mass_g
+            shown, ends = rounded(number.value, half_width(number.ci95)), interval(number.value, number.ci95)
+            yield f"{change.name} as a mass: {shown} g (95 %: {ends}); {HOLDS_IF}"
+
+
 def comparison_document(found: Comparison, series: Series | None = None) -> dict[str, Any]:
     """Return a comparison as the document of `diagnosis.json`: a diagnosis's, with what changed.
 
@@ -43,6 +55,16 @@ def comparison_document(found: Comparison, series: Series | None = None) -> dict
     """
     document = to_json(found.diagnosis)
     changes, undefined = causes_document(found.changes, "changes")
+    for change, entry in zip(found.changes, changes, strict=True):
+        mass = mass_of(change, found.diagnosis.dataset.gravity_mps2)
+        if mass is not None:
+            told = {
+                "mass_g": {"value": mass.mass_g.value, "ci95": list(mass.mass_g.ci95)},
+                "sideways_N": mass.sideways_N,
+                "holds_if": HOLDS_IF,
+            }
+            entry["as_mass"], endless = finite_document(told, f"changes.{change.name}.as_mass")
+            undefined |= endless
     document |= {
         "verdict": found.verdict,
         "causes": [],
