@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from catheter_sim.blind_bench.interventions import deal, run
-from catheter_sim.blind_bench.interventions.recordings import drawn_recordings
+from catheter_sim.blind_bench.interventions.recordings import Recordings, drawn_recordings
 from catheter_sim.blind_bench.interventions.write import NEW, OLD
 from catheter_sim.blind_bench.nature import courses
 from catheter_sim.blind_bench.nature.form import Planted
@@ -77,15 +78,24 @@ def test_commands_are_shared_as_said(commands: str, least: int, most: int) -> No
 
 
 def test_what_both_hide_is_one_law() -> None:
-    """A form whose numbers follow what is large in a data set does the same in both recordings."""
-    made = drawn_recordings(np.random.default_rng(2), "mitral_transseptal", "partly")
-    hidden = Planted(BY_KEY["obstacle.outside"], 30.0, {"axis": "x", "sign": 1.0, "at": 0.1})
-    first, second = clean_outputs(made.before, [hidden]), clean_outputs(made.after, [hidden])
-    plain = clean_outputs(made.before, [])
-    for number, (old, new) in enumerate(zip(made.before.courses, made.courses, strict=True)):
-        if np.array_equal(old.commands, new.commands):
-            np.testing.assert_array_equal(first[number], second[number])
-    assert max(np.abs(one - other).max() for one, other in zip(first, plain, strict=True)) > 1.0
+    """A form whose numbers follow what is large in a data set does the same in both recordings, also where
+    the later one goes less far."""
+    first = drawn_recordings(np.random.default_rng(5), "mitral_transseptal", "same").before
+    furthest = max(range(4), key=lambda number: first.plain[number].p[:, -1, 0].max())
+    later = tuple(
+        replace(course, commands=0.2 * course.commands) if number == furthest else course
+        for number, course in enumerate(first.courses)
+    )
+    made = Recordings(first, later)
+    hidden = Planted(BY_KEY["obstacle.outside"], 30.0, {"axis": "x", "sign": 1.0, "at": 0.02})
+    old, new, plain = (
+        clean_outputs(ground, planted)
+        for ground, planted in ((first, [hidden]), (made.after, [hidden]), (first, []))
+    )
+    others = [number for number in range(len(later)) if number != furthest]
+    for number in others:
+        np.testing.assert_array_equal(old[number], new[number])
+    assert max(np.abs(old[number] - plain[number]).max() for number in others) > 0.1
 
 
 @pytest.mark.slow
