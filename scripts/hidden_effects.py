@@ -20,10 +20,10 @@ from pathlib import Path
 
 from catheter_sim.blind_bench.bench import run_bench
 from catheter_sim.blind_bench.places import write_json
-from catheter_sim.blind_bench.robots import BENCH_ROBOTS
+from catheter_sim.blind_bench.robots import BENCH_ROBOTS, named_robots
 from catheter_sim.blind_bench.table import as_text, miss_text, summary
 from catheter_sim.cli.arguments import whole_number
-from catheter_sim.errors import InputError, unknown
+from catheter_sim.errors import InputError
 from catheter_sim.tables import replaced_when_whole
 
 
@@ -40,7 +40,7 @@ def main() -> int:
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder to write")
     options = parser.parse_args()
     try:
-        robots = _robots(options.robots)
+        robots = named_robots(options.robots, "--robots")
         root = Path(options.output)
         print(f"seed {options.seed}, {options.draws} draws of {', '.join(robots)}", flush=True)
         scores = run_bench(
@@ -55,14 +55,6 @@ def main() -> int:
     write_json(table, root / "table.json")
     print(as_text(table))
     return 0 if all(line["met"] is not False for line in table["lines"]) else 1
-
-
-def _robots(text: str | None) -> tuple[str, ...]:
-    names = tuple(text.split(",")) if text else tuple(BENCH_ROBOTS)
-    for name in names:
-        if name not in BENCH_ROBOTS:
-            raise unknown("robot", name, BENCH_ROBOTS, "--robots")
-    return names
 
 
 def _say(score: dict) -> None:

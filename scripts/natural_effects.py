@@ -25,9 +25,9 @@ from catheter_sim.blind_bench.nature.forms import PURPOSES
 from catheter_sim.blind_bench.nature.run import CHANGED, run_bench, scores_in
 from catheter_sim.blind_bench.nature.table import NOT_MADE, as_text, miss_text, summary
 from catheter_sim.blind_bench.places import write_json
-from catheter_sim.blind_bench.robots import BENCH_ROBOTS
-from catheter_sim.cli.arguments import whole_number
-from catheter_sim.errors import InputError, unknown
+from catheter_sim.blind_bench.robots import BENCH_ROBOTS, named_robots
+from catheter_sim.cli.arguments import whole_number, whole_numbers
+from catheter_sim.errors import InputError
 from catheter_sim.tables import replaced_when_whole
 
 
@@ -37,7 +37,9 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--draws", type=whole_number(1, 10000), default=45, help="default 45")
-    parser.add_argument("--only", help="numbers of draws, comma-separated, from 0; instead of --draws")
+    parser.add_argument(
+        "--only", type=whole_numbers, help="numbers of draws, comma-separated, from 0; instead of --draws"
+    )
     parser.add_argument("--seed", type=whole_number(0, 2**31), default=1, help="default 1")
     parser.add_argument("--purpose", choices=PURPOSES, default="tune", help="default tune")
     cores = os.cpu_count() or 1
@@ -51,8 +53,8 @@ def main() -> int:
     options = parser.parse_args()
     root = Path(options.output)
     try:
-        robots = _robots(options.robots)
-        draws = range(options.draws) if options.only is None else _numbers(options.only)
+        robots = named_robots(options.robots, "--robots")
+        draws = options.only or range(options.draws)
         about = f"{options.purpose}, seed {options.seed}, {len(draws)} draws"
         print(f"{about}, commit {commit()}, code {whole_code()}", flush=True)
         scores = run_bench(
@@ -80,21 +82,6 @@ def main() -> int:
     write_json(table, root / "table.json")
     print(as_text(table))
     return 0 if all(line["met"] is not False for line in table["lines"]) else 1
-
-
-def _robots(text: str | None) -> tuple[str, ...]:
-    names = tuple(text.split(",")) if text else tuple(BENCH_ROBOTS)
-    for name in names:
-        if name not in BENCH_ROBOTS:
-            raise unknown("robot", name, BENCH_ROBOTS, "--robots")
-    return names
-
-
-def _numbers(text: str) -> list[int]:
-    parts = text.split(",")
-    if not all(part.strip().isdigit() for part in parts):
-        raise InputError(f"--only {text}: numbers of draws, comma-separated, are needed")
-    return [int(part) for part in parts]
 
 
 def _say(score: dict) -> None:

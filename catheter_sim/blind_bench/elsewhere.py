@@ -29,12 +29,26 @@ def diagnose_elsewhere(dataset: Path, output: Path, limit_s: float) -> str:
     Raises:
         InterruptedError: the process was ended from outside.
     """
-    command = [sys.executable, "-m", "catheter_sim", "diagnose", str(dataset), "-o", str(output)]
+    return elsewhere(("diagnose", str(dataset), "-o", str(output)), dataset, limit_s)
+
+
+def elsewhere(verb: Sequence[str], folder: Path, limit_s: float) -> str:
+    """Run a verb of the command line in another process; return why it failed, "" if it did not.
+
+    Args:
+        verb: its name and arguments.
+        folder: to run in, of the data set.
+        limit_s: seconds after which it is ended.
+
+    Raises:
+        InterruptedError: the process was ended from outside.
+    """
+    command = [sys.executable, "-m", "catheter_sim", *verb]
     environment = os.environ | dict.fromkeys(_THREADS, "1")
     try:
         done = subprocess.run(
             command,
-            cwd=dataset,
+            cwd=folder,
             env=environment,
             capture_output=True,
             text=True,
@@ -46,7 +60,7 @@ def diagnose_elsewhere(dataset: Path, output: Path, limit_s: float) -> str:
     # Somebody ended it, which it says with 128 + n where it could: that tells nothing about the diagnosis.
     number = -done.returncode if done.returncode < 0 else done.returncode - 128
     if number > 0:
-        raise InterruptedError(f"{dataset.name}: the diagnosis was ended by signal {number}")
+        raise InterruptedError(f"{folder.name}: the diagnosis was ended by signal {number}")
     lines = done.stderr.strip().splitlines()
     return "" if done.returncode == 0 else f"exit status {done.returncode}: {lines[-1] if lines else ''}"
 

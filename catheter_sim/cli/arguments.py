@@ -185,6 +185,14 @@ def whole_number(lower: int, upper: int) -> Callable[[str], int]:
     return read
 
 
+def whole_numbers(text: str) -> list[int]:
+    """Return the whole numbers from 0 that `text` states, comma-separated; an argparse type."""
+    parts = text.split(",")
+    if not all(part.strip().isdigit() for part in parts):
+        raise argparse.ArgumentTypeError(f"{cut(text, 60)!r}: whole numbers, comma-separated, are needed")
+    return [int(part) for part in parts]
+
+
 def positive(text: str) -> float:
     """Return the number above zero that `text` states; an argparse type."""
     value = number(text)

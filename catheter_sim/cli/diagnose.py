@@ -64,9 +64,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--since",
         metavar="OLD",
-        default="",
+        action="append",
         help="an earlier data set of the same robot, or the folder of its finished report: say what changed "
-        "since then, and nothing else",
+        "since then, and nothing else; may be given again: a series, the first one first",
     )
     parser.add_argument(
         "--budget",
@@ -98,27 +98,33 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run_since(options: argparse.Namespace, folder: Path) -> int:
-    """Say what changed since an earlier data set."""
+    """Say what changed since one earlier data set or several."""
     from catheter_sim.diagnosis.data.dataset import load_dataset
     from catheter_sim.diagnosis.fitting.workers import Workers
-    from catheter_sim.diagnosis.since.compare import compare
-    from catheter_sim.diagnosis.since.from_report import is_report, recording_of_report
-    from catheter_sim.diagnosis.since.report import comparison_sentence, write_comparison
+    from catheter_sim.diagnosis.since.from_report import earlier_recording
+    from catheter_sim.diagnosis.since.report import comparison_sentence, mass_lines, write_comparison
+    from catheter_sim.diagnosis.since.series import compare_series
+    from catheter_sim.diagnosis.since.series_report import PICTURE_FILE, TABLE_FILE, series_lines
 
-    after, since = load_dataset(options.dataset), Path(options.since)
-    found = compare(
-        recording_of_report(since, after) if is_report(since) else load_dataset(since),
+    after = load_dataset(options.dataset)
+    series = compare_series(
+        [earlier_recording(Path(name), after) for name in options.since],
         after,
         Workers(options.jobs, options.dask),
         progress=True,
         budget_s=options.budget,
     )
-    write_comparison(found, folder)
+    found, several = series.last, len(series.comparisons) > 1
+    write_comparison(found, folder, series if several else None)
     shown = replace(found.diagnosis, causes=found.changes)
     lines = [comparison_sentence(found), f"verdict: {found.verdict}", *list(_lines(shown))[2:]]
     lines.insert(2, f"rows that pair with the earlier recording: {found.paired_rows} of {found.rows}")
+    lines += (*mass_lines(found), *(series_lines(series) if several else ()))
     print("\n".join(lines).replace("−", "-"))
-    print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml and the fitted series")
+    also = f", {TABLE_FILE}, {PICTURE_FILE}" if several else ""
+    print(
+        f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml{also} and the fitted series"
+    )
     return 0
 
 

@@ -346,6 +346,9 @@ a hundred may see harm where none is done."""
 PAIR_SHARE = 0.005
 """[share of an input's range] By which the inputs of paired rows may differ. Why: assumed; a servo's
 command comes back within a few thousandths; half a percent of the reach moves a tip by about its noise."""
+STRETCH_SHARE = 0.1
+"""[share of an input's range] From row to row, up to which errors are taken to be linear between two rows.
+Why: assumed; a side of a loop in ten steps is nearly straight in each, a longer step may hide a turn."""
 MOSTLY_PAIRED = 0.9
 """[share of the rows] From it on the earlier recording need not be explained. Why: what both share then
 cancels at nearly all rows, whatever it is."""
@@ -356,6 +359,15 @@ trunk with known weights by 0.21 and 0.28; more causes would only mend the model
 BASELINE_BUDGET = 0.4
 """[share of the budget] For explaining the earlier recording. Why: assumed; the later one's search is the
 longer one where the earlier robot fits."""
+COURSE_SURER = 3.84
+"""[chi squared] By which one course of a number over recordings must miss by less than another to be told.
+Why: beyond it lie 5 % of the squares of one normal deviate."""
+COURSE_MISSED = 0.01
+"""[probability] Of as large a miss of the best course, below which the number went in another way. Why: one
+in a hundred right courses is called irregular."""
+COMMON_SHARE = 0.5
+"""[share of a variance] Of a change since the first recording that is that recording's own, common to all.
+Why: assumed; it scatters as the others do."""
 
 # ---------------------------------------------------------------- how probable a cause is
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from catheter_sim.errors import InputError
 from catheter_sim.public.arguments import path_of
 from catheter_sim.public.diagnoses import Diagnosis, number_of_jobs, parameter_listing
 from catheter_sim.public.listing import Listing
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from catheter_sim.diagnosis.data.trials import Dataset
     from catheter_sim.diagnosis.report.result import Cause
     from catheter_sim.diagnosis.since.compare import Comparison as Result
+    from catheter_sim.diagnosis.since.series import Series
+
+    Recording = Dataset | str | os.PathLike[str]
 
 
 @dataclass(frozen=True, repr=False)
@@ -29,6 +33,7 @@ class Comparison:
 
     Attributes:
         result: every figure and series, with its evidence.
+        over_time: the recordings of which it compares the last with the first; None: there were two.
 
     Examples:
         >>> import catheter_sim as cs
@@ -51,6 +56,7 @@ class Comparison:
     """
 
     result: Result
+    over_time: Series | None = None
 
     @property
     def verdict(self) -> str:
@@ -74,7 +80,7 @@ class Comparison:
         """The content of `diagnosis.json`."""
         from catheter_sim.diagnosis.since.report import comparison_document
 
-        return comparison_document(self.result)
+        return comparison_document(self.result, self.over_time)
 
     @property
     def robot(self) -> RobotSpec:
@@ -84,6 +90,29 @@ class Comparison:
     def to_table(self) -> Listing:
         """Return a row for each parameter of each change, with its 95 % interval; no change: no row."""
         return parameter_listing(self.verdict, self.changes, "change", "probability")
+
+    def series(self) -> Listing:
+        """Return a row for each number that changed in each recording, with how it went; of two: no row.
+
+        The course is "steady", "step after" a recording, "drift", "step or drift" where these cannot be told
+        apart, or "irregular".
+        """
+        from catheter_sim.diagnosis.since.series_report import COLUMNS, series_rows
+
+        rows = () if self.over_time is None else tuple(series_rows(self.over_time))
+        return Listing("series", COLUMNS, rows)
+
+    def plot_series(self) -> Figure:
+        """Return a figure of each number that changed over the recordings.
+
+        Raises:
+            InputError: there were only two recordings.
+        """
+        from catheter_sim.diagnosis.since.series_report import series_figure
+
+        if self.over_time is None:
+            raise InputError("plot_series: there are only two recordings; compare([A, B], C) gives a series")
+        return series_figure(self.over_time)
 
     def to_dataframe(self) -> Any:
         """Return `to_table` as a pandas `DataFrame`.
@@ -113,7 +142,7 @@ class Comparison:
         from catheter_sim.diagnosis.since.report import write_comparison
         from catheter_sim.files import check_output_folder
 
-        write_comparison(self.result, check_output_folder(path_of(path, "save")))
+        write_comparison(self.result, check_output_folder(path_of(path, "save")), self.over_time)
 
     def __repr__(self) -> str:
         names = ", ".join(cause.name for cause in self.changes)
@@ -125,7 +154,7 @@ class Comparison:
 
 
 def compare(
-    before: Dataset | str | os.PathLike[str],
+    before: Recording | Sequence[Recording],
     after: Dataset | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
@@ -137,7 +166,8 @@ def compare(
 
     Args:
         before: the earlier recording: from `load_dataset` or `dataset`, a folder, or the folder of its
-            finished report.
+            finished report. A list of them: a series, the first one first. Each later one is compared with
+            the first; what is returned is of the last, and its `series` has every number over all of them.
         after: the later one.
         out: a folder for the report; default: nothing is written.
         jobs: processes to fit with.
@@ -165,21 +195,21 @@ def compare(
     """
     from catheter_sim.diagnosis.data.trials import Dataset as Data
     from catheter_sim.diagnosis.fitting.workers import Workers
-    from catheter_sim.diagnosis.since.compare import compare as compare_datasets
-    from catheter_sim.diagnosis.since.from_report import is_report, recording_of_report
+    from catheter_sim.diagnosis.since.from_report import earlier_recording
+    from catheter_sim.diagnosis.since.series import compare_series
     from catheter_sim.files import check_output_folder
     from catheter_sim.public.data import load_dataset
 
     place = Workers(number_of_jobs(jobs))
     folder = None if out is None else check_output_folder(path_of(out, "out"))
     later = after if isinstance(after, Data) else load_dataset(after)
-    if isinstance(before, Data):
-        earlier = before
-    elif is_report(Path(path_of(before, "before"))):
-        earlier = recording_of_report(Path(path_of(before, "before")), later)
-    else:
-        earlier = load_dataset(before)
-    found = Comparison(compare_datasets(earlier, later, place))
+    given = [before] if isinstance(before, Data | str | os.PathLike) else list(before)
+    earlier = [
+        earlier_recording(item if isinstance(item, Data) else Path(path_of(item, "before")), later)
+        for item in given
+    ]
+    series = compare_series(earlier, later, place)
+    found = Comparison(series.last, series if len(earlier) > 1 else None)
     if folder is not None:
         found.save(folder)
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from planted import as_inputs
 
 from catheter_sim.core.inputs import Inputs
@@ -31,6 +32,27 @@ def test_rows_pair_by_command_and_direction() -> None:
     assert np.isnan(found.error[0, 0])  # 0.5 was never commanded
     assert found.error[1, 0] == 20.0
     assert found.error[2, 0] == 30.0  # on the way home, not out
+
+
+def test_a_row_passed_between_two_others_pairs_with_the_stretch() -> None:
+    """Its partner's error is interpolated; not over a long stretch, nor against the direction."""
+    out = np.arange(0.0, 21.0)
+    errors = [np.arange(42.0)[:, None] ** 1.0]
+    loop = pulled(*out, *out[::-1])
+    found = paired(pulled(20.0, 3.25, 0.0, 7.75, 20.0), [loop], errors)
+    assert found.error[1, 0] == pytest.approx(41.0 - 3.25)  # on the way home
+    assert found.error[3, 0] == pytest.approx(7.75)
+    coarse = paired(pulled(20.0, 3.25, 0.0), [pulled(0.0, 10.0, 20.0, 10.0, 0.0)], [np.zeros((5, 1))])
+    assert np.isnan(coarse.error[1, 0])
+
+
+def test_the_scatter_of_interpolated_partners_is_one_rows() -> None:
+    """Rows of unit noise tell unit noise, wherever between them another row lies."""
+    noise = np.random.default_rng(4)
+    loop = pulled(*np.arange(0.0, 21.0))
+    errors = [noise.normal(size=(21, 1)) for _ in range(200)]
+    found = paired(pulled(0.5, *np.arange(1.3, 20.0)), [loop] * 200, errors)
+    assert np.nanmean(found.spread) == pytest.approx(1.0, abs=0.05)
 
 
 def test_missing_values_have_no_part() -> None:

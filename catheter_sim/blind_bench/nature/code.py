@@ -48,9 +48,9 @@ def code_of(parts: tuple[str, ...] = ("",), without: tuple[str, ...] = ()) -> st
     return found.hexdigest()[:12]
 
 
-def making_code() -> str:
-    """Return the digest of what makes data."""
-    return code_of(_MAKERS, (*_JUDGES, *_NOT_SIMULATED))
+def making_code(*more: str) -> str:
+    """Return the digest of what makes data; `more`: further parts of the package that do."""
+    return code_of((*_MAKERS, *more), (*_JUDGES, *_NOT_SIMULATED))
 
 
 def whole_code() -> str:

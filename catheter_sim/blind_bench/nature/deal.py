@@ -16,20 +16,31 @@ _PURPOSE = {"tune": 0, "judge": 1}
 _STORY, _ROBOT, _CONTENT = 11, 12, 13
 
 
+def dealt(kind: int, purpose: str, seed: int, index: int, values: Sequence[str]) -> str:
+    """Return one of `values`: of as many draws as there are values each gets another one.
+
+    Args:
+        kind: what is dealt, a number of its own.
+        purpose, seed, index: of the draw.
+        values: to deal.
+    """
+    block, place = divmod(index, len(values))
+    order = np.random.default_rng((kind, _PURPOSE[purpose], seed, block)).permutation(len(values))
+    return values[int(order[place])]
+
+
 def story_of(purpose: str, seed: int, index: int) -> str:
     """Return which kind of story a draw tells."""
-    block, place = divmod(index, len(STORIES))
-    order = np.random.default_rng((_STORY, _PURPOSE[purpose], seed, block)).permutation(len(STORIES))
-    return STORIES[int(order[place])]
+    return dealt(_STORY, purpose, seed, index, STORIES)
 
 
 def robot_of(purpose: str, seed: int, index: int, names: Sequence[str] = tuple(BENCH_ROBOTS)) -> str:
     """Return which of the bench's robots a draw is about."""
-    block, place = divmod(index, len(names))
-    order = np.random.default_rng((_ROBOT, _PURPOSE[purpose], seed, block)).permutation(len(names))
-    return names[int(order[place])]
+    return dealt(_ROBOT, purpose, seed, index, names)
 
 
-def generator_of(purpose: str, seed: int, index: int, attempt: int) -> np.random.Generator:
+def generator_of(
+    purpose: str, seed: int, index: int, attempt: int, kind: int = _CONTENT
+) -> np.random.Generator:
     """Return what draws the rest of a draw."""
-    return np.random.default_rng((_CONTENT, _PURPOSE[purpose], seed, index, attempt))
+    return np.random.default_rng((kind, _PURPOSE[purpose], seed, index, attempt))

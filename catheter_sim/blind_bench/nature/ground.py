@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -35,10 +36,19 @@ class Ground:
     Attributes:
         specimen: the robot.
         courses: its trials.
+        calibrates: whether a calibration takes its part; not where another recording has shown the specimen.
+        known_scale: what is large for its forms; None: what is large here.
     """
 
     specimen: Specimen
     courses: tuple[Course, ...]
+    calibrates: bool = True
+    known_scale: Scale | None = None
+
+    @property
+    def uncertain(self) -> tuple[Any, ...]:
+        """The numbers that a calibration may take, with their ranges (`core.published.Uncertain`)."""
+        return uncertain_of(self.specimen) if self.calibrates else ()
 
     @cached_property
     def picked(self) -> tuple[tuple[Course, tuple[int, ...]], ...]:
@@ -64,6 +74,8 @@ class Ground:
     @cached_property
     def scale(self) -> Scale:
         """What is large in this data set."""
+        if self.known_scale is not None:
+            return self.known_scale
         bends = np.concatenate([np.linalg.norm(bends_of(shapes), axis=-1) for shapes in self.few])
         commands = np.concatenate([course.commands for course in self.courses[:TRAINING]])
         speeds = [
@@ -93,7 +105,7 @@ class Ground:
     def calibrations(self) -> Array:
         """Change of the outputs over their noise by half the range of each uncertain number, (n, k)."""
         found = []
-        for item in uncertain_of(self.specimen):
+        for item in self.uncertain:
             step = _STEP * item.half
             if self.specimen.factors[item.name] > 1.0:
                 step = -step
@@ -135,8 +147,8 @@ class Ground:
         directions = np.concatenate([known, free], axis=1)
         if not directions.shape[1]:
             return change
-        factors = [self.specimen.factors[item.name] for item in uncertain_of(self.specimen)]
-        ranges = [item.half for item in uncertain_of(self.specimen)]
+        factors = [self.specimen.factors[item.name] for item in self.uncertain]
+        ranges = [item.half for item in self.uncertain]
         ends = [
             [(1.0 + side * half - factor) / half for factor, half in zip(factors, ranges, strict=True)]
             + [side * np.inf] * free.shape[1]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,7 @@ from catheter_sim.blind_bench.nature.deal import generator_of, robot_of, story_o
 from catheter_sim.blind_bench.nature.engine import CannotMake
 from catheter_sim.blind_bench.nature.form import Planted
 from catheter_sim.blind_bench.nature.forms import BY_KEY
+from catheter_sim.blind_bench.nature.ground import Ground
 from catheter_sim.blind_bench.nature.make import drawn_ground, make
 from catheter_sim.blind_bench.nature.rivals import TOLD_APART, distance
 from catheter_sim.blind_bench.nature.score import claimed_beside, score
@@ -27,25 +30,102 @@ SETTINGS = "bench.json"
 CHANGED = "changed while it ran"
 
 
-def made_draw(
-    purpose: str, seed: int, index: int, root: Path, robots: Sequence[str] = tuple(BENCH_ROBOTS)
-) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Draw:
+    """A draw of a bench, and where it lies."""
+
+    purpose: str
+    seed: int
+    index: int
+    root: Path
+    robots: Sequence[str] = tuple(BENCH_ROBOTS)
+
+    @property
+    def folders(self) -> Folders:
+        """Its places."""
+        return Folders(self.root, self.index)
+
+
+@dataclass(frozen=True)
+class Steps:
+    """What a bench does with a draw.
+
+    Attributes:
+        making_code: gives the digest of what makes its data.
+        make: makes and writes data and answer, which holds that digest; raises CannotMake.
+        dealt: what is known of a draw without its data: `story`, `robot`, and what else scores need.
+        score: gives the score, from the draw's folders and how the diagnosis went.
+        ground: gives, from an answer, the ground on which other names are tried.
+    """
+
+    making_code: Callable[[], str]
+    make: Callable[[Draw, str], None]
+    dealt: Callable[[Draw], dict[str, Any]]
+    score: Callable[[Folders, dict[str, Any]], dict[str, Any]]
+    ground: Callable[[dict[str, Any]], Ground]
+
+
+def made(steps: Steps, draw: Draw) -> dict[str, Any]:
     """Return the answer of a draw, whose data lie in its folder; made unless this very code has made it."""
-    folders, code = Folders(root, index), making_code()
+    folders, code = draw.folders, steps.making_code()
     answer = read_json(folders.answer / ANSWER)
     if answer is not None and answer["made_by"] == code:
         return dict(answer)
     folders.clear()
     begun = time.monotonic()
     try:
-        write_made(make(purpose, seed, index, robots), folders, code)
+        steps.make(draw, code)
+        answer = read_json(folders.answer / ANSWER) | {"seconds_to_make": time.monotonic() - begun}
     except CannotMake as error:
-        answer = _not_made(purpose, seed, index, robots, str(error)) | {"made_by": code}
-        write_json(answer, folders.answer / ANSWER)
-        return answer
-    answer = read_json(folders.answer / ANSWER) | {"seconds_to_make": time.monotonic() - begun}
+        answer = not_made(draw.index, str(error)) | steps.dealt(draw) | {"made_by": code}
     write_json(answer, folders.answer / ANSWER)
     return dict(answer)
+
+
+def scored_draw(steps: Steps, draw: Draw, limit_s: float, diagnose: Diagnose) -> dict[str, Any]:
+    """Return the score of one draw. One that this very code has scored is not run again; any other is."""
+    folders, code = draw.folders, whole_code()
+    known = read_json(folders.score)
+    if known is not None and known["code"] == code:
+        return dict(known)
+    folders.score.unlink(missing_ok=True)
+    answer = made(steps, draw)
+    if answer.get("verdict") == NOT_MADE:
+        result = dict(answer)
+    else:
+        shutil.rmtree(folders.found, ignore_errors=True)
+        folders.found.mkdir(parents=True)
+        result = steps.score(folders, diagnosed(folders, limit_s, diagnose))
+        result |= _looked_closer(answer, result, partial(steps.ground, answer))
+        either = {name for item in answer["hidden"] for name in (*item["also"], *item.get("alike", []))}
+        result["either"] = sorted((either | set(result.get("same", []))) - set(result["true"]))
+    result |= {
+        "purpose": draw.purpose,
+        "seed": draw.seed,
+        "commit": commit(),
+        "code": code if whole_code() == code else CHANGED,
+    }
+    write_json(result, folders.score)
+    return result
+
+
+def keep_settings(root: Path, settings: dict[str, Any]) -> None:
+    """Write what a bench's folder holds.
+
+    Raises:
+        InputError: it holds other draws.
+    """
+    known = read_json(root / SETTINGS)
+    if known is not None and known != settings:
+        raise InputError(f"{root}: holds draws of {known}, not of {settings}; give another folder")
+    write_json(settings, root / SETTINGS)
+
+
+def made_draw(
+    purpose: str, seed: int, index: int, root: Path, robots: Sequence[str] = tuple(BENCH_ROBOTS)
+) -> dict[str, Any]:
+    """Return the answer of a draw, whose data lie in its folder; made unless this very code has made it."""
+    return made(_STEPS, Draw(purpose, seed, index, root, robots))
 
 
 def run_draw(
@@ -58,29 +138,7 @@ def run_draw(
     diagnose: Diagnose = diagnose_elsewhere,
 ) -> dict[str, Any]:
     """Return the score of one draw. One that this very code has scored is not run again; any other is."""
-    folders, code = Folders(root, index), whole_code()
-    known = read_json(folders.score)
-    if known is not None and known["code"] == code:
-        return dict(known)
-    folders.score.unlink(missing_ok=True)
-    answer = made_draw(purpose, seed, index, root, robots)
-    if answer.get("verdict") == NOT_MADE:
-        result = dict(answer)
-    else:
-        shutil.rmtree(folders.found, ignore_errors=True)
-        folders.found.mkdir(parents=True)
-        result = score(folders, diagnosed(folders, limit_s, diagnose))
-        result |= _looked_closer(answer, result)
-        either = {name for item in answer["hidden"] for name in (*item["also"], *item.get("alike", []))}
-        result["either"] = sorted((either | set(result.get("same", []))) - set(result["true"]))
-    result |= {
-        "purpose": purpose,
-        "seed": seed,
-        "commit": commit(),
-        "code": code if whole_code() == code else CHANGED,
-    }
-    write_json(result, folders.score)
-    return result
+    return scored_draw(_STEPS, Draw(purpose, seed, index, root, robots), limit_s, diagnose)
 
 
 def run_bench(
@@ -99,11 +157,7 @@ def run_bench(
     Raises:
         InputError: the folder holds the draws of another purpose, seed or other robots.
     """
-    settings = {"purpose": purpose, "seed": seed, "robots": list(robots)}
-    known = read_json(root / SETTINGS)
-    if known is not None and known != settings:
-        raise InputError(f"{root}: holds draws of {known}, not of {settings}; give another folder")
-    write_json(settings, root / SETTINGS)
+    keep_settings(root, {"purpose": purpose, "seed": seed, "robots": list(robots)})
     if make_only:
         return run_all(made_draw, [(purpose, seed, k, root, robots) for k in draws], jobs, on_score)
     return run_all(run_draw, [(purpose, seed, k, root, robots, limit_s) for k in draws], jobs, on_score)
@@ -116,10 +170,17 @@ def scores_in(root: Path, code: str | None = None) -> list[dict[str, Any]]:
     return [item for item in found if item is not None and item["code"] == wanted]
 
 
-def _looked_closer(answer: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
+def _looked_closer(
+    answer: dict[str, Any], result: dict[str, Any], ground: Callable[[], Ground]
+) -> dict[str, Any]:
     """Return what a miss is worth: right where nobody could tell what is named from what is hidden.
 
     Nor is a cause claimed wrongly, then, or counted where probabilities are held to their promise.
+
+    Args:
+        answer: what is hidden.
+        result: the score so far.
+        ground: gives specimen and trials, if they are needed.
     """
     if result["story"] not in ("single", "pair"):
         return {}
@@ -128,31 +189,34 @@ def _looked_closer(answer: dict[str, Any], result: dict[str, Any]) -> dict[str, 
     beside = claimed_beside(answer, result["probabilities"]) if result["story"] == "single" else []
     if not missed and not beside:
         return {}
-    generator = generator_of(*(answer[key] for key in ("purpose", "seed", "index", "attempt")))
-    ground = drawn_ground(generator, answer["robot"])
+    where = ground()
     hidden = [
         Planted(BY_KEY[f"{item['cause']}.{item['form']}"], item["size"], item["numbers"])
         for item in answer["hidden"]
     ]
     found: dict[str, Any] = {}
     if missed:
-        found["distance"] = distance(ground, hidden, named)
+        found["distance"] = distance(where, hidden, named)
         found["right"] = _same(found["distance"])
     if beside:
-        same = [name for name in beside if _same(distance(ground, hidden, [name]))]
+        same = [name for name in beside if _same(distance(where, hidden, [name]))]
         found |= {"same": same, "sure_of_another": len(same) < len(beside)}
     return found
+
+
+def _ground_of(answer: dict[str, Any]) -> Ground:
+    generator = generator_of(*(answer[key] for key in ("purpose", "seed", "index", "attempt")))
+    return drawn_ground(generator, answer["robot"])
 
 
 def _same(apart: float | None) -> bool:
     return apart is not None and apart < TOLD_APART
 
 
-def _not_made(purpose: str, seed: int, index: int, robots: Sequence[str], why: str) -> dict[str, Any]:
+def not_made(index: int, why: str) -> dict[str, Any]:
+    """Return the answer, and the score, of a draw for which there are no data."""
     return {
         "index": index,
-        "story": story_of(purpose, seed, index),
-        "robot": robot_of(purpose, seed, index, robots),
         "true": [],
         "forms": [],
         "known": True,
@@ -170,3 +234,15 @@ def _not_made(purpose: str, seed: int, index: int, robots: Sequence[str], why: s
         "probabilities": None,
         "intervals": [],
     }
+
+
+def _make(draw: Draw, code: str) -> None:
+    write_made(make(draw.purpose, draw.seed, draw.index, draw.robots), draw.folders, code)
+
+
+def _dealt(draw: Draw) -> dict[str, Any]:
+    key = (draw.purpose, draw.seed, draw.index)
+    return {"story": story_of(*key), "robot": robot_of(*key, draw.robots)}
+
+
+_STEPS = Steps(making_code, _make, _dealt, score, _ground_of)

@@ -35,26 +35,26 @@ def summary(scores: Sequence[Score]) -> dict[str, Any]:
     inside = [row["inside"] for item in made for row in item["intervals"]]
     answers = answers_of(made)
     lines = [
-        _share("single, known form: named first", (item["right"] for item in known), KNOWN),
-        _share("single, known form: by its own name", (item["exact"] for item in known)),
-        _share("single, foreign form: named or outside", (item["right"] for item in foreign), FOREIGN),
-        _share("single, foreign form: by its own name", (item["exact"] for item in foreign)),
-        _share("single: another cause with more than 0.5", sure, at_most=SURE_OF_ANOTHER),
-        _share("both of two named", (item["right"] for item in pairs), PAIR),
-        _share("both of two, by their own names", (item["exact"] for item in pairs)),
-        _share(
+        share_line("single, known form: named first", (item["right"] for item in known), KNOWN),
+        share_line("single, known form: by its own name", (item["exact"] for item in known)),
+        share_line("single, foreign form: named or outside", (item["right"] for item in foreign), FOREIGN),
+        share_line("single, foreign form: by its own name", (item["exact"] for item in foreign)),
+        share_line("single: another cause with more than 0.5", sure, at_most=SURE_OF_ANOTHER),
+        share_line("both of two named", (item["right"] for item in pairs), PAIR),
+        share_line("both of two, by their own names", (item["exact"] for item in pairs)),
+        share_line(
             "nothing hidden: a cause named", (item["false_alarm"] for item in nothing), at_most=FALSE_ALARM
         ),
-        _share("nothing hidden: no discrepancy", (item["exact"] for item in nothing)),
-        _share("outside the list: said so", (item["right"] for item in outside), SAID_OUTSIDE),
-        _share("true parameter in its 95 % interval", inside, INTERVALS[0], INTERVALS[1]),
-        _share(
+        share_line("nothing hidden: no discrepancy", (item["exact"] for item in nothing)),
+        share_line("outside the list: said so", (item["right"] for item in outside), SAID_OUTSIDE),
+        share_line("true parameter in its 95 % interval", inside, INTERVALS[0], INTERVALS[1]),
+        share_line(
             "named cause at a bound or implausible",
             (bool(item.get("implausible")) for item in made),
             at_most=0.0,
         ),
-        _median("seconds of a diagnosis, median", [item["seconds"] for item in made], SECONDS),
-        _median("held-out error over the noise, median", [item.get("after_over_noise") for item in made]),
+        median_line("seconds of a diagnosis, median", [item["seconds"] for item in made], SECONDS),
+        median_line("held-out error over the noise, median", [item.get("after_over_noise") for item in made]),
     ]
     return {
         "draws": len(scores),
@@ -114,6 +114,23 @@ def reliability(answers: Sequence[tuple[float, bool]]) -> list[dict[str, Any]]:
 
 def as_text(table: dict[str, Any]) -> str:
     """Return the document of `summary` as text."""
+    rows = [
+        *line_texts(table),
+        "",
+        "Brier score over all (draw, cause) pairs: " + number_text(table["brier"]),
+    ]
+    rows += ["reliability:   promised    held   answers"]
+    for row in table["reliability"]:
+        judged = "" if row["met"] is None else ("  met" if row["met"] else "  MISSED")
+        share = f"{row['promised']:10.3f} {row['held']:7.3f}" if row["count"] else " " * 18
+        rows.append(f"  {row['from']:.1f} to {row['to']:.1f} {share} {row['count']:9d}{judged}")
+    rows += ["", "misses:"]
+    rows += [f"  {miss_text(item)}" for item in table["misses"]] or ["  none"]
+    return "\n".join([*rows, *outside_texts(table)])
+
+
+def line_texts(table: dict[str, Any]) -> list[str]:
+    """Return how many draws were made, and each line of a table with what is asked of it."""
     rows = [f"{table['made']} of {table['draws']} draws made"]
     for line in table["lines"]:
         if not line["of"]:
@@ -122,21 +139,17 @@ def as_text(table: dict[str, Any]) -> str:
         count = "" if line["count"] is None else f" ({line['count']} of {line['of']})"
         asked = "" if line["met"] is None else f"  asked {_asked(line)}: {'met' if line['met'] else 'MISSED'}"
         rows.append(f"{line['what']:<44} {line['reached']:8.3f}{count}{asked}")
-    rows += ["", "Brier score over all (draw, cause) pairs: " + _number(table["brier"])]
-    rows += ["reliability:   promised    held   answers"]
-    for row in table["reliability"]:
-        judged = "" if row["met"] is None else ("  met" if row["met"] else "  MISSED")
-        share = f"{row['promised']:10.3f} {row['held']:7.3f}" if row["count"] else " " * 18
-        rows.append(f"  {row['from']:.1f} to {row['to']:.1f} {share} {row['count']:9d}{judged}")
-    rows += ["", "misses:"]
-    rows += [f"  {miss_text(item)}" for item in table["misses"]] or ["  none"]
-    rows += ["", "parameters outside their intervals:"]
-    rows += [
-        f"  {row['index']:3d} {row['parameter']}: true {row['true']:.4g}, fitted {_number(row['fitted'])} "
-        f"({row['low']:.4g} to {row['high']:.4g})"
+    return rows
+
+
+def outside_texts(table: dict[str, Any]) -> list[str]:
+    """Return a heading, and each parameter that lies outside its interval."""
+    rows = [
+        f"  {row['index']:3d} {row['parameter']}: true {row['true']:.4g}, "
+        f"fitted {number_text(row['fitted'])} ({row['low']:.4g} to {row['high']:.4g})"
         for row in table["outside_intervals"]
-    ] or ["  none"]
-    return "\n".join(rows)
+    ]
+    return ["", "parameters outside their intervals:", *(rows or ["  none"])]
 
 
 def miss_text(item: Score) -> str:
@@ -161,7 +174,7 @@ def miss_text(item: Score) -> str:
     return text
 
 
-def _share(
+def share_line(
     what: str, hits: Iterable[bool], at_least: float | None = None, at_most: float | None = None
 ) -> dict[str, Any]:
     values = [bool(hit) for hit in hits]
@@ -181,7 +194,7 @@ def _share(
     }
 
 
-def _median(what: str, values: Sequence[float | None], at_most: float | None = None) -> dict[str, Any]:
+def median_line(what: str, values: Sequence[float | None], at_most: float | None = None) -> dict[str, Any]:
     finite = [value for value in values if value is not None and math.isfinite(value)]
     reached = float(np.median(finite)) if finite else math.nan
     met = None if at_most is None or not finite else bool(reached <= at_most)
@@ -207,5 +220,5 @@ def _asked(line: dict[str, Any]) -> str:
     return f"at least {ends[0]:g}" if ends[1] is None else f"at most {ends[1]:g}"
 
 
-def _number(value: float | None) -> str:
+def number_text(value: float | None) -> str:
     return "not given" if value is None else f"{value:.4g}"

@@ -6,6 +6,7 @@ from typing import Any
 
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.form import Planted
+from catheter_sim.blind_bench.nature.ground import Ground
 from catheter_sim.blind_bench.nature.make import Made
 from catheter_sim.blind_bench.nature.specimen import Specimen
 from catheter_sim.blind_bench.places import ANSWER, Folders, write_json, write_tables
@@ -48,7 +49,8 @@ def answer_of(made: Made) -> dict[str, Any]:
         "story": made.story,
         "robot": made.robot,
         "hidden": [
-            _hidden(made, planted, size) for planted, size in zip(made.planted, made.sizes, strict=True)
+            hidden_of(made.ground, planted, size)
+            for planted, size in zip(made.planted, made.sizes, strict=True)
         ],
         "noise": dict(zip(units, specimen.noise.tolist(), strict=True)),
         "noise_kind": made.noise_kind,
@@ -59,9 +61,10 @@ def answer_of(made: Made) -> dict[str, Any]:
     }
 
 
-def _hidden(made: Made, planted: Planted, size: float) -> dict[str, Any]:
+def hidden_of(ground: Ground, planted: Planted, size: float) -> dict[str, Any]:
+    """Return what a planted form is; `size` is what it changes over the noise."""
     form = planted.form
-    acting = planted.acting(made.ground.specimen, made.ground.scale)
+    acting = planted.acting(ground.specimen, ground.scale)
     return {
         "cause": form.cause,
         "form": form.name,

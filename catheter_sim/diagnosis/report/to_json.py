@@ -72,9 +72,13 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def causes_document(causes: Sequence[Cause], key: str) -> tuple[list[dict[str, Any]], dict[str, str]]:
     """Return causes as they stand in `diagnosis.json` under `key`, and why numbers of it are not finite."""
+    return finite_document(_causes(causes), key)
+
+
+def finite_document(value: Any, key: str) -> tuple[Any, dict[str, str]]:
+    """Return what stands in `diagnosis.json` under `key`, and why numbers of it are not finite."""
     undefined: dict[str, str] = {}
-    found: list[dict[str, Any]] = _finite(_causes(causes), key, undefined)
-    return found, undefined
+    return _finite(value, key, undefined), undefined
 
 
 def _causes(causes: Sequence[Cause]) -> list[dict[str, Any]]:

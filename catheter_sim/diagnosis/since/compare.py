@@ -1,4 +1,4 @@
-"""What changed between two recordings of one robot: the row of stages."""
+"""What changed from one recording of a robot to another."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, replace
 
 from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
 from catheter_sim.diagnosis.pipeline import diagnose_prepared
 from catheter_sim.diagnosis.report.result import (
     CAUSE_FOUND,
@@ -15,11 +14,10 @@ from catheter_sim.diagnosis.report.result import (
     Diagnosis,
     FittedParameter,
 )
-from catheter_sim.diagnosis.since.baseline import baseline
-from catheter_sim.diagnosis.since.differences import differences
-from catheter_sim.diagnosis.since.pairing import share_paired
-from catheter_sim.diagnosis.stages.run import running
-from catheter_sim.diagnosis.thresholds import MOSTLY_PAIRED
+from catheter_sim.diagnosis.since.baseline import Baseline
+from catheter_sim.diagnosis.since.differences import Differences
+from catheter_sim.diagnosis.since.from_report import Earlier
+from catheter_sim.diagnosis.stages.run import Run
 from catheter_sim.errors import InputError
 
 CHANGED, UNCHANGED = "changed", "unchanged"
@@ -55,47 +53,39 @@ class Comparison:
         """Return the causes that changed; each number is its change, and `null` 0."""
         share = self.relative_error
         return tuple(
-            replace(cause, parameters={name: _change(item, share) for name, item in cause.parameters.items()})
+            replace(
+                cause, parameters={name: change_of(item, share) for name, item in cause.parameters.items()}
+            )
             for cause in self.diagnosis.causes
         )
 
 
-def compare(
-    before: Dataset,
-    after: Dataset,
-    place: Workers = SERIAL,
-    progress: bool = False,
-    simulation: bool = True,
-    budget_s: float = math.inf,
-) -> Comparison:
-    """Return what changed from one recording of a robot to another.
-
-    Args:
-        before, after: the two recordings.
-        place: where to fit.
-        progress: show what is being done where standard error is a terminal.
-        simulation: replay the held-out trials in MuJoCo at the end.
-        budget_s: seconds after which the search for causes ends with the best so far.
-
-    Raises:
-        InputError: they are not of the same robot or outputs, or the earlier one looks wrong by itself.
-    """
-    extended = before.calibration == ()  # of a finished report: the robot with what was found
-    if not extended and before.robot != after.robot:
+def check_pair(before: Earlier, after: Dataset) -> None:
+    """Raise InputError where two recordings are not of one robot, or one was moving and the other was not."""
+    earlier = before.dataset
+    if not before.is_of_report and earlier.robot != after.robot:
         raise InputError(
             f"{after.folder}: is of {after.robot_reference}, the earlier recording of "
-            f"{before.robot_reference}: both need the same robot"
+            f"{earlier.robot_reference}: both need the same robot"
         )
-    if before.motion != after.motion:
+    if earlier.motion != after.motion:
         raise InputError(f"{after.folder}: both recordings need the same motion, held or dynamic")
-    with running(place, progress, budget_s) as run:
-        base = baseline(run, before, is_paired=share_paired(after, before) >= MOSTLY_PAIRED)
-        found = differences(after, base)
-        diagnosis = diagnose_prepared(run, found.prepared, simulation)
-    return Comparison(diagnosis, before.name, found.rows, found.paired_rows, base.relative_error)
 
 
-def _change(parameter: FittedParameter, share: float) -> FittedParameter:
+def compared(run: Run, base: Baseline, later: Differences, simulation: bool = True) -> Comparison:
+    """Return what changed.
+
+    Args:
+        run: where to fit.
+        base: the earlier recording.
+        later: the later one, without what it shares with that.
+        simulation: replay the held-out trials in MuJoCo at the end.
+    """
+    diagnosis = diagnose_prepared(run, later.prepared, simulation)
+    return Comparison(diagnosis, base.name, later.rows, later.paired_rows, base.relative_error)
+
+
+def change_of(parameter: FittedParameter, share: float) -> FittedParameter:
     """Return a number's change, its interval wider by a share of it.
 
     A number that changed from an infinite value is told as it is.

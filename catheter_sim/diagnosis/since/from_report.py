@@ -1,20 +1,52 @@
-"""An earlier recording from the folder of its finished report."""
+"""An earlier recording: a data set, or the folder of its finished report."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import read_inputs
+from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.report.fitted_series import INPUT
 from catheter_sim.errors import InputError
 from catheter_sim.tables import read_table
 
 REPORT = "diagnosis.json"
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """An earlier recording.
+
+    Attributes:
+        dataset: its trials.
+        is_of_report: its robot is the one that a finished report found, calibrated and with causes in it;
+            otherwise the robot as specified.
+    """
+
+    dataset: Dataset
+    is_of_report: bool = False
+
+
+def earlier_recording(where: Dataset | Path, later: Dataset) -> Earlier:
+    """Return an earlier recording.
+
+    Args:
+        where: a data set, its folder, or the folder of its finished report.
+        later: the recording that is compared with it.
+
+    Raises:
+        InputError: there is no data set and no finished report, or it cannot be compared.
+    """
+    if isinstance(where, Dataset):
+        return Earlier(where)
+    if is_report(where):
+        return Earlier(recording_of_report(where, later), is_of_report=True)
+    return Earlier(load_dataset(where))
 
 
 def is_report(folder: Path) -> bool:

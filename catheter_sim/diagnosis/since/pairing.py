@@ -2,7 +2,9 @@
 
 Differences of paired rows cancel whatever both recordings share, named or not. Where a trial begins as one of
 the other recording did, the whole way was the same. Elsewhere rows pair by their inputs and by the directions
-in which these were going: the way since the last turn stands for the history.
+in which these were going: the way since the last turn stands for the history. A row that the other recording
+has not, but passed between two of its rows, pairs with the stretch between them: errors are taken to be
+linear there.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.trials import Dataset, all_inputs
 from catheter_sim.diagnosis.residuals.turning import turning_points
-from catheter_sim.diagnosis.thresholds import PAIR_SHARE
+from catheter_sim.diagnosis.thresholds import PAIR_SHARE, STRETCH_SHARE
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,53 @@ class Pairs:
     error: Array
     spread: Array
     count: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Partners:
+    """What one row pairs with.
+
+    Attributes:
+        error: of each partner, shape (p, o); NaN where missing.
+        share: of one row's variance that each one's has, shape (p,): less between two rows.
+    """
+
+    error: Array
+    share: Array
+
+
+@dataclass(frozen=True)
+class _Other:
+    """The other recording, inputs over their ranges.
+
+    Attributes:
+        rows: inputs, shape (r, c).
+        heading: direction of motion of each, shape (r, c).
+        error: shape (r, o).
+        ends: the rows at which a stretch from the row before ends, short enough to interpolate, shape (s,).
+    """
+
+    rows: Array
+    heading: Array
+    error: Array
+    ends: np.ndarray
+
+    def at(self, row: Array, heading: Array) -> _Partners:
+        """Return the rows with the same inputs, come to in the same directions; else the stretches."""
+        near = (np.abs(self.rows - row) <= PAIR_SHARE).all(axis=1)
+        same = np.flatnonzero(near & (self.heading * heading >= 0.0).all(axis=1))
+        if len(same):
+            return _Partners(self.error[same], np.ones(len(same)))
+        start, end = self.rows[self.ends - 1], self.rows[self.ends]
+        way = end - start
+        length = np.maximum((way**2).sum(axis=1), 1e-300)
+        part = np.clip(((row - start) * way).sum(axis=1) / length, 0.0, 1.0)
+        near = (np.abs(start + part[:, np.newaxis] * way - row) <= PAIR_SHARE).all(axis=1)
+        onward = (self.heading[self.ends] * heading >= 0.0).all(axis=1)
+        found = np.flatnonzero(near & onward & (part > 0.0) & (part < 1.0))
+        part, ends = part[found], self.ends[found]
+        error = self.error[ends - 1] * (1.0 - part)[:, np.newaxis] + self.error[ends] * part[:, np.newaxis]
+        return _Partners(error, (1.0 - part) ** 2 + part**2)
 
 
 def paired(inputs: Inputs, others: Sequence[Inputs], errors: Sequence[Array]) -> Pairs:
@@ -52,27 +101,38 @@ def paired(inputs: Inputs, others: Sequence[Inputs], errors: Sequence[Array]) ->
     theirs = [all_inputs(item) / scale for item in others]
     common = [_same_beginning(mine, item) for item in theirs]
     heading = _headings(mine)
-    other_heading = np.concatenate([_headings(item) for item in theirs])
-    stacked, stacked_errors = np.concatenate(theirs), np.concatenate(list(errors))
-    start = np.cumsum([0, *(len(item) for item in theirs)])
+    other = _joined(theirs, errors)
     for row in range(rows):
-        whole = [int(start[k]) + row for k, length in enumerate(common) if row < length]
-        if whole:
-            partners = np.array(whole)
-        else:
-            near = (np.abs(stacked - mine[row]) <= PAIR_SHARE).all(axis=1)
-            partners = np.flatnonzero(near & (other_heading * heading[row] >= 0.0).all(axis=1))
-        values = stacked_errors[partners]
-        known = np.isfinite(values)
-        if known.any():
-            number = known.sum(axis=0)
-            mean = np.where(known, values, 0.0).sum(axis=0) / np.maximum(number, 1)
-            found.error[row] = np.where(number > 0, mean, np.nan)
-            about = np.where(known, values - mean, 0.0)
-            square = (about**2).sum(axis=0) / np.maximum(number - 1, 1)
-            found.spread[row] = np.where(number > 1, square, np.nan)
-            found.count[row] = len(partners)
+        whole = [item[row] for item, length in zip(errors, common, strict=True) if row < length]
+        partners = _Partners(np.array(whole), np.ones(len(whole))) if whole else None
+        _note(found, row, partners or other.at(mine[row], heading[row]))
     return found
+
+
+def _note(found: Pairs, row: int, partners: _Partners) -> None:
+    """Write down what a row pairs with."""
+    values = partners.error
+    known = np.isfinite(values)
+    if not known.any():
+        return
+    number = known.sum(axis=0)
+    mean = np.where(known, values, 0.0).sum(axis=0) / np.maximum(number, 1)
+    found.error[row] = np.where(number > 0, mean, np.nan)
+    about = np.where(known, values - mean, 0.0)
+    square = (about**2 / partners.share[:, np.newaxis]).sum(axis=0) / np.maximum(number - 1, 1)
+    found.spread[row] = np.where(number > 1, square, np.nan)
+    found.count[row] = len(values)
+
+
+def _joined(rows: Sequence[Array], errors: Sequence[Array]) -> _Other:
+    """Return the trials of the other recording, one after the other."""
+    ends, start = [], 0
+    for item in rows:
+        steps = np.abs(np.diff(item, axis=0)).max(axis=1, initial=0.0)
+        ends.append(start + 1 + np.flatnonzero((steps > 0.0) & (steps <= STRETCH_SHARE)))
+        start += len(item)
+    heading = np.concatenate([_headings(item) for item in rows])
+    return _Other(np.concatenate(rows), heading, np.concatenate(list(errors)), np.concatenate(ends))
 
 
 def share_paired(later: Dataset, earlier: Dataset) -> float:

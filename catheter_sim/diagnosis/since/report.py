@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from typing import Any
 
 from catheter_sim.diagnosis.report.html import sentence
-from catheter_sim.diagnosis.report.to_json import causes_document, to_json
-from catheter_sim.diagnosis.report.wording import listed, rounded, words
+from catheter_sim.diagnosis.report.to_json import causes_document, finite_document, to_json
+from catheter_sim.diagnosis.report.wording import half_width, interval, listed, rounded, words
 from catheter_sim.diagnosis.report.write import write_results
 from catheter_sim.diagnosis.since.compare import CHANGED, UNCHANGED, Comparison
+from catheter_sim.diagnosis.since.mass import HOLDS_IF, mass_of
+from catheter_sim.diagnosis.since.series import Series
+from catheter_sim.diagnosis.since.series_report import series_document, write_series
 from catheter_sim.effects.apply import embodied
+from catheter_sim.files import check_output_folder
 from catheter_sim.modelling.build import build_mjcf
 
 
@@ -33,16 +38,42 @@ def comparison_sentence(found: Comparison) -> str:
     return f"From “{before}” to “{after}”: {sentence(found.diagnosis)}"
 
 
-def comparison_document(found: Comparison) -> dict[str, Any]:
-    """Return a comparison as the document of `diagnosis.json`: a diagnosis's, with what changed."""
+def mass_lines(found: Comparison) -> Iterator[str]:
+    """Yield a line for each force that came or went and that a mass explains."""
+    for change in found.changes:
+        mass = mass_of(change, found.diagnosis.dataset.gravity_mps2)
+        if mass is not None:
+            number = mass.mass_g
+            shown, ends = rounded(number.value, half_width(number.ci95)), interval(number.value, number.ci95)
+            yield f"{change.name} as a mass: {shown} g (95 %: {ends}); {HOLDS_IF}"
+
+
+def comparison_document(found: Comparison, series: Series | None = None) -> dict[str, Any]:
+    """Return a comparison as the document of `diagnosis.json`: a diagnosis's, with what changed.
+
+    `series`: the recordings of which it compares the last with the first, where there are more than two.
+    """
     document = to_json(found.diagnosis)
     changes, undefined = causes_document(found.changes, "changes")
+    for change, entry in zip(found.changes, changes, strict=True):
+        mass = mass_of(change, found.diagnosis.dataset.gravity_mps2)
+        if mass is not None:
+            told = {
+                "mass_g": {"value": mass.mass_g.value, "ci95": list(mass.mass_g.ci95)},
+                "sideways_N": mass.sideways_N,
+                "holds_if": HOLDS_IF,
+            }
+            entry["as_mass"], endless = finite_document(told, f"changes.{change.name}.as_mass")
+            undefined |= endless
     document |= {
         "verdict": found.verdict,
         "causes": [],
         "changes": changes,
         "since": {"dataset": found.since, "rows": found.rows, "paired_rows": found.paired_rows},
     }
+    if series is not None:
+        document["series"], endless = series_document(series)
+        undefined |= endless
     kept = {
         name: why for name, why in document.get("undefined", {}).items() if not name.startswith("causes.")
     }
@@ -53,12 +84,19 @@ def comparison_document(found: Comparison) -> dict[str, Any]:
     return document
 
 
-def write_comparison(found: Comparison, folder: str | os.PathLike[str]) -> None:
+def write_comparison(found: Comparison, folder: str | os.PathLike[str], series: Series | None = None) -> None:
     """Write report, diagnosis.json, the changed robot and its model, and the fitted series to `folder`.
+
+    Of more than two recordings also a table and a picture of every number that changed.
 
     Raises:
         InputError: the folder cannot be made or written.
     """
     actuation = found.diagnosis.dataset.trials[0].inputs.actuation
     model = build_mjcf(embodied(found.diagnosis.extended_robot), actuation)
-    write_results(found.diagnosis, folder, model, comparison_document(found), comparison_sentence(found))
+    if series is not None:
+        target = check_output_folder(folder)
+        target.mkdir(parents=True, exist_ok=True)
+        write_series(series, target)
+    document = comparison_document(found, series)
+    write_results(found.diagnosis, folder, model, document, comparison_sentence(found))

@@ -14,7 +14,8 @@ from catheter_sim.effects import EFFECTS, apply
 
 PACKAGE = Path(catheter_sim.__file__).parent
 NATURE = PACKAGE / "blind_bench" / "nature"
-FILES = sorted(NATURE.rglob("*.py"))
+INTERVENTIONS = PACKAGE / "blind_bench" / "interventions"
+FILES = sorted((*NATURE.rglob("*.py"), *INTERVENTIONS.rglob("*.py")))
 FORBIDDEN = ("effects", "diagnosis", "theory", "blind_bench.draw", "blind_bench.make", "blind_bench.alike")
 # The engine and what describes robots to it. The simulation's own modules import `effects.apply`, and a
 # kind's folder its statics: that cannot be avoided, and is not followed. A robot without effects passes
@@ -68,7 +69,7 @@ def reached(start: Path) -> dict[str, Path]:
     return found
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(NATURE).as_posix())
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(NATURE.parent).as_posix())
 def test_no_file_reaches_what_diagnoses(path):
     """No effect, no statics, no fit: neither by itself nor by what it imports."""
     wrong = {module: place.name for module, place in reached(path).items() if is_forbidden(module)}

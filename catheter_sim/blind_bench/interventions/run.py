@@ -1,0 +1,83 @@
+"""Runs the bench: make, compare in another process, score; resumable, and only draws of one code count."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from catheter_sim.blind_bench.elsewhere import Diagnose, elsewhere, run_all
+from catheter_sim.blind_bench.interventions.deal import commands_of, generator_of, robot_of, story_of
+from catheter_sim.blind_bench.interventions.make import make
+from catheter_sim.blind_bench.interventions.recordings import drawn_recordings
+from catheter_sim.blind_bench.interventions.score import score
+from catheter_sim.blind_bench.interventions.write import NEW, OLD, write_made
+from catheter_sim.blind_bench.nature.code import making_code
+from catheter_sim.blind_bench.nature.ground import Ground
+from catheter_sim.blind_bench.nature.run import Draw, Steps, keep_settings, scored_draw
+from catheter_sim.blind_bench.robots import BENCH_ROBOTS
+
+
+def compare_elsewhere(dataset: Path, output: Path, limit_s: float) -> str:
+    """Say in another process what changed; it is given the two data sets' folders and the output folder."""
+    verb = ("diagnose", str(dataset / NEW), "--since", str(dataset / OLD), "-o", str(output))
+    return elsewhere(verb, dataset, limit_s)
+
+
+def run_draw(
+    purpose: str,
+    seed: int,
+    index: int,
+    root: Path,
+    robots: Sequence[str] = tuple(BENCH_ROBOTS),
+    limit_s: float = 900.0,
+    diagnose: Diagnose = compare_elsewhere,
+) -> dict[str, Any]:
+    """Return the score of one draw. One that this very code has scored is not run again; any other is."""
+    return scored_draw(_STEPS, Draw(purpose, seed, index, root, robots), limit_s, diagnose)
+
+
+def run_bench(
+    purpose: str,
+    seed: int,
+    draws: Sequence[int],
+    root: Path,
+    jobs: int = 1,
+    robots: Sequence[str] = tuple(BENCH_ROBOTS),
+    limit_s: float = 900.0,
+    on_score: Callable[[dict[str, Any]], None] = lambda score: None,
+) -> list[dict[str, Any]]:
+    """Return the scores of some draws of a seed, in order, `jobs` at a time.
+
+    Raises:
+        InputError: the folder holds other draws.
+    """
+    keep_settings(root, {"interventions": True, "purpose": purpose, "seed": seed, "robots": list(robots)})
+    return run_all(run_draw, [(purpose, seed, k, root, robots, limit_s) for k in draws], jobs, on_score)
+
+
+def _making_code() -> str:
+    return making_code("blind_bench/interventions")
+
+
+def _make(draw: Draw, code: str) -> None:
+    write_made(make(draw.purpose, draw.seed, draw.index, draw.robots), draw.folders, code)
+
+
+def _dealt(draw: Draw) -> dict[str, Any]:
+    key = (draw.purpose, draw.seed, draw.index)
+    return {
+        "story": story_of(*key),
+        "robot": robot_of(*key, draw.robots),
+        "commands": commands_of(*key),
+        "shared": [],
+    }
+
+
+def _ground_of(answer: dict[str, Any]) -> Ground:
+    """Return the later recording's ground, drawn again."""
+    generator = generator_of(*(answer[name] for name in ("purpose", "seed", "index", "attempt")))
+    return drawn_recordings(generator, answer["robot"], answer["commands"]).after
+
+
+_STEPS = Steps(_making_code, _make, _dealt, score, _ground_of)

@@ -1,0 +1,176 @@
+"""What changed over several recordings of one robot: each later one against the first, each number's course.
+
+Every cause that changed in any of them is fitted in all of them, so that a number has a value in each.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.fitting.fit import fit
+from catheter_sim.diagnosis.fitting.intervals import cause_intervals
+from catheter_sim.diagnosis.fitting.problem import Term
+from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
+from catheter_sim.diagnosis.report.result import FittedParameter
+from catheter_sim.diagnosis.since.baseline import Baseline, baseline
+from catheter_sim.diagnosis.since.compare import Comparison, change_of, check_pair, compared
+from catheter_sim.diagnosis.since.course import Course, course_of
+from catheter_sim.diagnosis.since.differences import Differences, differences
+from catheter_sim.diagnosis.since.from_report import Earlier
+from catheter_sim.diagnosis.since.pairing import share_paired
+from catheter_sim.diagnosis.stages.pose import pose
+from catheter_sim.diagnosis.stages.run import Run, running
+from catheter_sim.diagnosis.thresholds import MOSTLY_PAIRED
+from catheter_sim.errors import InputError
+
+
+@dataclass(frozen=True)
+class NumberOverTime:
+    """A number of a cause that changed, over all recordings.
+
+    Attributes:
+        cause, parameter: whose.
+        changes: since the first recording, of each recording, the first one's 0. A number that is infinite in
+            the first one is told as it is.
+        course: how it went.
+    """
+
+    cause: str
+    parameter: str
+    changes: tuple[FittedParameter, ...]
+    course: Course
+
+
+@dataclass(frozen=True)
+class Series:
+    """Several recordings of one robot, in the order given.
+
+    Attributes:
+        comparisons: of each later one with the first.
+        numbers: of every cause that changed in any of them.
+    """
+
+    comparisons: tuple[Comparison, ...]
+    numbers: tuple[NumberOverTime, ...]
+
+    @property
+    def last(self) -> Comparison:
+        """Return the comparison of the last recording with the first."""
+        return self.comparisons[-1]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the recordings."""
+        return (self.last.since, *(item.diagnosis.dataset.name for item in self.comparisons))
+
+
+def compare_series(
+    before: Sequence[Earlier],
+    after: Dataset,
+    place: Workers = SERIAL,
+    progress: bool = False,
+    simulation: bool = True,
+    budget_s: float = math.inf,
+) -> Series:
+    """Return what changed over several recordings of a robot.
+
+    Args:
+        before: the earlier recordings, in their order; the others are compared with the first one.
+        after: the last one.
+        place: where to fit.
+        progress: show what is being done where standard error is a terminal.
+        simulation: replay the held-out trials in MuJoCo at the end.
+        budget_s: seconds after which the search for causes ends with the best so far.
+
+    Raises:
+        InputError: there is no earlier recording, they are not of the same robot or outputs, or the first one
+            looks wrong by itself.
+    """
+    if not before:
+        raise InputError("no earlier recording to compare with")
+    first, *others = before
+    later = [*(item.dataset for item in others), after]
+    for dataset, is_of_report in zip(later, [*(item.is_of_report for item in others), False], strict=True):
+        if not is_of_report:
+            check_pair(first, dataset)
+    with running(place, progress, budget_s) as run:
+        bases: dict[bool, Baseline] = {}
+        found: list[tuple[Baseline, Differences]] = []
+        comparisons = []
+        for number, dataset in enumerate(later):
+            mine = _with_a_share(run, len(later) - number)
+            paired = share_paired(dataset, first.dataset) >= MOSTLY_PAIRED
+            if paired not in bases:
+                bases[paired] = baseline(mine, first.dataset, is_paired=paired)
+            found.append((bases[paired], differences(dataset, bases[paired])))
+            comparisons.append(compared(mine, *found[-1], simulation))
+        numbers = _numbers(found, comparisons) if len(later) > 1 else ()
+    return Series(tuple(comparisons), tuple(numbers))
+
+
+def _with_a_share(run: Run, remaining: int) -> Run:
+    """Return a run that ends with its part of the time that is left."""
+    now = time.monotonic()
+    return replace(run, deadline=now + (run.deadline - now) / remaining)
+
+
+def _numbers(
+    found: Sequence[tuple[Baseline, Differences]], comparisons: Sequence[Comparison]
+) -> Iterator[NumberOverTime]:
+    """Yield every number of the causes that changed in any recording, fitted in all of them."""
+    terms = changed_terms(comparisons)
+    fitted = [_fitted(base, later, terms) for base, later in found]
+    for term in terms:
+        for name in term.free:
+            values = [item[term.effect, name] for item in fitted]
+            changes = [
+                change_of(value, base.relative_error) for value, (base, _) in zip(values, found, strict=True)
+            ]
+            yield NumberOverTime(term.effect, name, (_at_first(values[0]), *changes), _course(changes))
+
+
+def changed_terms(comparisons: Sequence[Comparison]) -> tuple[Term, ...]:
+    """Return the causes that changed in any recording, each with the numbers that explained most."""
+    best: dict[str, tuple[float, Term]] = {}
+    for item in comparisons:
+        for cause in item.changes:
+            known = best.get(cause.name)
+            if known is None or cause.gain_percent > known[0]:
+                best[cause.name] = cause.gain_percent, Term(cause.name, tuple(cause.parameters))
+    return tuple(term for _, term in best.values())
+
+
+def _fitted(
+    base: Baseline, later: Differences, terms: Sequence[Term]
+) -> dict[tuple[str, str], FittedParameter]:
+    """Return the numbers of some causes in one recording, with their intervals."""
+    result = fit(pose(later.prepared).train, terms, cross_validate=False, scan=True)
+    ends, values = cause_intervals(result), result.values
+    return {
+        item.key: FittedParameter(values[item.key], ends[item.key], item.parameter.null)
+        for item in result.numbers
+    }
+
+
+def _at_first(value: FittedParameter) -> FittedParameter:
+    """Return a number's change in the first recording: none; of one that is infinite there, itself."""
+    null = value.null or 0.0
+    change = 0.0 if math.isfinite(null) else null
+    return FittedParameter(change, (change, change), change)
+
+
+def _course(changes: Sequence[FittedParameter]) -> Course:
+    """Return how a number went; of one that is infinite in the first recording, its inverse."""
+    low, high = np.array([item.ci95 for item in changes]).T
+    values = np.array([item.value for item in changes])
+    if any(not math.isfinite(item.null or 0.0) for item in changes):
+        with np.errstate(divide="ignore"):
+            values, low, high = 1.0 / values, 1.0 / high, 1.0 / low
+    return course_of(values, np.abs(high - low) / (2.0 * float(norm.ppf(0.975))))
