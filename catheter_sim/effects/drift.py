@@ -117,6 +117,8 @@ EFFECT = Effect(
     summary="the zero of the inputs wanders by zero + zero_<channel> a minute of the trial, or what arrives "
     "under a held input grows by the share `creep` with the time constant `creep_time_s`",
     trace="an error that grows with the time in the trial, also where the same input returns or is held",
+    bench="Hold one input for ten minutes, return to zero and wait as long: what goes on moving? Look"
+    " at temperature, slipping clamps and creeping polymers.",
     forms=(
         Form(
             name="zero",

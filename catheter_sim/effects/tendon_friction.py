@@ -35,6 +35,9 @@ EFFECT = Effect(
     name="tendon_friction",
     summary="the tendons' capstan friction differs from the specification, or a catheter's path is tortuous",
     trace="a loop between loading and unloading whose width grows with tension and bending",
+    bench="Hang a weight on one end of a tendon, bend the robot by hand, and pull the other end with "
+    "a spring scale: the force at which the tendon starts to slide, over the weight, is what "
+    "friction makes of it. Look for worn or dirty eyelets.",
     forms=(
         Form(
             name="coefficient",
