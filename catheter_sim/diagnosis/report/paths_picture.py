@@ -43,8 +43,7 @@ def paths_figure(fit: TrialFit) -> Figure | None:
         axes.set_ylabel(f"{plane[1]} [mm]", fontsize=10)
         axes.set_title(_SIDES["".join(plane)], fontsize=10)
         tidy_axes(axes)
-        low_x, high_x, low_y, high_y = *axes.get_xlim(), *axes.get_ylim()
-        tallest = max(tallest, (high_y - low_y) / (high_x - low_x))
+        tallest = max(tallest, float(np.ptp(axes.get_ylim()) / np.ptp(axes.get_xlim())))
     height = min(_LARGEST_HEIGHT, max(2.6, tallest * _WIDTH / len(planes))) + 0.9
     figure.set_size_inches(_WIDTH, height)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, **LEGEND)
