@@ -13,8 +13,9 @@ from cli_command import Run
 
 from catheter_sim import viewer
 from catheter_sim.catalogue import load_robot
+from catheter_sim.pictures.tendon_paint import TENSION_COLOURS, tension_colours
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.viewer import Sliders, TendonPaint, show, slider_ranges, tension_colours
+from catheter_sim.viewer import Sliders, TendonPaint, show, slider_ranges
 
 
 class FakeWindow:
@@ -85,7 +86,7 @@ def test_colours_run_from_grey_through_yellow_to_red() -> None:
     colours = tension_colours(share)
     assert colours.shape == (11, 4)
     assert colours.dtype == np.float32
-    assert colours[[0, 5, 10], :3] == pytest.approx(np.array(viewer.TENSION_COLOURS), abs=1e-6)
+    assert colours[[0, 5, 10], :3] == pytest.approx(np.array(TENSION_COLOURS), abs=1e-6)
     assert (colours[:, 3] == 1.0).all()
     assert (np.diff(colours[:6, 0]) > 0.0).all()
     assert (np.diff(colours[5:, 1]) < 0.0).all()
@@ -182,7 +183,7 @@ def test_friction_shows_along_a_tendon() -> None:
     full = slider_ranges(simulator.robot, "tension").full_tension[0]
     assert colours[:30] == pytest.approx(tension_colours(pulled / full), abs=1e-6)
     assert np.abs(colours[0] - colours[29]).max() > 0.1
-    assert colours[30:, :3] == pytest.approx(np.tile(viewer.TENSION_COLOURS[0], (30, 1)), abs=1e-6)
+    assert colours[30:, :3] == pytest.approx(np.tile(TENSION_COLOURS[0], (30, 1)), abs=1e-6)
     first = window.user_scn.geoms[0].pos
     here, there = (simulator.data.site(f"hole_right_{k}").xpos for k in (0, 1))
     assert first == pytest.approx((here + there) / 2.0, abs=1e-6)
