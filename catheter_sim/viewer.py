@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -17,10 +17,12 @@ from typing import Any, Protocol
 import mujoco
 import numpy as np
 
+from catheter_sim.channels import drives_of
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.quick_model import input_range, quick_model
 from catheter_sim.errors import InputError
+from catheter_sim.modelling.model_cache import remembered_mjcf
 from catheter_sim.pictures.tendon_paint import paint_tendons, pulled_tendons, stretch_tensions
 from catheter_sim.simulation.simulator import Simulator
 
@@ -78,6 +80,61 @@ def slider_ranges(robot: RobotSpec, actuation: str) -> Ranges:
     )
 
 
+def slider_names(simulator: Simulator) -> list[str]:
+    """Return what the sliders of a simulator's actuators are called: their channels, with a slider's unit.
+
+    Where several tendons share a channel, each has a slider of its own, and the channel's value is their sum.
+    """
+    names: dict[int, str] = {}
+    for drive in drives_of(simulator.robot, simulator.actuation):
+        stem = drive.column.rpartition("_")[0]
+        unit = drive.quantity.value.partition(",")[0]
+        for number, tendon in enumerate(drive.tendons, 1):
+            which = f" {number} of {len(drive.tendons)}" if len(drive.tendons) > 1 else ""
+            names[tendon] = f"{stem}{which} [{unit}]"
+    model = simulator.model
+    partners = dict(antagonists(model, len(simulator.robot.tendons)))
+    for actuator in range(model.nu):
+        if actuator in partners:
+            names[actuator] = f"antagonist of {names[partners[actuator]]}"
+    return [names.get(actuator, model.actuator(actuator).name) for actuator in range(model.nu)]
+
+
+def named_model(simulator: Simulator, names: Sequence[str]) -> mujoco.MjModel:
+    """Return a simulator's model again, its actuators under other names, to be shown and not to be stepped.
+
+    A window names its sliders by the actuators of the model that it is given. The simulator finds its own
+    model's actuators by their names, which no model can change once it is compiled.
+    """
+    spec = mujoco.MjSpec.from_string(remembered_mjcf(simulator.robot, simulator.actuation))
+    for actuator, name in zip(spec.actuators, names, strict=True):
+        actuator.name = name
+    shown = spec.compile()
+    for field in (
+        "actuator_ctrlrange",
+        "actuator_ctrllimited",
+        "geom_pos",
+        "site_pos",
+        "body_pos",
+        "jnt_pos",
+    ):
+        getattr(shown, field)[:] = getattr(simulator.model, field)
+    shown.opt.gravity[:] = simulator.model.opt.gravity
+    shown.opt.timestep = simulator.model.opt.timestep
+    return shown
+
+
+def antagonists(model: mujoco.MjModel, count: int) -> list[tuple[int, int]]:
+    """Return the actuators, beyond the first `count`, that mirror one of these, and which."""
+    found = []
+    for actuator in range(count, model.nu):
+        pair = model.actuator(actuator).name.replace("antagonist_", "tendon_", 1)
+        partner = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, pair)
+        if partner not in (actuator, -1):
+            found.append((actuator, partner))
+    return found
+
+
 class Sliders:
     """The viewer's control sliders as the inputs of a simulator."""
 
@@ -89,13 +146,9 @@ class Sliders:
         model.actuator_ctrllimited[:] = 1
         model.actuator_ctrlrange[:count] = np.stack([self._least, self._most], axis=1)
         # Of a catheter's pair the antagonist's slider only shows what the pair's own does.
-        self._antagonists: list[tuple[int, int]] = []
-        for actuator in range(count, model.nu):
-            pair = model.actuator(actuator).name.replace("antagonist_", "tendon_", 1)
-            partner = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, pair)
-            if partner != actuator and partner >= 0:
-                self._antagonists.append((actuator, partner))
-                model.actuator_ctrlrange[actuator] = -self._most[partner], -self._least[partner]
+        self._antagonists = antagonists(model, count)
+        for actuator, partner in self._antagonists:
+            model.actuator_ctrlrange[actuator] = -self._most[partner], -self._least[partner]
         self._command = np.zeros(count)
 
     def reset(self) -> None:
@@ -204,7 +257,8 @@ def view(robot: RobotSpec, gravity_mps2: tuple[float, float, float]) -> None:
     try:
         import mujoco.viewer as viewer
 
-        window = viewer.launch_passive(simulator.model, simulator.data)
+        shown = named_model(simulator, slider_names(simulator))
+        window = viewer.launch_passive(shown, simulator.data)
     except (ImportError, RuntimeError, mujoco.FatalError) as error:
         raise InputError(f"no viewer: {' '.join(str(error).split())}; {_ELSEWHERE}") from None
     with window:

@@ -15,7 +15,7 @@ from catheter_sim import viewer
 from catheter_sim.catalogue import load_robot
 from catheter_sim.pictures.tendon_paint import TENSION_COLOURS, tension_colours
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.viewer import Sliders, TendonPaint, show, slider_ranges
+from catheter_sim.viewer import Sliders, TendonPaint, named_model, show, slider_names, slider_ranges
 
 
 class FakeWindow:
@@ -116,6 +116,46 @@ def test_every_slider_moves_the_robot_and_stays_where_it_was_left(reference: str
         tip = simulator.posture().p_w[-1]
         simulator.reset()
         assert np.linalg.norm(simulator.posture().p_w[-1] - tip) > 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("reference", "names"),
+    [
+        ("neuroendoscope_section", ["tension_right [N]", "tension_left [N]"]),
+        ("chest_tube_section", ["tension_active [N]"]),
+        ("mitral_transseptal", ["displacement_bending [m]", "displacement_torsion_proximal [m]"]),
+        ("neuroendoscope", ["tension_distal_right [N]"]),
+    ],
+)
+def test_sliders_are_named_by_channel_and_reach_the_simulators_controls(
+    reference: str, names: list[str]
+) -> None:
+    """In the model that is shown, actuator by actuator; its size and its sliders are the simulator's."""
+    robot = load_robot(reference)
+    simulator = Simulator(robot)
+    Sliders(simulator, slider_ranges(robot, simulator.actuation))
+    said = slider_names(simulator)
+    model = named_model(simulator, said)
+    assert [model.actuator(k).name for k in range(model.nu)] == said
+    assert set(names) <= set(said)
+    own = simulator.model
+    assert (model.nq, model.nv, model.nu, model.nbody, model.ngeom, model.ntendon, model.nsite) == (
+        own.nq, own.nv, own.nu, own.nbody, own.ngeom, own.ntendon, own.nsite,
+    )  # fmt: skip
+    assert (model.actuator_trnid == own.actuator_trnid).all()
+    assert (model.actuator_ctrlrange == own.actuator_ctrlrange).all()
+    copied = mujoco.MjData(own)
+    mujoco.mj_forward(model, simulator.data)
+    mujoco.mj_forward(own, copied)
+    assert simulator.data.geom_xpos == pytest.approx(copied.geom_xpos, abs=1e-9)
+    if reference == "neuroendoscope":
+        assert sorted(name for name in said if "proximal_left" in name) == [
+            "tension_proximal_left 1 of 2 [N]",
+            "tension_proximal_left 2 of 2 [N]",
+        ]
+    if reference == "mitral_transseptal":
+        assert said[4] == "antagonist of displacement_bending [m]"
 
 
 @pytest.mark.slow
