@@ -9,25 +9,24 @@ from __future__ import annotations
 import os
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from catheter_sim.channels import drives_of
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.quick_model import input_range, quick_model
 from catheter_sim.errors import InputError
-from catheter_sim.mjcf.names import tendon as tendon_name
+from catheter_sim.modelling.model_cache import remembered_mjcf
+from catheter_sim.pictures.tendon_paint import paint_tendons, pulled_tendons, stretch_tensions
 from catheter_sim.simulation.simulator import Simulator
 
 FRAME_S = 1.0 / 30.0
-TENSION_COLOURS = ((0.45, 0.50, 0.58), (0.98, 0.78, 0.10), (0.82, 0.05, 0.08))  # slack, half, full
-_WIDER = 1.6  # what is drawn over a tendon's own drawing
 _SCREEN_VARIABLES = ("DISPLAY", "WAYLAND_DISPLAY")
 _ELSEWHERE = "`catheter-sim render` draws to a file and needs none"
 
@@ -47,20 +46,6 @@ class Window(Protocol):
 
     def sync(self) -> None:
         """Show the state, and take over what the user did."""
-
-
-def tension_colours(share: ArrayLike) -> NDArray[np.float32]:
-    """Return a colour for each tension, shape (*, 4): red, green, blue, opacity from 0 to 1.
-
-    From grey through yellow to red.
-
-    Args:
-        share: tensions over what counts as full, shape (*); below 0 is shown as 0, above 1 as 1, NaN as 0.
-    """
-    place = np.clip(np.nan_to_num(np.asarray(share, float), nan=0.0), 0.0, 1.0)
-    stops = np.linspace(0.0, 1.0, len(TENSION_COLOURS))
-    channels = [np.interp(place, stops, column) for column in zip(*TENSION_COLOURS, strict=True)]
-    return np.stack([*channels, np.ones_like(place)], axis=-1).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -95,6 +80,61 @@ def slider_ranges(robot: RobotSpec, actuation: str) -> Ranges:
     )
 
 
+def slider_names(simulator: Simulator) -> list[str]:
+    """Return what the sliders of a simulator's actuators are called: their channels, with a slider's unit.
+
+    Where several tendons share a channel, each has a slider of its own, and the channel's value is their sum.
+    """
+    names: dict[int, str] = {}
+    for drive in drives_of(simulator.robot, simulator.actuation):
+        stem = drive.column.rpartition("_")[0]
+        unit = drive.quantity.value.partition(",")[0]
+        for number, tendon in enumerate(drive.tendons, 1):
+            which = f" {number} of {len(drive.tendons)}" if len(drive.tendons) > 1 else ""
+            names[tendon] = f"{stem}{which} [{unit}]"
+    model = simulator.model
+    partners = dict(antagonists(model, len(simulator.robot.tendons)))
+    for actuator in range(model.nu):
+        if actuator in partners:
+            names[actuator] = f"antagonist of {names[partners[actuator]]}"
+    return [names.get(actuator, model.actuator(actuator).name) for actuator in range(model.nu)]
+
+
+def named_model(simulator: Simulator, names: Sequence[str]) -> mujoco.MjModel:
+    """Return a simulator's model again, its actuators under other names, to be shown and not to be stepped.
+
+    A window names its sliders by the actuators of the model that it is given. The simulator finds its own
+    model's actuators by their names, which no model can change once it is compiled.
+    """
+    spec = mujoco.MjSpec.from_string(remembered_mjcf(simulator.robot, simulator.actuation))
+    for actuator, name in zip(spec.actuators, names, strict=True):
+        actuator.name = name
+    shown = spec.compile()
+    for field in (
+        "actuator_ctrlrange",
+        "actuator_ctrllimited",
+        "geom_pos",
+        "site_pos",
+        "body_pos",
+        "jnt_pos",
+    ):
+        getattr(shown, field)[:] = getattr(simulator.model, field)
+    shown.opt.gravity[:] = simulator.model.opt.gravity
+    shown.opt.timestep = simulator.model.opt.timestep
+    return shown
+
+
+def antagonists(model: mujoco.MjModel, count: int) -> list[tuple[int, int]]:
+    """Return the actuators, beyond the first `count`, that mirror one of these, and which."""
+    found = []
+    for actuator in range(count, model.nu):
+        pair = model.actuator(actuator).name.replace("antagonist_", "tendon_", 1)
+        partner = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, pair)
+        if partner not in (actuator, -1):
+            found.append((actuator, partner))
+    return found
+
+
 class Sliders:
     """The viewer's control sliders as the inputs of a simulator."""
 
@@ -106,13 +146,9 @@ class Sliders:
         model.actuator_ctrllimited[:] = 1
         model.actuator_ctrlrange[:count] = np.stack([self._least, self._most], axis=1)
         # Of a catheter's pair the antagonist's slider only shows what the pair's own does.
-        self._antagonists: list[tuple[int, int]] = []
-        for actuator in range(count, model.nu):
-            pair = model.actuator(actuator).name.replace("antagonist_", "tendon_", 1)
-            partner = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, pair)
-            if partner != actuator and partner >= 0:
-                self._antagonists.append((actuator, partner))
-                model.actuator_ctrlrange[actuator] = -self._most[partner], -self._least[partner]
+        self._antagonists = antagonists(model, count)
+        for actuator, partner in self._antagonists:
+            model.actuator_ctrlrange[actuator] = -self._most[partner], -self._least[partner]
         self._command = np.zeros(count)
 
     def reset(self) -> None:
@@ -135,55 +171,21 @@ class TendonPaint:
     """Draws the tendons of a simulator stretch by stretch."""
 
     def __init__(self, simulator: Simulator, ranges: Ranges) -> None:
-        model = simulator.model
         self._simulator = simulator
-        pulling = np.flatnonzero(model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
-        sites = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_SITE)
-        self._pulls = [
-            (int(actuator), int(model.actuator_trnid[actuator, 0]))
-            for actuator in pulling
-            if sites[model.actuator_trnid[actuator, 0]]
-        ]
-        names = [tendon_name(tendon.name) for tendon in simulator.robot.tendons]
-        self._rows = [
-            names.index(name) if name in names else -1
-            for name in (model.tendon(tendon).name for _, tendon in self._pulls)
-        ]
+        self._pulled = pulled_tendons(simulator.model, simulator.robot)
         self._full = [
-            ranges.full_tension[row] if row >= 0 else ranges.full_tension.max() for row in self._rows
+            ranges.full_tension[row] if row >= 0 else ranges.full_tension.max() for row in self._pulled.rows
         ]
 
-    def tensions(self) -> list[Array]:
+    def tensions(self) -> tuple[Array, ...]:
         """Return the tension in every straight stretch of each drawn tendon, base to tip [N]."""
-        model, data = self._simulator.model, self._simulator.data
-        spans = self._simulator.span_tension()
-        result = []
-        for (actuator, tendon), row in zip(self._pulls, self._rows, strict=True):
-            stretches = int(model.tendon_num[tendon]) - 1
-            known = spans[row][np.isfinite(spans[row])] if row >= 0 else np.zeros(0)
-            if not len(known):
-                pull = -model.actuator_gear[actuator, 0] * data.actuator_force[actuator]
-                known = np.array([max(0.0, float(pull))])
-            # More stretches than spans: a run before the base, or two stretches at each joint.
-            result.append(known[np.arange(stretches) * len(known) // stretches])
-        return result
+        return stretch_tensions(self._simulator, self._pulled)
 
     def draw(self, scene: mujoco.MjvScene) -> None:
         """Put the tendons into `scene`, as far as it has room."""
-        model, data = self._simulator.model, self._simulator.data
         scene.ngeom = 0
-        for (_, tendon), full, tension in zip(self._pulls, self._full, self.tensions(), strict=True):
-            first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
-            path = data.site_xpos[model.wrap_objid[first : first + count]]
-            width = _WIDER * float(model.tendon_width[tendon])
-            for k, colour in enumerate(tension_colours(tension / full)):
-                if scene.ngeom >= scene.maxgeom:
-                    return
-                geom = scene.geoms[scene.ngeom]
-                capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
-                mujoco.mjv_initGeom(geom, capsule, np.zeros(3), np.zeros(3), np.eye(3).ravel(), colour)
-                mujoco.mjv_connector(geom, capsule, width, path[k], path[k + 1])
-                scene.ngeom += 1
+        model, data = self._simulator.model, self._simulator.data
+        paint_tendons(scene, model, data, self._pulled, self.tensions(), self._full)
 
 
 def show(
@@ -255,7 +257,8 @@ def view(robot: RobotSpec, gravity_mps2: tuple[float, float, float]) -> None:
     try:
         import mujoco.viewer as viewer
 
-        window = viewer.launch_passive(simulator.model, simulator.data)
+        shown = named_model(simulator, slider_names(simulator))
+        window = viewer.launch_passive(shown, simulator.data)
     except (ImportError, RuntimeError, mujoco.FatalError) as error:
         raise InputError(f"no viewer: {' '.join(str(error).split())}; {_ELSEWHERE}") from None
     with window:

@@ -4,9 +4,13 @@ example:
   catheter-sim render neuroendoscope_section --inputs in.csv -o video.mp4
   catheter-sim render neuroendoscope --inputs in.csv -o last.png --width 1280 --height 960
   catheter-sim render neuroendoscope --inputs in.csv -o fifth.png --row 5
+  catheter-sim render neuroendoscope --inputs in.csv -o three.png --rows 1,5,9
+  catheter-sim render neuroendoscope_section --inputs in.csv -o loops.gif --curves --width 640 --height 360
 
-The video plays the whole file of inputs; the picture shows its last row, or the robot at --row or
---time, after all rows before it. Between two rows the inputs lie on the line from one to the other.
+The video (.mp4, or .gif) plays the whole file of inputs, with --curves beside it their curves; the
+picture shows its last row, or the robot at --row or --time, after all rows before it, or several
+--rows in one. Between two rows the inputs lie on the line from one to the other. Tendons are
+coloured by their tension along their length.
 Inputs, units and settings are those of `catheter-sim simulate`. Width and height are in pixels.
 cameras: overview (default), side (along +y, onto the bending plane).
 """
@@ -26,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     size = arguments.whole_number(16, 4096)
     arguments.add_robot(parser)
     arguments.add_inputs(parser)
-    arguments.add_output(parser, "OUT.mp4|OUT.png", "file to write")
+    arguments.add_output(parser, "OUT.mp4|OUT.gif|OUT.png", "file to write")
     parser.add_argument("--width", metavar="PX", type=size, default=1280, help="[pixels], default 1280")
     parser.add_argument("--height", metavar="PX", type=size, default=720, help="[pixels], default 720")
     moment = parser.add_mutually_exclusive_group()
@@ -36,7 +40,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     moment.add_argument(
         "--time", metavar="S", type=arguments.number, help="time of a picture by the file's time_s [s]"
     )
+    moment.add_argument(
+        "--rows", metavar="N,N,...", type=_row_numbers, help="rows in one picture, the last in full colours"
+    )
+    parser.add_argument("--curves", action="store_true", help="the inputs' curves beside the video")
     parser.add_argument("--camera", choices=CAMERAS, default=CAMERAS[0], help="where to look from")
+
+
+def _row_numbers(text: str) -> tuple[int, ...]:
+    """Return numbers of rows, 1 for the first, from text like "1,5,9"."""
+    number = arguments.whole_number(1, 10**9)
+    return tuple(number(part.strip()) for part in text.split(","))
 
 
 def run(options: argparse.Namespace) -> int:
@@ -47,11 +61,16 @@ def run(options: argparse.Namespace) -> int:
     from catheter_sim.pictures.images import PICTURE, suffix_of
     from catheter_sim.pictures.offscreen import render
 
-    moment = (options.row, options.time)
-    if suffix_of(options.output) != PICTURE and moment != (None, None):
-        raise InputError(f"{options.output}: --row and --time choose what a picture shows; choices: .png")
+    several = options.rows or ()
+    picture = suffix_of(options.output) == PICTURE
+    if not picture and (options.row, options.time, options.rows) != (None, None, None):
+        raise InputError(
+            f"{options.output}: --row, --rows and --time choose what a picture shows; choices: .png"
+        )
+    if picture and options.curves:
+        raise InputError(f"{options.output}: --curves stand beside a video; choices: .mp4, .gif")
     driven = drive(options)
-    shown = inputs_until(driven, *moment)
+    shown = inputs_until(driven, max(several, default=options.row), options.time)
     with lines_named(driven.table):
         render(
             driven.robot,
@@ -62,6 +81,8 @@ def run(options: argparse.Namespace) -> int:
             options.height,
             options.camera,
             progress=True,
+            rows=[row - 1 for row in several],
+            curves=options.curves,
         )
     print(f"wrote {options.output}: {options.width} x {options.height} pixels")
     return 0

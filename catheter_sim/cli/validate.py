@@ -5,8 +5,8 @@ example:
   catheter-sim validate neuroendoscope_section -o results/validation
 
 Prints one line per check (ours, analytic, published, error, tolerance, source; units in the line)
-and leaves the table as text and JSON, and plots, in the output folder. Without ROBOT: every robot
-that has checks. Exit status 1 where a line is out of its tolerance.
+and leaves report.html, the table as text and JSON, and plots in the output folder. Without ROBOT:
+every robot that has checks. Exit status 1 where a line is out of its tolerance.
 """
 
 from __future__ import annotations

@@ -4,11 +4,12 @@ example:
   catheter-sim view neuroendoscope
   catheter-sim view chest_tube --set friction.mu=0.1 --gravity 0,0,-9.81
 
-The sliders under "Control" are the tendons' tensions [N] or displacements [m], of a catheter the
-pairs' displacements and the tube's advance; they reach as far as bends each segment by 90 deg, a
-catheter's as far as its joints go. The steps are this package's, friction included, in real time where
-the machine keeps up. Tendons are coloured along their length by tension: grey slack, yellow half, red
-full. "Reset" brings the robot back to rest. Without a screen: one line on stderr, exit status 2.
+The sliders under "Control" bear the names of the input channels: tensions [N] or displacements [m],
+of a catheter the pairs' displacements and the tube's advance; they reach as far as bends each
+segment by 90 deg, a catheter's as far as its joints go. The steps are this package's, friction
+included, in real time where the machine keeps up. Tendons are coloured along their length by
+tension: grey slack, yellow half, red full. "Reset" brings the robot back to rest. Without a screen:
+one line on stderr, exit status 2.
 """
 
 from __future__ import annotations

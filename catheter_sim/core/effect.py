@@ -254,6 +254,7 @@ class Effect:
         advice: what to measure to tell the cause from others, by the others' names.
         least_trials: number of training trials below which a diagnosis cannot tell it from others.
         in_turn: the order in which a diagnosis tries the forms; by default that of `forms`.
+        bench: what to look at or to measure on the robot itself, with a ruler, a weight, a spring scale.
     """
 
     name: str
@@ -264,6 +265,7 @@ class Effect:
     advice: Mapping[frozenset[str], str] = field(default_factory=dict)
     least_trials: int = 1
     in_turn: Callable[[RobotSpec, tuple[Form, ...]], Iterable[Form]] | None = None
+    bench: str = ""
 
     def parameters(self, robot: RobotSpec) -> tuple[Parameter, ...]:
         """Return the parameters of all forms; none where the effect makes no sense for the robot."""

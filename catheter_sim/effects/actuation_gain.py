@@ -26,6 +26,8 @@ EFFECT = Effect(
     name="actuation_gain",
     summary="the input channels' scale is wrong: what arrives is scale * scale_<channel> * input",
     trace="an error in proportion to the input, the same on the way out and back",
+    bench="Command known steps, and measure at the tendon, with a ruler or a second force gauge, what"
+    " arrives; compare spools, gears and the sensor's calibration with the robot's file.",
     forms=(
         Form(
             name="scale",

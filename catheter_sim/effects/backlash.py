@@ -77,6 +77,8 @@ EFFECT = Effect(
     name="backlash",
     summary="dead-band between each actuator and its tendon; whole widths, of all and of each, add up",
     trace="a loop of constant width in the input, and a standstill after each reversal",
+    bench="Hold the tip still and turn each actuator gently to and fro: how far it goes before the "
+    "tendon pulls is the dead-band. Look at knots, clamps, couplings and gears.",
     forms=(
         Form(
             name="play",

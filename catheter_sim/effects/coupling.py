@@ -89,6 +89,8 @@ EFFECT = Effect(
     name="coupling",
     summary="<from>_to_<to> times the input of one section or joint is added to the other's, side to side",
     trace="a section or joint that moves while only another one is driven, in proportion",
+    bench="Drive one section or joint alone, and watch the others' tendons and angles: what moves "
+    "that should not?",
     forms=(
         Form(
             name="share",

@@ -158,6 +158,8 @@ EFFECT = Effect(
     "under a held input grows by the share `creep` with the time constant `creep_time_s`; or what is "
     "observed grows so by `response_creep`",
     trace="an error that grows with the time in the trial, also where the same input returns or is held",
+    bench="Hold one input for ten minutes, return to zero and wait as long: what goes on moving? Look"
+    " at temperature, slipping clamps and creeping polymers.",
     forms=(
         Form(
             name="zero",

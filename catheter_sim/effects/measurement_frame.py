@@ -36,6 +36,8 @@ EFFECT = Effect(
     summary="measured positions are the true ones turned about the base by a rotation vector, then shifted, "
     "then `scale` times as far from the tracker's zero",
     trace="an error that depends on where the tip is, not on how it came there",
+    bench="Touch three known points of the base with the tracker and compare them with the drawing: "
+    "is its frame turned or shifted?",
     forms=(
         Form(
             name="rigid",

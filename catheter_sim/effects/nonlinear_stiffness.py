@@ -36,6 +36,8 @@ EFFECT = Effect(
     name="nonlinear_stiffness",
     summary="moment EI (k + cubic k^3 + quintic k^5) of the bend per length k, added to the specified law",
     trace="an error that grows faster than the bending, alike in all directions",
+    bench="With slack tendons, bend the robot at its tip with a spring scale to small and to large "
+    "angles: does the force stay in proportion?",
     forms=(
         Form(
             name="cubic",

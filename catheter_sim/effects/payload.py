@@ -55,6 +55,8 @@ EFFECT = Effect(
     name="payload",
     summary="a constant force on the tip, in the base frame, or a mass there",
     trace="an error that is there at rest and changes with where the robot points; a mass also slows swings",
+    bench="Look for what hangs on the tip (a tool, a tube, a tracker's cable), weigh it, and write it"
+    " into the robot's file; see which way gravity points in the base frame.",
     forms=(
         Form(
             name="force",

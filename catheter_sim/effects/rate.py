@@ -56,6 +56,8 @@ EFFECT = Effect(
     "or what is observed so follows the robot, but for tensions at the actuators; or the robot's material "
     "resists a rate of strain by more than specified",
     trace="a loop whose width grows with the speed, and which closes where the input is held",
+    bench="Step one input and record as fast as the tracker can: how long until the tip moves, and "
+    "until it rests? See whether inputs and tracker have one clock.",
     forms=(
         _form("input_lag", "lag_s y' = u - y", "lag_s", _BEFORE),
         _form("input_delay", "y(t) = u(t - delay_s)", "delay_s", _BEFORE),

@@ -51,6 +51,8 @@ EFFECT = Effect(
     name="stiffness",
     summary="every elastic constant is `scale` times the specified one, or those of a section are",
     trace="too little or too much bending under tension or load, in proportion, in every direction",
+    bench="With slack tendons, hang a known weight on the tip and measure how far it sinks; compare "
+    "material, diameter and wall of what bends with the robot's file.",
     forms=(
         Form(
             name="scale",

@@ -118,6 +118,8 @@ EFFECT = Effect(
     summary="tendons stretch with tension, in series with the specified stiffness, or stay longer by "
     "`set_share` of the most that they have been pulled",
     trace="too little bending, in proportion to the tension, alike in all directions",
+    bench="Clamp the robot's end of a tendon, pull with known forces and measure how long it gets; "
+    "let go, and see whether it comes back whole.",
     forms=(
         Form(
             name="spring",

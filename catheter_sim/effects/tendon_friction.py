@@ -81,6 +81,9 @@ EFFECT = Effect(
     summary="the tendons' capstan friction differs from the specification, or a catheter's path is tortuous, "
     "or tendons that are pulled rub before they reach the robot",
     trace="a loop between loading and unloading whose width grows with tension and bending",
+    bench="Hang a weight on one end of a tendon, bend the robot by hand, and pull the other end with "
+    "a spring scale: the force at which the tendon starts to slide, over the weight, is what "
+    "friction makes of it. Look for worn or dirty eyelets.",
     forms=(
         Form(
             name="coefficient",

@@ -24,6 +24,8 @@ EFFECT = Effect(
     name="twist",
     summary="the tendons' holes turn about the backbone at a constant rate along the robot",
     trace="a bending plane that turns from segment to segment",
+    bench="Look along the straight robot from its tip: do the holes of all disks lie on straight "
+    "lines? See how the disks are fixed to the backbone.",
     forms=(
         Form(
             name="holes",

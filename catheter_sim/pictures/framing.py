@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from itertools import product
 
 import mujoco
 import numpy as np
@@ -14,12 +15,12 @@ from catheter_sim.pictures.state import State, put
 
 Array = NDArray[np.float64]
 
-_MARGIN = 1.12  # picture over what is to be seen
+_MARGIN = 1.06  # picture over what is to be seen
 _VISIBLE_GROUPS = 3  # MuJoCo shows the geom groups 0 to 2
 
 
 def swept_points(model: mujoco.MjModel, states: Iterable[State]) -> Array:
-    """Return points that enclose what is drawn in all `states`, shape (n, 3) [m].
+    """Return points that enclose what is drawn in all `states`, shape (n, 3) [m]: the corners of its boxes.
 
     Args:
         model: the robot; it is left in the last state.
@@ -27,12 +28,14 @@ def swept_points(model: mujoco.MjModel, states: Iterable[State]) -> Array:
     """
     data = mujoco.MjData(model)
     shown = model.geom_group < _VISIBLE_GROUPS
-    radius = model.geom_rbound[shown, np.newaxis]
+    middle, half = model.geom_aabb[shown, :3], model.geom_aabb[shown, 3:]
     clouds = []
     for state in states:
         put(state, model, data)
-        for side in np.concatenate([np.eye(3), -np.eye(3)]):
-            clouds.append(data.geom_xpos[shown] + radius * side)
+        turned = data.geom_xmat[shown].reshape(-1, 3, 3)
+        for side in product((-1.0, 1.0), repeat=3):
+            corner = middle + half * side
+            clouds.append(data.geom_xpos[shown] + (turned @ corner[:, :, np.newaxis])[:, :, 0])
     return np.concatenate(clouds)
 
 
@@ -73,7 +76,7 @@ def emptiest_corner(
     width: int,
     height: int,
     size: tuple[int, int],
-    taken: tuple[int, int] | None = None,
+    taken: Collection[tuple[int, int]] = (),
 ) -> tuple[int, int]:
     """Return the corner (row, column: 0 first, 1 last) where a small rectangle hides the fewest points.
 
@@ -82,7 +85,7 @@ def emptiest_corner(
         points: shape (n, 3) [m].
         width, height: of the picture [pixels].
         size: width and height of the rectangle [pixels].
-        taken: a corner that is no choice.
+        taken: corners that are no choice.
     """
     right, up = view.axes
     scale = height / view.height
@@ -97,6 +100,6 @@ def emptiest_corner(
         )
         for row in (0, 1)
         for column in (0, 1)
-        if (row, column) != taken
+        if (row, column) not in taken
     }
     return min(hidden, key=lambda corner: hidden[corner])

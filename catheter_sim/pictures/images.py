@@ -22,20 +22,21 @@ from catheter_sim.tables import replaced_when_whole
 
 Picture = NDArray[np.uint8]  # shape (height, width, 3)
 
-PICTURE, VIDEO = ".png", ".mp4"
+PICTURE, VIDEO, ANIMATION = ".png", ".mp4", ".gif"
 _LOSS = 10  # of the encoder, 0 (none) to 51
-_INK = (40, 48, 60)
+INK = (40, 48, 60)
+_PALETTE = "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none"
 
 
 def suffix_of(path: str | os.PathLike[str]) -> str:
-    """Return `PICTURE` or `VIDEO`, whichever the file's name ends in.
+    """Return `PICTURE`, `VIDEO` or `ANIMATION`, whichever the file's name ends in.
 
     Raises:
-        InputError: neither.
+        InputError: none of them.
     """
     suffix = Path(path).suffix.lower()
-    if suffix not in (PICTURE, VIDEO):
-        raise unknown("kind of picture or video", suffix, (PICTURE, VIDEO), os.fspath(path))
+    if suffix not in (PICTURE, VIDEO, ANIMATION):
+        raise unknown("kind of picture or video", suffix, (PICTURE, VIDEO, ANIMATION), os.fspath(path))
     return suffix
 
 
@@ -58,10 +59,10 @@ def write_picture(path: str | os.PathLike[str], image: Picture) -> None:
 def write_video(
     path: str | os.PathLike[str], frames: Iterable[Picture], fps: int, count: int, progress: bool = False
 ) -> None:
-    """Write `frames` as an MP4 that every player shows (H.264, yuv420p).
+    """Write `frames` as an MP4 that every player shows (H.264, yuv420p), or as a GIF that runs for ever.
 
     Args:
-        path: file to write.
+        path: file to write, `.mp4` or `.gif`.
         frames: pictures of one size, even in width and height.
         fps: frames a second.
         count: how many frames there are, for the progress bar.
@@ -92,8 +93,10 @@ def _encoded(
         for frame in frames:
             height, width = frame.shape[:2]
             if encoder is None:
-                require_even(path, width, height)
-                encoder = opened.enter_context(_Encoder(width, height, fps, encoded))
+                animation = Path(path).suffix.lower() == ANIMATION
+                if not animation:
+                    require_even(path, width, height)
+                encoder = opened.enter_context(_Encoder(width, height, fps, encoded, animation))
             if (width, height) != encoder.size:
                 raise ValueError(f"frame {written + 1} is {width} x {height}, others are {encoder.size}")
             if not encoder.took(frame):
@@ -109,10 +112,12 @@ class _Encoder:
         size: width and height of the pictures [pixels].
     """
 
-    def __init__(self, width: int, height: int, fps: int, encoded: Path) -> None:
+    def __init__(self, width: int, height: int, fps: int, encoded: Path, animation: bool) -> None:
         self.size = (width, height)
         picture = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps}"]
         coding = ["-an", "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", f"{_LOSS}", "-f", "mp4"]
+        if animation:  # 256 colours, chosen for what is shown
+            coding = ["-an", "-vf", _PALETTE, "-loop", "0", "-f", "gif"]
         command = [get_ffmpeg_exe(), "-y", "-v", "error", *picture, "-i", "-", *coding, os.fspath(encoded)]
         self._process = subprocess.Popen(
             command,
@@ -185,15 +190,17 @@ def with_inset(image: Picture, inset: Picture, corner: tuple[int, int]) -> Pictu
 def caption_size(lines: Iterable[str], height: int) -> tuple[int, int]:
     """Return width and height that `with_caption` takes, margins included, in a picture so high [pixels]."""
     draw = ImageDraw.Draw(Image.new("L", (1, 1)))
-    left, top, right, bottom = draw.multiline_textbbox((0, 0), "\n".join(lines), font=_font(height))
-    return round(right - left) + 2 * _gap(height), round(bottom - top) + 2 * _gap(height)
+    left, top, right, bottom = draw.multiline_textbbox((0, 0), "\n".join(lines), font=font_of(height))
+    return round(right - left) + 2 * gap_of(height), round(bottom - top) + 2 * gap_of(height)
 
 
-def _font(height: int) -> ImageFont.ImageFont | ImageFont.FreeTypeFont:
+def font_of(height: int) -> ImageFont.ImageFont | ImageFont.FreeTypeFont:
+    """Return the letters of a picture so high [pixels]."""
     return ImageFont.load_default(max(10, height // 36))
 
 
-def _gap(height: int) -> int:
+def gap_of(height: int) -> int:
+    """Return the margin around what is written into a picture so high [pixels]."""
     return height // 40
 
 
@@ -201,9 +208,21 @@ def with_caption(image: Picture, lines: Iterable[str], corner: tuple[int, int]) 
     """Return `image` with lines of text in a corner (row, column: 0 first, 1 last)."""
     canvas = Image.fromarray(image)
     draw = ImageDraw.Draw(canvas)
-    font, text, gap = _font(image.shape[0]), "\n".join(lines), _gap(image.shape[0])
+    font, text, gap = font_of(image.shape[0]), "\n".join(lines), gap_of(image.shape[0])
     left, top, right, bottom = draw.multiline_textbbox((0, 0), text, font=font)
     x = image.shape[1] - gap - right if corner[1] else gap - left
     y = image.shape[0] - gap - bottom if corner[0] else gap - top
-    draw.multiline_text((x, y), text, fill=_INK, font=font)
+    draw.multiline_text((x, y), text, fill=INK, font=font)
+    return np.asarray(canvas)
+
+
+def with_words(image: Picture, words: Iterable[str], places: NDArray[np.float64]) -> Picture:
+    """Return `image` with a word beside each of `places`, shape (n, 2) (to the right, down) [pixels]."""
+    canvas = Image.fromarray(image)
+    draw = ImageDraw.Draw(canvas)
+    font, gap = font_of(image.shape[0]), gap_of(image.shape[0])
+    for word, (across, down) in zip(words, places, strict=True):
+        draw.text(
+            (across + gap, down), word, fill=INK, font=font, anchor="lm", stroke_width=2, stroke_fill="white"
+        )
     return np.asarray(canvas)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
 
 import mujoco
 import numpy as np
@@ -14,22 +13,14 @@ from catheter_sim.core.inputs import Inputs, slice_inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
-from catheter_sim.modelling.scene import views
-from catheter_sim.pictures.backend import SMALLEST_SIDE, open_renderer
-from catheter_sim.pictures.framing import emptiest_corner, fitted_view, free_camera, swept_points
-from catheter_sim.pictures.images import (
-    PICTURE,
-    VIDEO,
-    Picture,
-    caption_size,
-    require_even,
-    suffix_of,
-    with_caption,
-    with_inset,
-)
+from catheter_sim.pictures.backend import open_renderer
+from catheter_sim.pictures.curves import Curves, strip_width
+from catheter_sim.pictures.images import ANIMATION, PICTURE, VIDEO, Picture, require_even, suffix_of
 from catheter_sim.pictures.images import write_picture as write_picture_file
 from catheter_sim.pictures.images import write_video as write_video_file
-from catheter_sim.pictures.state import State, put, state_of
+from catheter_sim.pictures.shots import draw, draw_together
+from catheter_sim.pictures.state import State, state_of
+from catheter_sim.pictures.tendon_paint import PulledTendons, pulled_tendons
 from catheter_sim.simulation.replay import RAMP_S, simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.units import si_factor
@@ -37,8 +28,8 @@ from catheter_sim.units import si_factor
 CAMERAS = ("overview", "side")
 FPS = 25
 LONGEST_VIDEO_S = 8.0  # longer inputs are played faster
-_INSET = 0.42  # side of the close-up over the picture's height
 _CAPTION_LINES = 10
+_FEW_CHANNELS = 2  # whose inputs stand in one line of a caption
 
 
 def render(
@@ -50,10 +41,23 @@ def render(
     height: int = 720,
     camera: str = "overview",
     progress: bool = False,
+    rows: Sequence[int] = (),
+    curves: bool = False,
 ) -> None:
-    """Write a picture (.png) or a video (.mp4), as the file's name says; see the two functions below."""
-    write = render_picture if suffix_of(path) == PICTURE else render_video
-    write(robot, inputs, gravity_mps2, path, width, height, camera, progress)
+    """Write a picture (.png) or a video (.mp4, .gif), as the file's name says; see the two functions below.
+
+    Raises:
+        InputError: also where `rows` or `curves` is given for a file that has no use for it.
+    """
+    kind = suffix_of(path)
+    if kind != PICTURE and rows:
+        raise InputError(f"{os.fspath(path)}: several rows are shown in a picture; choices: {PICTURE}")
+    if kind == PICTURE and curves:
+        raise InputError(f"{os.fspath(path)}: curves stand beside a video; choices: {VIDEO}, {ANIMATION}")
+    if kind == PICTURE:
+        render_picture(robot, inputs, gravity_mps2, path, width, height, camera, progress, rows)
+    else:
+        render_video(robot, inputs, gravity_mps2, path, width, height, camera, progress, curves)
 
 
 def render_picture(
@@ -65,8 +69,12 @@ def render_picture(
     height: int = 720,
     camera: str = "overview",
     progress: bool = False,
+    rows: Sequence[int] = (),
 ) -> None:
-    """Write a PNG of the robot at the last row of `inputs`, after all rows before it.
+    """Write a PNG of the robot at the last row of `inputs`, after all rows before it; or of several rows.
+
+    Tendons are coloured by their tension, along their length; a scale bar, the base frame's axes and what
+    the colours mean stand beside the robot.
 
     Args:
         robot: the robot; its `effects` are not read.
@@ -76,14 +84,24 @@ def render_picture(
         width, height: [pixels].
         camera: where to look from, one of `CAMERAS`; the robot fills the picture.
         progress: show on standard error what is done.
+        rows: numbers of the rows to show in one picture, the first 0, the last in full colours; none: the
+            last row alone, with a close look at the robot's base.
 
     Raises:
-        InputError: bad path, size or camera, nothing to draw with, or the simulation diverged.
+        InputError: bad path, size, camera or row, nothing to draw with, or the simulation diverged.
     """
-    _check(path, PICTURE, camera, width, height)
-    last = len(inputs) - 1
-    model, states = _simulated(robot, inputs, gravity_mps2, [last], RAMP_S, progress)
-    (image,) = draw(robot, model, states, [caption(robot, inputs, last)], width, height, camera)
+    _check(path, (PICTURE,), camera, width, height)
+    for row in rows:
+        if not 0 <= row < len(inputs):
+            raise InputError(f"row {row + 1}: the inputs have the rows 1 to {len(inputs)}")
+    shown = list(dict.fromkeys(rows)) or [len(inputs) - 1]
+    model, states = _simulated(robot, inputs, gravity_mps2, shown, RAMP_S, progress)
+    if len(shown) > 1:
+        labels = [f"{row + 1}" for row in shown]
+        lines = [row_words(robot, inputs, row) for row in shown][:_CAPTION_LINES]
+        image = draw_together(robot, model, states, labels, lines, width, height, camera)
+    else:
+        (image,) = draw(robot, model, states, [caption(robot, inputs, shown[0])], width, height, camera)
     write_picture_file(path, image)
 
 
@@ -96,14 +114,17 @@ def render_video(
     height: int = 720,
     camera: str = "overview",
     progress: bool = False,
+    curves: bool = False,
 ) -> None:
-    """Write an MP4 of the robot under `inputs`, in real time or in `LONGEST_VIDEO_S`, whichever is shorter.
+    """Write a video of the robot under `inputs`, in real time or in `LONGEST_VIDEO_S`, whichever is shorter.
 
     Every frame is simulated: the inputs move linearly from row to row. Arguments and errors are those
-    of `render_picture`; width and height are even.
+    of `render_picture`; the file is an `.mp4`, with even width and height, or a `.gif`. With `curves` the
+    inputs' curves take the right part of the picture, and a line in them runs along.
     """
-    _check(path, VIDEO, camera, width, height)
-    require_even(path, width, height)
+    _check(path, (VIDEO, ANIMATION), camera, width, height)
+    if suffix_of(path) == VIDEO:
+        require_even(path, width, height)
     times = frame_times(inputs)
     every = resampled(inputs, np.union1d(inputs.time_s, times))
     rows = [int(row) for row in np.searchsorted(every.time_s, times)]
@@ -111,52 +132,16 @@ def render_video(
     ramp_s = RAMP_S * len(inputs) / len(every)
     model, states = _simulated(robot, every, gravity_mps2, rows, ramp_s, progress)
     captions = [caption(robot, every, row) for row in rows]
-    frames = draw(robot, model, states, captions, width, height, camera)
+    strip = strip_width(width) if curves else 0
+    frames = draw(robot, model, states, captions, width - strip, height, camera)
+    if curves:
+        frames = _beside(frames, Curves(robot, inputs, strip, height), [float(time) for time in times])
     write_video_file(path, frames, FPS, len(rows), progress)
 
 
-def draw(
-    robot: RobotSpec,
-    model: mujoco.MjModel,
-    states: Sequence[State],
-    captions: Sequence[Sequence[str]],
-    width: int,
-    height: int,
-    camera: str = "overview",
-    close_up: bool = True,
-) -> Iterator[Picture]:
-    """Yield one picture for each of `states`, all from one place that holds them all.
-
-    Args:
-        robot: the robot.
-        model: its model; it is left in the last state.
-        states: of its simulator.
-        captions: lines of text for each state.
-        width, height: [pixels].
-        camera: one of `CAMERAS`.
-        close_up: show the cells at the base, in the corner that the robot leaves free.
-    """
-    points = swept_points(model, states)
-    named = {view.name: view for view in views(robot)}
-    view = fitted_view(named[camera], points, width, height)
-    side = max(SMALLEST_SIDE, round(_INSET * min(width, height)))
-    corner = emptiest_corner(view, points, width, height, (side, side))
-    text = caption_size(captions[-1], height)
-    beside = emptiest_corner(view, points, width, height, text, taken=corner)
-    data = mujoco.MjData(model)
-    options = mujoco.MjvOption()
-    options.sitegroup[:] = 0
-    with ExitStack() as opened:
-        large = opened.enter_context(open_renderer(model, width, height))
-        inset = opened.enter_context(open_renderer(model, side, side)) if close_up else None
-        for state, lines in zip(states, captions, strict=True):
-            put(state, model, data)
-            large.update_scene(data, free_camera(view), options)
-            image = large.render()
-            if inset is not None:
-                inset.update_scene(data, free_camera(named["detail"]), options)
-                image = with_inset(image, inset.render(), corner)
-            yield with_caption(image, lines, beside)
+def _beside(frames: Iterator[Picture], strip: Curves, times: Sequence[float]) -> Iterator[Picture]:
+    for frame, time_s in zip(frames, times, strict=True):
+        yield strip.beside(frame, time_s)
 
 
 def frame_times(inputs: Inputs) -> Array:
@@ -188,10 +173,12 @@ def resampled(inputs: Inputs, time_s: Array) -> Inputs:
     )
 
 
-def _check(path: str | os.PathLike[str], suffix: str, camera: str, width: int, height: int) -> None:
+def _check(
+    path: str | os.PathLike[str], suffixes: Sequence[str], camera: str, width: int, height: int
+) -> None:
     """Raise what would otherwise be raised only after the simulation."""
-    if suffix_of(path) != suffix:
-        raise InputError(f"{os.fspath(path)}: the file's name must end in {suffix}")
+    if suffix_of(path) not in suffixes:
+        raise InputError(f"{os.fspath(path)}: the file's name must end in {' or '.join(suffixes)}")
     if camera not in CAMERAS:
         raise unknown("camera", camera, CAMERAS)
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
@@ -209,11 +196,13 @@ def _simulated(
     """Return the model, and its state at each of the given rows of `inputs`."""
     wanted, states = set(rows), {}
     models: list[mujoco.MjModel] = []
+    tendons: list[PulledTendons] = []
 
     def keep(simulator: Simulator, row: int) -> None:
-        models[:] = [simulator.model]
+        if not models or models[0] is not simulator.model:
+            models[:], tendons[:] = [simulator.model], [pulled_tendons(simulator.model, robot)]
         if row in wanted:
-            states[row] = state_of(simulator)
+            states[row] = state_of(simulator, tendons[0])
 
     gravity = np.asarray(gravity_mps2, dtype=float)
     run = simulate(robot, inputs, gravity, ramp_s=ramp_s, progress=progress, on_row=keep)
@@ -228,5 +217,11 @@ def caption(robot: RobotSpec, inputs: Inputs, row: int) -> list[str]:
     values = channel_inputs(robot, slice_inputs(inputs, slice(row, row + 1)))[0]
     for column, value in zip(input_channels(robot, inputs.actuation), values, strict=True):
         name, _, unit = column.rpartition("_")
-        lines.append(f"{name} {value / si_factor(column):.2f} {unit}")
+        lines.append(f"{name.replace('_', ' ')} {value / si_factor(column):.2f} {unit}")
     return lines[:_CAPTION_LINES]
+
+
+def row_words(robot: RobotSpec, inputs: Inputs, row: int) -> str:
+    """Return a row's number, and its inputs if they are few, else its time."""
+    time, *driven = caption(robot, inputs, row)
+    return f"{row + 1}: {', '.join(driven) if len(driven) <= _FEW_CHANNELS else time}"

@@ -13,6 +13,7 @@ import mujoco
 
 from catheter_sim.core.posture import Array
 from catheter_sim.kinds import kind_of
+from catheter_sim.pictures.tendon_paint import PulledTendons, stretch_tensions
 from catheter_sim.simulation.simulator import Simulator
 
 _MOVED = ("jnt_pos", "body_pos", "site_pos")  # fields of the model that a simulation writes
@@ -25,18 +26,21 @@ class State:
     Attributes:
         qpos: joint positions, shape (nq,).
         moved: fields of the model by their names, shapes (..., 3) [m].
+        tension: in every stretch of each pulled tendon [N], where the tendons are to be painted by it.
     """
 
     qpos: Array
     moved: Mapping[str, Array]
+    tension: tuple[Array, ...] = ()
 
 
-def state_of(simulator: Simulator) -> State:
-    """Return what `simulator` shows now."""
+def state_of(simulator: Simulator, tendons: PulledTendons | None = None) -> State:
+    """Return what `simulator` shows now, with the tensions of `tendons` if these are given."""
     model = simulator.model
     moved = {name: getattr(model, name).copy() for name in _MOVED}
     moved["geom_pos"] = kind_of(simulator.robot).picture.geom_places(simulator.robot, model)
-    return State(simulator.data.qpos.copy(), moved)
+    tension = stretch_tensions(simulator, tendons) if tendons is not None else ()
+    return State(simulator.data.qpos.copy(), moved, tension)
 
 
 def put(state: State, model: mujoco.MjModel, data: mujoco.MjData) -> None:

@@ -230,10 +230,24 @@ def build(robot: RobotSpec | str | os.PathLike[str]) -> Any:
     return mujoco.MjSpec.from_string(build_mjcf(built_in(robot_of(robot)), motion=True))
 
 
-def render(run: Run, path: str | os.PathLike[str], width: int = 1280, height: int = 720) -> None:
-    """Write a picture (.png: the last row) or a video (.mp4: all rows) of a simulation, without a screen.
+def render(
+    run: Run,
+    path: str | os.PathLike[str],
+    width: int = 1280,
+    height: int = 720,
+    rows: Sequence[int] = (),
+    curves: bool = False,
+) -> None:
+    """Write a picture (.png: the last row) or a video (.mp4, .gif: all rows) of a run, without a screen.
 
     The inputs are simulated once more, each row held; a run in motion or of a static model has no picture.
+
+    Args:
+        run: a run of `simulate`.
+        path: file to write.
+        width, height: of the picture [pixels].
+        rows: numbers of the rows to show in one picture, 0 for the first; the last in full colours.
+        curves: show the inputs' curves beside the video.
 
     Raises:
         InputError: another file's ending, a run that has no picture, or nothing to draw with.
@@ -249,4 +263,13 @@ def render(run: Run, path: str | os.PathLike[str], width: int = 1280, height: in
     if not isinstance(run, Run) or run.by != HELD:
         raise InputError(f"render: {shown(run)}: only a run of `simulate` whose rows are held is drawn")
     acting = in_force(run.robot, run.inputs)
-    draw(acting.robot, acting.inputs, tuple(run.gravity_mps2), path_of(path, "render"), width, height)
+    draw(
+        acting.robot,
+        acting.inputs,
+        tuple(run.gravity_mps2),
+        path_of(path, "render"),
+        width,
+        height,
+        rows=rows,
+        curves=curves,
+    )

@@ -1,4 +1,4 @@
-"""Runs the checks of chosen robots and leaves table, JSON and plots in a folder."""
+"""Runs the checks of chosen robots and leaves a page, table, JSON and plots in a folder."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ from catheter_sim.validation.mitral_whole import validate_whole
 from catheter_sim.validation.neuroendoscope import validate_full, validate_section
 from catheter_sim.validation.neuroendoscope_figures import validate_figures, validate_printed_full
 from catheter_sim.validation.render import validate_render, validate_render_chest_tube
+from catheter_sim.validation.report import write_report
 from catheter_sim.validation.rod import validate_rod
 from catheter_sim.validation.rod_motion import validate_rod_motion
 from catheter_sim.validation.spacer_disk import validate_spacer_disk
@@ -111,7 +112,7 @@ def validate(robots: Sequence[str], folder: Path, progress: bool = False) -> Val
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
-    done = []
+    before, done = _pictures(folder), []
     with Stages("validate", progress, EVERY_S) as stages:
         for robot in robots or CHECKS:
             for number, check in enumerate(CHECKS[robot], 1):
@@ -119,4 +120,11 @@ def validate(robots: Sequence[str], folder: Path, progress: bool = False) -> Val
                 done.append(check(folder))
     validation = merge(done)
     validation.write(folder)
+    drawn = [path for path, written in _pictures(folder).items() if before.get(path) != written]
+    write_report(validation, folder, drawn)
     return validation
+
+
+def _pictures(folder: Path) -> dict[Path, int]:
+    """Return the folder's pictures and when they were written [ns]."""
+    return {path: path.stat().st_mtime_ns for path in folder.glob("*.png")}

@@ -13,8 +13,9 @@ from cli_command import Run
 
 from catheter_sim import viewer
 from catheter_sim.catalogue import load_robot
+from catheter_sim.pictures.tendon_paint import TENSION_COLOURS, tension_colours
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.viewer import Sliders, TendonPaint, show, slider_ranges, tension_colours
+from catheter_sim.viewer import Sliders, TendonPaint, named_model, show, slider_names, slider_ranges
 
 
 class FakeWindow:
@@ -85,7 +86,7 @@ def test_colours_run_from_grey_through_yellow_to_red() -> None:
     colours = tension_colours(share)
     assert colours.shape == (11, 4)
     assert colours.dtype == np.float32
-    assert colours[[0, 5, 10], :3] == pytest.approx(np.array(viewer.TENSION_COLOURS), abs=1e-6)
+    assert colours[[0, 5, 10], :3] == pytest.approx(np.array(TENSION_COLOURS), abs=1e-6)
     assert (colours[:, 3] == 1.0).all()
     assert (np.diff(colours[:6, 0]) > 0.0).all()
     assert (np.diff(colours[5:, 1]) < 0.0).all()
@@ -115,6 +116,46 @@ def test_every_slider_moves_the_robot_and_stays_where_it_was_left(reference: str
         tip = simulator.posture().p_w[-1]
         simulator.reset()
         assert np.linalg.norm(simulator.posture().p_w[-1] - tip) > 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("reference", "names"),
+    [
+        ("neuroendoscope_section", ["tension_right [N]", "tension_left [N]"]),
+        ("chest_tube_section", ["tension_active [N]"]),
+        ("mitral_transseptal", ["displacement_bending [m]", "displacement_torsion_proximal [m]"]),
+        ("neuroendoscope", ["tension_distal_right [N]"]),
+    ],
+)
+def test_sliders_are_named_by_channel_and_reach_the_simulators_controls(
+    reference: str, names: list[str]
+) -> None:
+    """In the model that is shown, actuator by actuator; its size and its sliders are the simulator's."""
+    robot = load_robot(reference)
+    simulator = Simulator(robot)
+    Sliders(simulator, slider_ranges(robot, simulator.actuation))
+    said = slider_names(simulator)
+    model = named_model(simulator, said)
+    assert [model.actuator(k).name for k in range(model.nu)] == said
+    assert set(names) <= set(said)
+    own = simulator.model
+    assert (model.nq, model.nv, model.nu, model.nbody, model.ngeom, model.ntendon, model.nsite) == (
+        own.nq, own.nv, own.nu, own.nbody, own.ngeom, own.ntendon, own.nsite,
+    )  # fmt: skip
+    assert (model.actuator_trnid == own.actuator_trnid).all()
+    assert (model.actuator_ctrlrange == own.actuator_ctrlrange).all()
+    copied = mujoco.MjData(own)
+    mujoco.mj_forward(model, simulator.data)
+    mujoco.mj_forward(own, copied)
+    assert simulator.data.geom_xpos == pytest.approx(copied.geom_xpos, abs=1e-9)
+    if reference == "neuroendoscope":
+        assert sorted(name for name in said if "proximal_left" in name) == [
+            "tension_proximal_left 1 of 2 [N]",
+            "tension_proximal_left 2 of 2 [N]",
+        ]
+    if reference == "mitral_transseptal":
+        assert said[4] == "antagonist of displacement_bending [m]"
 
 
 @pytest.mark.slow
@@ -182,7 +223,7 @@ def test_friction_shows_along_a_tendon() -> None:
     full = slider_ranges(simulator.robot, "tension").full_tension[0]
     assert colours[:30] == pytest.approx(tension_colours(pulled / full), abs=1e-6)
     assert np.abs(colours[0] - colours[29]).max() > 0.1
-    assert colours[30:, :3] == pytest.approx(np.tile(viewer.TENSION_COLOURS[0], (30, 1)), abs=1e-6)
+    assert colours[30:, :3] == pytest.approx(np.tile(TENSION_COLOURS[0], (30, 1)), abs=1e-6)
     first = window.user_scn.geoms[0].pos
     here, there = (simulator.data.site(f"hole_right_{k}").xpos for k in (0, 1))
     assert first == pytest.approx((here + there) / 2.0, abs=1e-6)

@@ -35,7 +35,7 @@ from catheter_sim.diagnosis.report.write import write_results
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table, read_table
 
-BLANK = (Picture("headline", "a picture", b""), Picture("errors", "another", b""))
+BLANK = (Picture("headline", "a picture", b""), Picture("errors", "another picture", b""))
 COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm", "joint_x1_deg")
 
 
@@ -243,7 +243,8 @@ def test_report_stands_alone() -> None:
     assert len(targets) == len(re.findall(r"(?:src|href)\s*=", html))
     assert all(target.startswith("data:image/png;") or target == "next_experiment.csv" for target in targets)
     assert not re.search(r"https?:|@import|url\(", html)
-    assert html.count("data:image/png;base64,") == len(pictures) == 7
+    assert html.count("data:image/png;base64,") == len(pictures) == 8
+    assert [picture.name for picture in pictures[:3]] == ["paths", "headline", "errors"]
 
 
 def test_report_escapes_what_it_is_given() -> None:
@@ -259,10 +260,11 @@ def test_report_of_a_cause() -> None:
     html = " ".join(report_html(made_up(), BLANK).split())
     head = html[html.index("<h1>") :]
     assert "backlash and tendon friction" in head[:400]
-    assert "85.3 %" in head[:600]
+    assert "85.3 %" in head[: head.index("<h2>")]
     assert "0.422" in html
     assert "0.401 to 0.443" in html
     assert "−0.02 to 0.64 *" in html
+    assert "probability 0.93" in html
     assert "by itself this number is not established" in html
     assert "stiffness and actuation gain" in html
     assert "no effect (calibration alone)" in html
@@ -289,7 +291,7 @@ def test_report_without_a_cause(verdict: str, says: str) -> None:
     html = " ".join(report_html(diagnosis, BLANK).split())
     assert says in sentence(diagnosis)
     assert "<b>6.10 mm</b>" in html
-    assert '<tr class="chosen"><td>no effect (calibration alone)</td>' in html
+    assert chosen_rows(html) == ["no effect (calibration alone)"]
     assert "85.3" not in html[: html.index("How large")]
     assert "next_experiment.csv" not in html
     assert to_json(diagnosis)["causes"] == []
@@ -346,7 +348,9 @@ def test_words_for_names() -> None:
 
 def chosen_rows(page: str) -> list[str]:
     """Return the names of the rows of the ranking that are highlighted."""
-    return re.findall(r'<tr class="chosen"><td>([^<]*)</td>', page)
+    return re.findall(
+        r'<tr class="chosen"><td>([^<]*) <span class="mark">(?:named|reported)</span></td>', page
+    )
 
 
 @pytest.mark.parametrize("place", [0, 20, 39])
@@ -375,7 +379,9 @@ def test_suspected_data_are_told_in_the_sentence_the_report_and_the_json() -> No
     doubt = DataFault("all positions jump here", "b.csv", (38, 75))
     diagnosis = made_up("data_suspect", data_faults=(doubt,))
     assert sentence(diagnosis).endswith("no cause was looked for: b.csv: all positions jump here")
-    assert "b.csv: all positions jump here (rows 38 to 75)" in report_html(diagnosis, BLANK)
+    page = report_html(diagnosis, BLANK)
+    assert "<code>b.csv</code>: all positions jump here (rows 38 to 75)" in page
+    assert "First mend what looks wrong in the data" in page
     document = to_json(diagnosis)
     assert document["verdict"] == "data_suspect"
     assert document["suspicions"] == [{"what": "all positions jump here", "where": "b.csv", "rows": [38, 75]}]

@@ -6,8 +6,6 @@ import ast
 import re
 from pathlib import Path
 
-import pytest
-
 import catheter_sim.diagnosis
 from catheter_sim.diagnosis import thresholds
 
@@ -27,8 +25,10 @@ NO_THRESHOLDS = {
     "report/drawing.py": {"_DPI", "LEGEND"},
     "report/fitted_series.py": {"_LONGEST_NAME"},
     "report/html.py": {"_MOST_CANDIDATES"},
+    "report/paths_picture.py": {"_MOST_POINTS", "_MOST_LINES", "_WIDTH", "_LARGEST_HEIGHT"},
     "report/pictures.py": {"_MOST_COLUMNS"},
     "report/to_json.py": {"_DIGITS"},
+    "report/what_to_do.py": {"_MOST_CHECKS"},
 }
 
 
@@ -61,16 +61,18 @@ def test_no_other_file_holds_a_threshold() -> None:
     assert elsewhere == NO_THRESHOLDS
 
 
-@pytest.mark.parametrize("name", constants(FOLDER / OWN))
-def test_threshold_says_its_unit_what_it_decides_and_why(name: str) -> None:
-    """The text after a constant: "[unit] what it decides. Why: the reason."."""
+def test_thresholds_say_their_unit_what_they_decide_and_why() -> None:
+    """The text after each constant: "[unit] what it decides. Why: the reason."."""
     path = FOLDER / OWN
     body = ast.parse(path.read_text(encoding="utf-8")).body
-    after = body[body.index(next(node for node in body if is_assignment_of(node, name))) + 1]
-    assert isinstance(after, ast.Expr)
-    assert isinstance(after.value, ast.Constant)
-    text = " ".join(str(after.value.value).split())
-    assert re.fullmatch(r"\[[^\]]+\] .*\bWhy: .+\.", text), text
+    names = list(constants(path))
+    assert len(names) > 100
+    for name in names:
+        after = body[body.index(next(node for node in body if is_assignment_of(node, name))) + 1]
+        assert isinstance(after, ast.Expr), name
+        assert isinstance(after.value, ast.Constant), name
+        text = " ".join(str(after.value.value).split())
+        assert re.fullmatch(r"\[[^\]]+\] .*\bWhy: .+\.", text), f"{name}: {text}"
 
 
 def is_assignment_of(node: ast.stmt, name: str) -> bool:

@@ -132,6 +132,22 @@ def test_what_the_encoder_leaves_is_checked(
     assert [path.name for path in tmp_path.iterdir()] == ["encoder"]
 
 
+def test_an_animation_has_all_frames_their_time_and_runs_for_ever(tmp_path: Path) -> None:
+    """Also with odd sides; its colours are the frames'."""
+    frames = list(colour_frames(5, width=33))
+    images.write_video(tmp_path / "a.gif", frames, fps=25, count=5)
+    with Image.open(tmp_path / "a.gif") as shown:
+        assert (shown.n_frames, shown.size, shown.info["duration"], shown.info["loop"]) == (
+            5,
+            (33, 48),
+            40,
+            0,
+        )
+        for index, frame in enumerate(frames):
+            shown.seek(index)
+            assert np.abs(np.asarray(shown.convert("RGB")).astype(int) - frame).max() < 12
+
+
 def test_frames_of_two_sizes_make_no_video(tmp_path: Path) -> None:
     """Frames are raw bytes to the encoder, which would take a wrong size for noise."""
     frames = [*colour_frames(1), *colour_frames(1, width=32)]
@@ -142,10 +158,10 @@ def test_frames_of_two_sizes_make_no_video(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("name", ["a.gif", "a", "a.mp4.txt"])
+@pytest.mark.parametrize("name", ["a.jpg", "a", "a.mp4.txt"])
 def test_other_kinds_are_refused_with_the_choices(name: str) -> None:
-    """Only .png and .mp4 are written."""
-    with pytest.raises(InputError, match=r"choices: \.png, \.mp4"):
+    """Only .png, .mp4 and .gif are written."""
+    with pytest.raises(InputError, match=r"choices: \.png, \.mp4, \.gif"):
         images.suffix_of(name)
     assert images.suffix_of("A.MP4") == ".mp4"
 

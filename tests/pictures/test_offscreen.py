@@ -15,6 +15,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
 from catheter_sim.pictures import offscreen
 from catheter_sim.pictures.state import state_of
+from catheter_sim.pictures.tendon_paint import pulled_tendons
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table
 
@@ -34,7 +35,9 @@ def drawn(right: float) -> tuple[np.ndarray, np.ndarray]:
     simulator.set_inputs(np.array([right, 0.0]))
     simulator.settle()
     states = [state_of(simulator)]
-    (image,) = offscreen.draw(ROBOT, simulator.model, states, [()], 480, 360, "side", close_up=False)
+    (image,) = offscreen.draw(
+        ROBOT, simulator.model, states, [()], 480, 360, "side", close_up=False, measures=False
+    )
     # The background is a pale blue-grey everywhere; PEEK, metal and tendons are not.
     return np.nonzero(np.abs(image.astype(int) - image[2, 2]).max(axis=2) > 30)
 
@@ -91,14 +94,14 @@ def test_caption_states_time_and_inputs() -> None:
     row = read_inputs(robot, table)
     lines = offscreen.caption(robot, row, 1)
     assert lines[0] == "t = 2.50 s"
-    assert "tension_proximal_right 0.80 N" in lines
-    assert "tension_distal_left 0.00 N" in lines
+    assert "tension proximal right 0.80 N" in lines
+    assert "tension distal left 0.00 N" in lines
 
 
 @pytest.mark.parametrize(
     ("name", "size", "camera", "message"),
     [
-        ("a.gif", (64, 48), "side", r"choices: \.png, \.mp4"),
+        ("a.jpg", (64, 48), "side", r"choices: \.png, \.mp4, \.gif"),
         ("a.mp4", (65, 48), "side", "even"),
         ("a.png", (64, 4), "side", "height = 4"),
         ("a.png", (64, 48), "top", "unknown camera 'top'; choices: overview, side"),
@@ -121,3 +124,61 @@ def test_bad_requests_are_refused_before_the_simulation(
     with pytest.raises(InputError, match=message):
         offscreen.render(ROBOT, inputs([0.0, 1.0], [0.0, 0.1]), STILL, tmp_path / name, *size, camera)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_robot_fills_the_picture() -> None:
+    """Its pixels reach over nine tenths of the picture from end to end, and none is cut off."""
+    row, column = drawn(0.0)
+    assert 0.9 * 360 < np.ptp(row) < 359
+    row, column = drawn(0.4)
+    assert max(np.ptp(row) / 360, np.ptp(column) / 480) > 0.9
+    assert row.min() > 0
+    assert row.max() < 359
+    assert column.min() > 0
+    assert column.max() < 479
+
+
+def test_several_rows_stand_in_one_picture_each_where_it_stands_alone(tmp_path: Path) -> None:
+    """Of a straight and a bent posture both are seen; a row that is not there is one line."""
+    history = inputs([0.0, 1.0, 2.0], [0.0, 0.4, 0.2])
+    offscreen.render(ROBOT, history, STILL, tmp_path / "a.png", 480, 360, "side", rows=(0, 1))
+    both = np.asarray(Image.open(tmp_path / "a.png")).astype(int)
+    robot = np.nonzero(np.abs(both - both[2, 240]).max(axis=2) > 60)
+    for other in ((0,), (1,)):
+        offscreen.render(ROBOT, history, STILL, tmp_path / "b.png", 480, 360, "side", rows=other)
+    assert np.ptp(robot[1]) > 150  # from the straight one to the bent one's tip
+    assert np.ptp(robot[0]) > 250
+    with pytest.raises(InputError, match="row 4: the inputs have the rows 1 to 3"):
+        offscreen.render(ROBOT, history, STILL, tmp_path / "c.png", 480, 360, "side", rows=(0, 3))
+    with pytest.raises(InputError, match=r"several rows are shown in a picture; choices: \.png"):
+        offscreen.render(ROBOT, history, STILL, tmp_path / "c.mp4", 480, 360, "side", rows=(0, 1))
+    with pytest.raises(InputError, match=r"curves stand beside a video; choices: \.mp4, \.gif"):
+        offscreen.render(ROBOT, history, STILL, tmp_path / "c.png", 480, 360, "side", curves=True)
+
+
+def test_a_pulled_tendon_is_red_and_a_slack_one_grey() -> None:
+    """In two pictures of one motion: the straight robot has no red pixel, the pulled one has."""
+    simulator = Simulator(ROBOT)
+    pulled = pulled_tendons(simulator.model, ROBOT)
+    states = []
+    for tension in (0.0, 0.3):
+        simulator.set_inputs(np.array([tension, 0.0]))
+        simulator.settle()
+        states.append(state_of(simulator, pulled))
+    slack, taut = (
+        int((image[:, :, 0].astype(int) - image[:, :, 1:].max(axis=2) > 90).sum())
+        for image in offscreen.draw(
+            ROBOT, simulator.model, states, [()] * 2, 960, 720, "side", close_up=False, measures=False
+        )
+    )
+    assert slack == 0
+    assert taut > 60
+
+
+def test_an_animation_with_curves_covers_the_time_of_the_inputs(tmp_path: Path) -> None:
+    """A picture of the asked size, as many frames as a video has."""
+    history = inputs([0.0, 0.2], [0.0, 0.3])
+    offscreen.render(ROBOT, history, STILL, tmp_path / "a.gif", 321, 200, "side", curves=True)
+    with Image.open(tmp_path / "a.gif") as shown:
+        assert shown.size == (321, 200)
+        assert shown.n_frames == round(0.2 * offscreen.FPS) + 1

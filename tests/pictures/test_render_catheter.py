@@ -67,4 +67,4 @@ def test_caption_takes_the_emptiest_corner_that_is_left() -> None:
     upper_right = np.array([(1.5, 0.0, 0.9)])
     first = emptiest_corner(view, upper_right, 1600, 1000, (300, 300))
     assert first == (0, 0)
-    assert emptiest_corner(view, upper_right, 1600, 1000, (300, 300), taken=first) == (1, 0)
+    assert emptiest_corner(view, upper_right, 1600, 1000, (300, 300), taken=[first]) == (1, 0)

@@ -151,7 +151,7 @@ def test_section_is_drawn_bent_toward_plus_x(name: str) -> None:
     simulator.settle()
     states = [state_of(simulator)]
     (picture,) = offscreen.draw(
-        simulator.robot, simulator.model, states, [()], 640, 480, "side", close_up=False
+        simulator.robot, simulator.model, states, [()], 640, 480, "side", close_up=False, measures=False
     )
     image = picture.astype(int)
     row, column = np.nonzero(np.abs(image - image[2, 2]).max(axis=2) > 40)
@@ -181,13 +181,31 @@ def test_pictures_of_a_history_do_not_depend_on_one_another() -> None:
     bent = state_of(simulator)
     history = [bent, straight, bent]
     drawn = list(
-        offscreen.draw(simulator.robot, simulator.model, history, [()] * 3, 320, 240, "side", close_up=False)
+        offscreen.draw(
+            simulator.robot,
+            simulator.model,
+            history,
+            [()] * 3,
+            320,
+            240,
+            "side",
+            close_up=False,
+            measures=False,
+        )
     )
     assert np.array_equal(drawn[0], drawn[2])
     assert (np.abs(drawn[0].astype(int) - drawn[1]).max(axis=2) > 30).sum() > 500
     again = list(
         offscreen.draw(
-            simulator.robot, simulator.model, history[::-1], [()] * 3, 320, 240, "side", close_up=False
+            simulator.robot,
+            simulator.model,
+            history[::-1],
+            [()] * 3,
+            320,
+            240,
+            "side",
+            close_up=False,
+            measures=False,
         )
     )
     assert np.array_equal(again[1], drawn[1])

@@ -1,19 +1,17 @@
-"""The report of a diagnosis: one sentence, one number, one picture, then the evidence and the doubts.
+"""The report of a diagnosis: a page that a person reads in a minute, with the evidence folded below it.
 
-One HTML file that needs no network and prints on A4; its pictures are inlined.
+One sentence, the figures, the paths in space, what is wrong, what to do now, what was tried, the doubts. One
+HTML file that needs no network and is read on a telephone as on paper; its pictures are inlined.
 """
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Mapping, Sequence
-from importlib import resources
+from collections.abc import Sequence
 from typing import Any
 
-from jinja2 import Environment, StrictUndefined
-
 from catheter_sim.diagnosis.report.fitted_series import fit_files
-from catheter_sim.diagnosis.report.pictures import Picture, judged
+from catheter_sim.diagnosis.report.headline_numbers import headline_numbers, simulated_text
+from catheter_sim.diagnosis.report.pictures import PATHS, Picture, judged
 from catheter_sim.diagnosis.report.result import (
     CAUSE_FOUND,
     DATA_SUSPECT,
@@ -24,6 +22,7 @@ from catheter_sim.diagnosis.report.rows import (
     cause_rows,
     errors_and_noise,
     extra_row,
+    key_rows,
     parameter_row,
     probability_rows,
     ranking_row,
@@ -35,21 +34,17 @@ from catheter_sim.diagnosis.report.rows import (
     trial_row,
     unit_row,
 )
-from catheter_sim.diagnosis.report.wording import (
-    axis_label,
-    half_width,
-    interval,
-    listed,
-    rounded,
-    words,
-)
+from catheter_sim.diagnosis.report.spoken import column_words, spoken
+from catheter_sim.diagnosis.report.what_to_do import bench_rows, use_words
+from catheter_sim.diagnosis.report.wording import axis_label, listed, words
 from catheter_sim.diagnosis.residuals.coordinates import VIEWS
 from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY, SIGNIFICANT_P
+from catheter_sim.page.render import png_source, rendered
 
 _TEMPLATE = "report_template.html"
 
 
-_MOST_CANDIDATES = 12  # rows of the ranking; diagnosis.json holds all
+_MOST_CANDIDATES = 6  # rows of the ranking; diagnosis.json holds all
 
 
 def sentence(diagnosis: Diagnosis) -> str:
@@ -87,26 +82,37 @@ def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture], head: str = "
         pictures: from `figures`.
         head: what was found, in one sentence; "": as `sentence` says it.
     """
-    text = resources.files("catheter_sim.diagnosis.report").joinpath(_TEMPLATE).read_text(encoding="utf-8")
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    sources = [
-        {
-            "name": picture.name,
-            "caption": picture.caption,
-            "data": "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii"),
-        }
-        for picture in pictures
-    ]
-    return environment.from_string(text).render(
-        pictures=sources, **_context(diagnosis, pictures), sentence=head or sentence(diagnosis)
-    )
+    context = {
+        "sentence": head or sentence(diagnosis),
+        "dataset": diagnosis.dataset,
+        "diagnosis": diagnosis,
+        "unit": shown_unit(diagnosis.unit),
+        **_summary(diagnosis),
+        **_ranking(diagnosis),
+        **_evidence(diagnosis, pictures),
+    }
+    return rendered("catheter_sim.diagnosis.report", _TEMPLATE, context, {"spoken": spoken})
 
 
-def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any]:
-    head = diagnosis.headline
-    _, subject = judged(diagnosis)
+def _summary(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return what stands before the evidence."""
+    return {
+        "numbers": headline_numbers(diagnosis),
+        "verdict": diagnosis.verdict.replace("_", " "),
+        "causes": cause_rows(diagnosis),
+        "absorbs": listed([words(cause.name) for cause in diagnosis.absorbs]),
+        "indistinguishable": [
+            listed([words(name) for name in group]) for group in diagnosis.indistinguishable
+        ],
+        "bench": bench_rows(diagnosis),
+        "next_words": diagnosis.next_experiment.words,
+        "next_file": NEXT_EXPERIMENT_FILE if diagnosis.next_experiment.inputs is not None else "",
+        "use_words": use_words(diagnosis),
+        "remainder": remainder_rows(diagnosis),
+    }
+
+
+def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
     best = sorted(diagnosis.ranking, key=lambda item: sortable(item.heldout_rmse))
     named = {cause.name for cause in diagnosis.causes}
     shown = [
@@ -115,25 +121,36 @@ def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any
         if index < _MOST_CANDIDATES or not item.causes or set(item.causes) == named
     ]
     return {
-        "diagnosis": diagnosis,
-        "dataset": diagnosis.dataset,
-        "number": _number(diagnosis),
-        "verdict": diagnosis.verdict.replace("_", " "),
-        "unit": shown_unit(diagnosis.unit),
-        "noise": errors_and_noise(head)[2],
-        "units": [unit_row(diagnosis, unit) for unit in diagnosis.by_unit],
         "ranking": [ranking_row(diagnosis, item, best) for item in shown],
         "ranking_left_out": len(best) - len(shown),
         "ranking_words": _ranking_words(diagnosis),
-        "causes": cause_rows(diagnosis),
-        "absorbs": listed([words(cause.name) for cause in diagnosis.absorbs]),
+        "noise": errors_and_noise(diagnosis.headline)[2],
+    }
+
+
+def _evidence(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any]:
+    _, subject = judged(diagnosis)
+    dataset = diagnosis.dataset
+    return {
+        "pictures": [
+            {
+                "name": picture.name,
+                "caption": picture.caption,
+                "alt": spoken(picture.caption).striptags(),
+                "wide": picture.name != PATHS,
+                "data": png_source(picture.png),
+            }
+            for picture in pictures
+        ],
+        "shown_first": sum(picture.score is None for picture in pictures),
+        "units": [
+            unit_row(diagnosis, unit) | {"simulated": simulated_text(diagnosis, unit)}
+            for unit in diagnosis.by_unit
+        ],
+        "extra": [extra_row(name, value) for name, value in diagnosis.extra.items()],
         "probabilities": probability_rows(diagnosis),
         "least_probability": f"{LEAST_SHOWN_PROBABILITY:g}",
-        "remainder": remainder_rows(diagnosis),
         "calibrated": [parameter_row(name, item) for name, item in diagnosis.calibrated.items()],
-        "indistinguishable": [
-            listed([words(name) for name in group]) for group in diagnosis.indistinguishable
-        ],
         "views": [
             {
                 "view": VIEWS[score.view],
@@ -150,28 +167,11 @@ def _context(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any
         "significant": f"{SIGNIFICANT_P:g}",
         "subject": subject,
         "trials": [trial_row(diagnosis, fit) for fit in diagnosis.fits],
-        "extra": [extra_row(name, value) for name, value in diagnosis.extra.items()],
-        "next_words": diagnosis.next_experiment.words,
-        "next_file": NEXT_EXPERIMENT_FILE if diagnosis.next_experiment.inputs is not None else "",
-        "gravity": listed([f"{value:g}" for value in diagnosis.dataset.gravity_mps2]),
+        "gravity": listed([f"{value:g}" for value in dataset.gravity_mps2]),
+        "inputs": listed([column_words(name) for name in dataset.input_channels]),
+        "outputs": listed([column_words(name) for name in dataset.output_channels]),
         "fit_files": fit_files(diagnosis.fits),
-    }
-
-
-def _number(diagnosis: Diagnosis) -> Mapping[str, str]:
-    head = diagnosis.headline
-    unit = shown_unit(head.unit)
-    if diagnosis.verdict == CAUSE_FOUND:
-        half = half_width(head.gain_percent_ci95)
-        return {
-            "value": f"{rounded(head.gain_percent, half)} %",
-            "words": "less error on data held out "
-            f"(95 % interval {interval(head.gain_percent, head.gain_percent_ci95)} %)",
-        }
-    before, _, noise = errors_and_noise(head)
-    return {
-        "value": f"{before} {unit}".strip(),
-        "words": f"error on data held out; the noise is {noise} {unit}".strip(),
+        "keys": key_rows(diagnosis),
     }
 
 

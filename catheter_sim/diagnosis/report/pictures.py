@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from catheter_sim.diagnosis.data.columns import TIP, unit_of
 from catheter_sim.diagnosis.report.drawing import COLOURS, LEGEND, errors_of, png_of, tidy_axes
+from catheter_sim.diagnosis.report.paths_picture import paths_figure
 from catheter_sim.diagnosis.report.result import Diagnosis, TrialFit
 from catheter_sim.diagnosis.report.series_picture import loops_figure, series_figure
 from catheter_sim.diagnosis.report.view_picture import view_figure
@@ -19,6 +20,7 @@ from catheter_sim.diagnosis.residuals.coordinates import STAGES, VIEWS, fits_to_
 from catheter_sim.diagnosis.residuals.views import ViewScore, score_views
 from catheter_sim.diagnosis.thresholds import SHOWN_MOTION_SHARE
 
+PATHS = "paths"  # the picture of the paths in space
 _MOST_COLUMNS = 3  # panels in one picture
 
 
@@ -40,8 +42,8 @@ class Picture:
 
 
 def figures(diagnosis: Diagnosis) -> tuple[Picture, ...]:
-    """Return the report's pictures; the first is the one at its top."""
-    pictures = [_headline_picture(diagnosis), _error_picture(diagnosis)]
+    """Return the report's pictures; the first is the one at its top: the paths in space, if there are any."""
+    pictures = [*_paths_picture(diagnosis), _headline_picture(diagnosis), _error_picture(diagnosis)]
     fits, subject = judged(diagnosis)
     columns = shown_columns(diagnosis, fits)
     for score in score_views(diagnosis.dataset, fits, diagnosis.unit):
@@ -84,10 +86,34 @@ def judged(diagnosis: Diagnosis) -> tuple[tuple[TrialFit, ...], str]:
     return fits, "held-out data" if only_heldout else "all data"
 
 
+def _shown_fit(diagnosis: Diagnosis, columns: Sequence[str]) -> TrialFit:
+    """Return the held-out trial with the most rows measured, of any trial where none is held out."""
+    return max(
+        _heldout(diagnosis), key=lambda item: int(np.isfinite(item.measured.columns[columns[0]]).sum())
+    )
+
+
+def _heldout(diagnosis: Diagnosis) -> list[TrialFit]:
+    return [fit for fit in diagnosis.fits if fit.role == "heldout"] or list(diagnosis.fits)
+
+
+def _paths_picture(diagnosis: Diagnosis) -> list[Picture]:
+    fit = _shown_fit(diagnosis, shown_columns(diagnosis, _heldout(diagnosis)))
+    figure = paths_figure(fit)
+    if figure is None:
+        return []
+    which = "held-out trial" if fit.role == "heldout" else "training trial"
+    caption = (
+        f"Paths in space in the {which} {fit.file}: measured, computed before (calibrated model without "
+        "causes) and after (corrected model), both by the fast model. Thin lines join what was measured to "
+        "what is computed after."
+    )
+    return [Picture(PATHS, caption, png_of(figure))]
+
+
 def _headline_picture(diagnosis: Diagnosis) -> Picture:
-    heldout = [fit for fit in diagnosis.fits if fit.role == "heldout"] or list(diagnosis.fits)
-    columns = shown_columns(diagnosis, heldout)
-    fit = max(heldout, key=lambda item: int(np.isfinite(item.measured.columns[columns[0]]).sum()))
+    columns = shown_columns(diagnosis, _heldout(diagnosis))
+    fit = _shown_fit(diagnosis, columns)
     trial = next(item for item in diagnosis.dataset.trials if item.file == fit.file)
     driven = {
         name: values
@@ -114,7 +140,7 @@ def _headline_picture(diagnosis: Diagnosis) -> Picture:
 
 def _error_picture(diagnosis: Diagnosis) -> Picture:
     """Return how often an error of a given size or less occurs, on the held-out rows."""
-    fits = [fit for fit in diagnosis.fits if fit.role == "heldout"] or list(diagnosis.fits)
+    fits = _heldout(diagnosis)
     which = "held-out rows" if fits[0].role == "heldout" else "rows"
     unit = diagnosis.unit
     columns = [name for name in diagnosis.dataset.output_channels if unit_of(name) == unit]

@@ -19,13 +19,13 @@ from catheter_sim.diagnosis.report.result import (
     TrialFit,
     UnitResult,
 )
+from catheter_sim.diagnosis.report.spoken import column_words, figure_words, number_words, titled
 from catheter_sim.diagnosis.report.wording import (
     digits_to_tell,
     fixed,
     half_width,
     interval,
     listed,
-    name_and_unit,
     rounded,
     words,
 )
@@ -81,6 +81,7 @@ def ranking_row(diagnosis: Diagnosis, candidate: Candidate, ranking: Sequence[Ca
         "inside": fixed(candidate.cross_validated_rmse, digits_to_tell(finite, digits=3)),
         "width": f"{width:.1f}",
         "chosen": set(candidate.causes) == named,
+        "mark": "named" if named else "reported",
     }
 
 
@@ -90,7 +91,9 @@ def cause_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
             "name": words(cause.name),
             "summary": EFFECTS[cause.name].summary.replace("`", "") if cause.name in EFFECTS else "",
             "form": form_words(cause),
+            "trace": EFFECTS[cause.name].trace if cause.name in EFFECTS else "",
             "gain": rounded(cause.gain_percent, 5.0),
+            "probability": "" if math.isnan(cause.probability) else f"{cause.probability:.2f}",
             "parameters": [parameter_row(name, item) for name, item in cause.parameters.items()],
         }
         for cause in diagnosis.causes
@@ -121,11 +124,11 @@ def remainder_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
 
 
 def parameter_row(name: str, parameter: FittedParameter) -> dict[str, Any]:
-    text, unit = name_and_unit(name)
+    text, unit = number_words(name)
     half = half_width(parameter.ci95)
     null = parameter.null
     return {
-        "name": text,
+        "said": titled(text, name),
         "value": rounded(parameter.value, half),
         "interval": interval(parameter.value, parameter.ci95),
         "null": "" if null is None else rounded(null, half) if null else "0",
@@ -154,8 +157,20 @@ def trial_row(diagnosis: Diagnosis, fit: TrialFit) -> dict[str, str]:
 
 
 def extra_row(name: str, value: float) -> dict[str, str]:
-    text, unit = name_and_unit(name)
-    return {"name": text, "value": rounded(float(value)), "unit": unit}
+    text, unit = figure_words(name)
+    return {"name": titled(text, name), "value": rounded(float(value)), "unit": unit}
+
+
+def key_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Return what the keys of programs are called on the page: of causes, calibrated numbers and columns."""
+    rows = [
+        {"words": f"{words(cause.name)}, {number_words(name)[0]}", "key": f"{cause.name}.{name}"}
+        for cause in (*diagnosis.causes, *diagnosis.absorbs)
+        for name in cause.parameters
+    ]
+    rows += [{"words": number_words(name)[0], "key": name} for name in diagnosis.calibrated]
+    columns = (*diagnosis.dataset.input_channels, *diagnosis.dataset.output_channels)
+    return rows + [{"words": column_words(name), "key": name} for name in columns]
 
 
 def shown_unit(unit: str) -> str:

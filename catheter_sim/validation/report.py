@@ -1,0 +1,127 @@
+"""The validation as a page, of the same hand as a diagnosis's report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from catheter_sim.diagnosis.report.spoken import spoken
+from catheter_sim.diagnosis.report.wording import listed, words
+from catheter_sim.page.render import png_source, rendered
+from catheter_sim.tables import replaced_when_whole
+from catheter_sim.validation.lines import Line, Validation
+
+REPORT = "report.html"
+
+# What the pictures show, by the end of their names.
+CAPTIONS = {
+    "body_stages": "Force of a string at the tip over the tip's place, for three bodies",
+    "buckling": "Angles of all joints over the tension, by the printed and by the complete balance",
+    "control_4dof": "Joints under control, asked and reached",
+    "control_transseptal": "The servo of the transseptal catheter, asked and reached",
+    "convergence": "Mean error of the tip over the links a subsegment",
+    "elongation": "Stretch of the tendon over its tension, law and simulation",
+    "friction": "Place of the tip over histories with friction, simulation over statics",
+    "loops": "Place of the tip over the right tendon's tension, simulation over static models",
+    "motion": "Motions of the tip, simulation over kinematic models",
+    "release": "Distance of a released rod from the reference, over time",
+    "scenario_1": "Errors of the tip by model and number of disks",
+    "scenario_2": "Errors of the tip by model and stiffness",
+    "shapes": "Backbones in the bending plane, simulation over the static model",
+    "tension": "Tension along the tendon in arching and extending",
+    "terms": "Bend of the even joints over the tension, by choice of terms",
+}
+
+
+def validation_html(validation: Validation, pictures: Sequence[Path] = ()) -> str:
+    """Return a validation as one HTML text that needs no network.
+
+    Args:
+        validation: its lines and findings.
+        pictures: PNG files to put into it.
+    """
+    judged = [line for line in validation.lines if line.tolerance is not None]
+    out = [line for line in validation.lines if not line.passed]
+    ids = list(dict.fromkeys(line.robot for line in validation.lines))
+    context = {
+        "names": listed([words(name) for name in ids]) or "no robot",
+        "passed": validation.passed,
+        "sentence": _sentence(validation, len(judged), len(out)),
+        "judged": {"within": len(judged) - len(out), "all": len(judged)},
+        "informing": len(validation.lines) - len(judged),
+        "out": [_shown(line) for line in out],
+        "robots": [_robot(name, [line for line in validation.lines if line.robot == name]) for name in ids],
+        "findings": validation.findings,
+        "pictures": [
+            {"words": caption(path), "data": png_source(path.read_bytes())} for path in sorted(pictures)
+        ],
+    }
+    return rendered("catheter_sim.validation", "report_template.html", context, {"spoken": spoken})
+
+
+def write_report(validation: Validation, folder: Path, pictures: Sequence[Path] = ()) -> None:
+    """Write `report.html` into `folder`."""
+    with replaced_when_whole(folder / REPORT) as file:
+        file.write(validation_html(validation, pictures))
+
+
+def caption(path: Path) -> str:
+    """Return what a picture shows, by its file's name: of what, then what of it."""
+    for ending, said in CAPTIONS.items():
+        if path.stem.endswith(ending):
+            of = words(path.stem.removesuffix(ending)).strip()
+            return f"{said} ({of})" if of else said
+    return f"Picture of {words(path.stem)}"
+
+
+def _sentence(validation: Validation, judged: int, out: int) -> str:
+    if validation.passed:
+        return (
+            f"The simulation agrees with static models and published values: all {judged} lines that are "
+            "judged are within their tolerance."
+        )
+    if not validation.lines:
+        return "Nothing was compared, which is no agreement."
+    return (
+        f"{out} of {judged} judged lines are out of their tolerance: the simulation, or what it is held to, "
+        "is wrong."
+    )
+
+
+def _robot(name: str, lines: Sequence[Line]) -> dict[str, Any]:
+    judged = [line for line in lines if line.tolerance is not None]
+    used = [(line.error / line.tolerance, line.quantity) for line in judged if line.tolerance and line.passed]
+    most = max(used, default=(0.0, "-"))
+    return {
+        "id": name,
+        "name": words(name),
+        "lines": [_shown(line) for line in lines],
+        "judged": len(judged),
+        "within": sum(line.passed for line in judged),
+        "informing": len(lines) - len(judged),
+        "used": f"{100.0 * most[0]:.0f} %" if used else "-",
+        "by": most[1],
+    }
+
+
+def _shown(line: Line) -> dict[str, str]:
+    """Return a line as it is read: its numbers with four digits, "-" where there is none."""
+    numbers = {
+        name: "-" if value is None else f"{value:.4g}"
+        for name, value in (
+            ("ours", line.ours),
+            ("analytic", line.analytic),
+            ("published", line.published),
+            ("error", line.error),
+            ("tolerance", line.tolerance),
+        )
+    }
+    return numbers | {
+        "robot": words(line.robot),
+        "quantity": line.quantity,
+        "unit": line.unit,
+        "kind": line.kind,
+        "verdict": line.verdict,
+        "source": line.source,
+    }
