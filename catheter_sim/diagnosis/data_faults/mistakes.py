@@ -14,11 +14,16 @@ from catheter_sim.core.drive import Quantity
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.columns import unit_of
+from catheter_sim.diagnosis.data.columns import points_of, unit_of
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
-from catheter_sim.diagnosis.data_faults.model_error import relative_error
+from catheter_sim.diagnosis.data_faults.model_error import noise_share, relative_error
 from catheter_sim.diagnosis.data_faults.units import INPUT_FACTORS, METRES, OUTPUT_FACTORS
-from catheter_sim.diagnosis.thresholds import GROSS_SHARE, MISTAKE_CONVINCING, MISTAKE_SOLVED_SHARE
+from catheter_sim.diagnosis.thresholds import (
+    GROSS_SHARE,
+    MISTAKE_CONVINCING,
+    MISTAKE_SOLVED_SHARE,
+    ZEROS_TRIED,
+)
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,7 @@ def most_likely_mistake(
     robot: RobotSpec,
     predict: Callable[[Inputs], Array],
     shifted: bool = False,
+    alone: bool = False,
 ) -> Mistake | None:
     """Return the mistake in the data without which a model agrees with them far better; None: there is none.
 
@@ -51,14 +57,18 @@ def most_likely_mistake(
         robot: as specified.
         predict: the model's outputs along inputs, shape (r, o).
         shifted: the tracker's origin is unknown: errors are counted about their means.
+        alone: these are not all trials: positions in metres were not seen before, and the inputs' zero may
+            be off, which in all trials is a cause.
     """
     models = [predict(trial.inputs) for trial in trials]
     measured = [measured_of(trial, columns) for trial in trials]
     before = relative_error(models, measured, columns, shifted)
     if before <= GROSS_SHARE:
         return None
-    most = min(MISTAKE_CONVINCING * before, MISTAKE_SOLVED_SHARE)
-    look = _Look(trials, columns, robot, predict, shifted, models, measured)
+    # Noise alone leaves so much of outputs that hardly move.
+    solved = math.hypot(MISTAKE_SOLVED_SHARE, noise_share(measured, models, columns))
+    most = min(MISTAKE_CONVINCING * before, solved)
+    look = _Look(trials, columns, robot, predict, shifted, models, measured, alone)
     best = min((*_output_mistakes(look), *_input_mistakes(look, most)), key=lambda item: item.error)
     return replace(best, before=before) if best.error < most else None
 
@@ -74,6 +84,7 @@ class _Look:
     shifted: bool
     models: Sequence[Array]
     measured: Sequence[Array]
+    alone: bool = False
 
 
 def _output_mistakes(look: _Look) -> Iterator[Mistake]:
@@ -92,14 +103,39 @@ def _output_mistakes(look: _Look) -> Iterator[Mistake]:
             yield tried({i: (j, 1.0), j: (i, 1.0)}, f"the columns {columns[i]} and {columns[j]} look swapped")
     for i, name in enumerate(columns):
         yield tried({i: (i, -1.0)}, f"the column {name} looks turned in sign")
+    for change, words in _point_mistakes(columns):
+        yield tried(change, words)
     for unit in dict.fromkeys(unit_of(name) for name in columns):
         mine = [i for i, name in enumerate(columns) if unit_of(name) == unit]
         for factor, what in OUTPUT_FACTORS.items():
             if what.endswith(f" {unit}"):
-                whole = [] if factor == METRES else [mine]  # `base_frame.register` has put these right
+                # In all trials `base_frame.register` has put metres right.
+                whole = [] if factor == METRES and not look.alone else [mine]
                 for group in [*whole, *([i] for i in mine if len(mine) > 1)]:
-                    names = ", ".join(columns[i] for i in group)
+                    named = [columns[i] for i in group]
+                    names = ", ".join(named) if len(named) < 4 else f"all columns in {unit}"
                     yield tried({i: (i, factor) for i in group}, f"{names}: {what}, it seems")
+
+
+def _point_mistakes(columns: Sequence[str]) -> Iterator[tuple[dict[int, tuple[int, float]], str]]:
+    """Yield what may be wrong with all points at once: an axis turned, two exchanged; or with two of them."""
+    points = points_of(columns)
+    if len(points) < 2 or len({tuple(axes) for axes in points.values()}) > 1:
+        return
+    axes = list(next(iter(points.values())))
+    for axis in axes:
+        yield (
+            {point[axis]: (point[axis], -1.0) for point in points.values()},
+            f"the {axis} axis of all points looks turned: a mirror image",
+        )
+    for a, b in itertools.combinations(axes, 2):
+        swap = {point[a]: (point[b], 1.0) for point in points.values()}
+        swap |= {point[b]: (point[a], 1.0) for point in points.values()}
+        yield swap, f"the axes {a} and {b} of all points look exchanged"
+    for one, other in itertools.combinations(points, 2):
+        exchange = {points[one][axis]: (points[other][axis], 1.0) for axis in axes}
+        exchange |= {points[other][axis]: (points[one][axis], 1.0) for axis in axes}
+        yield exchange, f"the points {one} and {other} look exchanged"
 
 
 def _input_mistakes(look: _Look, most: float) -> Iterator[Mistake]:
@@ -108,10 +144,13 @@ def _input_mistakes(look: _Look, most: float) -> Iterator[Mistake]:
     names = [drive.column for drive in drives]
     count = look.trials[0].inputs.tendon.shape[1]
 
-    def tried(change: Array, words: str) -> Mistake:
+    def tried(change: Array, words: str, zero: Array | float = 0.0) -> Mistake:
         models: list[Array] = []
         for trial in look.trials:
-            models.append(look.predict(replace(trial.inputs, tendon=trial.inputs.tendon @ change)))
+            given = trial.inputs.tendon @ change - zero
+            if drives[0].quantity is Quantity.TENSION:
+                given = np.maximum(given, 0.0)
+            models.append(look.predict(replace(trial.inputs, tendon=given)))
             # As if the other trials were met exactly.
             supposed = [*models, *look.measured[len(models) :]]
             error = relative_error(supposed, look.measured, look.columns, look.shifted)
@@ -130,3 +169,10 @@ def _input_mistakes(look: _Look, most: float) -> Iterator[Mistake]:
             yield tried(turned, f"the column {names[i]} looks turned in sign")
     for factor, what in INPUT_FACTORS[drives[0].quantity].items():
         yield tried(factor * np.eye(count), f"the inputs look given in another unit ({what})")
+    if look.alone:
+        largest = np.abs(np.concatenate([trial.inputs.tendon for trial in look.trials])).max(axis=0)
+        for share in (sign * size for size in ZEROS_TRIED for sign in (1.0, -1.0)):
+            yield tried(np.eye(count), "the zero of the inputs looks off", share * largest)
+            for i in range(count if len(names) == count > 1 else 0):
+                zero = share * largest * (np.arange(count) == i)
+                yield tried(np.eye(count), f"the zero of {names[i]} looks off", zero)

@@ -12,6 +12,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.noise import white_noise
 from catheter_sim.diagnosis.fitting.prediction import predicted_along
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.thresholds import LEAST_SPREAD_SHARE
@@ -26,20 +27,48 @@ def relative_error_of(
 
 
 def relative_error(
-    models: Sequence[Array], measured: Sequence[Array], columns: Sequence[str], shifted: bool
+    models: Sequence[Array],
+    measured: Sequence[Array],
+    columns: Sequence[str],
+    shifted: bool,
+    beside: Array | None = None,
 ) -> float:
     """Return the error over the measurements' spread, root mean square over columns; inf: no posture.
 
-    Where positions are `shifted`, their error is counted about its mean.
+    Where positions are `shifted`, their error is counted about its mean. `beside`: outputs whose spread
+    counts instead, shape (r, o).
     """
     model, values = np.concatenate(models), np.concatenate(measured)
-    spread = np.nanstd(values, axis=0)
-    spread = np.maximum(spread, LEAST_SPREAD_SHARE * spread.max(initial=1e-12))
+    spread = _spread(model, values if beside is None else beside)
     error = model - values
     places = np.array([shifted and unit_of(name) == "mm" for name in columns])
     error = (error - np.where(places, np.nanmean(error, axis=0), 0.0)) / spread
     counted = error[np.isfinite(values)]
     return float(np.sqrt(np.mean(counted**2))) if np.isfinite(counted).all() else math.inf
+
+
+def noise_share(measured: Sequence[Array], models: Sequence[Array], columns: Sequence[str]) -> float:
+    """Return what noise alone would make of `relative_error`; an upper bound, from row to row."""
+    series = {name: [item[:, k] for item in measured] for k, name in enumerate(columns)}
+    noise = white_noise(series)
+    spread = _spread(np.concatenate(models), np.concatenate(measured))
+    return float(
+        np.sqrt(
+            np.mean(
+                [(noise.get(unit_of(name), 0.0) / s) ** 2 for name, s in zip(columns, spread, strict=True)]
+            )
+        )
+    )
+
+
+def _spread(model: Array, values: Array) -> Array:
+    """Return each output's spread, at least a share of the largest one, measured or computed, shape (o,)."""
+    spread, computed = np.nanstd(values, axis=0), np.nanstd(model, axis=0)
+    largest = spread.max(initial=1e-12)
+    if np.isfinite(computed).all():
+        # A column in a wrong unit must not make the others look small.
+        largest = min(largest, computed.max(initial=1e-12))
+    return np.asarray(np.maximum(spread, LEAST_SPREAD_SHARE * max(largest, 1e-12)))
 
 
 def computed_outputs(problem: Problem, before: Fit, trials: Sequence[Trial]) -> list[Array]:

@@ -11,11 +11,14 @@ from catheter_sim.diagnosis.base_frame.register import register
 from catheter_sim.diagnosis.base_frame.registration import Registration, unmoved
 from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings
 from catheter_sim.diagnosis.data.parting import split
+from catheter_sim.diagnosis.data.same_readings import without_copies
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.data_faults.copied import copied_rows
 from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
 from catheter_sim.diagnosis.data_faults.model_error import relative_error_of
 from catheter_sim.diagnosis.fitting.twins import twin_of
 from catheter_sim.diagnosis.notes import Note
+from catheter_sim.diagnosis.report.result import DataFault
 from catheter_sim.diagnosis.thresholds import MISTAKE_SURER
 from catheter_sim.theory.predict import Prediction
 
@@ -30,6 +33,7 @@ class Prepared:
         registration: how positions were moved into the base frame.
         twin: what its fits go by.
         notes: on the files, on frozen sensors and on the twin.
+        faults: what looks wrong with the files themselves, before anything is computed.
     """
 
     dataset: Dataset
@@ -38,16 +42,19 @@ class Prepared:
     registration: Registration
     twin: Prediction
     notes: tuple[Note, ...]
+    faults: tuple[DataFault, ...] = ()
 
 
 def prepare(dataset: Dataset) -> Prepared:
     """Return a data set as it can be fitted."""
-    readings, frozen = without_frozen_readings(dataset)
+    single, twice, copies = without_copies(dataset)
+    faults = copied_rows(single.trials, copies)
+    readings, frozen = without_frozen_readings(single)
     chosen = twin_of(readings, split(readings)[0])
     moved, registration = in_base_frame(readings, chosen.predict)
     train, heldout = split(moved)
-    notes = (*moved.notes, *frozen, *chosen.notes)
-    return Prepared(moved, train, heldout, registration, chosen.predict, notes)
+    notes = (*moved.notes, *twice, *frozen, *chosen.notes)
+    return Prepared(moved, train, heldout, registration, chosen.predict, notes, faults)
 
 
 def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dataset, Registration]:

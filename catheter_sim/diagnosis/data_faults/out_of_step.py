@@ -1,0 +1,130 @@
+"""Outputs that come before their inputs, or late in one trial alone: rows that were lost or put off."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
+from catheter_sim.diagnosis.report.result import DataFault
+from catheter_sim.diagnosis.thresholds import (
+    LATE_NOISE,
+    LATE_OTHERS,
+    STEP_LEFT_SHARE,
+    STEP_ROWS,
+    STEP_STRETCH_ROWS,
+    STEP_USUAL_TIMES,
+)
+
+
+def outputs_out_of_step(seen: BesideModel) -> tuple[DataFault, ...]:
+    """Return where outputs run ahead of their inputs, or lag behind them in one trial alone.
+
+    What is measured before it is caused was put there: rows of one log are missing. A lag may be the robot's,
+    but then other trials have it too, by as many seconds.
+    """
+    return _ahead(seen) or _late_alone(seen)
+
+
+def _ahead(seen: BesideModel) -> tuple[DataFault, ...]:
+    faults = []
+    for number in range(len(seen.trials)):
+        rows = len(seen.models[number])
+        parts = [slice(0, rows)]
+        if rows >= 2 * STEP_STRETCH_ROWS:
+            parts += [slice(0, rows // 2), slice(rows // 2, rows)]
+        for part in parts:
+            shift = _best_shift(seen, number, part)
+            if shift is not None and shift <= -2:
+                faults.append(
+                    DataFault(
+                        f"what is measured comes {-shift} rows before the inputs that cause it: are rows "
+                        "of the outputs lost, or the two logs shifted against one another?",
+                        seen.trials[number].file,
+                        (part.start + 1, part.stop),
+                    )
+                )
+                break
+    return tuple(faults)
+
+
+def _late_alone(seen: BesideModel) -> tuple[DataFault, ...]:
+    """Return the trials that lag by rows although the others would show as many seconds, and do not."""
+    whole = [slice(0, len(model)) for model in seen.models]
+    shifts = [_best_shift(seen, number, part) or 0 for number, part in enumerate(whole)]
+    late = [number for number, shift in enumerate(shifts) if shift >= 2]
+    others = [number for number in range(len(seen.trials)) if number not in late]
+    if not late or len(late) > max(1, len(others) // 2):
+        return ()
+    for number in late:
+        time_s = seen.trials[number].inputs.time_s
+        seconds = float(np.median(time_s[shifts[number] :] - time_s[: -shifts[number]]))
+        telling = [
+            _unexplained(seen, k, whole[k], seconds=seconds)
+            > LATE_OTHERS * _unexplained(seen, k, whole[k], seconds=0.0)
+            for k in others
+        ]
+        if 2 * sum(telling) <= len(others):
+            return ()
+    return tuple(
+        DataFault(
+            f"what is measured comes {shifts[number]} rows late, and in the other trials it does not: are the "
+            "two logs of this trial shifted against one another?",
+            seen.trials[number].file,
+        )
+        for number in late
+    )
+
+
+def _best_shift(seen: BesideModel, number: int, part: slice) -> int | None:
+    """Return by how many rows outputs lag (ahead: below zero); None where no shift does far better."""
+    length = part.stop - part.start
+    if length < STEP_STRETCH_ROWS:
+        return None
+    most = min(STEP_ROWS, length // 3)
+    left = {shift: _unexplained(seen, number, part, shift) for shift in range(-most, most + 1)}
+    if left[0] < LATE_NOISE**2:
+        return None
+    best = min(left, key=lambda shift: left[shift])
+    # Put right, the trial must be as well explained as others are.
+    usual = float(np.median([_unexplained(seen, k, slice(0, len(m))) for k, m in enumerate(seen.models)]))
+    if abs(best) < 2 or left[best] > min(STEP_LEFT_SHARE * left[0], STEP_USUAL_TIMES * usual):
+        return None
+    rest = min(value for shift, value in left.items() if shift >= -1)
+    return best if best > 0 or left[best] <= STEP_LEFT_SHARE * rest else None
+
+
+def _unexplained(
+    seen: BesideModel, number: int, part: slice, shift: int = 0, seconds: float | None = None
+) -> float:
+    """Return the mean squared error, over the noise's, of what the model says so much earlier.
+
+    Each output is first fitted by a scale and an offset of what the model says. Rows for which the shifted
+    model says nothing are left out. inf: too few rows.
+    """
+    rows = np.arange(part.start, part.stop)
+    model = seen.models[number]
+    if seconds is None:
+        rows = rows[(rows - shift >= 0) & (rows - shift < len(model))]
+        moved = model[rows - shift]
+    else:
+        time_s = seen.trials[number].inputs.time_s
+        rows = rows[time_s[rows] - seconds >= time_s[0]]
+        moved = np.stack(
+            [np.interp(time_s[rows] - seconds, time_s, model[:, k]) for k in range(model.shape[1])], axis=1
+        )
+    left, count = 0.0, 0
+    for column in seen.moves:
+        shown, computed = seen.measured[number][rows, column], moved[:, column]
+        known = np.isfinite(shown) & np.isfinite(computed)
+        if known.sum() < STEP_STRETCH_ROWS:
+            continue
+        error = _after_scaling(shown[known], computed[known]) / seen.noise_of(column)
+        left, count = left + float(error @ error), count + len(error)
+    return max(left / count, 1.0) if count else float("inf")
+
+
+def _after_scaling(shown: Array, computed: Array) -> Array:
+    """Return what is left of a series when a multiple of another and a constant are taken off, shape (n,)."""
+    features = np.column_stack([np.ones(len(computed)), computed])
+    return np.asarray(shown - features @ np.linalg.lstsq(features, shown, rcond=None)[0])
