@@ -18,12 +18,7 @@ from catheter_sim.diagnosis.data.columns import points_of, unit_of
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.data_faults.model_error import noise_share, relative_error
 from catheter_sim.diagnosis.data_faults.units import INPUT_FACTORS, METRES, OUTPUT_FACTORS
-from catheter_sim.diagnosis.thresholds import (
-    GROSS_SHARE,
-    MISTAKE_CONVINCING,
-    MISTAKE_SOLVED_SHARE,
-    ZEROS_TRIED,
-)
+from catheter_sim.diagnosis.thresholds import GROSS_SHARE, MISTAKE_CONVINCING, MISTAKE_SOLVED_SHARE
 
 
 @dataclass(frozen=True)
@@ -47,7 +42,8 @@ def most_likely_mistake(
     robot: RobotSpec,
     predict: Callable[[Inputs], Array],
     shifted: bool = False,
-    alone: bool = False,
+    beside: Array | None = None,
+    solved: float = MISTAKE_SOLVED_SHARE,
 ) -> Mistake | None:
     """Return the mistake in the data without which a model agrees with them far better; None: there is none.
 
@@ -57,18 +53,17 @@ def most_likely_mistake(
         robot: as specified.
         predict: the model's outputs along inputs, shape (r, o).
         shifted: the tracker's origin is unknown: errors are counted about their means.
-        alone: these are not all trials: positions in metres were not seen before, and the inputs' zero may
-            be off, which in all trials is a cause.
+        beside: outputs of all trials, where these are not all: their spread counts, shape (r, o).
+        solved: an error that is no mistake's.
     """
     models = [predict(trial.inputs) for trial in trials]
     measured = [measured_of(trial, columns) for trial in trials]
-    before = relative_error(models, measured, columns, shifted)
+    before = relative_error(models, measured, columns, shifted, beside)
     if before <= GROSS_SHARE:
         return None
     # Noise alone leaves so much of outputs that hardly move.
-    solved = math.hypot(MISTAKE_SOLVED_SHARE, noise_share(measured, models, columns))
-    most = min(MISTAKE_CONVINCING * before, solved)
-    look = _Look(trials, columns, robot, predict, shifted, models, measured, alone)
+    most = min(MISTAKE_CONVINCING * before, math.hypot(solved, noise_share(measured, columns)))
+    look = _Look(trials, columns, robot, predict, shifted, models, measured, beside)
     best = min((*_output_mistakes(look), *_input_mistakes(look, most)), key=lambda item: item.error)
     return replace(best, before=before) if best.error < most else None
 
@@ -84,7 +79,7 @@ class _Look:
     shifted: bool
     models: Sequence[Array]
     measured: Sequence[Array]
-    alone: bool = False
+    beside: Array | None = None
 
 
 def _output_mistakes(look: _Look) -> Iterator[Mistake]:
@@ -96,7 +91,7 @@ def _output_mistakes(look: _Look) -> Iterator[Mistake]:
         for values, given in zip(right, look.measured, strict=True):
             for to, (of, factor) in change.items():
                 values[:, to] = factor * given[:, of]
-        return Mistake(words, relative_error(look.models, right, columns, look.shifted))
+        return Mistake(words, relative_error(look.models, right, columns, look.shifted, look.beside))
 
     for i, j in itertools.combinations(range(len(columns)), 2):
         if unit_of(columns[i]) == unit_of(columns[j]):
@@ -110,7 +105,7 @@ def _output_mistakes(look: _Look) -> Iterator[Mistake]:
         for factor, what in OUTPUT_FACTORS.items():
             if what.endswith(f" {unit}"):
                 # In all trials `base_frame.register` has put metres right.
-                whole = [] if factor == METRES and not look.alone else [mine]
+                whole = [] if factor == METRES and look.beside is None else [mine]
                 for group in [*whole, *([i] for i in mine if len(mine) > 1)]:
                     named = [columns[i] for i in group]
                     names = ", ".join(named) if len(named) < 4 else f"all columns in {unit}"
@@ -144,16 +139,13 @@ def _input_mistakes(look: _Look, most: float) -> Iterator[Mistake]:
     names = [drive.column for drive in drives]
     count = look.trials[0].inputs.tendon.shape[1]
 
-    def tried(change: Array, words: str, zero: Array | float = 0.0) -> Mistake:
+    def tried(change: Array, words: str) -> Mistake:
         models: list[Array] = []
         for trial in look.trials:
-            given = trial.inputs.tendon @ change - zero
-            if drives[0].quantity is Quantity.TENSION:
-                given = np.maximum(given, 0.0)
-            models.append(look.predict(replace(trial.inputs, tendon=given)))
+            models.append(look.predict(replace(trial.inputs, tendon=trial.inputs.tendon @ change)))
             # As if the other trials were met exactly.
             supposed = [*models, *look.measured[len(models) :]]
-            error = relative_error(supposed, look.measured, look.columns, look.shifted)
+            error = relative_error(supposed, look.measured, look.columns, look.shifted, look.beside)
             if error > most:
                 return Mistake(words, math.inf)
         return Mistake(words, error)
@@ -167,12 +159,17 @@ def _input_mistakes(look: _Look, most: float) -> Iterator[Mistake]:
             turned = np.eye(count)
             turned[i, i] = -1.0
             yield tried(turned, f"the column {names[i]} looks turned in sign")
+    # With tiny inputs the model stands still, which is near to anything that hardly moves.
+    still = [_at_middle(values) for values in look.measured]
+    moves = relative_error(still, look.measured, look.columns, look.shifted, look.beside)
     for factor, what in INPUT_FACTORS[drives[0].quantity].items():
-        yield tried(factor * np.eye(count), f"the inputs look given in another unit ({what})")
-    if look.alone:
-        largest = np.abs(np.concatenate([trial.inputs.tendon for trial in look.trials])).max(axis=0)
-        for share in (sign * size for size in ZEROS_TRIED for sign in (1.0, -1.0)):
-            yield tried(np.eye(count), "the zero of the inputs looks off", share * largest)
-            for i in range(count if len(names) == count > 1 else 0):
-                zero = share * largest * (np.arange(count) == i)
-                yield tried(np.eye(count), f"the zero of {names[i]} looks off", zero)
+        mistake = tried(factor * np.eye(count), f"the inputs look given in another unit ({what})")
+        if mistake.error < MISTAKE_CONVINCING * moves:
+            yield mistake
+
+
+def _at_middle(values: Array) -> Array:
+    """Return outputs (r, o) that stand at the means of measured ones; 0 where nothing was measured."""
+    known = np.isfinite(values)
+    middle = np.where(known, values, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    return np.asarray(np.broadcast_to(middle, values.shape))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
 from catheter_sim.diagnosis.report.result import DataFault
 from catheter_sim.diagnosis.thresholds import (
@@ -68,8 +67,8 @@ def _late_alone(seen: BesideModel) -> tuple[DataFault, ...]:
             return ()
     return tuple(
         DataFault(
-            f"what is measured comes {shifts[number]} rows late, and in the other trials it does not: are the "
-            "two logs of this trial shifted against one another?",
+            f"what is measured comes {shifts[number]} rows late, and in the other trials it does not: are "
+            "the two logs of this trial shifted against one another?",
             seen.trials[number].file,
         )
         for number in late
@@ -86,6 +85,8 @@ def _best_shift(seen: BesideModel, number: int, part: slice) -> int | None:
     if left[0] < LATE_NOISE**2:
         return None
     best = min(left, key=lambda shift: left[shift])
+    if abs(best) == most:  # no least error, as far as is looked
+        return None
     # Put right, the trial must be as well explained as others are.
     usual = float(np.median([_unexplained(seen, k, slice(0, len(m))) for k, m in enumerate(seen.models)]))
     if abs(best) < 2 or left[best] > min(STEP_LEFT_SHARE * left[0], STEP_USUAL_TIMES * usual):
@@ -99,11 +100,10 @@ def _unexplained(
 ) -> float:
     """Return the mean squared error, over the noise's, of what the model says so much earlier.
 
-    Each output is first fitted by a scale and an offset of what the model says. Rows for which the shifted
-    model says nothing are left out. inf: too few rows.
+    Rows for which the shifted model says nothing are left out. inf: too few rows.
     """
     rows = np.arange(part.start, part.stop)
-    model = seen.models[number]
+    model = seen.scaled_models[number]
     if seconds is None:
         rows = rows[(rows - shift >= 0) & (rows - shift < len(model))]
         moved = model[rows - shift]
@@ -119,12 +119,6 @@ def _unexplained(
         known = np.isfinite(shown) & np.isfinite(computed)
         if known.sum() < STEP_STRETCH_ROWS:
             continue
-        error = _after_scaling(shown[known], computed[known]) / seen.noise_of(column)
+        error = (shown[known] - computed[known]) / seen.noise_of(column)
         left, count = left + float(error @ error), count + len(error)
     return max(left / count, 1.0) if count else float("inf")
-
-
-def _after_scaling(shown: Array, computed: Array) -> Array:
-    """Return what is left of a series when a multiple of another and a constant are taken off, shape (n,)."""
-    features = np.column_stack([np.ones(len(computed)), computed])
-    return np.asarray(shown - features @ np.linalg.lstsq(features, shown, rcond=None)[0])

@@ -28,8 +28,8 @@ from catheter_sim.diagnosis.data_faults.moved_between import moved_between_trial
 from catheter_sim.diagnosis.data_faults.odd_trial import odd_trial
 from catheter_sim.diagnosis.data_faults.one_trial import mistakes_of_one_trial
 from catheter_sim.diagnosis.data_faults.out_of_step import outputs_out_of_step
+from catheter_sim.diagnosis.data_faults.outstanding import outstanding_trials
 from catheter_sim.diagnosis.data_faults.undriven import moved_without_inputs
-from catheter_sim.diagnosis.data_faults.unlike_trial import trials_that_do_not_follow
 from catheter_sim.diagnosis.data_faults.unrelated import outputs_that_do_not_follow
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.prediction import predicted
@@ -91,11 +91,11 @@ def data_faults(
         lambda: mistakes_of_one_trial(seen, problem.robot, _prediction(problem, before)),
         lambda: exchanged_points(seen),
         lambda: jumps_elsewhere(seen),
+        lambda: outputs_out_of_step(seen),
         lambda: outputs_that_do_not_follow(problem, models[: len(problem.trials)]),
         lambda: moved_without_inputs(seen),
         lambda: clipped_outputs(seen),
-        lambda: outputs_out_of_step(seen),
-        lambda: trials_that_do_not_follow(seen),
+        lambda: outstanding_trials(seen),
         lambda: bumped_trackers(trials, problem.columns, models, noise),
         lambda: moved_between_trials(seen),
         lambda: odd_trial(problem, before, heldout, noise),

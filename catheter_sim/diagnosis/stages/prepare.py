@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from catheter_sim.core.inputs import Inputs
@@ -9,7 +10,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.base_frame.move import registered
 from catheter_sim.diagnosis.base_frame.register import register
 from catheter_sim.diagnosis.base_frame.registration import Registration, unmoved
-from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings
+from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings, without_old_readings
 from catheter_sim.diagnosis.data.parting import split
 from catheter_sim.diagnosis.data.same_readings import without_copies
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
@@ -49,11 +50,12 @@ def prepare(dataset: Dataset) -> Prepared:
     """Return a data set as it can be fitted."""
     single, twice, copies = without_copies(dataset)
     faults = copied_rows(single.trials, copies)
-    readings, frozen = without_frozen_readings(single)
+    new, old = without_old_readings(single)
+    readings, frozen = without_frozen_readings(new)
     chosen = twin_of(readings, split(readings)[0])
     moved, registration = in_base_frame(readings, chosen.predict)
     train, heldout = split(moved)
-    notes = (*moved.notes, *twice, *frozen, *chosen.notes)
+    notes = (*moved.notes, *twice, *old, *frozen, *chosen.notes)
     return Prepared(moved, train, heldout, registration, chosen.predict, notes, faults)
 
 
@@ -78,7 +80,7 @@ def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dat
         return twin([robot], inputs, 1)[0]
 
     moved_there = registered(dataset, registration)
-    found = most_likely_mistake(train, columns, robot, predict)
+    found = most_likely_mistake(train, columns, robot, predict, solved=math.inf)
     there = relative_error_of(split(moved_there)[0], columns, predict, shifted=True)
     if found is not None and found.error < MISTAKE_SURER * there:
         return dataset, unmoved(registration)

@@ -96,7 +96,8 @@ def _input_times(factor: float, where: Where = _everywhere) -> Spoil:
 
 def _output_times(factor: float, columns: str, where: Where = _everywhere) -> Spoil:
     def spoil(recording: Recording, generator: np.random.Generator) -> Recording:
-        chosen = {"one": recording.moving[:1], "all": recording.places.tolist()}[columns]
+        places = recording.places.tolist()
+        chosen = {"one": [k for k in recording.moving if k in places][:1], "all": places}[columns]
         return where(recording, generator, lambda t: with_outputs(t, chosen, factor * t.outputs[:, chosen]))
 
     return spoil
