@@ -255,8 +255,8 @@ OUTSTANDING_SHARE = 0.25
 """[share of the motion] An error below it is nothing outstanding. Why: assumed; near the noise trials differ
 by chance."""
 OUTSTANDING_TIMES = 2.5
-"""[times the largest error of the other trials] Beyond it a trial is outstanding. Why: of 123 sound data sets,
-most with causes, one trial erred 1.4 times as much as any other, and in one set two 2.1 times."""
+"""[times the largest error of the other trials] Beyond it a trial is outstanding. Why: of 123 sound sets,
+most with causes, one trial erred 1.4 times as much as any other; in one set two erred 2.1 times."""
 CLIPPED_ROWS = 5
 """[rows] That stand at exactly an output's end. Why: assumed; a measured value comes twice by rounding."""
 CLIPPED_TIMES = 4.0

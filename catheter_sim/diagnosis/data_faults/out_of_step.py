@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
 from catheter_sim.diagnosis.report.result import DataFault
 from catheter_sim.diagnosis.thresholds import (
@@ -33,8 +36,8 @@ def _ahead(seen: BesideModel) -> tuple[DataFault, ...]:
         if rows >= 2 * STEP_STRETCH_ROWS:
             parts += [slice(0, rows // 2), slice(rows // 2, rows)]
         for part in parts:
-            shift = _best_shift(seen, number, part)
-            if shift is not None and shift <= -2:
+            shift = min(_best_shift(seen, models, number, part) for models in _models(seen))
+            if shift < 0:
                 faults.append(
                     DataFault(
                         f"what is measured comes {-shift} rows before the inputs that cause it: are rows "
@@ -49,9 +52,10 @@ def _ahead(seen: BesideModel) -> tuple[DataFault, ...]:
 
 def _late_alone(seen: BesideModel) -> tuple[DataFault, ...]:
     """Return the trials that lag by rows although the others would show as many seconds, and do not."""
-    whole = [slice(0, len(model)) for model in seen.models]
-    shifts = [_best_shift(seen, number, part) or 0 for number, part in enumerate(whole)]
-    late = [number for number, shift in enumerate(shifts) if shift >= 2]
+    models = seen.scaled_models
+    whole = [slice(0, len(model)) for model in models]
+    shifts = [_best_shift(seen, models, number, part) for number, part in enumerate(whole)]
+    late = [number for number, shift in enumerate(shifts) if shift > 0]
     others = [number for number in range(len(seen.trials)) if number not in late]
     if not late or len(late) > max(1, len(others) // 2):
         return ()
@@ -59,8 +63,8 @@ def _late_alone(seen: BesideModel) -> tuple[DataFault, ...]:
         time_s = seen.trials[number].inputs.time_s
         seconds = float(np.median(time_s[shifts[number] :] - time_s[: -shifts[number]]))
         telling = [
-            _unexplained(seen, k, whole[k], seconds=seconds)
-            > LATE_OTHERS * _unexplained(seen, k, whole[k], seconds=0.0)
+            _unexplained(seen, models, k, whole[k], seconds=seconds)
+            > LATE_OTHERS * _unexplained(seen, models, k, whole[k])
             for k in others
         ]
         if 2 * sum(telling) <= len(others):
@@ -75,40 +79,47 @@ def _late_alone(seen: BesideModel) -> tuple[DataFault, ...]:
     )
 
 
-def _best_shift(seen: BesideModel, number: int, part: slice) -> int | None:
-    """Return by how many rows outputs lag (ahead: below zero); None where no shift does far better."""
+def _models(seen: BesideModel) -> tuple[Sequence[Array], ...]:
+    """Return the models as they are, and scaled: where all trials are out of step a scale fits to nothing."""
+    return seen.models, seen.scaled_models
+
+
+def _best_shift(seen: BesideModel, models: Sequence[Array], number: int, part: slice) -> int:
+    """Return by how many rows outputs lag (ahead: below zero); 0 where no shift does far better."""
     length = part.stop - part.start
     if length < STEP_STRETCH_ROWS:
-        return None
+        return 0
     most = min(STEP_ROWS, length // 3)
-    left = {shift: _unexplained(seen, number, part, shift) for shift in range(-most, most + 1)}
-    if left[0] < LATE_NOISE**2:
-        return None
+    left = {shift: _unexplained(seen, models, number, part, shift) for shift in range(-most, most + 1)}
     best = min(left, key=lambda shift: left[shift])
-    if abs(best) == most:  # no least error, as far as is looked
-        return None
+    # At the end of what is looked at there is no least error.
+    if left[0] < LATE_NOISE**2 or abs(best) < 2 or abs(best) == most:
+        return 0
     # Put right, the trial must be as well explained as others are.
-    usual = float(np.median([_unexplained(seen, k, slice(0, len(m))) for k, m in enumerate(seen.models)]))
-    if abs(best) < 2 or left[best] > min(STEP_LEFT_SHARE * left[0], STEP_USUAL_TIMES * usual):
-        return None
+    others = [_unexplained(seen, models, k, slice(0, len(model))) for k, model in enumerate(models)]
+    if left[best] > min(STEP_LEFT_SHARE * left[0], STEP_USUAL_TIMES * float(np.median(others))):
+        return 0
     rest = min(value for shift, value in left.items() if shift >= -1)
-    return best if best > 0 or left[best] <= STEP_LEFT_SHARE * rest else None
+    return best if best > 0 or left[best] <= STEP_LEFT_SHARE * rest else 0
 
 
 def _unexplained(
-    seen: BesideModel, number: int, part: slice, shift: int = 0, seconds: float | None = None
+    seen: BesideModel,
+    models: Sequence[Array],
+    number: int,
+    part: slice,
+    shift: int = 0,
+    seconds: float = 0.0,
 ) -> float:
-    """Return the mean squared error, over the noise's, of what the model says so much earlier.
+    """Return the mean squared error, over the noise's, of what a model says so many rows and seconds earlier.
 
     Rows for which the shifted model says nothing are left out. inf: too few rows.
     """
     rows = np.arange(part.start, part.stop)
-    model = seen.scaled_models[number]
-    if seconds is None:
-        rows = rows[(rows - shift >= 0) & (rows - shift < len(model))]
-        moved = model[rows - shift]
-    else:
-        time_s = seen.trials[number].inputs.time_s
+    model, time_s = models[number], seen.trials[number].inputs.time_s
+    rows = rows[(rows - shift >= 0) & (rows - shift < len(model))]
+    moved = model[rows - shift]
+    if seconds:
         rows = rows[time_s[rows] - seconds >= time_s[0]]
         moved = np.stack(
             [np.interp(time_s[rows] - seconds, time_s, model[:, k]) for k in range(model.shape[1])], axis=1
