@@ -133,7 +133,7 @@ def test_trials_that_stand_out():
 
 
 def test_a_trial_that_follows_nothing_beside_a_large_cause():
-    """Noise alone in one trial of a robot that bends half as much again: the errors alone would not show it."""
+    """Noise in one trial, beside a robot that bends half as much again: errors alone would not show it."""
     values = changed(lambda k, v: 0.0 * v + [2.0, 98.0, 0.5, 49.0] if k == 3 else arc(1.5 * pull_of(k)))
     assert files(outstanding_trials(seen(values))) == ["trial_3.csv"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, measured_of
 from catheter_sim.diagnosis.notes import Note
-from catheter_sim.diagnosis.thresholds import COPY_NOISE_SHARE, COPY_PROBES, COPY_ROWS, COPY_STEPS
+from catheter_sim.diagnosis.thresholds import COPY_PROBES, COPY_ROWS, COPY_STEPS
 
 _DIGITS = range(10)  # decimals that a reading may be rounded to
 
@@ -23,21 +23,18 @@ class Copy:
     Attributes:
         first, second: indices of the trials, as they stand in the data set.
         rows: first and last row of the second one, counted from 1.
-        whole: whether these are all rows of the second, or of the first.
     """
 
     first: int
     second: int
     rows: tuple[int, int]
-    whole: bool
 
 
 def copies_in(dataset: Dataset) -> tuple[Copy, ...]:
     """Return the trials that share rows: the readings agree to the last digit that both have.
 
     Noise never comes twice. Columns whose noise is less than a few steps of their last digit tell nothing:
-    there a repeat gives the same readings. So do, for a part of a trial, columns that are hardly noisy: data
-    that were computed agree wherever their inputs do.
+    there a repeat gives the same readings. Computed trials may begin alike: all rows of the shorter one count.
     """
     found = []
     for (i, first), (j, second) in combinations(enumerate(dataset.trials), 2):
@@ -45,7 +42,7 @@ def copies_in(dataset: Dataset) -> tuple[Copy, ...]:
             measured_of(first, dataset.output_channels), measured_of(second, dataset.output_channels)
         )
         if run is not None:
-            found.append(Copy(i, j, (run[0] + 1, run[0] + run[1]), run[2]))
+            found.append(Copy(i, j, (run[0] + 1, run[0] + run[1])))
     return tuple(found)
 
 
@@ -62,7 +59,7 @@ def without_copies(dataset: Dataset) -> tuple[Dataset, tuple[Note, ...], tuple[C
         first, second = dataset.trials[copy.first], dataset.trials[copy.second]
         if first.role != second.role:
             left.append(copy)
-        elif copy.whole and copy.first not in out:
+        elif copy.first not in out:
             shorter = copy.second if len(second.inputs) <= len(first.inputs) else copy.first
             other = first if shorter == copy.second else second
             out[shorter] = (
@@ -76,16 +73,14 @@ def without_copies(dataset: Dataset) -> tuple[Dataset, tuple[Note, ...], tuple[C
     return replace(dataset, trials=kept), notes, tuple(left)
 
 
-def _shared_rows(first: Array, second: Array) -> tuple[int, int, bool] | None:
-    """Return of the longest run that two trials share its start in the second, its length, and if whole."""
+def _shared_rows(first: Array, second: Array) -> tuple[int, int] | None:
+    """Return where in the second trial the rows of the shorter one begin, and their count; None: nowhere."""
     shorter = min(len(first), len(second))
     if shorter < COPY_ROWS:
         return None
     steps = np.array([max(_last_step(a), _last_step(b)) for a, b in zip(first.T, second.T, strict=True)])
     noise = np.minimum(_noise(first), _noise(second))
-    spread = np.maximum(np.nanstd(np.vstack([first, second]), axis=0), 1e-300)
     telling = noise > COPY_STEPS * steps
-    noisy = telling & (noise > COPY_NOISE_SHARE * spread)
     if not telling.any():
         return None
     best = (0, 0)
@@ -96,10 +91,7 @@ def _shared_rows(first: Array, second: Array) -> tuple[int, int, bool] | None:
         start, length = _longest_run(same)
         best = max(best, (length, low + start))
     length, start = best
-    whole = length >= shorter - 1
-    if length < COPY_ROWS or not (whole or noisy.any()):
-        return None
-    return start, length, whole
+    return (start, length) if length >= max(COPY_ROWS, shorter - 1) else None
 
 
 def _lags(first: Array, second: Array, telling: np.ndarray, steps: Array) -> set[int]:

@@ -19,7 +19,9 @@ from catheter_sim.diagnosis.thresholds import (
     GROSS_SHARE,
     MISTAKE_SOLVED_SHARE,
     ONE_TRIAL_TIMES,
+    OUTSTANDING_SHARE,
     ZERO_CONVINCING,
+    ZERO_TIMES,
     ZEROS_TRIED,
 )
 
@@ -49,7 +51,8 @@ def mistakes_of_one_trial(
                 beside=everything,
                 solved=max(MISTAKE_SOLVED_SHARE, ONE_TRIAL_TIMES * usual),
             )
-        found = found or _zero_off(seen, number, robot, predict, usual)
+        if errors[number] > ZERO_TIMES * np.delete(errors, number).max():
+            found = found or _zero_off(seen, number, robot, predict, usual)
         if found is not None:
             faults.append(
                 DataFault(
@@ -67,7 +70,7 @@ def _zero_off(
 ) -> Mistake | None:
     """Return how far the zero of a trial's inputs looks off; None: it does not, or something else is wrong.
 
-    In all trials that is a cause. With it put right this trial must be explained about as well as others.
+    In several trials that is a cause. With it put right this trial must be explained about as well as others.
     """
     given = seen.trials[number].inputs
     drives = drives_of(robot, given.actuation)
@@ -88,5 +91,5 @@ def _zero_off(
             if error < best.error:
                 words = f"the zero of {name} looks off by about {100 * share:.0f} % of the largest value"
                 best = Mistake(words, error, before)
-    solved = best.error < min(ZERO_CONVINCING * before, ONE_TRIAL_TIMES * usual)
+    solved = best.error < min(ZERO_CONVINCING * before, max(ONE_TRIAL_TIMES * usual, OUTSTANDING_SHARE))
     return best if solved else None
