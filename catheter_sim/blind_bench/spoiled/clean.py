@@ -91,9 +91,8 @@ def _made(seed: int, number: int, place: Path) -> dict[str, Any]:
             continue
         noisy = [measured(values, ground.specimen.noise, "white", generator) for values in outputs]
         place.parent.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(
-            place.with_suffix(".npz"), **{f"trial_{k}": values for k, values in enumerate(noisy)}
-        )
+        arrays: dict[str, Any] = {f"trial_{k}": values for k, values in enumerate(noisy)}
+        np.savez_compressed(place.with_suffix(".npz"), **arrays)
         return {
             "attempt": attempt,
             "robot": _robot(seed, number),

@@ -112,7 +112,7 @@ def with_outputs(
     """Return a trial with some outputs replaced, at some rows (a mask) or at all."""
     outputs = np.array(trial.outputs)
     chosen = np.ones(len(trial), dtype=bool) if rows is None else rows
-    outputs[np.ix_(chosen, columns)] = (
+    outputs[np.ix_(chosen, np.asarray(columns, dtype=int))] = (
         values if rows is None else np.broadcast_to(values, (len(trial), len(columns)))[chosen]
     )
     return replace(trial, outputs=outputs)

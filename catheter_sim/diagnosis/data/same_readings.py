@@ -34,7 +34,8 @@ def copies_in(dataset: Dataset) -> tuple[Copy, ...]:
     """Return the trials that share rows: the readings agree to the last digit that both have.
 
     Noise never comes twice. Columns whose noise is less than a few steps of their last digit tell nothing:
-    there a repeat gives the same readings. Computed trials may begin alike: all rows of the shorter one count.
+    there a repeat gives the same readings. Computed trials may begin alike: all rows of the shorter one must
+    be shared.
     """
     found = []
     for (i, first), (j, second) in combinations(enumerate(dataset.trials), 2):
@@ -88,7 +89,7 @@ def _shared_rows(first: Array, second: Array) -> tuple[int, int] | None:
         low, high = max(0, -lag), min(len(second), len(first) - lag)
         apart = np.abs(first[low + lag : high + lag] - second[low:high])[:, telling]
         same = (~(apart > 0.51 * steps[telling])).all(axis=1) & np.isfinite(apart).any(axis=1)
-        start, length = _longest_run(same)
+        start, length = _longest_run(np.asarray(same))
         best = max(best, (length, low + start))
     length, start = best
     return (start, length) if length >= max(COPY_ROWS, shorter - 1) else None

@@ -47,7 +47,7 @@ def moved_without_inputs(seen: BesideModel) -> tuple[DataFault, ...]:
 
 def _standing(drive: Array) -> Iterator[slice]:
     """Yield the stretches of rows in which no input changes."""
-    still = (np.abs(np.diff(drive, axis=0)) <= STANDS_SHARE).all(axis=1)
+    still = np.asarray((np.abs(np.diff(drive, axis=0)) <= STANDS_SHARE).all(axis=1))
     start = 0
     for row in range(len(still) + 1):
         if row < len(still) and still[row]:
