@@ -40,6 +40,7 @@ UPWARD: dict[str, set[str]] = {
 
 # Still permitted: files of more than 500 lines.
 LONG_FILES: set[str] = {
+    "diagnosis/thresholds.py",
     "kinds/notched_tube/theory/kernel.py",
 }
 

@@ -1,4 +1,4 @@
-"""Stretches in which a sensor repeats itself are taken out."""
+"""Readings that a sensor repeats are taken out: where it is frozen, and where a file repeats the last one."""
 
 from __future__ import annotations
 
@@ -9,9 +9,54 @@ import numpy as np
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
-from catheter_sim.diagnosis.data.trials import Dataset, all_inputs
+from catheter_sim.diagnosis.data.trials import Dataset, Trial, all_inputs
 from catheter_sim.diagnosis.notes import Note
-from catheter_sim.diagnosis.thresholds import FROZEN_DRIVEN_SHARE, FROZEN_ROWS, FROZEN_SHARE
+from catheter_sim.diagnosis.thresholds import (
+    FROZEN_DRIVEN_SHARE,
+    FROZEN_ROWS,
+    FROZEN_SHARE,
+    STALE_SHARE,
+    STALE_VALUES_SHARE,
+)
+
+
+def without_old_readings(dataset: Dataset) -> tuple[Dataset, tuple[Note, ...]]:
+    """Return the data set without rows that repeat the readings of the row before, and what was left out.
+
+    A log that is faster than its sensor gives the last reading again. Where many rows of a trial repeat all
+    outputs while the inputs move, all such rows become missing values. A sensor that counts coarsely repeats
+    values, too, but these come again elsewhere.
+    """
+    notes: list[Note] = []
+    trials = []
+    for trial in dataset.trials:
+        old = _old_rows(trial)
+        if old.any():
+            columns = {name: np.where(old, np.nan, values) for name, values in trial.outputs.columns.items()}
+            trial = replace(trial, outputs=replace(trial.outputs, columns=columns))
+            said = (
+                f"{trial.file}: {int(old.sum())} of {len(old)} rows repeat all readings of the row before "
+                "while the robot is driven: old readings, as of a slower sensor. Taken as missing."
+            )
+            notes.append(Note("old_readings", said))
+        trials.append(trial)
+    return (replace(dataset, trials=tuple(trials)) if notes else dataset), tuple(notes)
+
+
+def _old_rows(trial: Trial) -> np.ndarray:
+    """Return which rows hold the readings of the row before, shape (r,); none where a few do."""
+    values = np.stack(list(trial.outputs.columns.values()), axis=1)
+    drive = all_inputs(trial.inputs)
+    same = np.zeros(len(values), dtype=bool)
+    same[1:] = (values[1:] == values[:-1]).all(axis=1)
+    driven = np.zeros(len(values), dtype=bool)
+    driven[1:] = (drive[1:] != drive[:-1]).any(axis=1)
+    none = np.zeros(len(values), dtype=bool)
+    if not driven.any() or (same & driven).sum() < STALE_SHARE * driven.sum():
+        return none
+    # Of the column with the finest readings.
+    distinct = max(len(np.unique(column[np.isfinite(column)])) for column in values.T)
+    return same if distinct >= STALE_VALUES_SHARE * (~same).sum() else none
 
 
 def without_frozen_readings(dataset: Dataset) -> tuple[Dataset, tuple[Note, ...]]:

@@ -12,9 +12,9 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.noise import white_noise
 from catheter_sim.diagnosis.fitting.prediction import predicted_along
 from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.diagnosis.thresholds import LEAST_SPREAD_SHARE
 
 
 def relative_error_of(
@@ -26,20 +26,50 @@ def relative_error_of(
 
 
 def relative_error(
-    models: Sequence[Array], measured: Sequence[Array], columns: Sequence[str], shifted: bool
+    models: Sequence[Array],
+    measured: Sequence[Array],
+    columns: Sequence[str],
+    shifted: bool,
+    beside: Array | None = None,
 ) -> float:
-    """Return the error over the measurements' spread, root mean square over columns; inf: no posture.
+    """Return the error over the measurements' spread, root mean square over units; inf: no posture.
 
-    Where positions are `shifted`, their error is counted about its mean.
+    Of each unit all columns count together, so that those that move most count most.
+
+    Args:
+        models: what the model says, shape (r, o) each.
+        measured: the same as measured; NaN: missing.
+        columns: outputs.
+        shifted: errors of positions are counted about their means.
+        beside: outputs whose spread counts instead of the measured ones', shape (r, o).
     """
     model, values = np.concatenate(models), np.concatenate(measured)
-    spread = np.nanstd(values, axis=0)
-    spread = np.maximum(spread, LEAST_SPREAD_SHARE * spread.max(initial=1e-12))
-    error = model - values
-    places = np.array([shifted and unit_of(name) == "mm" for name in columns])
-    error = (error - np.where(places, np.nanmean(error, axis=0), 0.0)) / spread
-    counted = error[np.isfinite(values)]
-    return float(np.sqrt(np.mean(counted**2))) if np.isfinite(counted).all() else math.inf
+    if not np.isfinite(model[np.isfinite(values)]).all():
+        return math.inf
+    spread = values if beside is None else beside
+    shares = []
+    for unit in dict.fromkeys(unit_of(name) for name in columns):
+        mine = [k for k, name in enumerate(columns) if unit_of(name) == unit]
+        mine = [k for k in mine if np.isfinite(values[:, k]).any()]
+        error = model[:, mine] - values[:, mine]
+        if shifted and unit == "mm" and mine:
+            error = error - np.nanmean(error, axis=0)
+        if mine:
+            total = float(np.nanvar(spread[:, mine], axis=0).mean())
+            shares.append(float(np.nanmean(error**2)) / max(total, 1e-24))
+    return math.sqrt(sum(shares) / len(shares)) if shares else 0.0
+
+
+def noise_share(measured: Sequence[Array], columns: Sequence[str]) -> float:
+    """Return what noise alone would make of `relative_error`; an upper bound, from row to row."""
+    noise = white_noise({name: [item[:, k] for item in measured] for k, name in enumerate(columns)})
+    values = np.concatenate(measured)
+    shares = []
+    for unit, size in noise.items():
+        mine = [k for k, name in enumerate(columns) if unit_of(name) == unit]
+        mine = [k for k in mine if np.isfinite(values[:, k]).any()]
+        shares.append(size**2 / max(float(np.nanvar(values[:, mine], axis=0).mean()), 1e-24))
+    return math.sqrt(sum(shares) / len(shares)) if shares else 0.0
 
 
 def computed_outputs(problem: Problem, before: Fit, trials: Sequence[Trial]) -> list[Array]:

@@ -89,9 +89,7 @@ def _following(
         name = problem.columns[column]
         series = [values[:, column] for values in measured]
         shown, computed = np.concatenate(series), np.concatenate([values[:, column] for values in models])
-        late = [
-            np.concatenate([_delayed(values[:, column], rows) for values in models]) for rows in LATE_ROWS
-        ]
+        late = [np.concatenate([delayed(values[:, column], rows) for values in models]) for rows in LATE_ROWS]
         features = np.column_stack([np.ones(len(drive)), drive, drive**2, computed, *late])
         known = np.isfinite(shown) & np.isfinite(features).all(axis=1)
         if known.sum() < max(FEWEST_VALUES // 2, 2 * features.shape[1]):
@@ -118,6 +116,6 @@ def _following(
     return Following.NO if followed < least else Following.YES
 
 
-def _delayed(values: Array, rows: int) -> Array:
+def delayed(values: Array, rows: int) -> Array:
     """Return a series as it would come so many rows later, its first value until then, shape (r,)."""
     return np.concatenate([np.full(min(rows, len(values)), values[0]), values[:-rows]])

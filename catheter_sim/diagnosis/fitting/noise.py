@@ -43,19 +43,29 @@ def white_noise(series: Mapping[str, Sequence[Array]]) -> dict[str, float]:
 
     The second difference of a slow series is nearly zero; that of white noise of size s has the size s
     sqrt(6). Its median absolute value keeps jumps out. What moves between rows counts as noise, so that this
-    is an upper bound too.
+    is an upper bound too. Where no three rows in a row are known, as of a sensor slower than its log, the
+    known ones stand side by side.
     """
     found: dict[str, list[Array]] = {}
+    sparse: dict[str, list[Array]] = {}
     for name, parts in series.items():
         for values in parts:
-            bend = values[:-2] - 2.0 * values[1:-1] + values[2:]
-            found.setdefault(unit_of(name), []).append(bend[np.isfinite(bend)])
+            found.setdefault(unit_of(name), []).append(_bends(values))
+            sparse.setdefault(unit_of(name), []).append(_bends(values[np.isfinite(values)]))
     noise = {}
     for unit, parts in found.items():
         values = np.concatenate(parts)
+        if not len(values):
+            values = np.concatenate(sparse[unit])
         if len(values):
             noise[unit] = float(_MAD_TO_SIGMA * np.median(np.abs(values)) / np.sqrt(6.0))
     return noise
+
+
+def _bends(values: Array) -> Array:
+    """Return the second differences of a series that are known."""
+    bend = values[:-2] - 2.0 * values[1:-1] + values[2:]
+    return np.asarray(bend[np.isfinite(bend)])
 
 
 def noise_from_row_to_row(measured: Sequence[Array]) -> Array:

@@ -7,17 +7,29 @@ where one is found no cause is named.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.base_frame.registration import SHIFTS
 from catheter_sim.diagnosis.data.trials import Trial, all_inputs, measured_of
+from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
 from catheter_sim.diagnosis.data_faults.bumps import bumped_trackers
+from catheter_sim.diagnosis.data_faults.clipped import clipped_outputs
+from catheter_sim.diagnosis.data_faults.exchanged_points import exchanged_points
+from catheter_sim.diagnosis.data_faults.interpolated import interpolated_outputs
+from catheter_sim.diagnosis.data_faults.jumps import jumps_elsewhere
 from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
 from catheter_sim.diagnosis.data_faults.model_error import computed_outputs
+from catheter_sim.diagnosis.data_faults.moved_between import moved_between_trials
 from catheter_sim.diagnosis.data_faults.odd_trial import odd_trial
+from catheter_sim.diagnosis.data_faults.one_trial import mistakes_of_one_trial
+from catheter_sim.diagnosis.data_faults.out_of_step import outputs_out_of_step
+from catheter_sim.diagnosis.data_faults.outstanding import outstanding_trials
+from catheter_sim.diagnosis.data_faults.undriven import moved_without_inputs
 from catheter_sim.diagnosis.data_faults.unrelated import outputs_that_do_not_follow
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.prediction import predicted
@@ -49,7 +61,8 @@ class Faults:
 
 def find_data_faults(posed: Posed, before: Calibrated) -> Faults:
     """Return what looks wrong with the data."""
-    return Faults(data_faults(posed.train, before.fit, posed.heldout.trials, before.noise))
+    found = posed.faults or data_faults(posed.train, before.fit, posed.heldout.trials, before.noise)
+    return Faults(found)
 
 
 def data_faults(
@@ -57,13 +70,41 @@ def data_faults(
 ) -> tuple[DataFault, ...]:
     """Return what looks wrong with the data; nothing where they look sound.
 
+    The checks run in an order in which the fault that explains others comes first, and the first that finds
+    something speaks.
+
     Args:
         problem: the training trials.
         before: the calibrated model without causes.
-        heldout: the held-out trials. They are asked only whether one trial is of another robot or set-up,
-            and whether the tracker was bumped.
+        heldout: the held-out trials. They are asked only whether they were measured as the others were.
         noise: of each unit.
     """
+    too_little = _too_little(problem)
+    if too_little:
+        return too_little
+    trials = (*problem.trials, *heldout)
+    models = computed_outputs(problem, before, trials)
+    seen = BesideModel(trials, problem.columns, models, noise, problem.moving)
+    checks: tuple[Callable[[], tuple[DataFault, ...]], ...] = (
+        lambda: interpolated_outputs(seen),
+        lambda: _mistake_in_all(problem, before),
+        lambda: mistakes_of_one_trial(seen, problem.robot, _prediction(problem, before)),
+        lambda: exchanged_points(seen),
+        lambda: jumps_elsewhere(seen),
+        lambda: outputs_out_of_step(seen),
+        lambda: outputs_that_do_not_follow(problem, models[: len(problem.trials)]),
+        lambda: moved_without_inputs(seen),
+        lambda: clipped_outputs(seen),
+        lambda: outstanding_trials(seen),
+        lambda: bumped_trackers(trials, problem.columns, models, noise),
+        lambda: moved_between_trials(seen),
+        lambda: odd_trial(problem, before, heldout, noise),
+    )
+    return next((found for check in checks if (found := check())), ())
+
+
+def _too_little(problem: Problem) -> tuple[DataFault, ...]:
+    """Return what to say of too few values, or of inputs that never change."""
     values = sum(int(np.isfinite(measured_of(trial, problem.columns)).sum()) for trial in problem.trials)
     if values < FEWEST_VALUES:
         return (
@@ -73,26 +114,25 @@ def data_faults(
         )
     if not any(np.ptp(all_inputs(trial.inputs), axis=0).any() for trial in problem.trials):
         return (DataFault("the inputs never change: nothing that depends on them can be told."),)
-    models = computed_outputs(problem, before, problem.trials)
-    idle = outputs_that_do_not_follow(problem, models)
-    if idle:
-        return idle
+    return ()
+
+
+def _mistake_in_all(problem: Problem, before: Fit) -> tuple[DataFault, ...]:
+    """Return the mistake in all trials without which the calibrated model agrees with them far better."""
     shifted = any(name in SHIFTS for name in (item.name for item in problem.nuisances))
     found = most_likely_mistake(
-        problem.trials,
-        problem.columns,
-        problem.robot,
-        lambda inputs: predicted(problem, before.numbers, before.x, inputs),
-        shifted,
+        problem.trials, problem.columns, problem.robot, _prediction(problem, before), shifted
     )
-    if found is not None:
-        return (
-            DataFault(
-                f"{found.words}: put right, the calibrated model's error falls from "
-                f"{100 * found.before:.0f} to {100 * found.error:.0f} % of the measurements' spread."
-            ),
-        )
-    trials = (*problem.trials, *heldout)
-    return bumped_trackers(
-        trials, problem.columns, computed_outputs(problem, before, trials), noise
-    ) or odd_trial(problem, before, heldout, noise)
+    if found is None:
+        return ()
+    return (
+        DataFault(
+            f"{found.words}: put right, the calibrated model's error falls from "
+            f"{100 * found.before:.0f} to {100 * found.error:.0f} % of the measurements' spread."
+        ),
+    )
+
+
+def _prediction(problem: Problem, before: Fit) -> Callable[[Inputs], Array]:
+    """Return what the calibrated model says along inputs."""
+    return lambda inputs: predicted(problem, before.numbers, before.x, inputs)

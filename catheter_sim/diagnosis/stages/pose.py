@@ -17,6 +17,7 @@ from catheter_sim.diagnosis.fitting.fit import fit
 from catheter_sim.diagnosis.fitting.noise import white_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.twins import twin_of
+from catheter_sim.diagnosis.report.result import DataFault
 from catheter_sim.diagnosis.stages.prepare import Prepared
 from catheter_sim.diagnosis.thresholds import SMALLEST_WEIGHT_SHARE
 from catheter_sim.theory.predict import Predict
@@ -33,6 +34,7 @@ class Posed:
         heldout: the same with the held-out trials.
         thorough: whether fits search along valleys. The numbers that a data set itself wants calibrated
             may trade against one another, the others hardly do.
+        faults: what looks wrong with the files themselves.
     """
 
     dataset: Dataset
@@ -40,6 +42,7 @@ class Posed:
     train: Problem
     heldout: Problem
     thorough: bool
+    faults: tuple[DataFault, ...] = ()
 
 
 def pose(prepared: Prepared) -> Posed:
@@ -48,7 +51,8 @@ def pose(prepared: Prepared) -> Posed:
     frame = frame_numbers(prepared.registration)
     train = training_problem(dataset, prepared.train, frame, prepared.twin)
     heldout = replace(train, trials=prepared.heldout)
-    return Posed(dataset, prepared.registration, train, heldout, bool(dataset.calibration))
+    thorough = bool(dataset.calibration)
+    return Posed(dataset, prepared.registration, train, heldout, thorough, prepared.faults)
 
 
 def _calibrated(dataset: Dataset) -> tuple[Nuisance, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from catheter_sim.core.inputs import Inputs
@@ -9,13 +10,16 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.base_frame.move import registered
 from catheter_sim.diagnosis.base_frame.register import register
 from catheter_sim.diagnosis.base_frame.registration import Registration, unmoved
-from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings
+from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings, without_old_readings
 from catheter_sim.diagnosis.data.parting import split
+from catheter_sim.diagnosis.data.same_readings import without_copies
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.data_faults.copied import copied_rows
 from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
 from catheter_sim.diagnosis.data_faults.model_error import relative_error_of
 from catheter_sim.diagnosis.fitting.twins import twin_of
 from catheter_sim.diagnosis.notes import Note
+from catheter_sim.diagnosis.report.result import DataFault
 from catheter_sim.diagnosis.thresholds import MISTAKE_SURER
 from catheter_sim.theory.predict import Prediction
 
@@ -30,6 +34,7 @@ class Prepared:
         registration: how positions were moved into the base frame.
         twin: what its fits go by.
         notes: on the files, on frozen sensors and on the twin.
+        faults: what looks wrong with the files themselves, before anything is computed.
     """
 
     dataset: Dataset
@@ -38,16 +43,20 @@ class Prepared:
     registration: Registration
     twin: Prediction
     notes: tuple[Note, ...]
+    faults: tuple[DataFault, ...] = ()
 
 
 def prepare(dataset: Dataset) -> Prepared:
     """Return a data set as it can be fitted."""
-    readings, frozen = without_frozen_readings(dataset)
+    single, twice, copies = without_copies(dataset)
+    faults = copied_rows(single.trials, copies)
+    new, old = without_old_readings(single)
+    readings, frozen = without_frozen_readings(new)
     chosen = twin_of(readings, split(readings)[0])
     moved, registration = in_base_frame(readings, chosen.predict)
     train, heldout = split(moved)
-    notes = (*moved.notes, *frozen, *chosen.notes)
-    return Prepared(moved, train, heldout, registration, chosen.predict, notes)
+    notes = (*moved.notes, *twice, *old, *frozen, *chosen.notes)
+    return Prepared(moved, train, heldout, registration, chosen.predict, notes, faults)
 
 
 def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dataset, Registration]:
@@ -71,7 +80,7 @@ def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dat
         return twin([robot], inputs, 1)[0]
 
     moved_there = registered(dataset, registration)
-    found = most_likely_mistake(train, columns, robot, predict)
+    found = most_likely_mistake(train, columns, robot, predict, solved=math.inf)
     there = relative_error_of(split(moved_there)[0], columns, predict, shifted=True)
     if found is not None and found.error < MISTAKE_SURER * there:
         return dataset, unmoved(registration)

@@ -1,0 +1,135 @@
+"""Outputs that come before their inputs, or late in one trial alone: rows that were lost or put off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
+from catheter_sim.diagnosis.report.result import DataFault
+from catheter_sim.diagnosis.thresholds import (
+    LATE_NOISE,
+    LATE_OTHERS,
+    STEP_LEFT_SHARE,
+    STEP_ROWS,
+    STEP_STRETCH_ROWS,
+    STEP_USUAL_TIMES,
+)
+
+
+def outputs_out_of_step(seen: BesideModel) -> tuple[DataFault, ...]:
+    """Return where outputs run ahead of their inputs, or lag behind them in one trial alone.
+
+    What is measured before it is caused was put there: rows of one log are missing. A lag may be the robot's,
+    but then other trials have it too, by as many seconds.
+    """
+    return _ahead(seen) or _late_alone(seen)
+
+
+def _ahead(seen: BesideModel) -> tuple[DataFault, ...]:
+    faults = []
+    for number in range(len(seen.trials)):
+        rows = len(seen.models[number])
+        parts = [slice(0, rows)]
+        if rows >= 2 * STEP_STRETCH_ROWS:
+            parts += [slice(0, rows // 2), slice(rows // 2, rows)]
+        for part in parts:
+            shift = min(_best_shift(seen, models, number, part) for models in _models(seen))
+            if shift < 0:
+                faults.append(
+                    DataFault(
+                        f"what is measured comes {-shift} rows before the inputs that cause it: are rows "
+                        "of the outputs lost, or the two logs shifted against one another?",
+                        seen.trials[number].file,
+                        (part.start + 1, part.stop),
+                    )
+                )
+                break
+    return tuple(faults)
+
+
+def _late_alone(seen: BesideModel) -> tuple[DataFault, ...]:
+    """Return the trials that lag by rows although the others would show as many seconds, and do not."""
+    models = seen.scaled_models
+    whole = [slice(0, len(model)) for model in models]
+    shifts = [_best_shift(seen, models, number, part) for number, part in enumerate(whole)]
+    late = [number for number, shift in enumerate(shifts) if shift > 0]
+    others = [number for number in range(len(seen.trials)) if number not in late]
+    if not late or len(late) > max(1, len(others) // 2):
+        return ()
+    for number in late:
+        time_s = seen.trials[number].inputs.time_s
+        seconds = float(np.median(time_s[shifts[number] :] - time_s[: -shifts[number]]))
+        telling = [
+            _unexplained(seen, models, k, whole[k], seconds=seconds)
+            > LATE_OTHERS * _unexplained(seen, models, k, whole[k])
+            for k in others
+        ]
+        if 2 * sum(telling) <= len(others):
+            return ()
+    return tuple(
+        DataFault(
+            f"what is measured comes {shifts[number]} rows late, and in the other trials it does not: are "
+            "the two logs of this trial shifted against one another?",
+            seen.trials[number].file,
+        )
+        for number in late
+    )
+
+
+def _models(seen: BesideModel) -> tuple[Sequence[Array], ...]:
+    """Return the models as they are, and scaled: where all trials are out of step a scale fits to nothing."""
+    return seen.models, seen.scaled_models
+
+
+def _best_shift(seen: BesideModel, models: Sequence[Array], number: int, part: slice) -> int:
+    """Return by how many rows outputs lag (ahead: below zero); 0 where no shift does far better."""
+    length = part.stop - part.start
+    if length < STEP_STRETCH_ROWS:
+        return 0
+    most = min(STEP_ROWS, length // 3)
+    left = {shift: _unexplained(seen, models, number, part, shift) for shift in range(-most, most + 1)}
+    best = min(left, key=lambda shift: left[shift])
+    # At the end of what is looked at there is no least error.
+    if left[0] < LATE_NOISE**2 or abs(best) < 2 or abs(best) == most:
+        return 0
+    # Put right, the trial must be as well explained as others are.
+    others = [_unexplained(seen, models, k, slice(0, len(model))) for k, model in enumerate(models)]
+    if left[best] > min(STEP_LEFT_SHARE * left[0], STEP_USUAL_TIMES * float(np.median(others))):
+        return 0
+    rest = min(value for shift, value in left.items() if shift >= -1)
+    return best if best > 0 or left[best] <= STEP_LEFT_SHARE * rest else 0
+
+
+def _unexplained(
+    seen: BesideModel,
+    models: Sequence[Array],
+    number: int,
+    part: slice,
+    shift: int = 0,
+    seconds: float = 0.0,
+) -> float:
+    """Return the mean squared error, over the noise's, of what a model says so many rows and seconds earlier.
+
+    Rows for which the shifted model says nothing are left out. inf: too few rows.
+    """
+    rows = np.arange(part.start, part.stop)
+    model, time_s = models[number], seen.trials[number].inputs.time_s
+    rows = rows[(rows - shift >= 0) & (rows - shift < len(model))]
+    moved = model[rows - shift]
+    if seconds:
+        rows = rows[time_s[rows] - seconds >= time_s[0]]
+        moved = np.stack(
+            [np.interp(time_s[rows] - seconds, time_s, model[:, k]) for k in range(model.shape[1])], axis=1
+        )
+    left, count = 0.0, 0
+    for column in seen.moves:
+        shown, computed = seen.measured[number][rows, column], moved[:, column]
+        known = np.isfinite(shown) & np.isfinite(computed)
+        if known.sum() < STEP_STRETCH_ROWS:
+            continue
+        error = (shown[known] - computed[known]) / seen.noise_of(column)
+        left, count = left + float(error @ error), count + len(error)
+    return max(left / count, 1.0) if count else float("inf")
