@@ -17,20 +17,29 @@ REPORT = "report.html"
 # What the pictures show, by the end of their names.
 CAPTIONS = {
     "body_stages": "Force of a string at the tip over the tip's place, for three bodies",
+    "bare": "Loops of the joints without the tube",
     "buckling": "Angles of all joints over the tension, by the printed and by the complete balance",
+    "constant_curvature": "Distance from constant curvature over the tension, loading and unloading",
     "control_4dof": "Joints under control, asked and reached",
     "control_transseptal": "The servo of the transseptal catheter, asked and reached",
     "convergence": "Mean error of the tip over the links a subsegment",
+    "design": "Bend over the tension by where the rods' levers are, and what rods hold that tendons do not",
     "elongation": "Stretch of the tendon over its tension, law and simulation",
     "friction": "Place of the tip over histories with friction, simulation over statics",
     "loops": "Place of the tip over the right tendon's tension, simulation over static models",
     "motion": "Motions of the tip, simulation over kinematic models",
+    "postures": "Backbones in arching and extending, simulation over constant curvature",
+    "printed_shapes": "Shapes of the printed balance, simulation and constant curvature fitted to them",
     "release": "Distance of a released rod from the reference, over time",
+    "repeats": "Bend of drawn tests, one over the other",
     "scenario_1": "Errors of the tip by model and number of disks",
     "scenario_2": "Errors of the tip by model and stiffness",
     "shapes": "Backbones in the bending plane, simulation over the static model",
     "tension": "Tension along the tendon in arching and extending",
+    "tensions": "Tension along the tendons, with friction and by constant curvature",
     "terms": "Bend of the even joints over the tension, by choice of terms",
+    "tube": "Loops of the joints with the tube",
+    "whole_robot": "The whole robot along its trajectory, asked and reached",
 }
 
 

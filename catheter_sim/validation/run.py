@@ -44,7 +44,7 @@ from catheter_sim.validation.rod_motion import validate_rod_motion
 from catheter_sim.validation.spacer_disk import validate_spacer_disk
 from catheter_sim.validation.tdcr_lines import validate_scenarios
 from catheter_sim.validation.tdcr_readings import validate_readings
-from catheter_sim.validation.tdcr_times import validate_times
+from catheter_sim.validation.tdcr_times import validate_solver_times
 
 Check = Callable[[Path], Validation]
 
@@ -55,7 +55,7 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_spacer_disk,
         validate_scenarios,
         validate_readings,
-        validate_times,
+        validate_solver_times,
         validate_rod,
         validate_rod_motion,
     ),

@@ -34,7 +34,7 @@ _CLOCK = "a clock on this machine; the paper's is of C++ on an i5-9600"
 Times = Mapping[str, float]  # of one configuration, by model [s]
 
 
-def validate_times(folder: Path) -> Validation:
+def validate_solver_times(folder: Path) -> Validation:
     """Show the times and check the claims; nothing is written."""
     by_disks = {disks: times(disks, "none") for disks in DISKS}
     loaded = {where: times(10, where, 0.5) for where in ("in plane", "across")}

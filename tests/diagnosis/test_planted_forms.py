@@ -117,5 +117,5 @@ def test_a_report_says_in_which_form_a_cause_acts() -> None:
     said = form_words(late)
     assert said.startswith("Here it acts on what is observed, as output lag: output_lag_s y' = x - y.")
     assert said.endswith("On these data input lag or output delay would do as well.")
-    assert form_words(Cause("stiffness", {}, 90.0, "scale")) == ""
+    assert form_words(Cause("axial_compression", {}, 90.0, "mount")) == ""
     assert form_words(Cause("rate", {}, 90.0)) == ""

@@ -88,6 +88,7 @@ def data_faults(
     checks: tuple[Callable[[], tuple[DataFault, ...]], ...] = (
         lambda: interpolated_outputs(seen),
         lambda: _mistake_in_all(problem, before),
+        lambda: bumped_trackers(trials, problem.columns, models, noise),
         lambda: mistakes_of_one_trial(seen, problem.robot, _prediction(problem, before)),
         lambda: exchanged_points(seen),
         lambda: jumps_elsewhere(seen),
@@ -96,7 +97,6 @@ def data_faults(
         lambda: moved_without_inputs(seen),
         lambda: clipped_outputs(seen),
         lambda: outstanding_trials(seen),
-        lambda: bumped_trackers(trials, problem.columns, models, noise),
         lambda: moved_between_trials(seen),
         lambda: odd_trial(problem, before, heldout, noise),
     )
