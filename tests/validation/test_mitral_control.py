@@ -50,7 +50,7 @@ def test_with_the_better_model_the_controller_does_less(
 def test_feedback_follows_the_tracker_and_not_the_truth(
     control: mitral_control.JointControl, joint: str
 ) -> None:
-    """With PID the tracker sees less than 0.6 deg of error; its turned frame leaves at least a quarter more."""
+    """With PID the tracker sees less than 0.6 deg of error; its turned frame leaves a quarter more."""
     k = mitral_control.DRIVEN.index(joint)
     run = control.runs["TE+PID"]
     assert run.seen_rmse_deg()[k] < 0.6
