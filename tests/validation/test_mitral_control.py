@@ -50,12 +50,11 @@ def test_with_the_better_model_the_controller_does_less(
 def test_feedback_follows_the_tracker_and_not_the_truth(
     control: mitral_control.JointControl, joint: str
 ) -> None:
-    """With PID the tracker sees less than 0.6 deg of error, while its turned frame leaves more than 0.8
-    deg."""
+    """With PID the tracker sees less than 0.6 deg of error; its turned frame leaves a quarter more."""
     k = mitral_control.DRIVEN.index(joint)
     run = control.runs["TE+PID"]
     assert run.seen_rmse_deg()[k] < 0.6
-    assert run.rmse_deg()[k] > 0.8
+    assert run.rmse_deg()[k] > 1.25 * run.seen_rmse_deg()[k]
 
 
 @pytest.mark.parametrize("joint", mitral_control.BENDING)
@@ -101,8 +100,8 @@ def test_on_the_robot_that_it_knows_te_needs_no_controller() -> None:
 def test_without_weight_and_tracker_the_advance_changes_no_angle() -> None:
     """The tube passes through both joints at every advance: rows of Table I would be one, to 0.02 deg."""
     robot = mitral_4dof_elongation()
-    moved = mitral_whole.whole_robot(robot, mitral_whole.ADVANCES_MM["variable"], tracked=False)
-    still = mitral_whole.whole_robot(robot, mitral_whole.ADVANCES_MM["0 mm"], tracked=False)
+    moved = mitral_whole.whole_robot(robot, mitral_whole.ADVANCES_MM["variable"], False)
+    still = mitral_whole.whole_robot(robot, mitral_whole.ADVANCES_MM["0 mm"], False)
     for one, other in ((moved.alone, still.alone), (moved.controlled, still.controlled)):
         assert np.abs(np.degrees(one.reached - other.reached)[:, :3]).max() < 0.02
         assert np.ptp(one.reached[:, 3]) > 0.014
@@ -115,12 +114,16 @@ def rows() -> dict[str, mitral_whole.WholeRun]:
 
 
 def test_the_tool_droops_with_the_advance(rows: dict[str, mitral_whole.WholeRun]) -> None:
-    """Between the rows of 0 and 20 mm the tracker's proximal angle moves as a cantilever does, to a third."""
-    far, near = (rows[row].alone.measured for row in ("20 mm", "0 mm"))
-    assert far is not None
-    assert near is not None
-    moved = np.degrees((far - near)[-40:, 0].mean())  # at the last corner, 10 deg of bend
-    assert moved == pytest.approx(mitral_whole.droop_deg(mitral_4dof_measured(), 20e-3), rel=1.0 / 3.0)
+    """From 0 to 20 mm what the tracker sees beyond the proximal joint's own angle grows as a cantilever's end
+    turns, to a tenth.
+    """
+    beyond = []
+    for row in ("20 mm", "0 mm"):
+        run = rows[row].alone
+        assert run.measured is not None
+        beyond.append(np.degrees((run.measured - run.reached)[-40:, 0].mean()))  # at the last corner
+    turned = mitral_whole.droop_deg(mitral_4dof_measured(), 20e-3)
+    assert beyond[0] - beyond[1] == pytest.approx(turned, rel=0.1)
 
 
 def test_sets_are_fitted_to_what_they_say() -> None:
