@@ -28,12 +28,14 @@ def diagnosed(tmp_path_factory):
 def test_heldout_error_beats_the_published_simulator(diagnosed):
     """On the authors' held-out file the corrected model, twin and simulation, errs by at most 5.3 mm.
 
-    So it does as chosen inside the training file, with nothing decided by the held-out one.
+    So it does as chosen inside the training file, with nothing decided by the held-out one; there is no such
+    figure of its own where the held-out file decided nothing.
     """
     extra = diagnosed[0].extra
     for source in ("heldout", "heldout_simulation"):
         assert extra[f"{source}_tip_distance_rmse_aligned_after_mm"] < 5.3 < AUTHORS_MM
-    assert extra["heldout_tip_distance_rmse_aligned_after_mm_as_chosen_in_training"] < 5.3
+    after = "heldout_tip_distance_rmse_aligned_after_mm"
+    assert extra.get(f"{after}_as_chosen_in_training", extra[after]) < 5.3
     assert extra["heldout_tip_distance_rmse_after_mm"] < extra["heldout_tip_distance_rmse_before_mm"]
 
 
