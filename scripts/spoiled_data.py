@@ -21,8 +21,9 @@ import sys
 from pathlib import Path
 
 from catheter_sim.blind_bench.nature.code import commit, whole_code
+from catheter_sim.blind_bench.nature.run import scores_in
 from catheter_sim.blind_bench.spoiled.kinds import BY_NAME
-from catheter_sim.blind_bench.spoiled.run import MOST_DRAWS, run_bench, scores_in
+from catheter_sim.blind_bench.spoiled.run import MOST_DRAWS, run_bench
 from catheter_sim.blind_bench.spoiled.table import as_markdown, score_text, summary_text
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError, unknown

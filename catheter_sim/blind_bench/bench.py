@@ -12,14 +12,12 @@ from catheter_sim.blind_bench.elsewhere import Diagnose, diagnose_elsewhere, dia
 from catheter_sim.blind_bench.folders import write_draw
 from catheter_sim.blind_bench.make import make
 from catheter_sim.blind_bench.makers import CannotMake
-from catheter_sim.blind_bench.places import ANSWER, Folders, read_json, write_json
+from catheter_sim.blind_bench.places import ANSWER, Folders, keep_settings, read_json, write_json
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 from catheter_sim.blind_bench.score import score
 from catheter_sim.blind_bench.table import NOT_MADE
-from catheter_sim.errors import InputError
 
 RUN = "run.json"
-SETTINGS = "bench.json"
 
 
 def run_draw(
@@ -71,16 +69,9 @@ def run_bench(
     Raises:
         InputError: the folder holds the draws of another seed or other robots.
     """
-    _check_folder(root, {"seed": seed, "robots": list(robots)})
+    keep_settings(root, {"seed": seed, "robots": list(robots)})
     arguments = [(seed, index, root, robots, limit_s) for index in range(draws)]
     return run_all(run_draw, arguments, jobs, on_score)
-
-
-def _check_folder(root: Path, settings: dict[str, Any]) -> None:
-    known = read_json(root / SETTINGS)
-    if known is not None and known != settings:
-        raise InputError(f"{root}: holds draws of {known}, not of {settings}; give another folder")
-    write_json(settings, root / SETTINGS)
 
 
 def _not_made(seed: int, index: int, robots: Sequence[str], why: str) -> dict[str, Any]:

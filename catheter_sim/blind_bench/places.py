@@ -19,9 +19,11 @@ from catheter_sim.blind_bench.robots import BenchRobot
 from catheter_sim.catalogue import robot_toml
 from catheter_sim.channels import input_channels
 from catheter_sim.core.posture import Array
+from catheter_sim.errors import InputError
 from catheter_sim.tables import Table, replaced_when_whole, write_table
 
 ANSWER = "answer.json"
+SETTINGS = "bench.json"
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,18 @@ class Folders:
         for folder in (self.data, self.answer, self.found):
             shutil.rmtree(folder, ignore_errors=True)
         self.score.unlink(missing_ok=True)
+
+
+def keep_settings(root: Path, settings: dict[str, Any]) -> None:
+    """Write what a bench's folder holds.
+
+    Raises:
+        InputError: it holds other draws.
+    """
+    known = read_json(root / SETTINGS)
+    if known is not None and known != settings:
+        raise InputError(f"{root}: holds draws of {known}, not of {settings}; give another folder")
+    write_json(settings, root / SETTINGS)
 
 
 def write_json(document: Any, path: Path) -> None:

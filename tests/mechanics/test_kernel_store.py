@@ -27,6 +27,8 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder.mkdir()
     (folder / "outer_of_test.py").write_text(OUTER)
     monkeypatch.setattr(kernel_store, "_SOURCES", tmp_path)
+    # Python's own store tells files by size and second: of two within a second it would load the first.
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "store"))
     kernel_store._store.cache_clear()
     yield folder

@@ -15,10 +15,9 @@ import tomli_w
 
 from catheter_sim.blind_bench.in_motion.draw import HANGING, Draw, drawn
 from catheter_sim.blind_bench.in_motion.finer import WildMotion
-from catheter_sim.blind_bench.places import read_json, write_json
+from catheter_sim.blind_bench.places import keep_settings, read_json, write_json
 from catheter_sim.catalogue import robot_toml
 from catheter_sim.channels import input_channels
-from catheter_sim.errors import InputError
 from catheter_sim.tables import Table, write_table
 
 HELDOUT = 0.25  # share of the trials, the last ones
@@ -82,11 +81,7 @@ def run_bench(
     Raises:
         InputError: the folder holds the draws of another seed or of other trials.
     """
-    settings = {"seed": seed, "trials": trials, "seconds": seconds}
-    known = read_json(root / "bench.json")
-    if known is not None and known != settings:
-        raise InputError(f"{root}: holds draws of {known}, not of {settings}; give another folder")
-    write_json(settings, root / "bench.json")
+    keep_settings(root, {"seed": seed, "trials": trials, "seconds": seconds})
     scores = []
     for index in draws:
         scores.append(run_draw(seed, index, root, trials, seconds, jobs, limit_s))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from catheter_sim.blind_bench.elsewhere import Diagnose, elsewhere, run_all
+from catheter_sim.blind_bench.elsewhere import elsewhere
 from catheter_sim.blind_bench.interventions.deal import commands_of, generator_of, robot_of, story_of
 from catheter_sim.blind_bench.interventions.make import make
 from catheter_sim.blind_bench.interventions.recordings import drawn_recordings
@@ -14,7 +14,8 @@ from catheter_sim.blind_bench.interventions.score import score
 from catheter_sim.blind_bench.interventions.write import NEW, OLD, write_made
 from catheter_sim.blind_bench.nature.code import making_code
 from catheter_sim.blind_bench.nature.ground import Ground
-from catheter_sim.blind_bench.nature.run import Draw, Steps, keep_settings, scored_draw
+from catheter_sim.blind_bench.nature.run import Draw, Steps, run_draws
+from catheter_sim.blind_bench.places import keep_settings
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 
 
@@ -22,19 +23,6 @@ def compare_elsewhere(dataset: Path, output: Path, limit_s: float) -> str:
     """Say in another process what changed; it is given the two data sets' folders and the output folder."""
     verb = ("diagnose", str(dataset / NEW), "--since", str(dataset / OLD), "-o", str(output))
     return elsewhere(verb, dataset, limit_s)
-
-
-def run_draw(
-    purpose: str,
-    seed: int,
-    index: int,
-    root: Path,
-    robots: Sequence[str] = tuple(BENCH_ROBOTS),
-    limit_s: float = 900.0,
-    diagnose: Diagnose = compare_elsewhere,
-) -> dict[str, Any]:
-    """Return the score of one draw. One that this very code has scored is not run again; any other is."""
-    return scored_draw(_STEPS, Draw(purpose, seed, index, root, robots), limit_s, diagnose)
 
 
 def run_bench(
@@ -53,7 +41,8 @@ def run_bench(
         InputError: the folder holds other draws.
     """
     keep_settings(root, {"interventions": True, "purpose": purpose, "seed": seed, "robots": list(robots)})
-    return run_all(run_draw, [(purpose, seed, k, root, robots, limit_s) for k in draws], jobs, on_score)
+    todo = [Draw(purpose, seed, index, root, robots) for index in draws]
+    return run_draws(STEPS, todo, jobs, limit_s, compare_elsewhere, on_score)
 
 
 def _making_code() -> str:
@@ -80,4 +69,4 @@ def _ground_of(answer: dict[str, Any]) -> Ground:
     return drawn_recordings(generator, answer["robot"], answer["commands"]).after
 
 
-_STEPS = Steps(_making_code, _make, _dealt, score, _ground_of)
+STEPS = Steps(_making_code, _make, _dealt, score, _ground_of)

@@ -22,11 +22,9 @@ from catheter_sim.blind_bench.nature.rivals import TOLD_APART, distance
 from catheter_sim.blind_bench.nature.score import claimed_beside, score
 from catheter_sim.blind_bench.nature.table import NOT_MADE
 from catheter_sim.blind_bench.nature.write import write_made
-from catheter_sim.blind_bench.places import ANSWER, Folders, read_json, write_json
+from catheter_sim.blind_bench.places import ANSWER, Folders, keep_settings, read_json, write_json
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
-from catheter_sim.errors import InputError
 
-SETTINGS = "bench.json"
 CHANGED = "changed while it ran"
 
 
@@ -109,36 +107,16 @@ def scored_draw(steps: Steps, draw: Draw, limit_s: float, diagnose: Diagnose) ->
     return result
 
 
-def keep_settings(root: Path, settings: dict[str, Any]) -> None:
-    """Write what a bench's folder holds.
-
-    Raises:
-        InputError: it holds other draws.
-    """
-    known = read_json(root / SETTINGS)
-    if known is not None and known != settings:
-        raise InputError(f"{root}: holds draws of {known}, not of {settings}; give another folder")
-    write_json(settings, root / SETTINGS)
-
-
-def made_draw(
-    purpose: str, seed: int, index: int, root: Path, robots: Sequence[str] = tuple(BENCH_ROBOTS)
-) -> dict[str, Any]:
-    """Return the answer of a draw, whose data lie in its folder; made unless this very code has made it."""
-    return made(_STEPS, Draw(purpose, seed, index, root, robots))
-
-
-def run_draw(
-    purpose: str,
-    seed: int,
-    index: int,
-    root: Path,
-    robots: Sequence[str] = tuple(BENCH_ROBOTS),
-    limit_s: float = 900.0,
-    diagnose: Diagnose = diagnose_elsewhere,
-) -> dict[str, Any]:
-    """Return the score of one draw. One that this very code has scored is not run again; any other is."""
-    return scored_draw(_STEPS, Draw(purpose, seed, index, root, robots), limit_s, diagnose)
+def run_draws(
+    steps: Steps,
+    draws: Sequence[Draw],
+    jobs: int,
+    limit_s: float,
+    diagnose: Diagnose,
+    on_score: Callable[[dict[str, Any]], None],
+) -> list[dict[str, Any]]:
+    """Return the scores of draws, in order, `jobs` at a time."""
+    return run_all(scored_draw, [(steps, draw, limit_s, diagnose) for draw in draws], jobs, on_score)
 
 
 def run_bench(
@@ -158,9 +136,10 @@ def run_bench(
         InputError: the folder holds the draws of another purpose, seed or other robots.
     """
     keep_settings(root, {"purpose": purpose, "seed": seed, "robots": list(robots)})
+    todo = [Draw(purpose, seed, index, root, robots) for index in draws]
     if make_only:
-        return run_all(made_draw, [(purpose, seed, k, root, robots) for k in draws], jobs, on_score)
-    return run_all(run_draw, [(purpose, seed, k, root, robots, limit_s) for k in draws], jobs, on_score)
+        return run_all(made, [(STEPS, draw) for draw in todo], jobs, on_score)
+    return run_draws(STEPS, todo, jobs, limit_s, diagnose_elsewhere, on_score)
 
 
 def scores_in(root: Path, code: str | None = None) -> list[dict[str, Any]]:
@@ -245,4 +224,4 @@ def _dealt(draw: Draw) -> dict[str, Any]:
     return {"story": story_of(*key), "robot": robot_of(*key, draw.robots)}
 
 
-_STEPS = Steps(making_code, _make, _dealt, score, _ground_of)
+STEPS = Steps(making_code, _make, _dealt, score, _ground_of)

@@ -43,15 +43,13 @@ def score_of(root: Path, index: int, method: str) -> dict[str, Any]:
     answer = read_json(folders.answer / ANSWER)
     if answer is None or "hidden" not in answer:
         return {}
-    begun = time.monotonic()
+    begun, found, failure = time.monotonic(), None, ""
     try:
-        named = named_by(method, pose(prepare(load_dataset(folders.data))).train)
-    except (InputError, np.linalg.LinAlgError, FloatingPointError) as error:
-        failed = {"seconds": time.monotonic() - begun, "failure": str(error)}
-        return scored(answer, None, failed) | {"method": method, "code": code}
-    seconds = time.monotonic() - begun
-    run = {"seconds": seconds, "failure": ""}
-    result = scored(answer, _as_found(named), run) | {"method": method, "code": code}
+        found = _as_found(named_by(method, pose(prepare(load_dataset(folders.data))).train))
+    except (InputError, np.linalg.LinAlgError) as error:
+        failure = str(error)
+    run = {"seconds": time.monotonic() - begun, "failure": failure}
+    result = scored(answer, found, run) | {"method": method, "code": code}
     write_json(result, place)
     return dict(result)
 

@@ -11,7 +11,15 @@ import numpy as np
 
 from catheter_sim.blind_bench.elsewhere import Diagnose, diagnose_elsewhere, diagnosed, run_all
 from catheter_sim.blind_bench.nature.code import code_of, commit, making_code, whole_code
-from catheter_sim.blind_bench.places import ANSWER, Folders, read_json, write_json, write_tables
+from catheter_sim.blind_bench.nature.run import CHANGED
+from catheter_sim.blind_bench.places import (
+    ANSWER,
+    Folders,
+    keep_settings,
+    read_json,
+    write_json,
+    write_tables,
+)
 from catheter_sim.blind_bench.spoiled.clean import Clean, clean_number, clean_recording
 from catheter_sim.blind_bench.spoiled.kind import Kind
 from catheter_sim.blind_bench.spoiled.kinds import BY_NAME, KINDS
@@ -21,8 +29,6 @@ from catheter_sim.errors import InputError
 from catheter_sim.tables import Table
 
 MOST_DRAWS = 100  # of one kind
-CHANGED = "changed while it ran"
-_SETTINGS = "bench.json"
 _SPOILED = 33
 _STEPS = 12  # recordings tried for one that a kind can spoil
 
@@ -102,21 +108,11 @@ def run_bench(
     Raises:
         InputError: the folder holds the draws of another seed.
     """
-    known = read_json(root / _SETTINGS)
-    if known is not None and known != {"seed": seed}:
-        raise InputError(f"{root}: holds draws of {known}, not of seed {seed}; give another folder")
-    write_json({"seed": seed}, root / _SETTINGS)
+    keep_settings(root, {"seed": seed})
     todo = [(seed, name, draw, root) for draw in range(draws) for name in names]
     if make_only:
         return run_all(spoiled_draw, todo, jobs, on_score)
     return run_all(run_draw, [(*item, limit_s) for item in todo], jobs, on_score)
-
-
-def scores_in(root: Path) -> list[dict[str, Any]]:
-    """Return the scores in a bench's folder that count: those of this code."""
-    wanted = whole_code()
-    found = [read_json(path) for path in sorted((root / "scores").glob("draw_*.json"))]
-    return [item for item in found if item is not None and item["code"] == wanted]
 
 
 def folders_of(name: str, draw: int, root: Path) -> Folders:

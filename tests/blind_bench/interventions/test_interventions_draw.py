@@ -16,6 +16,7 @@ from catheter_sim.blind_bench.nature import courses
 from catheter_sim.blind_bench.nature.form import Planted
 from catheter_sim.blind_bench.nature.forms import BY_KEY
 from catheter_sim.blind_bench.nature.planting import clean_outputs
+from catheter_sim.blind_bench.nature.run import Draw, scored_draw
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.errors import InputError
@@ -102,7 +103,9 @@ def test_what_both_hide_is_one_law() -> None:
 def test_draw_is_two_data_sets_and_an_answer(tmp_path: Path) -> None:
     """Both are read by the package; nothing in them says what changed; the change is as large as asked."""
     index = first_draw(story="single", commands="other", shares=True)
-    score = run.run_draw("tune", 3, index, tmp_path, ROBOTS, diagnose=says("changed", "no_such"))
+    score = scored_draw(
+        run.STEPS, Draw("tune", 3, index, tmp_path, ROBOTS), 900.0, says("changed", "no_such")
+    )
     folders = Folders(tmp_path, index)
     old, new = (load_dataset(folders.data / name) for name in (OLD, NEW))
     answer = read_json(folders.answer / ANSWER)
@@ -121,7 +124,9 @@ def test_draw_is_two_data_sets_and_an_answer(tmp_path: Path) -> None:
 def test_nothing_changed_differs_by_noise_alone(tmp_path: Path) -> None:
     """With the same commands and nothing changed the two recordings differ by the root of two noises."""
     index = first_draw(story="none", commands="same", shares=True)
-    score = run.run_draw("tune", 3, index, tmp_path, ROBOTS, diagnose=says("changed", "stiffness"))
+    score = scored_draw(
+        run.STEPS, Draw("tune", 3, index, tmp_path, ROBOTS), 900.0, says("changed", "stiffness")
+    )
     folders = Folders(tmp_path, index)
     noise = read_json(folders.answer / ANSWER)["noise"]["mm"]
     old, new = (load_dataset(folders.data / name) for name in (OLD, NEW))

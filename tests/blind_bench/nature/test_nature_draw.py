@@ -40,7 +40,7 @@ def few_rows():
 def drawn(few_rows, tmp_path_factory) -> Path:
     """Return a bench's folder in which the draw is made."""
     root = tmp_path_factory.mktemp("made")
-    run.made_draw("tune", SEED, NOTHING, root, ROBOTS)
+    run.made(run.STEPS, run.Draw("tune", SEED, NOTHING, root, ROBOTS))
     return root
 
 
@@ -64,10 +64,15 @@ def says(verdict: str, *names: str):
     return diagnose
 
 
+def scored(root: Path, index: int, diagnose) -> dict:
+    """Return the score of a draw."""
+    return run.scored_draw(run.STEPS, run.Draw("tune", SEED, index, root, ROBOTS), 900.0, diagnose)
+
+
 @pytest.mark.slow
 def test_seed_and_number_decide_everything(drawn, tmp_path):
     """Made again, a data set is the same to the last digit, and so is the answer."""
-    run.made_draw("tune", SEED, NOTHING, tmp_path, ROBOTS)
+    run.made(run.STEPS, run.Draw("tune", SEED, NOTHING, tmp_path, ROBOTS))
     one, other = Folders(drawn, NOTHING), Folders(tmp_path, NOTHING)
     for path in sorted(one.data.iterdir()):
         assert path.read_bytes() == (other.data / path.name).read_bytes()
@@ -84,7 +89,7 @@ def test_purpose_seed_number_and_attempt_draw_otherwise():
 @pytest.mark.slow
 def test_draw_is_a_data_set_and_an_answer(tmp_path):
     """The data set is one that the package reads; nothing in it says what is hidden; sizes are as asked."""
-    score = run.run_draw("tune", SEED, SINGLE, tmp_path, ROBOTS, diagnose=says("unexplained"))
+    score = scored(tmp_path, SINGLE, says("unexplained"))
     folders = Folders(tmp_path, SINGLE)
     dataset = load_dataset(folders.data)
     answer = read_json(folders.answer / ANSWER)
@@ -101,13 +106,12 @@ def test_draw_is_a_data_set_and_an_answer(tmp_path):
 
 def test_only_draws_of_this_code_count(root, monkeypatch):
     """What other code has scored is diagnosed again, on the same data; what this one has is not."""
-    arguments = ("tune", SEED, NOTHING, root, ROBOTS)
-    first = run.run_draw(*arguments, diagnose=says("unexplained"))
-    assert run.run_draw(*arguments, diagnose=says("no_discrepancy")) == first
+    first = scored(root, NOTHING, says("unexplained"))
+    assert scored(root, NOTHING, says("no_discrepancy")) == first
     data = (Folders(root, NOTHING).data / "trial_01.csv").stat().st_mtime_ns
     monkeypatch.setattr(run, "whole_code", lambda: "another")
     assert run.scores_in(root) == []
-    second = run.run_draw(*arguments, diagnose=says("no_discrepancy"))
+    second = scored(root, NOTHING, says("no_discrepancy"))
     assert (second["verdict"], second["code"]) == ("no_discrepancy", "another")
     assert run.scores_in(root) == [second]
     assert (Folders(root, NOTHING).data / "trial_01.csv").stat().st_mtime_ns == data
@@ -117,7 +121,7 @@ def test_code_that_changes_under_a_diagnosis_does_not_count(root, monkeypatch):
     """Its draw belongs to neither."""
     digests = iter(["before", "after"])
     monkeypatch.setattr(run, "whole_code", lambda: next(digests))
-    found = run.run_draw("tune", SEED, NOTHING, root, ROBOTS, diagnose=says("unexplained"))
+    found = scored(root, NOTHING, says("unexplained"))
     assert found["code"] == run.CHANGED
 
 

@@ -1,0 +1,64 @@
+"""What the commands of benches by nature's laws have in common: their options, and how they end."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from catheter_sim.blind_bench.nature.code import commit, whole_code
+from catheter_sim.blind_bench.nature.forms import PURPOSES
+from catheter_sim.blind_bench.nature.run import scores_in
+from catheter_sim.blind_bench.places import write_json
+from catheter_sim.blind_bench.robots import BENCH_ROBOTS
+from catheter_sim.cli.arguments import whole_number, whole_numbers
+from catheter_sim.tables import replaced_when_whole
+
+
+def parser_of(description: str | None, draws: int) -> argparse.ArgumentParser:
+    """Return the options of a bench that makes `draws` draws by default."""
+    parser = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--draws", type=whole_number(1, 10000), default=draws, help=f"default {draws}")
+    parser.add_argument(
+        "--only", type=whole_numbers, help="numbers of draws, comma-separated, from 0; instead of --draws"
+    )
+    parser.add_argument("--seed", type=whole_number(0, 2**31), default=1, help="default 1")
+    parser.add_argument("--purpose", choices=PURPOSES, default="tune", help="default tune")
+    cores = os.cpu_count() or 1
+    parser.add_argument(
+        "--jobs", type=whole_number(1, 256), default=cores, help="draws at a time; default all cores"
+    )
+    parser.add_argument("--robots", help=f"comma-separated, of {', '.join(BENCH_ROBOTS)}; default all")
+    parser.add_argument("--limit", type=float, default=900.0, help="seconds for one diagnosis; default 900")
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder to write")
+    return parser
+
+
+def draws_of(options: argparse.Namespace) -> Sequence[int]:
+    """Return the numbers of the draws that are asked for, and say which code will run them."""
+    draws: Sequence[int] = options.only or range(options.draws)
+    about = f"{options.purpose}, seed {options.seed}, {len(draws)} draws"
+    print(f"{about}, commit {commit()}, code {whole_code()}", flush=True)
+    return draws
+
+
+def ended(
+    root: Path,
+    scores: Sequence[dict[str, Any]],
+    summary: Callable[[Sequence[dict[str, Any]]], dict[str, Any]],
+    as_text: Callable[[dict[str, Any]], str],
+) -> int:
+    """Write and print the table of all scores that count; return 1 where a line is missed, else 0."""
+    counted = scores_in(root)
+    if len(counted) < len(scores):
+        print(f"{len(scores) - len(counted)} draws do not count: the package's files have changed")
+    table = summary(counted)
+    with replaced_when_whole(root / "table.txt") as file:
+        file.write(as_text(table) + "\n")
+    write_json(table, root / "table.json")
+    print(as_text(table))
+    return 0 if all(line["met"] is not False for line in table["lines"]) else 1
