@@ -217,6 +217,7 @@ class Form:
         observe: what is observed, each row for itself.
         memory: what arrives at the robot, or is observed, where that depends on the rows before.
         in_place: a diagnosis tries it only in the place of a simpler form of its cause.
+        further: a diagnosis tries it only where all forms that are not further leave structure.
         in_motion: it does nothing, or nothing that another form does not, where rows are held: a diagnosis
             tries it only on data that were taken while the robot moved.
     """
@@ -231,6 +232,7 @@ class Form:
     observe: Callable[[Observed, Values], Observed] | None = None
     memory: Memory | None = None
     in_place: bool = False
+    further: bool = False
     in_motion: bool = False
 
     def freed(self, robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
@@ -271,14 +273,16 @@ class Effect:
         """Return the parameters of all forms; none where the effect makes no sense for the robot."""
         return tuple(item for form in self.forms for item in form.parameters(robot))
 
-    def variants(self, robot: RobotSpec, moving: bool = False) -> tuple[tuple[str, ...], ...]:
+    def variants(
+        self, robot: RobotSpec, moving: bool = False, further: bool = False
+    ) -> tuple[tuple[str, ...], ...]:
         """Return which parameters a diagnosis frees together at first, simplest first.
 
-        `moving`: of data that were taken while the robot moved.
+        `moving`: of data that were taken while the robot moved. `further`: of the further forms instead.
         """
         forms = self.forms if self.in_turn is None else self.in_turn(robot, self.forms)
-        first = [form for form in forms if not form.in_place and (moving or not form.in_motion)]
-        return tuple(names for form in first for names in form.freed(robot))
+        tried = [form for form in forms if not form.in_place and (moving or not form.in_motion)]
+        return tuple(names for form in tried if form.further is further for names in form.freed(robot))
 
     def form_of(self, robot: RobotSpec, names: Iterable[str]) -> Form:
         """Return the form that frees just `names`, else the first one that has most of them."""

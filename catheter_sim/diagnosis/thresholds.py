@@ -194,6 +194,9 @@ AWAY_STEPS_NEAR = 10
 """[rows] How far nearby reaches. Why: assumed; a lag of ten rows is a long one."""
 AWAY_NOISE = 12.0
 """[times the noise] That a leap must exceed besides. Why: outliers of trackers reach it, in single rows."""
+AWAY_REACH_SHARE = 0.5
+"""[share of a point's whole motion] That a leap must exceed besides. Why: a tendon that slips lets a robot
+leap back by a part of its motion; a tracker that takes something else for its marker knows no such bound."""
 AWAY_BACK_SHARE = 0.35
 """[share of the leap] From where it was before a point may be off when it is back. Why: as of bumps
 (`BUMP_ALIKE_SHARE`)."""

@@ -33,11 +33,22 @@ def _parameter(robot: RobotSpec, name: str) -> Parameter:
 
 def _widths(robot: RobotSpec) -> tuple[Parameter, ...]:
     common, each = _names(robot)
-    return common_and_each(robot, _parameter(robot, common), each)
+    if places(robot, Role.DRIVE_PLAY):  # each joint has a drive of its own kind
+        return common_and_each(robot, _parameter(robot, common), each)
+    return (_parameter(robot, common),)
 
 
 def _width_groups(robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
-    return common_then_each(robot, *_names(robot))
+    common, each = _names(robot)
+    return common_then_each(robot, common, each) if places(robot, Role.DRIVE_PLAY) else ((common,),)
+
+
+def _uneven(robot: RobotSpec) -> tuple[Parameter, ...]:
+    """Return a width for each channel of drives that are alike."""
+    common, each = _names(robot)
+    if places(robot, Role.DRIVE_PLAY):
+        return ()
+    return common_and_each(robot, _parameter(robot, common), each)[1:]
 
 
 def _slack(robot: RobotSpec) -> tuple[Parameter, ...]:
@@ -73,6 +84,7 @@ class _Play:
         return play(rows, in_si(robot, _names(robot), values), rest)
 
 
+_PLAY = _Play()
 EFFECT = Effect(
     name="backlash",
     summary="dead-band between each actuator and its tendon; whole widths, of all and of each, add up",
@@ -86,7 +98,15 @@ EFFECT = Effect(
             stage=Stage.COMMAND,
             parameters=_widths,
             groups=_width_groups,
-            memory=_Play(),
+            memory=_PLAY,
+        ),
+        Form(
+            name="uneven",
+            equation="the same, of a width of its own in each channel",
+            stage=Stage.COMMAND,
+            parameters=_uneven,
+            memory=_PLAY,
+            further=True,
         ),
         Form(
             name="slack",

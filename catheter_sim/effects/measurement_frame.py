@@ -53,6 +53,7 @@ EFFECT = Effect(
             parameters=lambda robot: _SCALED,
             groups=lambda robot: ((_SCALE,), (*(item.name for item in _PARAMETERS), _SCALE)),
             observe=_stretched,
+            further=True,
         ),
     ),
     advice={

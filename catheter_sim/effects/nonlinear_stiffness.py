@@ -21,7 +21,7 @@ def _with_quintic(robot: RobotSpec) -> tuple[Parameter, ...]:
         return ()
     unit = 1e12 / sizes(robot).curvature_per_m ** 4  # the moment doubles there
     # A robot that bends less than it is made for has the same share of its moment by a far larger number.
-    return (Parameter(_QUINTIC, 0.0, lower=-2.0 * unit, upper=100.0 * unit, scale=0.2 * unit, start=0.0),)
+    return (Parameter(_QUINTIC, 0.0, lower=-2.0 * unit, upper=100.0 * unit, scale=0.05 * unit, start=0.0),)
 
 
 def _bent_on(robot: R, values: Values) -> R:
@@ -54,6 +54,8 @@ EFFECT = Effect(
             # Alone, or beside the cubic term.
             groups=lambda robot: ((_QUINTIC,), (_CUBIC, _QUINTIC)) if _with_quintic(robot) else (),
             specify=_bent_on,
+            # Two more powers of the bend fit whatever a model lacks a little: only where the third one pays.
+            in_place=True,
         ),
     ),
     same_as=frozenset({Role.CUBIC, Role.QUINTIC}),

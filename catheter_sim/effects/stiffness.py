@@ -68,6 +68,7 @@ EFFECT = Effect(
             parameters=_sections,
             groups=_each,
             specify=_section_scaled,
+            further=True,
         ),
     ),
     same_as=frozenset({Role.ELASTIC_SCALE, Role.ELASTIC_CONSTANT}),

@@ -133,9 +133,8 @@ EFFECT = Effect(
             equation="y = u - set_share max(u so far), either tendon of a pair for itself",
             stage=Stage.COMMAND,
             parameters=_set,
-            # Alone, or beside the spring.
-            groups=lambda robot: ((_SET,), (_STIFFNESS, _SET)) if _set(robot) else (),
             memory=_Lengthened(),
+            further=True,
         ),
         Form(
             name="cyclic",

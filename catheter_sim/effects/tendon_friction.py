@@ -106,6 +106,7 @@ EFFECT = Effect(
             stage=Stage.COMMAND,
             parameters=_loss,
             memory=_Path(),
+            further=True,
         ),
     ),
     same_as=frozenset({Role.FRICTION}),

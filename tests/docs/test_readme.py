@@ -84,7 +84,7 @@ def test_sums_of_the_bench(what: str, row: str) -> None:
         (
             "a real robot",
             "truth/real_robots.md",
-            "| after the diagnosis, analytic twin | 5.38 mm | 5.20 mm |",
+            "| after the diagnosis, analytic twin | 5.44 mm | 5.25 mm |",
         ),
     ],
 )
@@ -101,4 +101,5 @@ def test_opencr_figures_are_those_of_the_golden_run() -> None:
     for key in ("before", "after"):
         assert f"{golden[f'heldout_tip_distance_rmse_{key}_mm']:.2f}" in section
         assert f"{golden[f'heldout_tip_distance_rmse_aligned_{key}_mm']:.2f}" in section
-    assert f"{golden['heldout_tip_distance_rmse_aligned_after_mm_as_chosen_in_training']:.2f}" in section
+    aligned = "heldout_tip_distance_rmse_aligned_after_mm"  # of its own only where the held-out file decided
+    assert f"{golden.get(f'{aligned}_as_chosen_in_training', golden[aligned]):.2f}" in section

@@ -9,10 +9,10 @@ neither does alone, since each raises some errors that the other takes away, so 
 the search ends only when two steps have not paid (`PATIENCE`). Values per channel or segment fit what they
 see better than what they do not see. So a set of fewer numbers is taken before a better one that it equals to
 within chance and `EQUAL_FACTOR`, and what acts on the whole robot comes first: only when no more of that pays
-are such values tried; where that ends with structure left, both are tried together from the start, and taken
-if that leaves none. Last, backward: a cause whose loss costs nothing is dropped, and the set gives way to any
-of fewer numbers that was tried and explains as much, unless causes tried beside it pay there. Nothing of the
-held-out data is seen.
+are such values tried; where that ends with structure left, so are the further forms of causes, and all
+together from the start, which is taken if it leaves none. Last, backward: a cause whose loss costs nothing is
+dropped, and the set gives way to any of fewer numbers that was tried and explains as much, unless causes that
+are tried beside it pay there. Nothing of the held-out data is seen.
 """
 
 from __future__ import annotations
@@ -29,7 +29,13 @@ from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.fitting.evidence import residual_series
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.noise import white_noise
-from catheter_sim.diagnosis.fitting.problem import Problem, Term, terms_for, with_fewer_rows
+from catheter_sim.diagnosis.fitting.problem import (
+    Problem,
+    Term,
+    further_terms,
+    terms_for,
+    with_fewer_rows,
+)
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
 from catheter_sim.diagnosis.thresholds import (
     BEAM,
@@ -102,12 +108,17 @@ def select(
     (null,) = search.fitted([((), {})])
     tiers = [terms_for(problem.robot, name, problem.moving) for name in candidates]
     simple, detailed = _by_size(tiers)
+    further = [term for name in candidates for term in further_terms(problem.robot, name, problem.moving)]
     singles = search.alone(null, simple)
     path = [null]
     for left in reversed(range(CHOICE_ROUNDS)):
-        for variants in ((simple, []), (simple, detailed)):
+        for variants in ((simple, []), (simple, detailed), (simple, [*detailed, *further])):
             if within_model(problem, null, path[-1]):
                 break
+            if len(variants[1]) > len(detailed):
+                if _settled(problem, path[-1]):
+                    break
+                detailed = variants[1]
             if variants[1] and len(path) == 1:
                 singles = _once([*singles, *search.alone(null, detailed)])
             _forward(search, singles, variants, path, most)

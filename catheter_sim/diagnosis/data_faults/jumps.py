@@ -14,6 +14,7 @@ from catheter_sim.diagnosis.thresholds import (
     AWAY_BACK_SHARE,
     AWAY_LONGEST_SHARE,
     AWAY_NOISE,
+    AWAY_REACH_SHARE,
     AWAY_ROWS,
     AWAY_STEPS,
     AWAY_STEPS_NEAR,
@@ -41,8 +42,8 @@ class Excursion:
 def jumps_elsewhere(seen: BesideModel) -> tuple[DataFault, ...]:
     """Return where a point leaps away from one row to the next, and back some rows later.
 
-    No robot does that: the leap is larger than any motion that the model expects of it thereabouts. Single
-    rows are outliers, which every tracker has.
+    No robot does that: the leap is larger than any motion that the model expects of it thereabouts, and a
+    fair share of all its motion, as no slip is. Single rows are outliers, which every tracker has.
     """
     found = [
         item
@@ -81,7 +82,9 @@ def _excursions(seen: BesideModel, trial: int, point: int) -> list[Excursion]:
     steps = np.maximum(
         _nearby(_steps(model), np.max)[known], _nearby(_steps(error + model[known]), np.median)
     )
-    most = AWAY_STEPS * steps + AWAY_NOISE * seen.noise_mm
+    places = np.concatenate([item[:, columns] for item in seen.models])
+    reach = float(np.linalg.norm(np.nanmax(places, axis=0) - np.nanmin(places, axis=0)))
+    most = np.maximum(AWAY_STEPS * steps + AWAY_NOISE * seen.noise_mm, AWAY_REACH_SHARE * reach)
     longest = max(AWAY_ROWS, round(AWAY_LONGEST_SHARE * len(known)))
     found, row = [], 1
     while row < len(known):

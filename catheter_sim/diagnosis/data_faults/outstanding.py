@@ -12,6 +12,7 @@ from catheter_sim.diagnosis.thresholds import (
     LATE_ROWS,
     LONE_FOLLOWS_SHARE,
     LONE_MOTION_SHARE,
+    NO_EQUILIBRIUM_ERROR,
     OTHERS_FOLLOW_SHARE,
     OUTSTANDING_SHARE,
     OUTSTANDING_TIMES,
@@ -29,7 +30,8 @@ def outstanding_trials(seen: BesideModel) -> tuple[DataFault, ...]:
 
 
 def _far_worse(seen: BesideModel) -> tuple[DataFault, ...]:
-    order = np.argsort(seen.error_shares)[::-1].tolist()
+    known = np.flatnonzero(seen.error_shares < NO_EQUILIBRIUM_ERROR)  # without a posture a model says nothing
+    order = known[np.argsort(seen.error_shares[known])[::-1]].tolist()
     for count in range(1, len(order) // 3 + 1):
         odd, least = order[:count], seen.error_shares[order[count - 1]]
         next_one = seen.error_shares[order[count]]

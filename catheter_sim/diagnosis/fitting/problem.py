@@ -77,8 +77,14 @@ class Problem:
     model_share: float = 0.0
 
 
+def further_terms(robot: RobotSpec, effect: str, moving: bool = False) -> tuple[Term, ...]:
+    """Return the ways in which the further forms of `effect` may be freed; arguments as of `terms_for`."""
+    variants = EFFECTS[effect].variants(robot, moving, further=True)
+    return tuple(Term(effect, names) for names in variants)
+
+
 def terms_for(robot: RobotSpec, effect: str, moving: bool = False) -> tuple[Term, ...]:
-    """Return the ways in which `effect` may be freed for `robot`, simplest first.
+    """Return the ways in which `effect` may be freed for `robot` at first, simplest first.
 
     `moving`: of data that were taken while it moved.
     """

@@ -71,11 +71,11 @@ def _set(acting: Acting, course: Course, u: Array) -> Array:
     return _lost(acting, u, np.where(u >= 0.0, up, down) if acting.specimen.jointed else up)
 
 
-def _spliced(acting: Acting, course: Course, u: Array) -> Array:
+def _bedded(acting: Acting, course: Course, u: Array) -> Array:
     reach = acting.specimen.reach
     up, down = operators.largest_so_far(u), operators.largest_so_far(-u)
     most = np.where(u >= 0.0, up, down) if acting.specimen.jointed else up
-    return _lost(acting, u, np.where(most > 0.4 * reach, reach, 0.0))
+    return _lost(acting, u, reach * (1.0 - np.exp(-most / (0.3 * reach))))
 
 
 def _crept(acting: Acting, course: Course, u: Array) -> Array:
@@ -158,14 +158,14 @@ FORMS = (
     ),
     Form(
         cause="tendon_elongation",
-        name="splice",
-        law="a tendon is longer by x from the first pull beyond u0 on: a splice that slips once",
+        name="bedded",
+        law="a tendon is longer for good by x (1 - exp(-most u so far / u0)): its ends bed in",
         known=False,
         purpose="tune",
         applies=_displaced,
         start=3.0,
         most=40.0,
-        command=_spliced,
+        command=_bedded,
         also=("backlash", "actuation_offset"),
     ),
     Form(

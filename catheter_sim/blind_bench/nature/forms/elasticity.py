@@ -214,7 +214,7 @@ FORMS = (
         purpose="both",
         applies=_has_cubic,
         start=15.0,
-        most=300.0,
+        most=200.0,
         robot=_quintic,
         parameters=lambda acting: {"quintic_mm4": 1e12 * _quintic_m4(acting)},
     ),
