@@ -295,6 +295,14 @@ def test_the_simulated_chain_with_turned_holes_is_the_helix():
     assert np.abs(tips[1] - tips[0]).max() > 6.0
 
 
+def test_a_full_turn_of_the_holes_takes_a_plane_s_moment_away():
+    """Where a segment bends in one plane, holes that turn once around give a tendon no mean arm: no bend."""
+    robot = one_segment((30.0,), axes="x")
+    turned = replace(robot, segments=(replace(robot.segments[0], rest_twist_rad_per_m=2 * math.pi / LENGTH),))
+    run = constant_curvature(turned, drive([[5.0]]), NO_GRAVITY)
+    np.testing.assert_allclose(run.postures[0].p_w[-1], [0.0, 0.0, LENGTH], atol=1e-12)
+
+
 def test_planar_segments_keep_their_plane():
     """A segment that bends in xz only does not follow a tendon at its side."""
     run = constant_curvature(one_segment((60.0,), axes="x"), drive([[5.0]]), NO_GRAVITY)

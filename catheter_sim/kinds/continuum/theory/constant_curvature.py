@@ -106,26 +106,36 @@ def _runs(robot: ContinuumRobot) -> np.ndarray:
 
 
 def turns(robots: Sequence[ContinuumRobot]) -> Array:
-    """Return by how much the holes turn over each segment, shape (B, S) [rad]."""
+    """Return by how much the direction of bending turns with the holes over each segment, shape (B, S) [rad].
+
+    A segment that bends in one plane keeps it.
+    """
     return np.array(
-        [[item.rest_twist_rad_per_m * item.length_m for item in robot.segments] for robot in robots]
+        [[_hole_turn(item) * (item.bending_axes == "xy") for item in robot.segments] for robot in robots]
     )
+
+
+def _hole_turn(segment: Segment) -> float:
+    return segment.rest_twist_rad_per_m * segment.length_m
 
 
 def _arms(robot: ContinuumRobot, straight_between_disks: bool) -> Array:
     """Return each tendon's hole position in the middle of each segment, zero beyond its end, (t, s, 2) [m].
 
-    A tendon that is straight between disks whose holes are turned passes nearer to the backbone.
+    A tendon that is straight between disks whose holes are turned passes nearer to the backbone. Where a
+    segment bends in one plane, the mean of the hole's position shortens the path.
     """
     result = np.zeros((len(robot.tendons), len(robot.segments), 2))
     turned = 0.0
     runs = _runs(robot)
     for s, segment in enumerate(robot.segments):
-        half = 0.5 * segment.rest_twist_rad_per_m * segment.length_m
+        half = 0.5 * _hole_turn(segment)
+        nearer = math.cos(half / disks(robot, segment)) if straight_between_disks else 1.0
+        if segment.bending_axes == "x":
+            nearer = float(np.sinc(half / math.pi))
         for t, tendon in enumerate(robot.tendons):
             if runs[t, s]:
                 angle = tendon.angle_rad + turned + half
-                nearer = math.cos(half / disks(robot, segment)) if straight_between_disks else 1.0
                 radius_m = tendon.radius_m * nearer
                 result[t, s] = radius_m * math.cos(angle), radius_m * math.sin(angle)
         turned += 2.0 * half
