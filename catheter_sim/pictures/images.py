@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-from collections.abc import Iterable
-from contextlib import ExitStack, suppress
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from threading import Thread
 
 import numpy as np
 from imageio_ffmpeg import count_frames_and_secs, get_ffmpeg_exe
@@ -96,13 +96,37 @@ def _encoded(
                 animation = Path(path).suffix.lower() == ANIMATION
                 if not animation:
                     require_even(path, width, height)
-                encoder = opened.enter_context(_Encoder(width, height, fps, encoded, animation))
+                with _signals_wait():  # a process that has begun is ended, whatever comes meanwhile
+                    encoder = opened.enter_context(_Encoder(width, height, fps, encoded, animation))
             if (width, height) != encoder.size:
                 raise ValueError(f"frame {written + 1} is {width} x {height}, others are {encoder.size}")
             if not encoder.took(frame):
                 break
             written += 1
         return written, encoder.ended() if encoder else "it has no frames"
+
+
+@contextmanager
+def _signals_wait() -> Iterator[None]:
+    """Hold back what asks the program to end; a process of one's own is started meanwhile.
+
+    A signal between a process's start and the note of it would leave a process that nobody ends, which makes
+    its file after that has been taken away.
+    """
+    if threading.current_thread() is not threading.main_thread():  # signals are the main thread's
+        yield
+        return
+    came: list[int] = []
+    numbers = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    handled = [number for number in numbers if callable(signal.getsignal(number))]
+    before = {number: signal.signal(number, lambda number, _: came.append(number)) for number in handled}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if came:
+            signal.raise_signal(came[0])
 
 
 class _Encoder:
@@ -130,7 +154,7 @@ class _Encoder:
         assert self._process.stderr is not None
         self._given, self._said = self._process.stdin, self._process.stderr
         self._words = b""
-        self._reader = Thread(target=self._listen, daemon=True)
+        self._reader = threading.Thread(target=self._listen, daemon=True)
 
     def __enter__(self) -> _Encoder:
         self._reader.start()  # at once: who is not listened to waits

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import resource
+import signal
+import subprocess
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import imageio.v2 as imageio
 import numpy as np
@@ -62,6 +65,27 @@ def test_failure_midway_leaves_nothing_behind(tmp_path: Path) -> None:
         images.write_video(tmp_path / "old.mp4", failing(), fps=25, count=9)
     assert [path.name for path in tmp_path.iterdir()] == ["old.mp4"]
     assert (tmp_path / "old.mp4").read_bytes() == b"before"
+
+
+def test_a_signal_while_the_encoder_starts_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is ended before its file is taken away; else it would make the file anew."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    class Interrupted(subprocess.Popen[bytes]):
+        def __init__(self, *words: Any, **options: Any) -> None:
+            super().__init__(*words, **options)
+            started.append(self)
+            signal.raise_signal(signal.SIGINT)  # before the caller has it
+
+    monkeypatch.setattr(subprocess, "Popen", Interrupted)
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        images.write_video(tmp_path / "out.mp4", [np.zeros((16, 16, 3), np.uint8)], 10, 1)
+    assert signal.getsignal(signal.SIGINT) is before
+    assert [process.returncode for process in started] == [-signal.SIGKILL]
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_odd_size_and_missing_folder_are_one_line(tmp_path: Path) -> None:
