@@ -33,6 +33,8 @@ RANK = {
 }
 SPECS = "ContinuumRobot|RollingRobot|CatheterRobot|NotchedTubeRobot"
 
+HOLDERS = (ast.stmt, ast.excepthandler, ast.match_case)  # what statements stand in
+
 # Still permitted: importer -> what it imports from above, or from another kind.
 UPWARD: dict[str, set[str]] = {
     "diagnosis/fitting/workers.py": {"__init__"},
@@ -67,6 +69,8 @@ def kind_of(module: str) -> str:
 def imports(node: ast.AST) -> Iterator[str]:
     """Yield the package's modules that are imported below `node`, but for mypy alone."""
     for child in ast.iter_child_nodes(node):
+        if not isinstance(child, HOLDERS):  # no import stands within an expression
+            continue
         if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
             continue
         if isinstance(child, ast.ImportFrom) and (child.module or "").startswith("catheter_sim"):

@@ -10,6 +10,8 @@ from types import ModuleType
 import mujoco
 import pytest
 
+pytestmark = pytest.mark.xdist_group("models")  # built once
+
 _SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "build_models.py"
 
 
