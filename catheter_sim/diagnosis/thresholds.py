@@ -379,6 +379,9 @@ that anybody would mend."""
 EQUAL_FACTOR = 1.1
 """[times the error of the best] A set within it may be taken in its place for its fewer numbers. Why:
 assumed; the set must do as well to within chance besides."""
+HOPELESS_FACTOR = 1.5
+"""[times the cross-validated error of the set beside] A set that errs by more on what it was fitted to is not
+cross-validated well. Why: what is left out it tells worse still, and sets are equal within `EQUAL_FACTOR`."""
 SETTLED_FACTOR = 1.1
 """[times the error's white part] An error within it is settled: nothing more is looked for than one step
 finds. Why: what is white from row to row has no cause."""

@@ -267,7 +267,7 @@ def _backward(search: Search, current: Fit) -> Fit:
     while len(current.terms) > 1:
         known = current.values
         without = [tuple(term for term in current.terms if term is not one) for one in current.terms]
-        fits = search.fitted([(terms, known) for terms in without])
+        fits = search.fitted([(terms, known) for terms in without], current)
         idle = [item for item in fits if not pays(item, current) and may_end_at(current, item, search.tried)]
         if not idle:
             break

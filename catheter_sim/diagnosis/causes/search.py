@@ -22,6 +22,8 @@ from catheter_sim.diagnosis.fitting.problem import Problem, Term
 from catheter_sim.diagnosis.fitting.workers import Workers, map_calls
 from catheter_sim.diagnosis.thresholds import (
     FINALISTS,
+    HOPELESS_FACTOR,
+    MOST_FIT_STEPS,
     MOST_FORMS,
     MOST_ROUGH_STEPS,
     MOST_SINGLES,
@@ -69,10 +71,28 @@ class Search:
         """Every fit that has a cause."""
         return [item for item in self.fits.values() if item.terms]
 
-    def fitted(self, hypotheses: Sequence[tuple[Sequence[Term], Known]]) -> list[Fit]:
-        """Return the fits of several hypotheses, each from its known values, in order."""
+    def fitted(
+        self, hypotheses: Sequence[tuple[Sequence[Term], Known]], beside: Fit | None = None
+    ) -> list[Fit]:
+        """Return the fits of several hypotheses, each from its known values, in order.
+
+        Args:
+            hypotheses: all.
+            beside: the fit with which they compete, if there is one: what errs far more (`HOPELESS_FACTOR`)
+                is not cross-validated well.
+        """
+        worth = HOPELESS_FACTOR * beside.cross_validated_rms if beside else math.inf
         new = {
-            frozenset(terms): (self.problem, tuple(terms), dict(known), True, False, True)
+            frozenset(terms): (
+                self.problem,
+                tuple(terms),
+                dict(known),
+                True,
+                False,
+                True,
+                MOST_FIT_STEPS,
+                worth,
+            )
             for terms, known in hypotheses
         }
         missing = [key for key in new if key not in self.fits]
@@ -223,7 +243,7 @@ class Search:
             for other in (*variants[0], *variants[1])
             if other.effect == mine.effect and other != mine
         ]
-        return in_order(self.fitted([(terms, best.values) for terms in hypotheses[:MOST_FORMS]]))
+        return in_order(self.fitted([(terms, best.values) for terms in hypotheses[:MOST_FORMS]], best))
 
     def fit_in_each_place(self, chosen: Fit, variants: Sequence[Term]) -> None:
         """Fit hypotheses in which another effect stands in the place of a chosen one.
@@ -242,7 +262,7 @@ class Search:
             ([index for index, (cause, _) in enumerate(hypotheses) if cause == name], RIVALS)
             for name in chosen.causes
         ]
-        self.fitted(self.best([(chosen, terms) for _, terms in hypotheses], places))
+        self.fitted(self.best([(chosen, terms) for _, terms in hypotheses], places), chosen)
 
 
 def in_order(fits: Iterable[Fit]) -> list[Fit]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -89,6 +90,7 @@ def fit(
     thorough: bool = False,
     scan: bool = False,
     most: int = MOST_FIT_STEPS,
+    worth: float = math.inf,
 ) -> Fit:
     """Return the least-squares fit of a hypothesis.
 
@@ -101,6 +103,8 @@ def fit(
         scan: start from the best point of a grid over the effects' numbers, if that is better and they are
             no more than two: there may be a lesser minimum nearer to the known values.
         most: steps of the search, unless it is thorough.
+        worth: root mean square, in weights, below which a hypothesis must stay to matter. One that errs by
+            more on the rows it was fitted to does so on rows left out, so that a rough `left_out` will do.
     """
     numbers = fitted_numbers(problem, terms)
     block = blocks_of(problem)
@@ -124,5 +128,8 @@ def fit(
         if there @ there + prior.cost(rested) <= at.error @ at.error + prior.cost(at.x):
             at = linearised(problem, numbers, rested, box[1], there)
     held = held_at_bound(at.x, *box, prior.gradient(at.x) + at.jacobian.T @ at.error)
-    left_out = left_out_residuals(problem, numbers, at, block, box) if cross_validate else at.error
+    left_out = at.error
+    if cross_validate:
+        matters = bool(at.error @ at.error <= worth**2 * len(at.error))
+        left_out = left_out_residuals(problem, numbers, at, block, box, matters)
     return Fit(tuple(terms), numbers, at.x, at.error, at.jacobian, held, block, left_out)

@@ -27,13 +27,14 @@ def left_out_residuals(
     at: Linearised,
     block: np.ndarray,
     box: tuple[Array, Array],
+    well: bool = True,
 ) -> Array:
     """Return the residual of each fold under the parameters fitted without it, shape (n,).
 
     Those parameters are one Gauss-Newton step away from the fit to all rows. Where this step hardly changes
     the rows left out (`FOLD_FIRST_ORDER`), the derivative gives their residuals; otherwise they are computed
     with the full model: where the whole step would raise the error on the rows kept, a part of the step away,
-    and where any part would raise it, with the rows kept fitted anew.
+    and where any part would raise it, with the rows kept fitted anew; unless `well`, as fitted to all rows.
     """
     fold = fold_of(block)
     prior = prior_of(numbers)
@@ -48,7 +49,7 @@ def left_out_residuals(
             far.append(index)
     if far:
         kept = [keeps[index] for index in far]
-        errors[far] = _with_the_full_model(problem, numbers, at, steps[far], kept, box, prior)
+        errors[far] = _with_the_full_model(problem, numbers, at, steps[far], kept, box, prior, well)
     left_out = at.error.copy()
     for keep, without in zip(keeps, errors, strict=True):
         left_out[~keep] = without[~keep]
@@ -63,6 +64,7 @@ def _with_the_full_model(
     keeps: Sequence[np.ndarray],
     box: tuple[Array, Array],
     prior: Prior,
+    well: bool,
 ) -> Array:
     """Return all residuals under the parameters fitted to the rows that each of `keeps` keeps, (k, n)."""
     errors = np.repeat(at.error[None], len(keeps), axis=0)
@@ -80,7 +82,7 @@ def _with_the_full_model(
         waiting = waiting[~better]
         if not len(waiting):
             break
-    for i in waiting.tolist():
+    for i in waiting.tolist() if well else ():
         without = descend(problem, numbers, at, box, prior, keeps[i], 1.0, FOLD_CONVERGED, MOST_FOLD_STEPS)
         errors[i] = without.error
     return errors
