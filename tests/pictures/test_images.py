@@ -79,6 +79,7 @@ def test_a_signal_while_the_encoder_starts_leaves_nothing(
             started.append(self)
             signal.raise_signal(signal.SIGINT)  # before the caller has it
 
+    images.get_ffmpeg_exe()  # tried once by starting it
     monkeypatch.setattr(subprocess, "Popen", Interrupted)
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
