@@ -18,7 +18,7 @@ FILES = tuple(sorted(ROOT.rglob("*.py")))
 
 # Lower may not import from higher; packages of one rank may know each other.
 RANK = {
-    **dict.fromkeys(("errors", "units", "tables", "resources", "files", "progress", "page"), 0),
+    **dict.fromkeys(("errors", "units", "tables", "resources", "files", "progress", "signals", "page"), 0),
     "core": 1,
     **dict.fromkeys(("mechanics", "mjcf"), 2),
     "kinds": 3,

@@ -41,9 +41,9 @@ from catheter_sim.cli import (
     workspace,
 )
 from catheter_sim.cli.arguments import split_settings
-from catheter_sim.cli.signals import Stopped, unwound_by_signals
 from catheter_sim.errors import LONGEST_MESSAGE, InputError, cut
 from catheter_sim.progress import compilations_told
+from catheter_sim.signals import Stopped, unwound_by_signals
 
 VERBS: dict[str, ModuleType] = {
     "list": list_verb,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import threading
-from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Iterable
+from contextlib import ExitStack, suppress
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 from imageio_ffmpeg import count_frames_and_secs, get_ffmpeg_exe
@@ -18,6 +18,7 @@ from PIL import Image, ImageDraw, ImageFont
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.files import placed_when_whole
 from catheter_sim.progress import counted
+from catheter_sim.signals import held_back
 from catheter_sim.tables import replaced_when_whole
 
 Picture = NDArray[np.uint8]  # shape (height, width, 3)
@@ -96,7 +97,7 @@ def _encoded(
                 animation = Path(path).suffix.lower() == ANIMATION
                 if not animation:
                     require_even(path, width, height)
-                with _signals_wait():  # a process that has begun is ended, whatever comes meanwhile
+                with held_back():  # a process that has begun is ended, whatever comes meanwhile
                     encoder = opened.enter_context(_Encoder(width, height, fps, encoded, animation))
             if (width, height) != encoder.size:
                 raise ValueError(f"frame {written + 1} is {width} x {height}, others are {encoder.size}")
@@ -104,29 +105,6 @@ def _encoded(
                 break
             written += 1
         return written, encoder.ended() if encoder else "it has no frames"
-
-
-@contextmanager
-def _signals_wait() -> Iterator[None]:
-    """Hold back what asks the program to end; a process of one's own is started meanwhile.
-
-    A signal between a process's start and the note of it would leave a process that nobody ends, which makes
-    its file after that has been taken away.
-    """
-    if threading.current_thread() is not threading.main_thread():  # signals are the main thread's
-        yield
-        return
-    came: list[int] = []
-    numbers = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    handled = [number for number in numbers if callable(signal.getsignal(number))]
-    before = {number: signal.signal(number, lambda number, _: came.append(number)) for number in handled}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        if came:
-            signal.raise_signal(came[0])
 
 
 class _Encoder:
@@ -154,7 +132,7 @@ class _Encoder:
         assert self._process.stderr is not None
         self._given, self._said = self._process.stdin, self._process.stderr
         self._words = b""
-        self._reader = threading.Thread(target=self._listen, daemon=True)
+        self._reader = Thread(target=self._listen, daemon=True)
 
     def __enter__(self) -> _Encoder:
         self._reader.start()  # at once: who is not listened to waits

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from catheter_sim.cli.main import VERBS, main
-from catheter_sim.cli.signals import Stopped, unwound_by_signals
+from catheter_sim.signals import Stopped, unwound_by_signals
 
 NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 

@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.effect import Parameter
 from catheter_sim.diagnosis.causes.comparison import as_good, pays
+from catheter_sim.diagnosis.causes.search import Search
 from catheter_sim.diagnosis.data.nuisance import Nuisance, nuisances_of
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
@@ -20,6 +21,7 @@ from catheter_sim.diagnosis.fitting.probe import carried_over, foreseen, reached
 from catheter_sim.diagnosis.fitting.problem import Problem, Term, box_of, fitted_numbers
 from catheter_sim.diagnosis.fitting.residuals import residuals
 from catheter_sim.diagnosis.fitting.stretches import blocks_of, fold_of
+from catheter_sim.diagnosis.fitting.workers import SERIAL
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.tables import Table
@@ -142,12 +144,8 @@ def test_left_out_stretches_are_predicted_as_by_fits_without_them():
         assert np.sqrt(np.mean(gap**2)) < 0.02 * np.sqrt(np.mean(error[fold == index] ** 2))
 
 
-def test_stretch_that_alone_holds_a_fit_is_predicted_by_a_fit_without_it():
-    """Where the model saturates, one step from the fit to everything leads nowhere: the others are fitted.
-
-    The first stretch says 0.998 of a curve that levels off at 1, all others 0.9: without it they find
-    0.9, and miss it by a thousand of its weights.
-    """
+def saturating():
+    """Return a problem and a term: a stretch says 0.998 of a curve that levels off at 1, all others 0.9."""
     robot, term = small_robot(), Term("twist", ("rate_deg_per_m",))
     ((parameter,),) = [EFFECTS["twist"].parameters(robot)]
     inputs = displacement_history(1, cycles=8)
@@ -161,11 +159,44 @@ def test_stretch_that_alone_holds_a_fit_is_predicted_by_a_fit_without_it():
     first = rows < len(rows) // 8
     seen = {"tip_x_mm": np.where(first, 0.998, np.nan), "tip_y_mm": np.where(first, np.nan, 0.9)}
     trial = Trial("made.csv", "train", inputs, Table(inputs.time_s, seen, "made"))
-    problem = Problem(robot, (), (trial,), tuple(seen), np.array([1e-4, 0.01]), levels_off)
+    return Problem(robot, (), (trial,), tuple(seen), np.array([1e-4, 0.01]), levels_off), term
+
+
+def test_stretch_that_alone_holds_a_fit_is_predicted_by_a_fit_without_it():
+    """Where the model saturates, one step from the fit to everything leads nowhere: the others are fitted.
+
+    Without the first stretch they find 0.9, and miss it by a thousand of its weights.
+    """
+    problem, term = saturating()
     found = fit(problem, (term,))
     alone = fold_of(found.block) == 0
     assert np.abs(found.residual[alone]).max() < 5.0
     assert found.left_out[alone] == pytest.approx(-980.0, rel=0.02)
+
+
+def test_only_what_errs_beyond_its_worth_is_rough():
+    """The same fit, a little above what matters and a little below: there the stretch is not fitted anew."""
+    problem, term = saturating()
+    whole = fit(problem, (term,))
+    well, rough = (fit(problem, (term,), worth=factor * whole.fitted_rms) for factor in (1.01, 0.99))
+    assert (whole.rough, well.rough, rough.rough) == (False, False, True)
+    assert (well.left_out == whole.left_out).all()
+    assert (rough.x == whole.x).all()
+    assert rough.fitted_rms <= rough.cross_validated_rms < whole.cross_validated_rms
+
+
+def test_a_search_fits_again_what_was_rough():
+    """A set that errs too much beside another is cross-validated well once it competes with a worse one."""
+    problem, term = saturating()
+    search = Search(SERIAL, problem, lambda line: None)
+    whole = fit(problem, (term,), scan=True)
+    near, far = (
+        replace(whole, left_out=np.full_like(whole.left_out, size * whole.fitted_rms)) for size in (0.5, 2.0)
+    )
+    for beside, rough in ((near, True), (near, True), (far, False), (near, False)):
+        (found,) = search.fitted([((term,), {})], beside)
+        assert found.rough is rough
+    assert (found.left_out == whole.left_out).all()
 
 
 def test_scan_finds_the_least_of_several_minima():

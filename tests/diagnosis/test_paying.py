@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from planted import small_robot
@@ -92,6 +94,17 @@ def test_surely_larger_error_is_not_as_good_though_it_is_near():
     assert other.cross_validated_rms < EQUAL_FACTOR * best.cross_validated_rms
     assert not as_good(best, other)
     assert as_good(other, best)
+
+
+def test_a_rough_fit_is_never_taken():
+    """Of errors that are known from below alone nothing is said for it, and what is better than it pays."""
+    best = fit_with(1.0)
+    better, worse = (replace(fit_with(size), rough=True) for size in (0.5, 1.05))
+    assert not pays(best, better)
+    assert not as_good(best, better)
+    assert not as_good(best, worse)
+    assert pays(worse, best)
+    assert not pays(better, best)
 
 
 def test_of_sets_as_good_the_one_of_fewest_numbers_is_taken():

@@ -13,8 +13,14 @@ from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, PAYS_CHANCE, PAYS_SH
 
 
 def pays(before: Fit, after: Fit, chance: float = PAYS_CHANCE) -> bool:
-    """Return whether `after` explains left-out stretches better than `before` by more than chance."""
+    """Return whether `after` explains left-out stretches better than `before` by more than chance.
+
+    Of a rough fit (`Fit.rough`) the errors on them are known from below alone: it never pays, and what is
+    better than it pays.
+    """
     share = 1.0 - after.cross_validated_rms / max(before.cross_validated_rms, 1e-300)
+    if before.rough or after.rough:
+        return share > PAYS_SHARE and not after.rough
     labels = np.unique(before.block, return_inverse=True)[1]
     change = np.bincount(labels, weights=before.left_out**2 - after.left_out**2).astype(float)
     return share > PAYS_SHARE and chance_of_gain(change) <= chance
@@ -22,7 +28,8 @@ def pays(before: Fit, after: Fit, chance: float = PAYS_CHANCE) -> bool:
 
 def as_good(best: Fit, other: Fit) -> bool:
     """Return whether `other` does as well as `best` on stretches left out (by chance and `EQUAL_FACTOR`)."""
-    return other.cross_validated_rms <= EQUAL_FACTOR * best.cross_validated_rms and not pays(other, best)
+    near = other.cross_validated_rms <= EQUAL_FACTOR * best.cross_validated_rms
+    return near and not other.rough and not pays(other, best)
 
 
 def may_replace(problem: Problem, chosen: Fit, other: Fit) -> bool:

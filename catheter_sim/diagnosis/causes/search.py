@@ -79,7 +79,7 @@ class Search:
         Args:
             hypotheses: all.
             beside: the fit with which they compete, if there is one: what errs far more (`HOPELESS_FACTOR`)
-                is not cross-validated well.
+                is rough, until it competes with one that errs as much.
         """
         worth = HOPELESS_FACTOR * beside.cross_validated_rms if beside else math.inf
         new = {
@@ -95,10 +95,14 @@ class Search:
             )
             for terms, known in hypotheses
         }
-        missing = [key for key in new if key not in self.fits]
+        missing = [key for key in new if key not in self.fits or self._too_rough(key, worth)]
         found = map_calls(self.pool, fit, [new[key] for key in missing])
         self.fits |= dict(zip(missing, found, strict=True))
         return [self.fits[frozenset(terms)] for terms, _ in hypotheses]
+
+    def _too_rough(self, key: frozenset[Term], worth: float) -> bool:
+        """Return whether a fit is rough that need not be where `worth` is what matters."""
+        return self.fits[key].rough and self.fits[key].fitted_rms <= worth
 
     def foreseen(self, hypotheses: Sequence[Hypothesis]) -> list[Foreseen]:
         """Return what one step from a fit promises toward a hypothesis of one more term, in order."""

@@ -46,6 +46,7 @@ class Fit:
         held: whether a number stayed at a bound, shape (p,).
         block: which block each residual belongs to, shape (n,).
         left_out: the residual where the row's fold was left out of the fit, shape (n,).
+        rough: whether it errs too much on the rows it was fitted to for `left_out` to be worked out well.
     """
 
     terms: tuple[Term, ...]
@@ -56,6 +57,7 @@ class Fit:
     held: np.ndarray
     block: np.ndarray
     left_out: Array
+    rough: bool = False
     SHAPES = "numbers:p x:p residual:n jacobian:np held:p block:n left_out:n"  # of what is read (`kept`)
 
     @property
@@ -74,12 +76,17 @@ class Fit:
     @property
     def cross_validated_rms(self) -> float:
         """Root mean square of `left_out`, in weights, by which hypotheses are chosen."""
-        return float(np.sqrt(np.mean(self.left_out**2)))
+        return _rms(self.left_out)
+
+    @property
+    def fitted_rms(self) -> float:
+        """Root mean square of `residual`, in weights."""
+        return _rms(self.residual)
 
     @property
     def left_out_error_rms(self) -> float:
         """The same for a reader: of the errors themselves, gross ones not made smaller."""
-        return float(np.sqrt(np.mean(untempered(self.left_out) ** 2)))
+        return _rms(untempered(self.left_out))
 
 
 def fit(
@@ -104,7 +111,8 @@ def fit(
             no more than two: there may be a lesser minimum nearer to the known values.
         most: steps of the search, unless it is thorough.
         worth: root mean square, in weights, below which a hypothesis must stay to matter. One that errs by
-            more on the rows it was fitted to does so on rows left out, so that a rough `left_out` will do.
+            more on the rows it was fitted to does so on rows left out, so that a rough `left_out` will do;
+            it is never taken (`Fit.rough`).
     """
     numbers = fitted_numbers(problem, terms)
     block = blocks_of(problem)
@@ -128,8 +136,10 @@ def fit(
         if there @ there + prior.cost(rested) <= at.error @ at.error + prior.cost(at.x):
             at = linearised(problem, numbers, rested, box[1], there)
     held = held_at_bound(at.x, *box, prior.gradient(at.x) + at.jacobian.T @ at.error)
-    left_out = at.error
-    if cross_validate:
-        matters = bool(at.error @ at.error <= worth**2 * len(at.error))
-        left_out = left_out_residuals(problem, numbers, at, block, box, matters)
-    return Fit(tuple(terms), numbers, at.x, at.error, at.jacobian, held, block, left_out)
+    rough = _rms(at.error) > worth
+    left_out = left_out_residuals(problem, numbers, at, block, box, not rough) if cross_validate else at.error
+    return Fit(tuple(terms), numbers, at.x, at.error, at.jacobian, held, block, left_out, rough)
+
+
+def _rms(error: Array) -> float:
+    return float(np.sqrt(np.mean(error**2)))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # those that the system has
 _LONGEST_S = 30  # to take everything away; then the system ends the program
@@ -31,9 +32,6 @@ def unwound_by_signals() -> Iterator[None]:
 
     A signal that was ignored before (`nohup`, a job in the background) stays ignored.
     """
-    if threading.current_thread() is not threading.main_thread():  # signals are the main thread's
-        yield
-        return
     asked: list[int] = []
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -44,15 +42,42 @@ def unwound_by_signals() -> Iterator[None]:
             signal.alarm(_LONGEST_S)
         raise Stopped(number)
 
-    numbers = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
-    before = {number: signal.getsignal(number) for number in numbers}
-    taken = [number for number in numbers if before[number] not in (signal.SIG_IGN, None)]
+    with _handled(stop):
+        try:
+            yield
+        finally:
+            if asked and hasattr(signal, "alarm"):
+                signal.alarm(0)
+
+
+@contextmanager
+def held_back() -> Iterator[None]:
+    """Let such a signal wait until the context is left; a process of one's own is started meanwhile.
+
+    A signal between a process's start and the note of it would leave a process that nobody ends, which makes
+    its file after that has been taken away.
+    """
+    came: list[int] = []
+    try:
+        with _handled(lambda number, _: came.append(number)):
+            yield
+    finally:
+        if came:
+            signal.raise_signal(came[0])
+
+
+@contextmanager
+def _handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Give such signals to `handler`, but those that are ignored; outside the main thread change nothing."""
+    before: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():  # signals are the main thread's
+        numbers = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
+        before = {number: signal.getsignal(number) for number in numbers}
+    taken = [number for number, old in before.items() if old not in (signal.SIG_IGN, None)]
     try:
         for number in taken:
-            signal.signal(number, stop)
+            signal.signal(number, handler)
         yield
     finally:
-        if asked and hasattr(signal, "alarm"):
-            signal.alarm(0)
         for number in taken:
             signal.signal(number, before[number])
