@@ -10,8 +10,8 @@ other section less than 90 deg away, in proportion to the cosine.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import permutations
 
 import numpy as np
@@ -33,7 +33,8 @@ def _movers(robot: RobotSpec) -> tuple[Mover, ...]:
     return kind_of(robot).handles.movers(robot)
 
 
-def _shares(movers: Sequence[Mover]) -> Array:
+@lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot
+def _shares(movers: tuple[Mover, ...]) -> Array:
     """Return which share of each channel (column) acts on each other one (row), shape (c, c)."""
     either_way = np.array([item.toward is None for item in movers])
     sums = [np.array(item.toward or (0.0, 0.0)) for item in movers]
@@ -50,7 +51,7 @@ def _shares(movers: Sequence[Mover]) -> Array:
     return share
 
 
-def _pairs(movers: Sequence[Mover]) -> list[tuple[str, str]]:
+def _pairs(movers: tuple[Mover, ...]) -> list[tuple[str, str]]:
     """Return the ordered pairs of sections or joints of which the first can act on the second."""
     parts = [item.part for item in movers]
     onto, of = np.nonzero(_shares(movers))
@@ -77,11 +78,12 @@ def _coupled(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
     if not any(values.values()):
         return inputs
     movers = _movers(robot)
-    parts = [item.part for item in movers]
+    parts = list(dict.fromkeys(item.part for item in movers))
     coefficient = np.array(
         [[values.get(_NAME.format(first, second), 0.0) for first in parts] for second in parts]
     )
-    extra = channel_inputs(robot, inputs) @ (coefficient * _shares(movers)).T
+    which = [parts.index(item.part) for item in movers]
+    extra = channel_inputs(robot, inputs) @ (coefficient[np.ix_(which, which)] * _shares(movers)).T
     return replace(inputs, tendon=inputs.tendon + tendon_inputs(robot, inputs.actuation, extra))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from catheter_sim.channels import outputs_of
 from catheter_sim.columns import Shown, shown_by, write_columns
-from catheter_sim.core.inputs import Inputs, same_inputs
+from catheter_sim.core.inputs import Inputs, numbers_of
 from catheter_sim.core.loads import with_tip_weight
 from catheter_sim.core.posture import Array, Observed
 from catheter_sim.core.robot import RobotSpec
@@ -55,14 +55,17 @@ class Prediction:
 
         The other rows still make the history.
         """
-        distinct, arriving, which = _distinct(robots, inputs, self.gravity_mps2)
-        step = _step(robots, every)
-        states = self.twin.solve(distinct, arriving, self.gravity_mps2, self.shown.elements, step)
-        return self._outputs(robots, inputs, states, which, every)
+        return self.along(robots, [inputs], every)[0]
 
     def along(self, robots: Sequence[RobotSpec], trials: Sequence[Inputs], every: int = 1) -> list[Array]:
         """Return the outputs of `robots` along each of several trials, in order."""
-        return [self(robots, inputs, every) for inputs in trials]
+        built_in, step = _built_in(robots), _step(robots, every)
+        found = []
+        for inputs in trials:
+            distinct, arriving, which = _distinct(robots, built_in, inputs, self.gravity_mps2)
+            states = self.twin.solve(distinct, arriving, self.gravity_mps2, self.shown.elements, step)
+            found.append(self._outputs(robots, inputs, states, which, every))
+        return found
 
     def of_histories(self, robot: RobotSpec, histories: Sequence[Inputs]) -> Array:
         """Return the outputs of one robot along several histories of as many rows, shape (B, r, o).
@@ -116,7 +119,8 @@ class MovingPrediction(Prediction):
 
     def along(self, robots: Sequence[RobotSpec], trials: Sequence[Inputs], every: int = 1) -> list[Array]:
         """Return the outputs of `robots` along each of several trials, in order."""
-        asked = [_distinct(robots, inputs, moving=True) for inputs in trials]
+        built_in = _built_in(robots)
+        asked = [_distinct(robots, built_in, inputs, moving=True) for inputs in trials]
         found = self.twin.solve_trials(
             [(distinct, arriving) for distinct, arriving, _ in asked],
             self.gravity_mps2,
@@ -143,38 +147,43 @@ def _step(robots: Sequence[RobotSpec], every: int) -> int:
     return 1 if any(remembers_what_was_seen(robot) for robot in robots) else every
 
 
+def _built_in(robots: Sequence[RobotSpec]) -> list[RobotSpec]:
+    """Return robots with their effects built in; of equal ones the same object."""
+    found: list[RobotSpec] = []
+    for robot in robots:
+        own = embodied(robot)
+        found.append(next((item for item in found if item == own), own))
+    return found
+
+
 def _distinct(
-    robots: Sequence[RobotSpec], inputs: Inputs, gravity_mps2: Array | None = None, moving: bool = False
+    robots: Sequence[RobotSpec],
+    built_in: Sequence[RobotSpec],
+    inputs: Inputs,
+    gravity_mps2: Array | None = None,
+    moving: bool = False,
 ) -> tuple[list[RobotSpec], list[Inputs], list[int]]:
     """Return robots with their effects built in, what arrives at them, and which of these each one is.
 
     Robots that differ in what is seen of them alone are the same. With `gravity_mps2` the weight at their
     tips arrives with the inputs.
+
+    Args:
+        robots: with their effects.
+        built_in: these with their effects built in (`_built_in`).
+        inputs: as commanded.
+        gravity_mps2: shape (3,) [m/s^2].
+        moving: as for `arriving_inputs`.
     """
-    built_in = [embodied(robot) for robot in robots]
-    arriving = [arriving_inputs(robot, inputs, moving) for robot in robots]
-    if gravity_mps2 is not None:
-        arriving = [
-            with_tip_weight(item, robot.tip_mass_kg, gravity_mps2)
-            for item, robot in zip(arriving, built_in, strict=True)
-        ]
-    first, which = _first_of_each(built_in, arriving)
-    return [built_in[index] for index in first], [arriving[index] for index in first], which
-
-
-def _first_of_each(built_in: Sequence[RobotSpec], arriving: Sequence[Inputs]) -> tuple[list[int], list[int]]:
-    """Return the indices of distinct robots and inputs, and which of these each one has."""
-    first: list[int] = []
-    which: list[int] = []
-    for robot, inputs in zip(built_in, arriving, strict=True):
-        for place, index in enumerate(first):
-            if same_inputs(inputs, arriving[index]) and robot == built_in[index]:
-                which.append(place)
-                break
-        else:
-            first.append(len(which))
-            which.append(len(first) - 1)
-    return first, which
+    distinct: dict[tuple[object, ...], tuple[int, RobotSpec, Inputs]] = {}
+    which = []
+    for robot, own in zip(robots, built_in, strict=True):
+        arriving = arriving_inputs(robot, inputs, moving)
+        if gravity_mps2 is not None:
+            arriving = with_tip_weight(arriving, own.tip_mass_kg, gravity_mps2)
+        key = (id(own), *numbers_of(arriving))
+        which.append(distinct.setdefault(key, (len(distinct), own, arriving))[0])
+    return [own for _, own, _ in distinct.values()], [item for _, _, item in distinct.values()], which
 
 
 def _repeated(states: TwinStates, which: Sequence[int]) -> TwinStates:

@@ -53,6 +53,7 @@ def descend(
     damping: float = FIRST_DAMPING,
     converged: float = FIT_CONVERGED,
     most: int = MOST_FIT_STEPS,
+    exact: bool = True,
 ) -> Linearised:
     """Return where Levenberg-Marquardt leads from `start`, to a smaller sum of squares or to `start` itself.
 
@@ -60,11 +61,12 @@ def descend(
     that agrees with the errors there (Broyden 1965, eq. 4.5), and worked out anew where a step gains little
     of what was promised (`FAIR_GAIN`), and before the search ends. Numbers at a bound that the gradient
     pushes outward are held. Of the residuals, only `keep` count. What is returned is exact or less than
-    `converged` away from where it was.
+    `converged` away from where it was; unless `exact`, its derivative is carried where `most` steps were
+    not enough.
     """
     at = start
     cost = _cost_of(at.error[keep], at.x, prior)
-    for _ in range(most):
+    for left in reversed(range(most)):
         step = damped_step(at, box, damping, prior, keep)
         promised = cost - _promised_cost(at, step, prior, keep)
         last = at.exact and 0.0 <= promised < converged * cost  # less than none where bounds bend the step
@@ -83,9 +85,9 @@ def descend(
             return replace(found, exact=True)
         damping = float(np.clip(damping * (0.1 if factor == 1.0 else factor), 1e-6, 1e6))
         at = found
-        if small or before - cost < FAIR_GAIN * promised:
+        if (left or exact) and (small or before - cost < FAIR_GAIN * promised):
             at = linearised(problem, numbers, at.x, box[1], at.error)
-    return at if at.exact else linearised(problem, numbers, at.x, box[1], at.error)
+    return at if at.exact or not exact else linearised(problem, numbers, at.x, box[1], at.error)
 
 
 def _lower(

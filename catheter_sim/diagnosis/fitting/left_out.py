@@ -83,6 +83,8 @@ def _with_the_full_model(
         if not len(waiting):
             break
     for i in waiting.tolist() if well else ():
-        without = descend(problem, numbers, at, box, prior, keeps[i], 1.0, FOLD_CONVERGED, MOST_FOLD_STEPS)
+        without = descend(
+            problem, numbers, at, box, prior, keeps[i], 1.0, FOLD_CONVERGED, MOST_FOLD_STEPS, exact=False
+        )
         errors[i] = without.error
     return errors

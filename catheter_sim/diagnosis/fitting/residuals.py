@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.inputs import numbers_of
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.trials import measured_of
 from catheter_sim.diagnosis.fitting.gross_errors import tempered
@@ -29,7 +29,7 @@ def residuals(problem: Problem, numbers: Sequence[FittedNumber], xs: Array) -> A
     """
     parts = []
     robots, which = distinct_robots(problem, numbers, xs)
-    keys = [_key_of(trial.inputs) for trial in problem.trials]
+    keys = [numbers_of(trial.inputs) for trial in problem.trials]
     inputs = {key: trial.inputs for key, trial in zip(keys, problem.trials, strict=True)}
     computed = along(problem.twin, robots, list(inputs.values()), problem.every)  # each repeated trial once
     models = {
@@ -63,8 +63,3 @@ def no_equilibrium_residual(problem: Problem) -> float:
         for trial in problem.trials
     )
     return float(tempered(np.array(max(NO_EQUILIBRIUM_ERROR, 2.0 * size))))
-
-
-def _key_of(inputs: Inputs) -> tuple[bytes, ...]:
-    arrays = inputs.time_s, inputs.tendon, inputs.force_tip, inputs.moment_tip
-    return inputs.actuation.encode(), *(item.tobytes() for item in arrays)

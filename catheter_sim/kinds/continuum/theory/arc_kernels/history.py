@@ -2,7 +2,8 @@
 
 A row is sought from the balances of the rows before it; without friction these decide nothing but which
 balance is found where there are several. Where Newton's method finds no balance, inputs and loads are
-brought on step by step: with friction from the row before, without from the robot at rest.
+brought on step by step: with friction from the row before, without from the robot at rest. Robots solved
+together are alike: where the first one has no balance in a row, the others' is sought briefly.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.vectors import copy
 
 _SHORTEST_WAY = 1.0 / 64.0  # of what changes from one row to the next
-_MOST_SOUGHT = 4  # rows without balance of a robot, after which the others are sought at once only
+_MOST_SOUGHT = 2  # rows without balance of a robot, after which the others are sought at once only
 
 
 @compiled
@@ -30,13 +31,15 @@ def _anchored(x, robot, slip, anchor):
 
 
 @compiled
-def _followed(x, guess, robot, by_tension, begin, end, shortest, anchor, between, work, newton, state):
+def _followed(
+    x, guess, robot, by_tension, begin, end, shortest, patient, anchor, between, work, newton, state
+):
     """Move `x`, in balance at `begin`, to the balance at `end`; return what is left over there [rad].
 
     At once from `guess` or, where that ends in no balance, by ways not shorter than `shortest`.
 
     Args: begin, end: command (T,), tip force and moment (3,), and the share of weight and pretension that
-    acts; between: space for the same and for pretension and weight.
+    acts; patient: as for `find_equilibrium`; between: space for the same and for pretension and weight.
     """
     stretch, weight = robot.stretch, robot.weight
     command, tip_force, tip_moment, pretension, weighing, kept = between
@@ -62,7 +65,7 @@ def _followed(x, guess, robot, by_tension, begin, end, shortest, anchor, between
             robot.stiffness, pretension, robot.mu, robot.compliance, robot.disks, weighing,
         )  # fmt: skip
         size = find_equilibrium(
-            x, there, by_tension, (command, tip_force, tip_moment), anchor, work, newton, state
+            x, there, by_tension, (command, tip_force, tip_moment), anchor, patient, work, newton, state
         )
         if size <= TOLERANCE_RAD:
             reached = place
@@ -178,10 +181,12 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
             if not rough:
                 copy(at_rest, now)
             copy(now, before)
-            shortest = _SHORTEST_WAY if lost < _MOST_SOUGHT else 1.0
+            hoped = b == 0 or balanced[row]
+            shortest = _SHORTEST_WAY if hoped and lost < _MOST_SOUGHT else 1.0
             size = _followed(
-                now, guess, robot, by_tension, begin, end, shortest, anchor, between, work, newton, state
-            )
+                now, guess, robot, by_tension, begin, end, shortest, hoped,
+                anchor, between, work, newton, state,
+            )  # fmt: skip
             lost += 1 if size > TOLERANCE_RAD else 0
             if rough:
                 _anchored(now, robot, slip, anchor)

@@ -58,11 +58,12 @@ def _newton(x, robot, by_tension, inputs, anchor, smooth, tolerance, most, work,
 
 
 @compiled
-def find_equilibrium(x, robot, by_tension, inputs, anchor, work, newton, state):
+def find_equilibrium(x, robot, by_tension, inputs, anchor, patient, work, newton, state):
     """Move `x` to the balance next to it; return what is left over there [rad].
 
-    Where Newton's method goes to and fro between tendons that are slack and taut, it starts again with
-    tendons that become taut little by little, and less and less so.
+    Where Newton's method goes to and fro between tendons that are slack and taut, it starts again, if
+    `patient`, with tendons that become taut little by little, and less and less so, while that leads
+    somewhere.
     """
     begin = newton[3]
     copy(x, begin)
@@ -72,10 +73,12 @@ def find_equilibrium(x, robot, by_tension, inputs, anchor, work, newton, state):
         most = _MOST if smooth != 0.0 or by_tension else _MOST_AT_ONCE
         size = _newton(x, robot, by_tension, inputs, anchor, smooth, tolerance, most, work, newton, state)
         if smooth > 0.0:
+            if size > tolerance:
+                return size
             smooth *= _NARROWER
             if smooth < _NARROWEST_M:
                 smooth = -1.0
-        elif smooth < 0.0 or by_tension or size <= tolerance:
+        elif smooth < 0.0 or by_tension or not patient or size <= tolerance:
             return size
         else:
             copy(begin, x)
