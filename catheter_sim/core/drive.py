@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from catheter_sim.core.posture import Array
+from catheter_sim.core.remembered import by_identity
 from catheter_sim.core.robot import R
 
 
@@ -124,6 +125,7 @@ def pulls_alone(actuation: str, tendon: Array) -> Array:
     return np.maximum(tendon, 0.0) if quantity_of(actuation) is Quantity.TENSION else tendon
 
 
+@by_identity(1)
 def shares(drives: Sequence[Drive], tendons: int) -> Array:
     """Return what of 1 in each column each tendon gets, shape (tendons, drives): a tension is their sum."""
     found = np.zeros((tendons, len(drives)))
@@ -132,6 +134,7 @@ def shares(drives: Sequence[Drive], tendons: int) -> Array:
     return found
 
 
+@by_identity(1)
 def sums(drives: Sequence[Drive], tendons: int) -> Array:
     """Return what makes columns' values of tendons', inputs @ it, shape (tendons, drives).
 

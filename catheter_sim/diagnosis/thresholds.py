@@ -379,7 +379,7 @@ that anybody would mend."""
 EQUAL_FACTOR = 1.1
 """[times the error of the best] A set within it may be taken in its place for its fewer numbers. Why:
 assumed; the set must do as well to within chance besides."""
-HOPELESS_FACTOR = 1.5
+HOPELESS_FACTOR = 1.2
 """[times the cross-validated error of the set beside] A set that errs by more on what it was fitted to is not
 cross-validated well. Why: what is left out it tells worse still, and sets are equal within `EQUAL_FACTOR`."""
 SETTLED_FACTOR = 1.1

@@ -133,7 +133,8 @@ def arriving_inputs(robot: RobotSpec, inputs: Inputs, moving: bool = False) -> I
 
 def pulled_only(inputs: Inputs) -> Inputs:
     """Return `inputs` without tensions below zero: a tendon cannot push."""
-    return replace(inputs, tendon=pulls_alone(inputs.actuation, inputs.tendon))
+    tendon = pulls_alone(inputs.actuation, inputs.tendon)
+    return inputs if tendon is inputs.tendon else replace(inputs, tendon=tendon)
 
 
 def _elapsed_s(time_s: Array, effect: str) -> Array:

@@ -11,7 +11,6 @@ other section less than 90 deg away, in proportion to the cosine.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from itertools import permutations
 
 import numpy as np
@@ -20,6 +19,7 @@ from catheter_sim.channels import channel_inputs, tendon_inputs
 from catheter_sim.core.effect import Effect, Form, Mover, Parameter, Stage, Values
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
+from catheter_sim.core.remembered import by_identity
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.kinds import kind_of
 
@@ -33,7 +33,7 @@ def _movers(robot: RobotSpec) -> tuple[Mover, ...]:
     return kind_of(robot).handles.movers(robot)
 
 
-@lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot
+@by_identity(1)
 def _shares(movers: tuple[Mover, ...]) -> Array:
     """Return which share of each channel (column) acts on each other one (row), shape (c, c)."""
     either_way = np.array([item.toward is None for item in movers])

@@ -6,13 +6,14 @@ out fall by more than chance allows (`PAYS_CHANCE`; stretches count, not rows) a
 The best set of two need not hold a cause that does much alone: where the promising ones leave structure
 (`SETTLED_FACTOR`), all sets of two are probed, and the best (`PAIRS`) fitted. Two causes may pay where
 neither does alone, since each raises some errors that the other takes away, so that where structure is left
-the search ends only when two steps have not paid (`PATIENCE`). Values per channel or segment fit what they
-see better than what they do not see. So a set of fewer numbers is taken before a better one that it equals to
-within chance and `EQUAL_FACTOR`, and what acts on the whole robot comes first: only when no more of that pays
-are such values tried; where that ends with structure left, so are the further forms of causes, and all
-together from the start, which is taken if it leaves none. Last, backward: a cause whose loss costs nothing is
-dropped, and the set gives way to any of fewer numbers that was tried and explains as much, unless causes that
-are tried beside it pay there. Nothing of the held-out data is seen.
+the search ends only when two steps have not paid (`PATIENCE`); a further round, which begins at what stands
+in a cause's place, when one has not, since the sets around it are known. Values per channel or segment fit
+what they see better than what they do not see. So a set of fewer numbers is taken before a better one that it
+equals to within chance and `EQUAL_FACTOR`, and what acts on the whole robot comes first: only when no more of
+that pays are such values tried; where that ends with structure left, so are the further forms of causes, and
+all together from the start, which is taken if it leaves none. Last, backward: a cause whose loss costs
+nothing is dropped, and the set gives way to any of fewer numbers that was tried and explains as much, unless
+causes that are tried beside it pay there. Nothing of the held-out data is seen.
 """
 
 from __future__ import annotations
@@ -121,7 +122,7 @@ def select(
                 detailed = variants[1]
             if variants[1] and len(path) == 1:
                 singles = _once([*singles, *search.alone(null, detailed)])
-            _forward(search, singles, variants, path, most)
+            _forward(search, singles, variants, path, most, PATIENCE if left == CHOICE_ROUNDS - 1 else 0)
         done = search.late or within_model(problem, null, path[-1])
         if left == CHOICE_ROUNDS - 1 and not done and not _settled(problem, path[-1]):
             singles = _once([*singles, *search.alone(null, detailed)])
@@ -178,8 +179,9 @@ def _forward(
     variants: tuple[Sequence[Term], Sequence[Term]],
     path: list[Fit],
     most: int,
+    patience: int = PATIENCE,
 ) -> None:
-    """Lengthen `path` by hypotheses that pay, best sets first."""
+    """Lengthen `path` by hypotheses that pay, best sets first, until more than `patience` steps do not."""
     beam: Sequence[Fit] = path[-1:]
     waited = 0
     while len(beam[0].terms) < most and not search.late:
@@ -206,7 +208,7 @@ def _forward(
                 beam = [front]
         elif _settled(search.problem, best):
             return
-        elif waited < PATIENCE:
+        elif waited < patience:
             waited += 1
         else:
             forms = search.other_forms(best, variants)

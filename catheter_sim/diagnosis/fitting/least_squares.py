@@ -61,8 +61,8 @@ def descend(
     that agrees with the errors there (Broyden 1965, eq. 4.5), and worked out anew where a step gains little
     of what was promised (`FAIR_GAIN`), and before the search ends. Numbers at a bound that the gradient
     pushes outward are held. Of the residuals, only `keep` count. What is returned is exact or less than
-    `converged` away from where it was; unless `exact`, its derivative is carried where `most` steps were
-    not enough.
+    `converged` away from where it was. Unless `exact`, it need be so by a carried derivative only: enough
+    where the exact one at `start` holds nearly as far as the search goes.
     """
     at = start
     cost = _cost_of(at.error[keep], at.x, prior)
@@ -81,7 +81,7 @@ def descend(
         promised = cost - _promised_cost(at, moved, prior, keep)
         before, cost = cost, _cost_of(found.error[keep], found.x, prior)
         small = before - cost < converged * cost
-        if small and at.exact:
+        if small and (at.exact or not exact):
             return replace(found, exact=True)
         damping = float(np.clip(damping * (0.1 if factor == 1.0 else factor), 1e-6, 1e6))
         at = found
@@ -171,7 +171,12 @@ def held_at_bound(x: Array, low: Array, high: Array, gradient: Array) -> np.ndar
 
 def influential(jacobian: Array) -> np.ndarray:
     """Return which numbers change the residuals at all (`NO_INFLUENCE`), shape (p,)."""
-    return (jacobian**2).sum(axis=0) > NO_INFLUENCE**2 * max(len(jacobian), 1)
+    return _matters((jacobian**2).sum(axis=0), len(jacobian))
+
+
+def _matters(squares: Array, rows: int) -> np.ndarray:
+    """Return which sums of squares (p,) of so many rows are more than nothing."""
+    return squares > NO_INFLUENCE**2 * max(rows, 1)
 
 
 def damped_step(
@@ -184,10 +189,11 @@ def damped_step(
     """Return the damped Gauss-Newton step, shape (p,); zero for what is held or changes nothing."""
     jacobian = at.jacobian[keep]
     gradient = jacobian.T @ at.error[keep] + prior.gradient(at.x)
-    use = ~held_at_bound(at.x, *box, gradient) & influential(jacobian)
+    square = jacobian.T @ jacobian
+    use = ~held_at_bound(at.x, *box, gradient) & _matters(np.diag(square), len(jacobian))
     step = np.zeros(len(at.x))
     if use.any():
-        part = jacobian[:, use].T @ jacobian[:, use] + np.diag(prior.precision[use])
+        part = square[np.ix_(use, use)] + np.diag(prior.precision[use])
         damped = part + damping * np.diag(np.diag(part))
         step[use] = -np.linalg.lstsq(damped, gradient[use], rcond=1e-12)[0]
     return np.clip(step, -LONGEST_STEP, LONGEST_STEP)

@@ -7,7 +7,8 @@ from functools import lru_cache
 
 from catheter_sim.core.bends import DAMPING, curvature_handles, tip_forces
 from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.core.remembered import by_identity
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Tendon
 
 Parts = tuple[tuple[str, float, str], ...]  # name, length [m] and bending axes of each segment
 
@@ -43,9 +44,14 @@ def _handles(segments: Parts, tendons: tuple[str, ...]) -> tuple[Handle, ...]:
 
 def movers(robot: ContinuumRobot) -> tuple[Mover, ...]:
     """Return what each channel moves: the section at which its tendons end, toward their side."""
+    return _movers(robot.tendons)
+
+
+@by_identity(1)
+def _movers(tendons: tuple[Tendon, ...]) -> tuple[Mover, ...]:
     sides: dict[str, tuple[float, float]] = {}
     parts: dict[str, str] = {}
-    for tendon in robot.tendons:
+    for tendon in tendons:
         channel = tendon.channel or tendon.name
         x, y = sides.get(channel, (0.0, 0.0))
         sides[channel] = x + math.cos(tendon.angle_rad), y + math.sin(tendon.angle_rad)

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -101,8 +102,13 @@ def arc_robots(robots: Sequence[ContinuumRobot], straight_between_disks: bool = 
 
 def _runs(robot: ContinuumRobot) -> np.ndarray:
     """Return whether a tendon runs through a segment, shape (t, s)."""
-    names = [segment.name for segment in robot.segments]
-    return np.array([[s <= names.index(item.ends_at) for s in range(len(names))] for item in robot.tendons])
+    names = tuple(segment.name for segment in robot.segments)
+    return _up_to(tuple(names.index(item.ends_at) for item in robot.tendons), len(names))
+
+
+@lru_cache(maxsize=64)  # a fit asks for the same, robot by robot
+def _up_to(last: tuple[int, ...], segments: int) -> np.ndarray:
+    return np.array(last)[:, None] >= np.arange(segments)
 
 
 def turns(robots: Sequence[ContinuumRobot]) -> Array:
@@ -128,16 +134,15 @@ def _arms(robot: ContinuumRobot, straight_between_disks: bool) -> Array:
     result = np.zeros((len(robot.tendons), len(robot.segments), 2))
     turned = 0.0
     runs = _runs(robot)
+    angle = np.array([item.angle_rad for item in robot.tendons])
+    radius_m = np.array([item.radius_m for item in robot.tendons])
     for s, segment in enumerate(robot.segments):
         half = 0.5 * _hole_turn(segment)
         nearer = math.cos(half / disks(robot, segment)) if straight_between_disks else 1.0
         if segment.bending_axes == "x":
             nearer = float(np.sinc(half / math.pi))
-        for t, tendon in enumerate(robot.tendons):
-            if runs[t, s]:
-                angle = tendon.angle_rad + turned + half
-                radius_m = tendon.radius_m * nearer
-                result[t, s] = radius_m * math.cos(angle), radius_m * math.sin(angle)
+        toward = np.stack([np.cos(angle + turned + half), np.sin(angle + turned + half)], axis=1)
+        result[:, s] = np.where(runs[:, s, None], nearer * radius_m[:, None] * toward, 0.0)
         turned += 2.0 * half
     return result
 
