@@ -127,7 +127,7 @@ def select(
         if left == CHOICE_ROUNDS - 1 and not done and not _settled(problem, path[-1]):
             singles = _once([*singles, *search.alone(null, detailed)])
             other = [null]
-            _forward(search, singles, (simple, detailed), other, most)
+            _forward(search, singles, (simple, detailed), other, most, PATIENCE)
             if pays(path[-1], other[-1]) and _settled(problem, other[-1]):
                 path = other
         current = _backward(search, path[-1])
@@ -179,7 +179,7 @@ def _forward(
     variants: tuple[Sequence[Term], Sequence[Term]],
     path: list[Fit],
     most: int,
-    patience: int = PATIENCE,
+    patience: int,
 ) -> None:
     """Lengthen `path` by hypotheses that pay, best sets first, until more than `patience` steps do not."""
     beam: Sequence[Fit] = path[-1:]
