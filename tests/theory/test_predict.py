@@ -12,7 +12,7 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import output_channels, outputs_of
 from catheter_sim.core.effect import Effect, Form, Parameter, Stage
-from catheter_sim.core.inputs import Inputs, slice_inputs
+from catheter_sim.core.inputs import Inputs, numbers_of, slice_inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
@@ -218,3 +218,13 @@ def test_what_is_seen_late_is_seen_late_of_every_row(monkeypatch: pytest.MonkeyP
     twin = twin_for(robot, case.actuation, TIP, NO_GRAVITY)
     seen = twin([with_effects(robot, {"late": {"rows": 1.0}})], inputs, 3)[0]
     assert seen[1:] == pytest.approx(twin([robot], inputs)[0, 2::3][: len(seen) - 1])
+
+
+def test_inputs_that_differ_in_one_number_are_told_apart():
+    """A fit computes a repeated trial once: by all its numbers, the forces on bodies among them."""
+    zeros = np.zeros((2, 3))
+    inputs = Inputs(np.arange(2.0), "tension", np.ones((2, 1)), zeros, zeros, (1,), zeros[:, None], zeros[:, None])
+    names = ("time_s", "tendon", "force_tip", "moment_tip", "force_body", "moment_body")
+    changed = [replace(inputs, **{name: getattr(inputs, name) + 0.5}) for name in names]
+    others = [*changed, replace(inputs, bodies=(2,)), replace(inputs, actuation="displacement")]
+    assert len({numbers_of(item) for item in (inputs, replace(inputs), *others)}) == 1 + len(others)

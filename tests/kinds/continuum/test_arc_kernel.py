@@ -200,3 +200,19 @@ def test_stiff_tendons_under_weight_find_their_balance():
     acting = loads([robot], [Inputs(time, "displacement", drawn, zeros, zeros)], np.array([0.0, 0.0, -9.81]))
     states = solve_rows(arcs, drawn[None], False, acting)
     assert states.residual.max() < 1e-9
+
+
+def test_a_robot_behind_one_without_balance_is_found_as_alone():
+    """The first robot softens until nothing holds it: the second's balance is sought briefly, and found."""
+    generator = np.random.default_rng(3)
+    robot, inputs = robot_of(generator, 0.0), inputs_of(generator, "displacement")
+    soft = replace(robot, segments=tuple(replace(item, stiffness_cubic_m2=-0.05) for item in robot.segments))
+    found = []
+    for together in ([soft, robot], [robot]):
+        acting = loads(together, [inputs] * len(together), GRAVITY)
+        found.append(solve_rows(arc_robots(together), np.array([inputs.tendon] * len(together)), False, acting))
+    pair, alone = found
+    stiffness = robot.segments[0].bending_stiffness_N_m2 / robot.segments[0].length_m
+    assert (pair.residual[0] > 1e-5 * stiffness).sum() >= 3
+    assert (pair.residual[1] < 1e-9 * stiffness).all()
+    np.testing.assert_allclose(pair.bend[1], alone.bend[0], atol=1e-9)
