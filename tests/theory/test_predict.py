@@ -223,7 +223,8 @@ def test_what_is_seen_late_is_seen_late_of_every_row(monkeypatch: pytest.MonkeyP
 def test_inputs_that_differ_in_one_number_are_told_apart():
     """A fit computes a repeated trial once: by all its numbers, the forces on bodies among them."""
     zeros = np.zeros((2, 3))
-    inputs = Inputs(np.arange(2.0), "tension", np.ones((2, 1)), zeros, zeros, (1,), zeros[:, None], zeros[:, None])
+    on_body = (1,), zeros[:, None], zeros[:, None]
+    inputs = Inputs(np.arange(2.0), "tension", np.ones((2, 1)), zeros, zeros, *on_body)
     names = ("time_s", "tendon", "force_tip", "moment_tip", "force_body", "moment_body")
     changed = [replace(inputs, **{name: getattr(inputs, name) + 0.5}) for name in names]
     others = [*changed, replace(inputs, bodies=(2,)), replace(inputs, actuation="displacement")]

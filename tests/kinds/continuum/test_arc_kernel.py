@@ -210,7 +210,8 @@ def test_a_robot_behind_one_without_balance_is_found_as_alone():
     found = []
     for together in ([soft, robot], [robot]):
         acting = loads(together, [inputs] * len(together), GRAVITY)
-        found.append(solve_rows(arc_robots(together), np.array([inputs.tendon] * len(together)), False, acting))
+        commands = np.array([inputs.tendon] * len(together))
+        found.append(solve_rows(arc_robots(together), commands, False, acting))
     pair, alone = found
     stiffness = robot.segments[0].bending_stiffness_N_m2 / robot.segments[0].length_m
     assert (pair.residual[0] > 1e-5 * stiffness).sum() >= 3
