@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
@@ -126,7 +126,7 @@ def pulls_alone(actuation: str, tendon: Array) -> Array:
 
 
 @by_identity(1)
-def shares(drives: Sequence[Drive], tendons: int) -> Array:
+def shares(drives: tuple[Drive, ...], tendons: int) -> Array:
     """Return what of 1 in each column each tendon gets, shape (tendons, drives): a tension is their sum."""
     found = np.zeros((tendons, len(drives)))
     for column, drive in enumerate(drives):
@@ -135,7 +135,7 @@ def shares(drives: Sequence[Drive], tendons: int) -> Array:
 
 
 @by_identity(1)
-def sums(drives: Sequence[Drive], tendons: int) -> Array:
+def sums(drives: tuple[Drive, ...], tendons: int) -> Array:
     """Return what makes columns' values of tendons', inputs @ it, shape (tendons, drives).
 
     That is the sum of tensions that share a column, and the mean of what else shares one.

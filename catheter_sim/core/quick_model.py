@@ -155,7 +155,7 @@ def pulled_in_turn(peaks: Sequence[tuple[float, float]], levels: int) -> Array:
     return cycle
 
 
-def tension_shares(robot: RobotSpec, drives: Sequence[Drive]) -> Array:
+def tension_shares(robot: RobotSpec, drives: tuple[Drive, ...]) -> Array:
     """Return each tendon's share of each channel's tension, shape (t, c).
 
     Raises:
