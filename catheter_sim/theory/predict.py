@@ -113,10 +113,6 @@ class MovingPrediction(Prediction):
 
     twin: MovingTwin
 
-    def __call__(self, robots: Sequence[RobotSpec], inputs: Inputs, every: int = 1) -> Array:
-        """Return the outputs of `robots` at each `every`-th row, as of `Prediction`."""
-        return self.along(robots, [inputs], every)[0]
-
     def along(self, robots: Sequence[RobotSpec], trials: Sequence[Inputs], every: int = 1) -> list[Array]:
         """Return the outputs of `robots` along each of several trials, in order."""
         built_in = _built_in(robots)

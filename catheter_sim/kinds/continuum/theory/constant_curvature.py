@@ -108,6 +108,7 @@ def _runs(robot: ContinuumRobot) -> np.ndarray:
 
 @lru_cache(maxsize=64)  # a fit asks for the same, robot by robot
 def _up_to(last: tuple[int, ...], segments: int) -> np.ndarray:
+    """Return the same of tendons by the number of their last segment, shape (t, s); not to be changed."""
     return np.array(last)[:, None] >= np.arange(segments)
 
 
