@@ -11,10 +11,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.mechanics.arcs_kernel import fill_frames
+
 Array = NDArray[np.float64]
 
 _SMALL = 1e-3  # [rad] below it the series is exact to the last bit
-_NOT_SMALL = 0.1  # [rad] the same of the series of a term that starts at the third power
 
 
 def arc_functions(angle2: Array) -> tuple[Array, Array]:
@@ -53,56 +54,12 @@ def arc_end(bend: Array, length: Array) -> tuple[Array, Array]:
     return position, rotation
 
 
-def helix_end(bend: Array, length: Array, turn: Array, fraction: Array | float = 1.0) -> tuple[Array, Array]:
-    """Return where a segment whose bending turns evenly along it is in the frame of its start.
-
-    Args:
-        bend: bend vector of the whole segment in its middle, shape (..., 2) [rad].
-        length: shape (...) [m].
-        turn: by which the direction of bending turns over the segment, shape (...) [rad].
-        fraction: of the segment up to the place asked for, broadcast to (...).
-
-    Returns:
-        Position, shape (..., 3) [m], and orientation, shape (..., 3, 3); the orientation does not turn along.
-    """
-    x, y, turned = (item * fraction for item in (bend[..., 0], bend[..., 1], turn))
-    rate = np.zeros((*np.broadcast(x, turned).shape, 3, 3))
-    rate[..., 0, 1], rate[..., 1, 0] = -turned, turned
-    rate[..., 0, 2], rate[..., 2, 0] = x, -x
-    rate[..., 1, 2], rate[..., 2, 1] = y, -y
-    angle2 = x * x + y * y + turned * turned
-    sine, versine = (item[..., None, None] for item in arc_functions(angle2))
-    square = rate @ rate
-    along = (np.eye(3) + versine * rate + _excess(angle2)[..., None, None] * square)[..., 2]
-    first = _about_axis(-0.5 * turn)
-    position = (first @ along[..., None])[..., 0] * (length * fraction)[..., None]
-    return position, first @ (np.eye(3) + sine * rate + versine * square) @ _about_axis(0.5 * turn - turned)
-
-
-def _excess(angle2: Array) -> Array:
-    """Return (t - sin t) / t^3 for `angle2` = t^2 of any shape."""
-    angle = np.sqrt(np.maximum(angle2, _NOT_SMALL**2))
-    series = 1.0 / 6.0 - angle2 / 120.0 + angle2**2 / 5040.0
-    return np.where(angle2 < _NOT_SMALL**2, series, (angle - np.sin(angle)) / angle**3)
-
-
-def _about_axis(angle: Array) -> Array:
-    """Return turns about z by angles (...), shape (..., 3, 3)."""
-    found = np.zeros((*angle.shape, 3, 3))
-    found[..., 0, 0] = found[..., 1, 1] = np.cos(angle)
-    found[..., 1, 0] = np.sin(angle)
-    found[..., 0, 1] = -found[..., 1, 0]
-    found[..., 2, 2] = 1.0
-    return found
-
-
-def segment_frames(bend: Array, length: Array, turn: Array | None = None) -> tuple[Array, Array]:
+def segment_frames(bend: Array, length: Array) -> tuple[Array, Array]:
     """Return the frames at the base and at the end of every segment, the base frame first.
 
     Args:
         bend: shape (..., s, 2) [rad].
         length: shape (..., s) [m], or broadcast to it.
-        turn: as of `helix_end`, broadcast to (..., s); None: arcs.
 
     Returns:
         Positions, shape (..., s + 1, 3) [m], and orientations, shape (..., s + 1, 3, 3).
@@ -112,12 +69,7 @@ def segment_frames(bend: Array, length: Array, turn: Array | None = None) -> tup
     p_w = np.zeros((*shape, segments + 1, 3))
     R_w = np.zeros((*shape, segments + 1, 3, 3))
     R_w[..., 0, :, :] = np.eye(3)
-    lengths = np.broadcast_to(length, bend.shape[:-1])
-    steps, turns = (
-        arc_end(bend, lengths)
-        if turn is None
-        else helix_end(bend, lengths, np.broadcast_to(turn, bend.shape[:-1]))
-    )
+    steps, turns = arc_end(bend, np.broadcast_to(length, bend.shape[:-1]))
     for index in range(segments):
         here = R_w[..., index, :, :]
         p_w[..., index + 1, :] = p_w[..., index, :] + (here @ steps[..., index, :, None])[..., 0]
@@ -135,18 +87,23 @@ def points_on_arcs(
         length: shape (..., s) [m], or broadcast to it.
         segment: index of each place's segment, shape (n,).
         fraction: of the segment's length, in (0, 1], shape (n,).
-        turn: as of `helix_end`, broadcast to (..., s); None: arcs.
+        turn: by which the direction of bending turns over each segment, `bend` being what it is in the
+            middle, broadcast to (..., s) [rad]; None: arcs. Orientations do not turn along.
 
     Returns:
         Positions, shape (..., n, 3) [m], and orientations, shape (..., n, 3, 3).
     """
-    length = np.broadcast_to(length, bend.shape[:-1])
-    p_w, R_w = segment_frames(bend, length, turn)
-    mine, lengths = bend[..., segment, :], length[..., segment]
-    if turn is None:
-        step, rotation = arc_end(mine * fraction[:, None], lengths * fraction)
-    else:
-        turned = np.broadcast_to(turn, bend.shape[:-1])[..., segment]
-        step, rotation = helix_end(mine, lengths, turned, fraction)
-    R_start = R_w[..., segment, :, :]
-    return p_w[..., segment, :] + (R_start @ step[..., None])[..., 0], R_start @ rotation
+    shape, segments, places = bend.shape[:-2], bend.shape[-2], len(segment)
+    p_w, R_w = np.empty((*shape, places, 3)), np.empty((*shape, places, 3, 3))
+    of_segments = (np.broadcast_to(item, bend.shape[:-1]) for item in (length, 0.0 if turn is None else turn))
+    lengths, turns = (np.ascontiguousarray(item, float).reshape(-1, segments) for item in of_segments)
+    fill_frames(
+        np.ascontiguousarray(bend).reshape(-1, segments, 2),
+        lengths,
+        turns,
+        np.ascontiguousarray(segment, np.int64),
+        np.ascontiguousarray(fraction, float),
+        p_w.reshape(-1, places, 3),
+        R_w.reshape(-1, places, 3, 3),
+    )
+    return p_w, R_w

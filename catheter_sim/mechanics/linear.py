@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from catheter_sim.mechanics.arrays import Array
+from catheter_sim.mechanics.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled_in_place, inlined
 
 
@@ -80,6 +80,38 @@ def solve_vector(matrix: Array, right: Array, smallest_pivot: float) -> bool:
                 right[k] -= factor * right[i]
     _substitute_back(matrix, right)
     return True
+
+
+@compiled_in_place
+def factorise(matrix: Array, exchanged: Index) -> bool:
+    """Split `matrix` (m, m) for `solve_factorised`, in place; `exchanged` (m,) is set to the rows exchanged.
+
+    Returns:
+        False where `matrix` is singular: then it is of no use.
+    """
+    size = matrix.shape[0]
+    for i in range(size):
+        exchanged[i] = _exchange_rows(matrix, i)
+        if not abs(matrix[i, i]) > 0.0:
+            return False
+        for k in range(i + 1, size):
+            if matrix[k, i] != 0.0:
+                matrix[k, i] /= matrix[i, i]
+                for j in range(i + 1, size):
+                    matrix[k, j] -= matrix[k, i] * matrix[i, j]
+    return True
+
+
+@compiled_in_place
+def solve_factorised(matrix: Array, exchanged: Index, right: Array) -> None:
+    """Solve for x what `factorise` was given, whose result is `matrix`; x replaces `right`, shape (m,)."""
+    size = right.shape[0]
+    for i in range(size):
+        right[i], right[exchanged[i]] = right[exchanged[i]], right[i]
+    for k in range(size):
+        for j in range(k):
+            right[k] -= matrix[k, j] * right[j]
+    _substitute_back(matrix, right)
 
 
 @compiled_in_place

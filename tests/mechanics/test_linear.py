@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from catheter_sim.mechanics.linear import solve_columns, solve_definite, solve_lower, solve_vector
+from catheter_sim.mechanics.linear import (
+    factorise,
+    solve_columns,
+    solve_definite,
+    solve_factorised,
+    solve_lower,
+    solve_vector,
+)
 
 SIZES = (1, 2, 5, 12)
 
@@ -28,6 +35,18 @@ def test_rows_are_exchanged_where_the_diagonal_is_zero(size: int) -> None:
     assert solve_vector(matrix.copy(), one, 0.0)
     np.testing.assert_allclose(many, expected, rtol=1e-10)
     np.testing.assert_allclose(one, expected[:, 0], rtol=1e-10)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_matrix_split_once_serves_any_right_side(size: int) -> None:
+    matrix, right = system(size)
+    split, exchanged = matrix.copy(), np.empty(size, np.int64)
+    assert factorise(split, exchanged)
+    for column in right.T:
+        found = column.copy()
+        solve_factorised(split, exchanged, found)
+        np.testing.assert_allclose(found, np.linalg.solve(matrix, column), rtol=1e-10)
+    assert not factorise(np.zeros((size, size)), exchanged)
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -202,6 +202,43 @@ def test_stiff_tendons_under_weight_find_their_balance():
     assert states.residual.max() < 1e-9
 
 
+@pytest.mark.parametrize("mu", [0.0, 0.25])
+def test_robots_solved_together_are_found_as_alone(mu):
+    """Like and unlike ones, some rows coming again: the first one's derivative serves or is left."""
+    generator = np.random.default_rng(4)
+    robot, inputs = robot_of(generator, mu), inputs_of(generator, "displacement")
+    softer = [
+        replace(
+            robot,
+            segments=tuple(
+                replace(item, bending_stiffness_N_m2=factor * item.bending_stiffness_N_m2)
+                for item in robot.segments
+            ),
+        )
+        for factor in (0.99, 0.8, 0.3)
+    ]
+    again = np.array([0, 1, 2, 1, 0, 3, 4, 5, 5, 2, 6, 7, 0])
+    commands = inputs.tendon[again]
+    rows = Inputs(
+        np.arange(float(len(again))),
+        "displacement",
+        commands,
+        inputs.force_tip[again],
+        inputs.moment_tip[again],
+    )
+    found = []
+    for robots in ([robot, *softer], *([item] for item in softer)):
+        acting = loads(robots, [rows] * len(robots), GRAVITY)
+        found.append(solve_rows(arc_robots(robots), np.array([commands] * len(robots)), False, acting))
+    together, *alone = found
+    for b, one in enumerate(alone, 1):
+        np.testing.assert_allclose(together.bend[b], one.bend[0], atol=1e-8)
+        np.testing.assert_allclose(together.tension[b], one.tension[0], atol=1e-5)
+    if mu == 0.0:
+        np.testing.assert_array_equal(together.bend[:, again == 0], together.bend[:, :1].repeat(3, axis=1))
+        assert np.abs(np.diff(together.bend[0, again != 0], axis=0)).max() > 1e-3
+
+
 def test_a_robot_behind_one_without_balance_is_found_as_alone():
     """The first robot softens until nothing holds it: the second's balance is sought briefly, and found."""
     generator = np.random.default_rng(3)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.catalogue import load_robot
@@ -18,7 +19,7 @@ from catheter_sim.core.robot import Friction, Mount
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.kinds.continuum.theory.arc_equilibrium import solve_rows
 from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots, constant_curvature, postures
-from catheter_sim.mechanics.arcs import arc_end, arc_functions, helix_end, segment_frames
+from catheter_sim.mechanics.arcs import arc_end, arc_functions, points_on_arcs, segment_frames
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.predict import twin_for
 
@@ -262,7 +263,8 @@ def test_holes_that_turn_make_a_helix_of_known_radius_and_pitch():
 def test_a_helix_is_what_many_short_arcs_make():
     """Arcs of a thousandth, each toward where the holes are in its middle, end where the helix does."""
     bend, turn, count = np.array([0.7, -0.4]), 1.9, 1000
-    position, turned = helix_end(bend, np.array(LENGTH), np.array(turn))
+    whole = (np.array([LENGTH]), np.array([0]), np.array([1.0]))
+    (position,), (turned,) = points_on_arcs(bend[None], *whole, np.array([turn]))
     angle = ((np.arange(count) + 0.5) / count - 0.5) * turn
     shares = np.stack(
         [
@@ -274,9 +276,42 @@ def test_a_helix_is_what_many_short_arcs_make():
     p_w, R_w = segment_frames(shares / count, np.full(count, LENGTH / count))
     np.testing.assert_allclose(position, p_w[-1], atol=1e-6 * LENGTH)
     np.testing.assert_allclose(turned, R_w[-1], atol=1e-6)
-    straight, frame = helix_end(bend, np.array(LENGTH), np.array(0.0))
-    np.testing.assert_allclose(straight, arc_end(bend, np.array(LENGTH))[0], atol=1e-12)
-    np.testing.assert_allclose(frame, arc_end(bend, np.array(LENGTH))[1], atol=1e-12)
+    for nearly in (np.array([1e-9]), np.array([0.0]), None):
+        (straight,), (frame,) = points_on_arcs(bend[None], *whole, nearly)
+        np.testing.assert_allclose(straight, arc_end(bend, np.array(LENGTH))[0], atol=1e-9)
+        np.testing.assert_allclose(frame, arc_end(bend, np.array(LENGTH))[1], atol=1e-8)
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e-2, 0.2, 2.0])
+def test_places_along_arcs_and_helices_are_exponentials_of_their_rates(size):
+    """Frames anywhere on three segments, against SciPy's exponential of the constant rate of each."""
+    generator = np.random.default_rng(5)
+    bend, turn = size * generator.normal(size=(4, 3, 2)), size * generator.normal(size=3)
+    length = generator.uniform(0.02, 0.1, size=3)
+    segment, fraction = np.array([0, 0, 1, 2, 2]), np.array([0.5, 1.0, 0.3, 0.7, 1.0])
+
+    def end(of: np.ndarray, long: float, turned: float, share: float) -> np.ndarray:
+        rate = np.zeros((4, 4))
+        rate[:3, :3] = [[0.0, -turned, of[0]], [turned, 0.0, of[1]], [-of[0], -of[1], 0.0]]
+        rate[2, 3] = long
+        return _about_z(-0.5 * turned) @ expm(share * rate) @ _about_z(0.5 * turned - share * turned)
+
+    for turns in (None, turn):
+        p_w, R_w = points_on_arcs(bend, length, segment, fraction, turns)
+        for row in range(len(bend)):
+            for place, (last, share) in enumerate(zip(segment, fraction, strict=True)):
+                frame = np.eye(4)
+                for s in range(last + 1):
+                    turned = 0.0 if turns is None else turns[s]
+                    frame = frame @ end(bend[row, s], length[s], turned, share if s == last else 1.0)
+                np.testing.assert_allclose(p_w[row, place], frame[:3, 3], atol=1e-13)
+                np.testing.assert_allclose(R_w[row, place], frame[:3, :3], atol=1e-12)
+
+
+def _about_z(angle: float) -> np.ndarray:
+    turn = np.eye(4)
+    turn[:2, :2] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+    return turn
 
 
 def test_the_simulated_chain_with_turned_holes_is_the_helix():

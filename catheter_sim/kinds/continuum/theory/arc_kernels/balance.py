@@ -48,14 +48,14 @@ class ArcRobot(NamedTuple):
 
 
 @compiled
-def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivative):
+def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, sloped, derivative):
     """Set what the unknowns `x` (2S + 1,) leave over [rad], and its derivative; return the largest of it.
 
     Args: inputs: command (T,), tip force and moment (3,); anchor (T, S)
     path at which each tendon would not slip; smooth: width of stretch [m] over which a tendon becomes
     taut, 0 for at once; work: working space, its last array where the derivative of the loads' part was
     worked out, which serves near there (NaN: nowhere yet); state, set: span, slip (T, S), tension
-    (T,), residual (2S + 1,); derivative, set: (2S + 1, 2S + 1).
+    (T,), residual (2S + 1,); sloped: whether the derivative is wanted; derivative, set: (2S + 1, 2S + 1).
     """
     length, k0, c3, c5, rest, free, arm, chord, stiffness, pretension, mu, compliance, count, weight = robot
     command, tip_force, tip_moment = inputs
@@ -66,7 +66,7 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivativ
     shift = x[last] * SHIFT_UNIT_M
     for i in range(last + 1):
         residual[i] = 0.0
-        for j in range(last + 1):
+        for j in range(last + 1 if sloped else 0):
             derivative[i, j] = 0.0
 
     # Turn of a tendon from the base to the middle of each segment: its cosh, sinh, and |b|.
@@ -117,6 +117,8 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivativ
             ax, ay = arms[2 * s], arms[2 * s + 1]
             residual[2 * s] -= ax * pull * share
             residual[2 * s + 1] -= ay * pull * share
+            if not sloped:
+                continue
             derivative[2 * s, 2 * s] -= pull * share * chord[t, s]
             derivative[2 * s + 1, 2 * s + 1] -= pull * share * chord[t, s]
             if grip > 0.0:
@@ -138,14 +140,14 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivativ
                     derivative[2 * s, 2 * s + 1] += stuck * ax * ay
                     derivative[2 * s + 1, 2 * s] += stuck * ay * ax
                     derivative[2 * s + 1, 2 * s + 1] += stuck * ay * ay
-        if grip > 0.0:
+        if sloped and grip > 0.0:
             for j in range(last):
                 derivative[last, j] += compliance / SHIFT_UNIT_M * grip * arms[j]
 
     if acts(tip_force, tip_moment, weight):
         find_generalised_load(x, length, count, weight, tip_force, tip_moment, frames, force)
         near = True
-        for j in range(last):
+        for j in range(last if sloped else 0):
             near = near and abs(x[j] - load_slope_at[j]) < LOAD_SLOPE_NEAR_RAD
         if not near:
             for j in range(last):
@@ -157,7 +159,7 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivativ
                     load_slope[i, j] = (moved[i] - force[i]) / _DIFFERENCE_RAD
         for i in range(last):
             residual[i] -= force[i]
-            for j in range(last):
+            for j in range(last if sloped else 0):
                 derivative[i, j] -= load_slope[i, j]
 
     # Elastic moments; every row over its segment's stiffness, in rad.
@@ -172,11 +174,11 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, derivativ
             away = away_x if a == 0 else away_y
             if not free[s, a]:
                 residual[i] = away
-                for j in range(last + 1):
+                for j in range(last + 1 if sloped else 0):
                     derivative[i, j] = 1.0 if i == j else 0.0
             else:
                 residual[i] = residual[i] / k0[s] + away * factor
-                for j in range(last + 1):
+                for j in range(last + 1 if sloped else 0):
                     derivative[i, j] /= k0[s]
                 derivative[i, i] += factor
                 derivative[i, 2 * s] += slope * away * away_x

@@ -8,14 +8,22 @@ together are alike: where the first one has no balance in a row, the others' is 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from catheter_sim.kinds.continuum.theory.arc_kernels.balance import PRE_SLIDING_M, ArcRobot
-from catheter_sim.kinds.continuum.theory.arc_kernels.newton import TOLERANCE_RAD, find_equilibrium
+from catheter_sim.kinds.continuum.theory.arc_kernels.newton import (
+    TOLERANCE_RAD,
+    find_beside,
+    find_equilibrium,
+)
 from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.mechanics.linear import factorise
 from catheter_sim.mechanics.vectors import copy
 
 _SHORTEST_WAY = 1.0 / 64.0  # of what changes from one row to the next
+_HASH_RATIO = 1.6180339887  # any number that makes unlike sums of unlike rows
 _MOST_SOUGHT = 2  # rows without balance of a robot, after which the others are sought at once only
 
 
@@ -82,9 +90,21 @@ def _followed(
 
 
 @compiled
-def _same_before(command, tip_force, tip_moment, row, every):
-    """Return the first row before `row`, of each `every`-th, that has the same inputs, -1 if none has."""
-    for other in range(0, row, every):
+def _same_before(command, tip_force, tip_moment, row, table):
+    """Return the first row with the same inputs as `row`, itself where none of those asked for before is it.
+
+    Args: table: rows asked for by what their inputs hash to, -1 where none; a power of two more than there
+    are rows.
+    """
+    total, weight = 0.0, 1.0
+    for i in range(command.shape[1]):
+        weight *= _HASH_RATIO
+        total += weight * command[row, i]
+    for i in range(3):
+        total += weight * ((i + 2.0) * tip_force[row, i] + (i + 5.0) * tip_moment[row, i])
+    place = hash(total) & (len(table) - 1)
+    while table[place] >= 0:
+        other = table[place]
         same = True
         for i in range(command.shape[1]):
             if command[other, i] != command[row, i]:
@@ -95,7 +115,9 @@ def _same_before(command, tip_force, tip_moment, row, every):
             same = same and tip_moment[other, i] == tip_moment[row, i]
         if same:
             return other
-    return -1
+        place = (place + 1) & (len(table) - 1)
+    table[place] = row
+    return row
 
 
 @compiled
@@ -136,8 +158,14 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
         np.empty(tendons), np.empty(3), np.empty(3), np.empty(tendons), np.empty((segments, 4)), np.empty(n)
     )  # fmt: skip
     guess, at_rest, before, now = np.empty(n), np.zeros(n), np.empty(n), np.empty(n)
-    firsts, balanced = np.empty((rows, n)), np.zeros(rows, np.bool_)  # of the first robot
+    tried = np.empty(n)
+    # Of the first robot: where it is in balance, and the derivative there, factorised.
+    firsts, balanced = np.empty((rows, n)), np.zeros(rows, np.bool_)
+    slopes = np.empty((rows if batch > 1 else 0, n, n))
+    exchanged = np.empty((len(slopes), n), np.int64)
+    sloped = np.zeros(rows, np.bool_)
     anchor = np.empty((tendons, segments))
+    table = np.empty(2 ** math.ceil(math.log2(rows + 1) + 1), np.int64)
     nothing = (np.zeros(tendons), np.zeros(3), np.zeros(3), 0.0)
     for b in range(batch):
         robot = ArcRobot(
@@ -152,16 +180,22 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
             for s in range(segments):
                 slip[t, s] = 0.0
         _anchored(at_rest, robot, slip, anchor)
+        table[:] = -1
         rough = mus[b] > 0.0
         begin, lost = nothing, 0
         for row in range(0, rows, 1 if rough else every):
-            known = -1
+            known = row
             if not rough:
-                known = _same_before(commands[b], tip_forces[b], tip_moments[b], row, every)
-            if known >= 0 and residuals[b, known // every] <= TOLERANCE_RAD:
+                known = _same_before(commands[b], tip_forces[b], tip_moments[b], row, table)
+            if known < row and residuals[b, known // every] <= TOLERANCE_RAD:
                 if b == 0:
                     copy(firsts[known], firsts[row])
                     balanced[row] = True
+                    if sloped[known]:
+                        for i in range(n):
+                            copy(slopes[known, i], slopes[row, i])
+                            exchanged[row, i] = exchanged[known, i]
+                        sloped[row] = True
                 old, place = known // every, row // every
                 copy(unknowns[b, old], now)
                 copy(unknowns[b, old], unknowns[b, place])
@@ -183,10 +217,20 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
             copy(now, before)
             hoped = b == 0 or balanced[row]
             shortest = _SHORTEST_WAY if hoped and lost < _MOST_SOUGHT else 1.0
-            size = _followed(
-                now, guess, robot, by_tension, begin, end, shortest, hoped,
-                anchor, between, work, newton, state,
-            )  # fmt: skip
+            size = math.inf
+            if b > 0 and sloped[row]:
+                copy(guess, tried)
+                size = find_beside(
+                    tried, robot, by_tension, end[:3], anchor, slopes[row], exchanged[row], work, newton,
+                    state,
+                )  # fmt: skip
+            if size <= TOLERANCE_RAD:
+                copy(tried, now)
+            else:
+                size = _followed(
+                    now, guess, robot, by_tension, begin, end, shortest, hoped,
+                    anchor, between, work, newton, state,
+                )  # fmt: skip
             lost += 1 if size > TOLERANCE_RAD else 0
             if rough:
                 _anchored(now, robot, slip, anchor)
@@ -194,6 +238,10 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
             if b == 0:
                 copy(now, firsts[row])
                 balanced[row] = size <= TOLERANCE_RAD
+                if balanced[row] and batch > 1:
+                    for i in range(n):
+                        copy(newton[0][i], slopes[row, i])
+                    sloped[row] = factorise(slopes[row], exchanged[row])
             if row % every == 0:
                 place = row // every
                 copy(now, unknowns[b, place])

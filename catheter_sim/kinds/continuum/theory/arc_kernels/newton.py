@@ -10,7 +10,7 @@ import math
 
 from catheter_sim.kinds.continuum.theory.arc_kernels.balance import balance
 from catheter_sim.mechanics.compiled import compiled
-from catheter_sim.mechanics.linear import solve_vector
+from catheter_sim.mechanics.linear import solve_factorised, solve_vector
 from catheter_sim.mechanics.vectors import copy, fill
 
 TOLERANCE_RAD = 1e-10  # unbalanced moment over the segment's stiffness
@@ -23,6 +23,7 @@ _WORSE_STEPS = 3  # taken at the most damping and worse all the same: there is n
 _DAMPING = 0.4
 _LARGEST_STEP_RAD = 1.0
 _SMALLEST_PIVOT = 1e-14
+_LEFT_OVER = 0.3  # of the unbalance by a step with a like robot's derivative; with more, Newton's is quicker
 
 
 @compiled
@@ -37,7 +38,7 @@ def _newton(x, robot, by_tension, inputs, anchor, smooth, tolerance, most, work,
     allowed, share, damped, evaluations, worse = math.inf, 1.0, 0, 0, 0
     while True:
         evaluations += 1
-        size = balance(tried, robot, by_tension, inputs, anchor, smooth, work, state, derivative)
+        size = balance(tried, robot, by_tension, inputs, anchor, smooth, work, state, True, derivative)
         if size > allowed and damped < _DAMPINGS:
             share *= _DAMPING
             damped += 1
@@ -55,6 +56,27 @@ def _newton(x, robot, by_tension, inputs, anchor, smooth, tolerance, most, work,
             share = 1.0 if longest <= _LARGEST_STEP_RAD else _LARGEST_STEP_RAD / longest
         for i in range(len(x)):
             tried[i] = x[i] - share * step[i]
+
+
+@compiled
+def find_beside(x, robot, by_tension, inputs, anchor, slope, exchanged, work, newton, state):
+    """Move `x` to the balance next to it by the derivative of a like robot; return what is left over [rad].
+
+    Args: slope, exchanged: that derivative, factorised. It ends where a step leaves more than
+    `_LEFT_OVER` of what there was.
+    """
+    step = newton[1]
+    size = balance(x, robot, by_tension, inputs, anchor, 0.0, work, state, False, newton[0])
+    while size > TOLERANCE_RAD:
+        copy(state[3], step)
+        solve_factorised(slope, exchanged, step)
+        for i in range(len(x)):
+            x[i] -= step[i]
+        before = size
+        size = balance(x, robot, by_tension, inputs, anchor, 0.0, work, state, False, newton[0])
+        if not size < _LEFT_OVER * before:
+            break
+    return size
 
 
 @compiled
