@@ -15,6 +15,7 @@ from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
 from catheter_sim.diagnosis.report.result import Diagnosis
 from catheter_sim.diagnosis.report.write import write_results
+from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
 from catheter_sim.diagnosis.stages.assemble import assemble
 from catheter_sim.diagnosis.stages.calibrate import Calibrated, calibrate
 from catheter_sim.diagnosis.stages.choose_causes import Choice, choose_causes
@@ -112,7 +113,7 @@ def diagnose_prepared(run: Run, prepared: Prepared, simulation: bool = True) -> 
     """
     posed = pose(prepared)
     before = calibrate(posed)
-    faults = find_data_faults(posed, before)
+    faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
     choice = choose_causes(run, posed, faults)
     settled, verdict, replayed = _settle(run, posed, before, choice, faults, simulation)
     scores = score_hypotheses(run, posed, choice, settled, verdict)

@@ -260,6 +260,12 @@ by chance."""
 OUTSTANDING_TIMES = 2.5
 """[times the largest error of the other trials] Beyond it a trial is outstanding. Why: of 123 sound sets,
 most with causes, one trial erred 1.4 times as much as any other; in one set two erred 2.1 times."""
+ACQUITTING = 3
+"""[single causes] The best ones are asked whether they account for trials that look wrong. Why: assumed; what
+one of the first three does not explain is no single cause."""
+ACQUITTED_SHARE = 1.1
+"""[error of a trial over the one without the cause] What accounts for one trial makes no other worse by more.
+Why: by a tenth errors differ by chance; a cause that halves one trial's mistake puts half on the others."""
 CLIPPED_ROWS = 5
 """[rows] That stand at exactly an output's end. Why: assumed; a measured value comes twice by rounding."""
 CLIPPED_TIMES = 4.0

@@ -13,7 +13,8 @@ def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
     if not places(robot, Role.CUBIC):
         return ()
     unit = 1e6 / sizes(robot).curvature_per_m ** 2  # the moment doubles there
-    return (Parameter(_CUBIC, null=0.0, lower=-0.3 * unit, upper=5.0 * unit, scale=0.05 * unit, start=0.0),)
+    # Ten times: it doubles at a third of that curvature already, as at the quintic term's bound.
+    return (Parameter(_CUBIC, null=0.0, lower=-0.3 * unit, upper=10.0 * unit, scale=0.05 * unit, start=0.0),)
 
 
 def _with_quintic(robot: RobotSpec) -> tuple[Parameter, ...]:

@@ -6,12 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from planted import small_data
+from planted import data_set, displacement_history, small_data, small_robot
 
 from catheter_sim.core.inputs import slice_inputs
 from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.stages.find_data_faults import SUSPECTED
+from catheter_sim.diagnosis.stages.calibrate import calibrate
+from catheter_sim.diagnosis.stages.find_data_faults import SUSPECTED, find_data_faults
+from catheter_sim.diagnosis.stages.pose import pose
+from catheter_sim.diagnosis.stages.prepare import prepare
 
 pytestmark = pytest.mark.slow
 
@@ -66,6 +69,22 @@ def test_a_cause_of_a_third_of_the_motion_is_no_mistake_in_the_data():
     diagnosis = found(small_data({"actuation_gain": {"scale": 0.65}}))
     assert diagnosis.verdict == "cause_found"
     assert diagnosis.causes[0].name == "actuation_gain"
+
+
+def test_a_cause_that_one_trial_shows_most_is_no_fault_of_that_trial():
+    """A zero that creeps, in a trial twenty times as long as the others; the same in that trial alone is one."""
+    creeping = {"drift": {"zero_mm_per_min": 0.03}}
+    histories = [displacement_history(seed) for seed in range(3)]
+    histories[0] = replace(histories[0], time_s=20.0 * histories[0].time_s)
+    columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+    data, sound = (
+        data_set(small_robot(), "small.toml", hidden, histories, columns) for hidden in (creeping, {})
+    )
+    prepared = pose(prepare(data))
+    assert find_data_faults(prepared, calibrate(prepared)).of_trials
+    assert [cause.name for cause in found(data).causes] == ["drift"]
+    other = small_data({"stiffness": {"scale": 0.7}})
+    assert_doubted(replace(sound, trials=(other.trials[0], *sound.trials[1:])), "trial_0.csv")
 
 
 def test_swapped_outputs(sound):

@@ -148,6 +148,15 @@ def select(
     return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, equals, search.late)
 
 
+def singles_of(problem: Problem, candidates: Sequence[str], pool: Workers = SERIAL) -> tuple[Fit, ...]:
+    """Return the fits of single effects, of each in its most promising variants, best first."""
+    problem = with_fewer_rows(problem)
+    search = Search(pool, problem, lambda line: None)
+    (null,) = search.fitted([((), {})])
+    terms = [term for name in candidates for term in terms_for(problem.robot, name, problem.moving)]
+    return tuple(in_order(search.alone(null, terms)))
+
+
 def equals_of(
     problem: Problem, chosen: Fit, candidates: Sequence[str], pool: Workers = SERIAL
 ) -> tuple[Fit, ...]:

@@ -17,6 +17,7 @@ from catheter_sim.diagnosis.data.trials import Dataset, measured_of
 from catheter_sim.diagnosis.fitting.prediction import robot_with
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.stretches import blocks_of
+from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
 from catheter_sim.diagnosis.stages.calibrate import calibrate
 from catheter_sim.diagnosis.stages.choose_causes import choose_causes
 from catheter_sim.diagnosis.stages.find_data_faults import find_data_faults
@@ -77,7 +78,7 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
     prepared = prepare(dataset)
     posed = pose(prepared)
     before = calibrate(posed)
-    faults = find_data_faults(posed, before)
+    faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
     if faults.found:
         raise InputError(f"{dataset.folder}: nothing can be compared with it: {faults.found[0].words}")
     chosen = before.fit

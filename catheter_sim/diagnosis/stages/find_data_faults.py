@@ -2,7 +2,8 @@
 
 A column in other units, two columns swapped, a sensor that froze, a trial of another robot: each makes the
 model err grossly, and each can be imitated by a cause of error, wrongly. They are looked for first, and
-where one is found no cause is named.
+where one is found no cause is named. What speaks against some trials alone may be a cause that these trials
+call upon more than others: see `acquit_trials`.
 """
 
 from __future__ import annotations
@@ -49,9 +50,11 @@ class Faults:
 
     Attributes:
         found: (): the data look sound.
+        of_trials: they are of some trials only, which the model meets worse than others.
     """
 
     found: tuple[DataFault, ...]
+    of_trials: bool = False
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -61,13 +64,14 @@ class Faults:
 
 def find_data_faults(posed: Posed, before: Calibrated) -> Faults:
     """Return what looks wrong with the data."""
-    found = posed.faults or data_faults(posed.train, before.fit, posed.heldout.trials, before.noise)
-    return Faults(found)
+    if posed.faults:
+        return Faults(posed.faults)
+    return data_faults(posed.train, before.fit, posed.heldout.trials, before.noise)
 
 
 def data_faults(
     problem: Problem, before: Fit, heldout: Sequence[Trial], noise: Mapping[str, float]
-) -> tuple[DataFault, ...]:
+) -> Faults:
     """Return what looks wrong with the data; nothing where they look sound.
 
     The checks run in an order in which the fault that explains others comes first, and the first that finds
@@ -75,32 +79,35 @@ def data_faults(
 
     Args:
         problem: the training trials.
-        before: the calibrated model without causes.
+        before: the calibrated model, without causes or with what may account for what it errs.
         heldout: the held-out trials. They are asked only whether they were measured as the others were.
         noise: of each unit.
     """
     too_little = _too_little(problem)
     if too_little:
-        return too_little
+        return Faults(too_little)
     trials = (*problem.trials, *heldout)
     models = computed_outputs(problem, before, trials)
     seen = BesideModel(trials, problem.columns, models, noise, problem.moving)
-    checks: tuple[Callable[[], tuple[DataFault, ...]], ...] = (
-        lambda: interpolated_outputs(seen),
-        lambda: _mistake_in_all(problem, before),
-        lambda: bumped_trackers(trials, problem.columns, models, noise),
-        lambda: mistakes_of_one_trial(seen, problem.robot, _prediction(problem, before)),
-        lambda: exchanged_points(seen),
-        lambda: jumps_elsewhere(seen),
-        lambda: outputs_out_of_step(seen),
-        lambda: outputs_that_do_not_follow(problem, models[: len(problem.trials)]),
-        lambda: moved_without_inputs(seen),
-        lambda: clipped_outputs(seen),
-        lambda: outstanding_trials(seen),
-        lambda: moved_between_trials(seen),
-        lambda: odd_trial(problem, before, heldout, noise),
+    checks: tuple[tuple[Callable[[], tuple[DataFault, ...]], bool], ...] = (
+        (lambda: interpolated_outputs(seen), False),
+        (lambda: _mistake_in_all(problem, before), False),
+        (lambda: bumped_trackers(trials, problem.columns, models, noise), False),
+        (lambda: mistakes_of_one_trial(seen, problem.robot, _prediction(problem, before)), True),
+        (lambda: exchanged_points(seen), False),
+        (lambda: jumps_elsewhere(seen), False),
+        (lambda: outputs_out_of_step(seen), False),
+        (lambda: outputs_that_do_not_follow(problem, models[: len(problem.trials)]), False),
+        (lambda: moved_without_inputs(seen), False),
+        (lambda: clipped_outputs(seen), False),
+        (lambda: outstanding_trials(seen), True),
+        (lambda: moved_between_trials(seen), False),
+        (lambda: odd_trial(problem, before, heldout, noise), True),
     )
-    return next((found for check in checks if (found := check())), ())
+    for check, of_trials in checks:
+        if found := check():
+            return Faults(found, of_trials)
+    return Faults(())
 
 
 def _too_little(problem: Problem) -> tuple[DataFault, ...]:
