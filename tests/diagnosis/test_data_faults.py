@@ -72,7 +72,7 @@ def test_a_cause_of_a_third_of_the_motion_is_no_mistake_in_the_data():
 
 
 def test_a_cause_that_one_trial_shows_most_is_no_fault_of_that_trial():
-    """A zero that creeps, in a trial twenty times as long as the others; the same in that trial alone is one."""
+    """A zero that creeps, in a trial twenty times as long as others; another robot in it is a fault."""
     creeping = {"drift": {"zero_mm_per_min": 0.03}}
     histories = [displacement_history(seed) for seed in range(3)]
     histories[0] = replace(histories[0], time_s=20.0 * histories[0].time_s)
