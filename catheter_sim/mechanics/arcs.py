@@ -8,6 +8,8 @@ turns along, its rate of rotation is constant, and the exponential of that is wh
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -94,16 +96,17 @@ def points_on_arcs(
         Positions, shape (..., n, 3) [m], and orientations, shape (..., n, 3, 3).
     """
     shape, segments, places = bend.shape[:-2], bend.shape[-2], len(segment)
-    p_w, R_w = np.empty((*shape, places, 3)), np.empty((*shape, places, 3, 3))
+    count = math.prod(shape)
+    p_w, R_w = np.empty((count, places, 3)), np.empty((count, places, 3, 3))
     of_segments = (np.broadcast_to(item, bend.shape[:-1]) for item in (length, 0.0 if turn is None else turn))
-    lengths, turns = (np.ascontiguousarray(item, float).reshape(-1, segments) for item in of_segments)
+    lengths, turns = (np.ascontiguousarray(item, float).reshape(count, segments) for item in of_segments)
     fill_frames(
-        np.ascontiguousarray(bend).reshape(-1, segments, 2),
+        np.ascontiguousarray(bend).reshape(count, segments, 2),
         lengths,
         turns,
         np.ascontiguousarray(segment, np.int64),
         np.ascontiguousarray(fraction, float),
-        p_w.reshape(-1, places, 3),
-        R_w.reshape(-1, places, 3, 3),
+        p_w,
+        R_w,
     )
-    return p_w, R_w
+    return p_w.reshape(*shape, places, 3), R_w.reshape(*shape, places, 3, 3)

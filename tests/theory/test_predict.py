@@ -17,6 +17,7 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.kinds import KINDS, kind_of
+from catheter_sim.kinds.continuum.twin import arcs_of, in_parts
 from catheter_sim.theory.predict import by_static_model, twin_for
 from catheter_sim.theory.run import STATIC_MODELS
 
@@ -110,6 +111,8 @@ def test_a_twin_is_where_the_static_model_is(case: Case) -> None:
     """At every row, to a share of the length that the robot's middle is moved by many times."""
     robot, inputs = loaded(case), there_and_back(case)
     ours = twin_for(robot, case.actuation, TIP, NO_GRAVITY)([robot], inputs)[0]
+    if case.model == "CC":  # of which a segment with friction or under a load is several
+        robot = in_parts(robot, arcs_of(robot))
     theirs = by_static_model(case.model, robot, TIP, NO_GRAVITY)([robot], inputs)[0]
     length_mm = 1e3 * sum(segment.length_m for segment in robot.segments)
     assert np.abs(ours - theirs).max() < case.share * length_mm

@@ -48,7 +48,7 @@ class Tendon:
     ends_at: str  # name of a segment
     channel: str = ""  # tendons with the same channel share its input; "": its own name
     stiffness_N_per_m: float = math.inf  # of the whole tendon and its drive; inf: inextensible
-    pretension_N: float = 0.0  # of a displacement-driven tendon at zero displacement
+    pretension_N: float = 0.0  # of a displacement-driven tendon at zero displacement, the robot as unloaded
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -108,7 +108,8 @@ def test_states_are_in_balance_by_the_equations_written_out(actuation, mu):
         for row in range(ROWS):
             bend, shift = states.bend[b, row], states.shift[b, row]
             path = path_of(b, bend)
-            stretch = inputs.tendon[row] + arcs.pretension[b] / arcs.stiffness[b] - path.sum(axis=1) - shift
+            since_rest = (path - path_of(b, arcs.rest[b])).sum(axis=1)
+            stretch = inputs.tendon[row] + arcs.pretension[b] / arcs.stiffness[b] - since_rest - shift
             tension = np.maximum(arcs.stiffness[b] * stretch, 0.0)
             if actuation == "tension":
                 tension = inputs.tendon[row]

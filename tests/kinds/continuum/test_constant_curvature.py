@@ -19,6 +19,7 @@ from catheter_sim.core.robot import Friction, Mount
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.kinds.continuum.theory.arc_equilibrium import solve_rows
 from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots, constant_curvature, postures
+from catheter_sim.kinds.continuum.twin import arcs_of
 from catheter_sim.mechanics.arcs import arc_end, arc_functions, points_on_arcs, segment_frames
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.predict import twin_for
@@ -140,6 +141,44 @@ def test_a_soft_mount_shares_the_pretension():
     np.testing.assert_allclose(posture.p_w[-1], [0.0, 0.0, LENGTH - 3.0 * tension / mount], atol=1e-9)
 
 
+def test_tendons_are_let_in_where_the_unloaded_robot_is():
+    """A robot bent at rest stays so at zero displacement, in the twin and simulated; both go on alike."""
+    straight = one_segment((0.0, 120.0, 240.0), stiffness_N_per_m=8e3)
+    bent = replace(straight.segments[0], rest_curvature_x_per_m=4.0, rest_curvature_y_per_m=-3.0)
+    robot = replace(straight, segments=(bent,))
+    rows = drive([[0.0] * 3, [2e-3, 0.0, 0.0], [1e-3, 1.5e-3, -0.5e-3], [0.0, -1e-3, 2.5e-3]], "displacement")
+    columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+    rest = arc_end(np.array([4.0, -3.0]) * LENGTH, np.array(LENGTH))[0]
+    by_twin = twin_for(robot, "displacement", columns, NO_GRAVITY)([robot], rows, 1)[0]
+    run = simulate(robot, rows, NO_GRAVITY)
+    seen = posture_columns(robot, run.postures, columns)
+    simulated = np.stack([seen[name] for name in columns], axis=1)
+    np.testing.assert_allclose(by_twin[0], 1e3 * rest, atol=0.01)
+    np.testing.assert_allclose(simulated[0], 1e3 * rest, atol=0.1)
+    assert np.linalg.norm(np.diff(by_twin, axis=0), axis=1).min() > 5.0
+    np.testing.assert_allclose(simulated, by_twin, atol=0.1)
+
+
+def test_segments_under_a_load_are_several_arcs():
+    """A force on the tip of a robot whose tendons are held: as the simulated chain, not as a single arc."""
+    straight = one_segment((0.0, 120.0, 240.0), stiffness_N_per_m=8e3, pretension_N=1.0)
+    robot = replace(straight, segments=(replace(straight.segments[0], disks=12),))
+    rows = drive([[0.0] * 3, [1e-3, 0.0, -1e-3]], "displacement")
+    pushed = replace(rows, force_tip=np.tile([0.1, 0.2, 0.0], (2, 1)))
+    columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+    twin = twin_for(robot, "displacement", columns, NO_GRAVITY)
+    free, loaded = twin([robot], rows, 1)[0], twin([robot], pushed, 1)[0]
+    seen = posture_columns(robot, simulate(robot, pushed, NO_GRAVITY).postures, columns)
+    simulated = np.stack([seen[name] for name in columns], axis=1)
+    single = constant_curvature(robot, pushed, NO_GRAVITY).postures
+    by_one_arc = np.array([1e3 * posture.p_w[-1] for posture in single])
+    effect = np.linalg.norm(simulated - free, axis=1)
+    assert arcs_of(robot) == 4
+    assert effect.min() > 2.0
+    assert (np.linalg.norm(loaded - simulated, axis=1) < 0.06 * effect).all()
+    assert (np.linalg.norm(by_one_arc - simulated, axis=1) > 0.3 * effect).all()
+
+
 def test_equilibrium_is_a_minimum_of_energy():
     """No small change of bends or base lowers the energy of backbone, tendons and mount."""
     robot = replace(
@@ -160,7 +199,8 @@ def test_equilibrium_is_a_minimum_of_energy():
         for t, tendon in enumerate(robot.tendons):
             reach = 1 if tendon.ends_at == "s0" else 2
             hole = ARM * np.array([np.cos(tendon.angle_rad), np.sin(tendon.angle_rad)])
-            stretch = pull[t] + 0.5 / 6e3 - sum(float(hole @ bend[s]) for s in range(reach)) - shift
+            moved = bend - [[1.5 * LENGTH, 0.0], [0.0, 0.0]]  # since the robot was unloaded
+            stretch = pull[t] + 0.5 / 6e3 - sum(float(hole @ moved[s]) for s in range(reach)) - shift
             total += 0.5 * 6e3 * max(stretch, 0.0) ** 2
         return total
 

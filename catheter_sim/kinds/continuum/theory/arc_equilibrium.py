@@ -2,8 +2,8 @@
 
 Unknowns of one robot: the bend vector b of each segment and the shift z of the base along -z.
 With the path of tendon t in segment s shortened by d_ts(b), its stretch is
-e_t = u_t + p_t/k_t - sum_s d_ts - z, its tension at the base T_t = k_t max(e_t, 0) (a tendon cannot
-push), and the balance of segment s reads
+e_t = u_t + p_t/k_t - sum_s (d_ts(b) - d_ts(rest)) - z, since displacements count from the unloaded robot, its
+tension at the base T_t = k_t max(e_t, 0) (a tendon cannot push), and the balance of segment s reads
 
     L-averaged elastic moment(b_s) - sum_t T_ts grad d_ts = generalised load,    z = c sum_t T_t.
 

@@ -25,6 +25,7 @@ class ArcRobot(NamedTuple):
         free: which bends are free, (S, 2).
         arm, chord: of the tendons, (T, S, 2) and (T, S) [m].
         stiffness, stretch: of the tendons, and by their pretension, (T,) [N/m], [m].
+        at_rest: the tendons' paths in the unloaded robot, (T,) [m]; displacements count from there.
         mu: capstan coefficient.
         compliance: of the base [m/N].
         disks: number of each segment, (S,).
@@ -41,6 +42,7 @@ class ArcRobot(NamedTuple):
     chord: Any
     stiffness: Any
     stretch: Any
+    at_rest: Any
     mu: Any
     compliance: Any
     disks: Any
@@ -57,7 +59,8 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, sloped, d
     worked out, which serves near there (NaN: nowhere yet); state, set: span, slip (T, S), tension
     (T,), residual (2S + 1,); sloped: whether the derivative is wanted; derivative, set: (2S + 1, 2S + 1).
     """
-    length, k0, c3, c5, rest, free, arm, chord, stiffness, pretension, mu, compliance, count, weight = robot
+    length, k0, c3, c5, rest, free, arm, chord, stiffness, pretension, at_rest, mu, compliance = robot[:13]
+    count, weight = robot.disks, robot.weight
     command, tip_force, tip_moment = inputs
     span, slip, tension, residual = state
     segments, tendons = len(length), len(stiffness)
@@ -95,7 +98,7 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, sloped, d
         if by_tension:
             pull = command[t]
         else:
-            stretch = command[t] + pretension[t] - path - shift
+            stretch = command[t] + pretension[t] + at_rest[t] - path - shift
             if smooth > 0.0:
                 root = math.sqrt(stretch * stretch + smooth * smooth)
                 grip = 0.5 * stiffness[t] * (1.0 + stretch / root)

@@ -70,7 +70,7 @@ def _followed(
             weighing[s, 3] = weight[s, 3]
         there = ArcRobot(
             robot.length, robot.k0, robot.c3, robot.c5, robot.rest, robot.free, robot.arm, robot.chord,
-            robot.stiffness, pretension, robot.mu, robot.compliance, robot.disks, weighing,
+            robot.stiffness, pretension, robot.at_rest, robot.mu, robot.compliance, robot.disks, weighing,
         )  # fmt: skip
         size = find_equilibrium(
             x, there, by_tension, (command, tip_force, tip_moment), anchor, patient, work, newton, state
@@ -164,13 +164,13 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
     slopes = np.empty((rows if batch > 1 else 0, n, n))
     exchanged = np.empty((len(slopes), n), np.int64)
     sloped = np.zeros(rows, np.bool_)
-    anchor = np.empty((tendons, segments))
+    anchor, path_at_rest = np.empty((tendons, segments)), np.empty(tendons)
     table = np.empty(2 ** math.ceil(math.log2(rows + 1) + 1), np.int64)
     nothing = (np.zeros(tendons), np.zeros(3), np.zeros(3), 0.0)
     for b in range(batch):
         robot = ArcRobot(
             lengths[b], k0s[b], c3s[b], c5s[b], rests[b], free, arms[b], chords[b], stiffnesses[b],
-            stretches[b], mus[b], compliances[b], disks, weights[b],
+            stretches[b], path_at_rest, mus[b], compliances[b], disks, weights[b],
         )  # fmt: skip
         for s in range(segments):
             at_rest[2 * s], at_rest[2 * s + 1] = rests[b, s, 0], rests[b, s, 1]
@@ -180,6 +180,8 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
             for s in range(segments):
                 slip[t, s] = 0.0
         _anchored(at_rest, robot, slip, anchor)
+        for t in range(tendons):
+            path_at_rest[t] = anchor[t].sum()
         table[:] = -1
         rough = mus[b] > 0.0
         begin, lost = nothing, 0
