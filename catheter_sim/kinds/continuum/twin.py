@@ -5,8 +5,8 @@ Robots that bend in a plane and are driven by tension go through the exact-arm s
 through arcs of constant curvature, all at once (`theory.arc_equilibrium`), with tendons that run straight
 between disks, as in the simulation. Where a load acts or tendons rub, a segment's curvature varies along it:
 then it is several arcs (`arcs_of`). A single one errs by half of what a force on the tip does to a robot
-whose tendons are held; the error falls as the square of their number. Under its own weight every row costs
-more, and a robot of three segments or more keeps single arcs there: of the example of a hanging trunk they
+whose tendons are held; the error falls as the square of their number. Robots of three segments or more keep
+single arcs, since every row costs so much more: of the example of a trunk that hangs in its own weight they
 err by 3.6 mm, two of each segment would by 0.7 mm in four times the time.
 """
 
@@ -39,9 +39,7 @@ from catheter_sim.kinds.continuum.theory.planar_batch import knows, solve_planar
 from catheter_sim.kinds.continuum.theory.planar_chain import bends_in_plane, joint_angles
 from catheter_sim.mechanics.arcs import points_on_arcs
 
-_MOST_ARCS = 10  # of a robot: what an equilibrium costs grows with the square of it
-_MOST_HEAVY_ARCS = 5  # of one under its own weight
-_MOST_PARTS = 5  # of a segment: what is left is a twenty-fifth
+_MOST_ARCS = 5  # of a robot: what an equilibrium costs grows with the square of it
 _EXACT_ARM: StaticModel[ContinuumRobot] = StaticModel(MODEL, "one robot at a time", fkm_exact_arm)
 
 
@@ -60,9 +58,8 @@ class ArcTwin:
         every: int,
     ) -> TwinStates:
         """Return where robots are, as `Twin.solve` says."""
-        heavy = bool(gravity_mps2.any() and any(item.mass_kg for robot in robots for item in robot.segments))
-        if heavy or _varies(robots, arriving):
-            robots = [in_parts(robot, arcs_of(robots[0], heavy)) for robot in robots]
+        if _varies(robots, arriving, gravity_mps2):
+            robots = [in_parts(robot, arcs_of(robots[0])) for robot in robots]
         arcs = arc_robots(robots, straight_between_disks=True)
         commands = np.array([item.tendon for item in arriving])
         acting = loads(robots, arriving, gravity_mps2)
@@ -81,11 +78,11 @@ class ArcTwin:
         return TwinStates(p_w, R_w, partial(joint_values, robots[0], states.bend, turn), states.tension)
 
 
-def arcs_of(robot: ContinuumRobot, heavy: bool = False) -> int:
-    """Return into how many arcs each segment is divided, `heavy` under weight; every one ends at a disk."""
+def arcs_of(robot: ContinuumRobot) -> int:
+    """Return into how many arcs each segment is divided; every one ends at a disk."""
     common = math.gcd(*(disks(robot, segment) for segment in robot.segments))
-    most = min(_MOST_PARTS, (_MOST_HEAVY_ARCS if heavy else _MOST_ARCS) // len(robot.segments))
-    return max(parts for parts in range(1, max(most, 1) + 1) if common % parts == 0)
+    most = max(_MOST_ARCS // len(robot.segments), 1)
+    return max(parts for parts in range(1, most + 1) if common % parts == 0)
 
 
 def in_parts(robot: ContinuumRobot, parts: int) -> ContinuumRobot:
@@ -106,10 +103,11 @@ def in_parts(robot: ContinuumRobot, parts: int) -> ContinuumRobot:
     return replace(robot, segments=tuple(segments), disks_per_segment=0)
 
 
-def _varies(robots: Sequence[ContinuumRobot], arriving: Sequence[Inputs]) -> bool:
-    """Return whether loads or friction make a segment's curvature vary along it."""
+def _varies(robots: Sequence[ContinuumRobot], arriving: Sequence[Inputs], gravity_mps2: Array) -> bool:
+    """Return whether something acts that makes a segment's curvature vary along it."""
+    heavy = gravity_mps2.any() and any(segment.mass_kg for item in robots for segment in item.segments)
     loaded = any(item.force_tip.any() or item.moment_tip.any() for item in arriving)
-    return bool(loaded or any(robot.friction.mu for robot in robots))
+    return bool(heavy or loaded or any(robot.friction.mu for robot in robots))
 
 
 @dataclass(frozen=True)
