@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -74,3 +74,16 @@ def noise_share(measured: Sequence[Array], columns: Sequence[str]) -> float:
 
 def computed_outputs(problem: Problem, before: Fit, trials: Sequence[Trial]) -> list[Array]:
     return predicted_along(problem, before.numbers, before.x, [trial.inputs for trial in trials])
+
+
+def errors_in_noise(
+    problem: Problem, result: Fit, trials: Sequence[Trial], noise: Mapping[str, float]
+) -> Array:
+    """Return each trial's error, root mean square in units of the noise, shape (k,)."""
+    scale = np.array([max(noise[unit_of(name)], 1e-12) for name in problem.columns])
+    return np.array(
+        [
+            np.sqrt(np.nanmean(((model - measured_of(trial, problem.columns)) / scale) ** 2))
+            for trial, model in zip(trials, computed_outputs(problem, result, trials), strict=True)
+        ]
+    )

@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
-from catheter_sim.diagnosis.data.columns import unit_of
-from catheter_sim.diagnosis.data.trials import Trial, measured_of
-from catheter_sim.diagnosis.data_faults.model_error import computed_outputs
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.data_faults.model_error import errors_in_noise
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.report.result import DataFault
@@ -24,7 +22,7 @@ def odd_trial(
     trials = (*problem.trials, *heldout)
     if len(trials) < 3:
         return ()
-    errors = _in_noise(problem, before, trials, noise)
+    errors = errors_in_noise(problem, before, trials, noise)
     odd = int(np.argmax(errors))
     others = [trial for index, trial in enumerate(trials) if index != odd]
     if errors[odd] <= OUTLYING_FACTOR:
@@ -34,8 +32,8 @@ def odd_trial(
         if not rest.trials:
             return ()
         before = fit(rest, (), cross_validate=False)
-    most = _in_noise(problem, before, others, noise).max()
-    alone = float(_in_noise(problem, before, [trials[odd]], noise)[0])
+    most = errors_in_noise(problem, before, others, noise).max()
+    alone = float(errors_in_noise(problem, before, [trials[odd]], noise)[0])
     if alone <= OUTLYING_FACTOR * max(most, 1.0) or most > OTHERS_NEAR_NOISE:
         return ()
     return (
@@ -44,15 +42,4 @@ def odd_trial(
             f"trials (at most {most:.1f} times): another robot or set-up in that trial?",
             trials[odd].file,
         ),
-    )
-
-
-def _in_noise(problem: Problem, result: Fit, trials: Sequence[Trial], noise: Mapping[str, float]) -> Array:
-    """Return each trial's error, root mean square in units of the noise, shape (k,)."""
-    scale = np.array([max(noise[unit_of(name)], 1e-12) for name in problem.columns])
-    return np.array(
-        [
-            np.sqrt(np.nanmean(((model - measured_of(trial, problem.columns)) / scale) ** 2))
-            for trial, model in zip(trials, computed_outputs(problem, result, trials), strict=True)
-        ]
     )

@@ -7,13 +7,9 @@ data look sound by every check, and no trial is met worse than before, nothing i
 
 from __future__ import annotations
 
-import numpy as np
-
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.causes.choose import candidates_for, singles_of
-from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
-from catheter_sim.diagnosis.data_faults.model_error import computed_outputs
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.data_faults.model_error import errors_in_noise
+from catheter_sim.diagnosis.fitting.fit import fit
 from catheter_sim.diagnosis.stages.calibrate import Calibrated
 from catheter_sim.diagnosis.stages.find_data_faults import Faults, data_faults
 from catheter_sim.diagnosis.stages.pose import Posed
@@ -27,23 +23,11 @@ def acquit_trials(run: Run, posed: Posed, before: Calibrated, faults: Faults) ->
         return faults
     run.say("asking whether a cause is what makes some trials look wrong")
     singles = singles_of(posed.train, candidates_for(posed.train), run.pool)
-    errors = _error_shares(posed, before, before.fit)
+    heldout, trials = posed.heldout.trials, (*posed.train.trials, *posed.heldout.trials)
+    errors = errors_in_noise(posed.train, before.fit, trials, before.noise)
     for single in singles[:ACQUITTING]:
         found = fit(posed.train, single.terms, single.values, cross_validate=False)
-        no_worse = _error_shares(posed, before, found) <= ACQUITTED_SHARE * errors
-        if no_worse.all() and not _data_faults(posed, before, found).found:
+        no_worse = errors_in_noise(posed.train, found, trials, before.noise) <= ACQUITTED_SHARE * errors
+        if no_worse.all() and not data_faults(posed.train, found, heldout, before.noise).found:
             return Faults(())
     return faults
-
-
-def _data_faults(posed: Posed, before: Calibrated, found: Fit) -> Faults:
-    return data_faults(posed.train, found, posed.heldout.trials, before.noise)
-
-
-def _error_shares(posed: Posed, before: Calibrated, found: Fit) -> Array:
-    """Return the error of each trial, training and held-out, in the same unit for every fit, shape (t,)."""
-    trials = (*posed.train.trials, *posed.heldout.trials)
-    models = computed_outputs(posed.train, found, trials)
-    seen = BesideModel(trials, posed.train.columns, models, before.noise, posed.train.moving)
-    noise = np.array([seen.noise_of(column) for column in range(len(seen.columns))])
-    return np.array([np.sqrt(np.nanmean((error / noise) ** 2)) for error in seen.errors])
