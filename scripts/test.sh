@@ -3,6 +3,7 @@
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
 bin="$venv/bin"
+unset PYTHONDONTWRITEBYTECODE # the same files are read by two runs of two processes
 "$bin/python" scripts/compile_kernels.py & # kept on disk, so that the tests' processes need not
 compiling=$!
 "$bin/ruff" check .

@@ -69,6 +69,7 @@ def test_example_shows_every_key(kind: str) -> None:
     assert not missing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_simulation_of_the_example_agrees_with_its_statics(kind: str) -> None:
     """Along some rows the tip moves by millimetres, and lies within 0.05 mm of the static model's."""

@@ -105,6 +105,7 @@ def test_discrete_loop_follows_the_continuous_one(what: str) -> None:
     assert np.abs(ours - expected).max() < 0.03 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 def test_the_loop_is_robust_to_a_motor_that_differs_by_30_percent() -> None:
     """Gain, inertia and damping each 0.7, 1 or 1.3 of G_m's: Nyquist stays half a unit away from -1.
 

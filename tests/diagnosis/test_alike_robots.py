@@ -46,6 +46,7 @@ def history(name: str, tendons: int, rows: int = 16) -> Inputs:
     return as_inputs(level, "tension")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "gravity"),
     [

@@ -60,6 +60,7 @@ def chosen_form(dataset: Dataset, first: Term) -> tuple[Problem, Fit, Cause]:
     return problem, found, cause
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("planted", "form", "term"),
     [

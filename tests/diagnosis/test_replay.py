@@ -26,6 +26,7 @@ def trial(actuation: str) -> Trial:
     return Trial("trial.csv", "heldout", inputs, Table(inputs.time_s, dict.fromkeys(COLUMNS, nothing)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("settings", "actuation"),
     [((), "tension"), (("friction.mu=0",), "tension"), (("friction.mu=0",), "displacement")],

@@ -109,6 +109,7 @@ def test_in_motion_the_first_row_has_been_there_for_long(effects: dict[str, dict
     assert not np.array_equal(arriving_inputs(robot, standing).tendon, standing.tendon)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "reference", ["chest_tube_section", "mitral_transseptal", "neuroendoscope", "notched_wrist"]
 )

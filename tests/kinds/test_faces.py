@@ -86,6 +86,7 @@ def test_outputs_are_the_models(robot: RobotSpec) -> None:
     assert len(output_channels(robot)) == len(set(output_channels(robot)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", EVERY)
 def test_laws_fit_the_model(robot: RobotSpec) -> None:
     """Controls are of actuators that are there, tendons and hinges that rub are those of the model."""
@@ -128,6 +129,7 @@ def test_model_says_how_large_the_robot_is(robot: RobotSpec) -> None:
     assert all("\n" not in line for line in face.remarks(robot))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_what_is_drawn_is_there_and_the_centreline_ends_at_the_tip(name: str) -> None:
     """Parts name meshes that exist; the centreline of the robot at rest is straight and ends near its tip."""

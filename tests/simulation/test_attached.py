@@ -97,6 +97,7 @@ def require_equal(one: Posture, other: Posture) -> None:
     assert one.tendon_tension == pytest.approx(other.tendon_tension, abs=near, nan_ok=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", PULLS)
 def test_on_an_arm_that_is_held_it_is_as_alone_under_gravity_turned(reference: str) -> None:
     """Pulled out and half back, pushed at the tip and at an element: postures in the base frame are one."""

@@ -35,6 +35,7 @@ def rows(time_s: list[float], **columns: list[float]) -> Table:
     return Table(np.array(time_s), {name: np.array(values, float) for name, values in columns.items()})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", ["neuroendoscope_section", "chest_tube_section", "mitral_4dof"])
 def test_motion_starts_at_rest_under_the_first_row_and_stays_there(reference: str) -> None:
     """Inputs that do not change move nothing: the tip stays within a micrometre of the held row for 0.2 s."""
@@ -62,6 +63,7 @@ def test_held_rows_know_nothing_of_damping_and_motion() -> None:
     assert (one == two).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", ["neuroendoscope_section", "spacer_disk", "chest_tube", "mitral_4dof"])
 def test_the_built_file_moves_as_the_simulator_does(reference: str) -> None:
     """What `let_go` makes of the live model is, number by number, the model that is built for motion."""
@@ -137,6 +139,7 @@ def test_a_step_is_given_what_its_inputs_are_on_average() -> None:
     assert means == pytest.approx([1.025, 2.0, 3.0, 1.5, 0.0], abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "reference", ["neuroendoscope_section", "spacer_disk", "mitral_4dof", "notched_wrist"]
 )
@@ -165,6 +168,7 @@ def test_a_servo_follows_by_its_time_constant() -> None:
     assert ServoLag(0.0, 0.001, np.zeros(1)).arriving(np.ones(1))[0] == 1.0
 
 
+@pytest.mark.slow
 def test_a_tendon_resists_in_its_channel() -> None:
     """Of a robot that is let go each pulled tendon takes c v^2 a second, the joints the rest of what is lost.
 
@@ -194,6 +198,7 @@ def test_a_tendon_resists_in_its_channel() -> None:
     assert tendons > 0.5 * (tendons + joints) > 0.1 * energy[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping_time_s", [0.001, 0.005])
 def test_friction_in_motion_is_the_nested_references(damping_time_s: float) -> None:
     """Pulled to and fro in a second, with stick and slip: tips within 0.2 % of the length of each other.
@@ -305,6 +310,7 @@ def test_energy_never_grows_with_friction_and_damping_on(reference: str) -> None
     assert turning[0] < abs(x[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", ["mitral_4dof@elongation", "mitral_4dof"])
 def test_stretching_tendons_and_play_do_in_slow_motion_what_they_do_held(reference: str) -> None:
     """Bent and half let back in a second, the tip is within 0.1 mm of where held rows have it."""
@@ -337,6 +343,7 @@ damping_time_s = 0.004
 """
 
 
+@pytest.mark.slow
 def test_a_rod_from_a_file_moves_alike_in_plain_mujoco(tmp_path: Path) -> None:
     """Let go from the same posture: within 0.3 % of the length of the simulation."""
     (tmp_path / "rod.toml").write_text(ROD.format(disks=20))

@@ -220,6 +220,7 @@ def test_dynamic_run_follows_the_clock():
     assert 0.5 < quick[1, 0] < 0.8 * held[1, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate_hz", [150.0, 400.0, 1000.0])
 def test_rows_closer_than_a_step_move_the_robot_as_the_clock_says(rate_hz):
     """A pull that rises for half a second bends the robot as far, however finely it was recorded."""

@@ -39,6 +39,7 @@ def test_a_tied_tip_buckles_at_eulers_load() -> None:
     assert slow[-1] < 0.15 * cantilever_frequency_hz(1)
 
 
+@pytest.mark.slow
 def test_twenty_links_swing_and_decay_as_theory_says() -> None:
     """To 0.5 % of the first frequency and 1 % of its decay."""
     theory = cantilever_frequency_hz(1)

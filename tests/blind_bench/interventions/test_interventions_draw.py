@@ -78,6 +78,7 @@ def test_commands_are_shared_as_said(commands: str, least: int, most: int) -> No
         assert not (moved[5:].any(axis=0) & ~moved[:5].any(axis=0)).any()
 
 
+@pytest.mark.slow
 def test_what_both_hide_is_one_law() -> None:
     """A form whose numbers follow what is large in a data set does the same in both recordings, also where
     the later one goes less far."""

@@ -143,6 +143,7 @@ def test_calibration_takes_what_it_can(pulled_ground):
     assert rms(ground.left(beyond, [beyond])) < 1e-6
 
 
+@pytest.mark.slow
 def test_effect_leaves_nothing_beside_itself(plain_ground):
     """With its own change free, a form's change is explained; with another's, it is not."""
     gain, frame = (

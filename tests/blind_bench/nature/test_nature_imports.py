@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -23,17 +23,24 @@ FORBIDDEN = ("effects", "diagnosis", "theory", "blind_bench.draw", "blind_bench.
 ENGINE = ("simulation", "modelling", "kinds", "mjcf", "mechanics", "core", "catalogue", "channels", "columns")
 
 
-def imported(path: Path) -> Iterator[str]:
-    """Yield the package's modules that a file imports, without the package's name."""
+pytestmark = pytest.mark.xdist_group("nature_imports")  # whose worker reads every file once
+
+
+@cache
+def imported(path: Path) -> tuple[str, ...]:
+    """Return the package's modules that a file imports, without the package's name."""
+    found: list[str] = []
     for node in ast.walk(ast.parse(path.read_text())):
         names = []
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("catheter_sim"):
             names = [f"{node.module}.{item.name}" for item in node.names]
         elif isinstance(node, ast.Import):
             names = [item.name for item in node.names if item.name.startswith("catheter_sim")]
-        yield from (name.removeprefix("catheter_sim.") for name in names)
+        found += (name.removeprefix("catheter_sim.") for name in names)
+    return tuple(found)
 
 
+@cache
 def file_of(module: str) -> Path | None:
     """Return the file in which an imported name stands."""
     parts = module.split(".")

@@ -66,6 +66,7 @@ def by_matrix_exponential(robot: CatheterRobot, q: np.ndarray) -> np.ndarray:
     return result @ home
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_product_of_exponentials_is_the_matrix_exponential(name: str) -> None:
     """The tool frame agrees with general matrix exponentials to 1e-12 (m and unitless)."""

@@ -21,6 +21,7 @@ def swung(tendons: int, seconds: float = 2.0) -> Inputs:
     return Inputs(time_s, "displacement", rows, nothing, nothing)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "reference", ["mitral_transseptal", "mitral_transseptal@tube", "mitral_4dof", "mitral_4dof@elongation"]
 )

@@ -84,6 +84,7 @@ def differences(robot: NotchedTubeRobot, rows: Inputs, gravity: np.ndarray) -> t
     return place, angle, tension
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_simulation_stands_where_the_statics_have_it(case: str) -> None:
     """All faces within 0.5 % of the length, angles within 2 deg, tensions within 2 % of the largest.

@@ -64,6 +64,7 @@ def test_velocity_of_a_rolling_link_is_that_about_its_contact():
         assert jacobian[[0, 2], 0] == pytest.approx(exact, abs=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weight", [0.0, 9.81])
 def test_section_meets_the_independent_reference(weight):
     """Loading, unloading and a partial loop, with friction: every row within 0.1 mm (1 mm asked)."""

@@ -67,6 +67,7 @@ def something(chain: RollingChain, seed: int) -> tuple[Array, Array, Array, Load
     return theta, drive, kept, acting, chain.link_length * draw.uniform(0.95, 1.0, chain.joints)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["complete", "virtual_work"])
 @pytest.mark.parametrize("weight", [False, True])
 def test_table_of_the_section(model: str, weight: bool) -> None:

@@ -60,6 +60,7 @@ def pushed_while_held() -> Inputs:
     return Inputs(base.time_s, "tension", base.tendon, force, base.moment_tip)
 
 
+@pytest.mark.slow
 def test_rods_against_one_another_obey_coulomb() -> None:
     """Every slide has its full friction, every joint its balance; by a rule on tensions hundreds have not."""
     robot, inputs = load_robot("chest_tube"), against()
