@@ -33,6 +33,7 @@ HIDDEN: dict[str, tuple[Specimen, str, float]] = {
     "payload": (replace(PLAIN, tip_mass_kg=0.003), "mass_g", 3.0),
     "stiffness": (replace(PLAIN, robot=replace(ROBOT, stiffness_scale=0.93)), "scale", 0.93),
     "tendon_friction": (replace(PLAIN, robot=replace(ROBOT, friction=Friction(0.4))), "mu", 0.4),
+    "actuation_gain": (replace(PLAIN, gain=(1.25, 1.0)), "scale_right", 1.25),
 }
 
 

@@ -11,10 +11,10 @@ in a cause's place, when one has not, since the sets around it are known. Values
 what they see better than what they do not see. So a set of fewer numbers is taken before a better one that it
 equals to within chance and `EQUAL_FACTOR`, and what acts on the whole robot comes first: only when no more of
 that pays are such values tried; of a robot in motion before sets of two, which cost more where each is
-simulated. Where that ends with structure left, so are the further forms of causes, and all together from
-the start, which is taken if it leaves none. Last, backward: a cause whose loss costs
-nothing is dropped, and the set gives way to any of fewer numbers that was tried and explains as much, unless
-causes that are tried beside it pay there. Nothing of the held-out data is seen.
+simulated. Where that ends with structure left, so are the further forms of causes, and all together from the
+start, which is taken if it leaves none. Last, backward: a cause whose loss costs nothing is dropped, and the
+set gives way to any of fewer numbers that was tried and explains as much, unless causes that are tried beside
+it pay there. Nothing of the held-out data is seen.
 """
 
 from __future__ import annotations
@@ -112,14 +112,14 @@ def select(
     simple, detailed = _by_size(tiers)
     further = [term for name in candidates for term in further_terms(problem.robot, name, problem.moving)]
     singles = search.alone(null, simple)
-    tiers_begin = 0
+    begin = 0
     if problem.moving and not any(_settled(problem, item) for item in singles):
         singles = _once([*singles, *search.alone(null, detailed)])
-        tiers_begin = 1 if any(_settled(problem, item) for item in singles) else 0
+        begin = 1 if any(_settled(problem, item) for item in singles) else 0
     path = [null]
     for left in reversed(range(CHOICE_ROUNDS)):
-        every = (simple, []), (simple, detailed), (simple, [*detailed, *further])
-        for variants in every[tiers_begin:]:
+        beside_simple: list[list[Term]] = [[], detailed, [*detailed, *further]]
+        for variants in ((simple, more) for more in beside_simple[begin:]):
             if within_model(problem, null, path[-1]):
                 break
             if len(variants[1]) > len(detailed):

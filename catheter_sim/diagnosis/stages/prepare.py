@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from catheter_sim.core.inputs import Inputs
@@ -17,10 +18,11 @@ from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.data_faults.copied import copied_rows
 from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
 from catheter_sim.diagnosis.data_faults.model_error import relative_error_of
+from catheter_sim.diagnosis.fitting.stretches import equal_stretches
 from catheter_sim.diagnosis.fitting.twins import twin_of
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.result import DataFault
-from catheter_sim.diagnosis.thresholds import MISTAKE_SURER
+from catheter_sim.diagnosis.thresholds import GAIN_CHANCE, LEAST_BLOCK_S, MISTAKE_SURER
 from catheter_sim.theory.predict import Prediction
 
 
@@ -55,8 +57,25 @@ def prepare(dataset: Dataset) -> Prepared:
     chosen = twin_of(readings, split(readings)[0])
     moved, registration = in_base_frame(readings, chosen.predict)
     train, heldout = split(moved)
-    notes = (*moved.notes, *twice, *old, *frozen, *chosen.notes)
+    short = too_short_to_prove(heldout) if dataset.motion.moving else ()
+    notes = (*moved.notes, *twice, *old, *frozen, *chosen.notes, *short)
     return Prepared(moved, train, heldout, registration, chosen.predict, notes, faults)
+
+
+def too_short_to_prove(heldout: Sequence[Trial]) -> tuple[Note, ...]:
+    """Return a note where held-out trials in motion are so short that any gain may be chance; else nothing.
+
+    Of n stretches, all gain by chance with a probability of 2^-n (`evidence.chance_of_gain`).
+    """
+    stretches = sum(len(equal_stretches(trial)) for trial in heldout)
+    wanted = math.ceil(-math.log2(GAIN_CHANCE))
+    if stretches >= wanted:
+        return ()
+    text = (
+        f"The held-out trials last for {stretches} stretches of {LEAST_BLOCK_S:g} s: too short for any gain "
+        f"to be more than chance, so that no cause can be named. Hold out at least {wanted}."
+    )
+    return (Note("short_heldout", text),)
 
 
 def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dataset, Registration]:
