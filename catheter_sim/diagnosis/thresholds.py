@@ -390,7 +390,7 @@ HOPELESS_FACTOR = 1.2
 cross-validated well. Why: what is left out it tells worse still, and sets are equal within `EQUAL_FACTOR`."""
 SETTLED_FACTOR = 1.1
 """[times the error's white part] An error within it is settled: nothing more is looked for than one step
-finds. Why: what is white from row to row has no cause."""
+finds, and of a robot in motion nothing more. Why: what is white from row to row has no cause."""
 BEAM = 3
 """[sets of causes] To which another cause is added. Why: the best set of two need not hold the best single
 cause; `tests/diagnosis/test_select.py` has pairs that a smaller one misses."""

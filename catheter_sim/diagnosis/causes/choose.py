@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.diagnosis.causes.comparison import as_good, may_replace, pays, rivals_of
+from catheter_sim.diagnosis.causes.comparison import as_good, may_replace, pays, rivals_of, settled
 from catheter_sim.diagnosis.causes.search import Search, in_order
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.fitting.evidence import residual_series
@@ -44,7 +44,6 @@ from catheter_sim.diagnosis.thresholds import (
     CHOICE_ROUNDS,
     MOST_CAUSES,
     PATIENCE,
-    SETTLED_FACTOR,
 )
 from catheter_sim.effects import EFFECTS
 
@@ -113,28 +112,28 @@ def select(
     further = [term for name in candidates for term in further_terms(problem.robot, name, problem.moving)]
     singles = search.alone(null, simple)
     begin = 0
-    if problem.moving and not any(_settled(problem, item) for item in singles):
+    if problem.moving and not any(settled(problem, item) for item in singles):
         singles = _once([*singles, *search.alone(null, detailed)])
-        begin = 1 if any(_settled(problem, item) for item in singles) else 0
+        begin = 1 if any(settled(problem, item) for item in singles) else 0
     path = [null]
     for left in reversed(range(CHOICE_ROUNDS)):
         beside_simple: list[list[Term]] = [[], detailed, [*detailed, *further]]
         for variants in ((simple, more) for more in beside_simple[begin:]):
-            if within_model(problem, null, path[-1]):
+            if within_model(problem, null, path[-1]) or (variants[1] and _enough(problem, path[-1])):
                 break
             if len(variants[1]) > len(detailed):
-                if _settled(problem, path[-1]):
+                if settled(problem, path[-1]):
                     break
                 detailed = variants[1]
             if variants[1] and len(path) == 1:
                 singles = _once([*singles, *search.alone(null, detailed)])
             _forward(search, singles, variants, path, most, PATIENCE if left == CHOICE_ROUNDS - 1 else 0)
         done = search.late or within_model(problem, null, path[-1])
-        if left == CHOICE_ROUNDS - 1 and not done and not _settled(problem, path[-1]):
+        if left == CHOICE_ROUNDS - 1 and not done and not settled(problem, path[-1]):
             singles = _once([*singles, *search.alone(null, detailed)])
             other = [null]
             _forward(search, singles, (simple, detailed), other, most, PATIENCE)
-            if pays(path[-1], other[-1]) and _settled(problem, other[-1]):
+            if pays(path[-1], other[-1]) and settled(problem, other[-1]):
                 path = other
         current = _backward(search, path[-1])
         tried = search.tried
@@ -202,8 +201,10 @@ def _forward(
     while len(beam[0].terms) < most and not search.late:
         best = path[-1]
         if beam[0].terms:
+            if _enough(search.problem, best):
+                return
             level = search.with_one_more_cause(beam, variants)
-            if len(beam[0].terms) == 1 and level and not _settled(search.problem, level[0]):
+            if len(beam[0].terms) == 1 and level and not settled(search.problem, level[0]):
                 level = in_order(_once([*level, *search.pairs(singles, variants[0])]))
         else:
             level = in_order([item for item in singles if item.terms[0] in (*variants[0], *variants[1])])
@@ -219,9 +220,9 @@ def _forward(
             if within_model(search.problem, path[0], front):
                 return
             waited = 0
-            if _settled(search.problem, front):
+            if settled(search.problem, front):
                 beam = [front]
-        elif _settled(search.problem, best):
+        elif settled(search.problem, best):
             return
         elif waited < patience:
             waited += 1
@@ -239,15 +240,9 @@ def _simplest(best: Fit, others: Sequence[Fit]) -> Fit:
     return min(equal, key=lambda item: (len(item.numbers), item.cross_validated_rms))
 
 
-def _settled(problem: Problem, best: Fit) -> bool:
-    """Return whether a hypothesis leaves little more than what is white from row to row."""
-    series = residual_series(problem, best)
-    white = white_noise(series)
-    for unit, size in white.items():
-        errors = np.concatenate([part for name in series if unit_of(name) == unit for part in series[name]])
-        if np.sqrt(np.nanmean(errors**2)) > SETTLED_FACTOR * size:
-            return False
-    return True
+def _enough(problem: Problem, best: Fit) -> bool:
+    """Return whether a hypothesis is settled where a further step costs minutes: of a robot in motion."""
+    return problem.moving and settled(problem, best)
 
 
 def within_model(problem: Problem, null: Fit, best: Fit) -> bool:

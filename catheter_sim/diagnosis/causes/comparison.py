@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
+from catheter_sim.diagnosis.data.columns import unit_of
+from catheter_sim.diagnosis.fitting.evidence import chance_of_gain, residual_series
 from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.noise import white_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, PAYS_CHANCE, PAYS_SHARE
+from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, PAYS_CHANCE, PAYS_SHARE, SETTLED_FACTOR
 
 
 def pays(before: Fit, after: Fit, chance: float = PAYS_CHANCE) -> bool:
@@ -30,6 +32,17 @@ def as_good(best: Fit, other: Fit) -> bool:
     """Return whether `other` does as well as `best` on stretches left out (by chance and `EQUAL_FACTOR`)."""
     near = other.cross_validated_rms <= EQUAL_FACTOR * best.cross_validated_rms
     return near and not other.rough and not pays(other, best)
+
+
+def settled(problem: Problem, best: Fit) -> bool:
+    """Return whether a hypothesis leaves little more than what is white from row to row."""
+    series = residual_series(problem, best)
+    white = white_noise(series)
+    for unit, size in white.items():
+        errors = np.concatenate([part for name in series if unit_of(name) == unit for part in series[name]])
+        if np.sqrt(np.nanmean(errors**2)) > SETTLED_FACTOR * size:
+            return False
+    return True
 
 
 def may_replace(problem: Problem, chosen: Fit, other: Fit) -> bool:

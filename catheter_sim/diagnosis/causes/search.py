@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from catheter_sim.diagnosis.causes.comparison import settled
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.probe import (
     Foreseen,
@@ -175,14 +176,23 @@ class Search:
         return [term for term in terms if term in chosen]
 
     def alone(self, null: Fit, terms: Sequence[Term]) -> list[Fit]:
-        """Return the fits of single terms: of each effect's the most promising, of a robot in motion few."""
+        """Return the fits of single terms: of each effect's the most promising."""
         by_effect: dict[str, list[Term]] = {}
         for term in terms:
             by_effect.setdefault(term.effect, []).append(term)
         chosen = [term for own in by_effect.values() for term in self.promising(null, own)]
         if self.problem.moving:
-            chosen = list(self.promising(null, chosen, MOST_SINGLES))
+            return self._alone_in_motion(null, chosen)
         return self.fitted([((term,), {}) for term in chosen])
+
+    def _alone_in_motion(self, null: Fit, terms: Sequence[Term]) -> list[Fit]:
+        """Return the fits of the best probed terms alone: of few where nothing or one of them settles it."""
+        hypotheses = [(null, (term,)) for term in terms]
+        picked = self.best(hypotheses, [(range(len(terms)), MOST_SINGLES)])
+        first = self.fitted(picked[:FINALISTS])
+        if any(settled(self.problem, item) for item in (null, *first)):
+            return first
+        return [*first, *self.fitted(picked[FINALISTS:])]
 
     def with_one_more_cause(
         self, beam: Sequence[Fit], variants: tuple[Sequence[Term], Sequence[Term]]
