@@ -137,3 +137,48 @@ def test_two_causes_are_found_beside_one_that_imitates_them(monkeypatch):
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
     monkeypatch.setattr(search_module, "PAIRS", 0)
     assert set(select(problem, candidates).chosen.causes) == {"stiffness"}
+
+
+def pulled_in_turn(true: tuple[float, float, float], seed: int, moving: bool) -> Problem:
+    """Return data of a robot of which each output follows one channel, whose gains are `true`.
+
+    Each channel is pulled by itself, so that a gain of one alone is no stiffness; in seconds, as motion is
+    cut.
+    """
+    robot = small_robot()
+    keys = [item.name for item in EFFECTS["actuation_gain"].parameters(robot)]
+    alone = [name for name in keys if name != "scale"]
+    waves = np.stack([np.roll(PULL, 4 * k) * (1.0 + 0.1 * k) for k in range(3)], axis=1)
+    inputs = replace(as_inputs(waves, "displacement"), time_s=0.1 * np.arange(len(PULL)))
+
+    def twin(robots, inputs, every):
+        rows = []
+        for item in robots:
+            gains = item.effects.get("actuation_gain", {})
+            each = np.array([gains.get(name, gains.get("scale", 1.0)) for name in alone])
+            stiffer = item.effects.get("stiffness", {}).get("scale", 1.0)
+            rows.append(inputs.tendon * each / stiffer)
+        return np.array(rows)[:, ::every]
+
+    columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+    noise = 0.01 * np.random.default_rng(seed).normal(size=waves.shape)
+    values = waves * np.array(true) + noise
+    table = Table(inputs.time_s, {name: values[:, k] for k, name in enumerate(columns)}, "made")
+    trial = Trial("a.csv", "train", inputs, table)
+    return Problem(robot, (), (trial,), columns, np.full(3, 0.01), twin, moving=moving)
+
+
+def test_in_motion_values_per_channel_are_tried_before_sets_of_two():
+    """A gain of one channel settles the error alone: no set of two is fitted, as each costs minutes."""
+    found = select(pulled_in_turn((1.5, 1.0, 1.0), 1, moving=True), ("stiffness", "actuation_gain", "twist"))
+    assert found.chosen.causes == ("actuation_gain",)
+    assert len(found.chosen.numbers) == 3
+    assert max(len(item.terms) for item in found.tried) == 1
+
+
+def test_in_motion_little_is_fitted_where_nothing_is_wrong():
+    """The robot as it is settles the error: the best probed causes alone are fitted, and none is chosen."""
+    candidates = ("stiffness", *UNITS, "actuation_gain", "backlash", "payload")
+    found = select(pulled_in_turn((1.0, 1.0, 1.0), 1, moving=True), candidates)
+    assert found.chosen.causes == ()
+    assert 0 < len(found.tried) <= search_module.FINALISTS
