@@ -36,6 +36,7 @@ class Parameter:
             `scale` is then a change of the inverse.
         likely: what a robot that was built to its specification may have, in the number's unit; None: all
             within the bounds. Beyond it a number is fitted, but its cause is not believed.
+        in_motion: scale and start for data that were taken while the robot moved; None: as for held rows.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Parameter:
     start: float
     inverse: bool = False
     likely: tuple[float, float] | None = None
+    in_motion: tuple[float, float] | None = None
 
     def to_fit(self, value: float) -> float:
         """Return the coordinate in which `value` is fitted."""

@@ -20,11 +20,14 @@ _MOST_DAMPING_S = 0.3  # by which most robots swing no more
 _DAMPING_SCALE = 0.1  # of a change that matters, of the damping that is specified
 _LEAST_DAMPING_SCALE_S = 1e-3
 _LONGEST_S = 10.0  # what is slower creeps: see `drift`
+# [s] scale and start: between held rows seconds pass, in motion hundredths of a second (assumed)
+_HELD_S, _MOVING_S = (0.1, 0.2), (0.01, 0.02)
 
 
 def _form(name: str, equation: str, parameter: str, memory: Late) -> Form:
     # Off zero the response has a slope by either also where a trial begins with a step.
-    item = Parameter(parameter, null=0.0, lower=0.0, upper=_LONGEST_S, scale=0.1, start=0.2)
+    scale, start = _HELD_S
+    item = Parameter(parameter, 0.0, 0.0, _LONGEST_S, scale=scale, start=start, in_motion=_MOVING_S)
     behind = memory is _BEHIND
     return Form(
         name=name,

@@ -104,9 +104,19 @@ def fitted_numbers(problem: Problem, terms: Sequence[Term]) -> tuple[FittedNumbe
             found.append(FittedNumber("", nuisance.parameter, nuisance.spread))
     for term in terms:
         by_name = {item.name: item for item in EFFECTS[term.effect].parameters(problem.robot)}
+        if problem.moving:
+            by_name = {name: _moving(item) for name, item in by_name.items()}
         given = problem.robot.effects.get(term.effect, {})
         found += [FittedNumber(term.effect, _as_given(by_name[name], given)) for name in term.free]
     return tuple(found)
+
+
+def _moving(parameter: Parameter) -> Parameter:
+    """Return a parameter with the scale and the start that it has for a robot in motion."""
+    if parameter.in_motion is None:
+        return parameter
+    scale, start = parameter.in_motion
+    return replace(parameter, scale=scale, start=start)
 
 
 def _as_given(parameter: Parameter, given: Mapping[str, float]) -> Parameter:
