@@ -9,7 +9,9 @@ beside it.
 
 from __future__ import annotations
 
-from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from collections.abc import Callable
+
+from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Timing, Values
 from catheter_sim.core.numbers import number
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects._late import Late
@@ -26,6 +28,7 @@ def _form(name: str, equation: str, parameter: str, memory: Late) -> Form:
     # Off zero the response has a slope by either also where a trial begins with a step.
     item = Parameter(parameter, null=0.0, lower=0.0, upper=_LONGEST_S, scale=0.1, start=0.2)
     behind = memory is _BEHIND
+    lags = parameter == memory.lag
     return Form(
         name=name,
         equation=equation,
@@ -33,7 +36,17 @@ def _form(name: str, equation: str, parameter: str, memory: Late) -> Form:
         parameters=lambda robot: (item,),
         memory=memory,
         in_place=behind,
+        timing=_timing(parameter, lags, behind),
     )
+
+
+def _timing(parameter: str, lags: bool, behind: bool) -> Callable[[Values], Timing] | None:
+    """Return what MJCF has of a form: actuators with lag and delay, sensors with a delay."""
+    if lags and behind:
+        return None
+    if lags:
+        return lambda values: Timing(lag_s=values.get(parameter, 0.0))
+    return lambda values: Timing(delay_s=values.get(parameter, 0.0))
 
 
 def _damping(robot: RobotSpec) -> tuple[Parameter, ...]:
