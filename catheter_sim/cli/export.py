@@ -7,12 +7,12 @@ example:
 `build` writes the robot without what runs beside the package's steps. `export` puts that in, as far as
 MuJoCo has it: joints that roll become slides that their hinges move; friction, rods and metal become
 springs and plastic springs (springyield, MuJoCo 4) of the hinges, fitted to loops of the simulation; gains,
-offsets, couplings, lags, delays and creep become actuators; a constant force on the tip becomes an actuator,
-a tracker's frame or delay the sensors'.
-outputs: MODEL.xml, in SI units, with a keyframe `rest`, sensors `position_<k>`, `tip_position` [m], `tip_quat`,
-and a text `control_<actuator>` that says what each control is; MODEL_export.json beside it, what this verb
-prints: how each cause travelled, what did not with its cost in mm, and how far the file in MuJoCo alone is
-from `simulate` on loops that were not fitted, in mm and % of the length.
+offsets, couplings, lags, delays, creep and a constant force on the tip become actuators; a tracker's frame
+and delay become the sensors'.
+outputs: MODEL.xml, in SI units, with a keyframe `rest`, sensors `position_<k>`, `tip_position` [m] and
+`tip_quat`, and a text `control_<actuator>` that says what each control is; MODEL_export.json beside it, what
+this verb prints: how each cause travelled, what did not with its cost in mm, and how far the file in MuJoCo
+alone is from `simulate` on loops that were not fitted, in mm and % of the length.
 --for mjx, --for warp: without plastic springs (friction losses in their place), delays and implicit springs.
 exit status: 1 where the file is more than 2 % of the length off; it is written all the same.
 """

@@ -4,7 +4,8 @@ A hinge's springs are fixed tendons with a range in which they give no force. It
 angle, which no friction loss of a joint does. It comes from a plastic spring (`springyield`) of a constant
 force F whose arm grows: a tendon from a site below the hinge to one above, each at the distance A, has the
 length 2 A cos(q / 2), and F times its slope is F A sin(|q| / 2). It yields after a turn by `TURN_SHARE` of
-the hinge's range. A friction loss of the same tendon does the same in engines that know no plastic
+the hinge's range. A constant part is a plastic
+fixed tendon. A friction loss of the same tendons does the same in engines that know no plastic
 springs.
 """
 
@@ -25,6 +26,7 @@ SLIDE_ARMATURE_KG = 0.01  # of a slide that follows a hinge
 _FAR = "1e6"
 # As hard as a step allows: a tie, not a spring.
 _TIE = {"solref": "0.002 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
+_STICK = {"solreffriction": "0.001 1", "solimpfriction": "0.999 0.9999 0.001 0.5 2"}
 _HIDDEN = {"group": "5", "rgba": "0 0 0 0"}
 
 
@@ -114,6 +116,9 @@ def add_friction(
     """
     bodies, tendons = bodies_of(root), child(root, "tendon")
     for law in laws:
+        if law.constant > 0.0:
+            own = _rubbing(law.constant, TURN_SHARE * law.range_rad, plastic)
+            _fixed(tendons, law.joint, f"rub_{law.joint}_constant", springlength="0", **own)
         if law.width > 0.0:
             _add_arm(bodies, child(root, "worldbody"), tendons, plain, law, plastic)
 
@@ -146,17 +151,17 @@ def _add_arm(
     tendon = ElementTree.SubElement(
         tendons,
         "spatial",
-        _HIDDEN,
+        _HIDDEN | _rubbing(force, yields, plastic),
         name=f"rub_{law.joint}",
         width="0.0001",
+        springlength=text_of(2.0 * ARM_M),
     )
-    if plastic:
-        tendon.set("stiffness", text_of(force / yields))
-        tendon.set("springyield", text_of(yields))
-        tendon.set("springlength", text_of(2.0 * ARM_M))
-    else:
-        tendon.set("frictionloss", text_of(force))
-        tendon.set("solreffriction", "0.001 1")
-        tendon.set("solimpfriction", "0.999 0.9999 0.001 0.5 2")
     for name in names:
         ElementTree.SubElement(tendon, "site", site=name)
+
+
+def _rubbing(force: float, yields: float, plastic: bool) -> dict[str, str]:
+    """Return the attributes of a tendon that resists with a force [N, N m] after so much motion [m, rad]."""
+    if plastic:
+        return {"stiffness": text_of(force / yields), "springyield": text_of(yields)}
+    return {"frictionloss": text_of(force), **_STICK}

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.core.inputs import Inputs, slice_inputs
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.exporting import loops
-from catheter_sim.exporting.causes import LEFT, Cause, without
+from catheter_sim.exporting.causes import EXACT, Cause, without
 from catheter_sim.exporting.plain import PlainRun
 from catheter_sim.exporting.write import Model
 from catheter_sim.modelling.scene import robot_length
@@ -18,7 +18,9 @@ from catheter_sim.progress import Stages
 from catheter_sim.simulation.replay import simulate
 
 PERCENT = 2.0  # of the length: what a file may be off on held loops
-_MOTION_ROW_S = 0.25  # between rows of a loop in motion
+_MOTION_ROWS = 18  # of a loop in motion
+_MOTION_ROW_S = 0.25  # between them
+_ROWS_BETWEEN = 25  # that are looked at
 _NO_GRAVITY = np.zeros(3)
 
 
@@ -39,7 +41,7 @@ class Distance:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a cause costs that is not in the file.
+    """What a cause costs where it is not in the file.
 
     Attributes:
         cause: which.
@@ -59,7 +61,7 @@ class Judgement:
         held: file against package, on loops of one drive at a time, and of one against another that stands.
         moving: the same in motion; None: no cause needs a clock.
         bare: the robot as `build` writes it, without anything fitted, against the package.
-        costs: of the causes that are left.
+        costs: of the causes that are left, and of those that are fitted.
     """
 
     length_mm: float
@@ -106,7 +108,7 @@ def judge(model: Model, progress: bool = False) -> Judgement:
                 _package(robot, path, True),
             )
         stages.say("costs of what is left out")
-        costs = tuple(Cost(cause, _cost(robot, cause, alone)) for cause in model.causes if cause.way == LEFT)
+        costs = tuple(Cost(cause, _cost(robot, cause, alone)) for cause in model.causes if cause.way != EXACT)
     return Judgement(1e3 * robot_length(robot), tuple(held), moving, unfitted, costs)
 
 
@@ -116,9 +118,16 @@ def held_robot(robot: RobotSpec, causes: tuple[Cause, ...]) -> RobotSpec:
 
 
 def moving_loop(inputs: Inputs) -> Inputs:
-    """Return the first rows of loops with the clock of a motion."""
-    count = min(len(inputs), 18)
-    return replace(slice_inputs(inputs, slice(0, count)), time_s=_MOTION_ROW_S * np.arange(count))
+    """Return the first rows of loops with the clock of a motion, and rows between them.
+
+    The package delays rows, and runs straight between them: with few rows it would cut the corners.
+    """
+    count = min(len(inputs), _MOTION_ROWS)
+    corners = _MOTION_ROW_S * np.arange(count)
+    time_s = np.linspace(0.0, corners[-1], (count - 1) * _ROWS_BETWEEN + 1)
+    tendon = np.stack([np.interp(time_s, corners, column) for column in inputs.tendon[:count].T], axis=1)
+    nothing = np.zeros((len(time_s), 3))
+    return replace(inputs, time_s=time_s, tendon=tendon, force_tip=nothing, moment_tip=nothing)
 
 
 def _package(robot: RobotSpec, inputs: Inputs, dynamic: bool = False) -> Array:

@@ -5,7 +5,7 @@ The package's simulation is at rest in a posture under inputs. Put into the plai
 leave at each hinge a moment without balance: what friction, rods or metal do there, which run beside the
 step. Over loops that moment M against the hinge's angle q is a curve with two branches,
 
-    M(q) = -(s(q) + sign(dq) w |q| / q_most),  s: piecewise linear,  w >= 0,
+    M(q) = -(s(q) + sign(dq) (c + w |q| / q_most)),  s: piecewise linear,  c, w >= 0,
 
 fitted by least squares to the rows in which the hinge moves. Capstan friction of one tendon that bends
 springs of stiffness K gives s = K q (cosh(mu a) - 1) and a width K q sinh(mu a), with the tendon's turn a
@@ -43,7 +43,8 @@ class HingeLaw:
         range_rad: largest angle to either side on the loops.
         stiffness: of a spring about zero; may be negative [N m/rad].
         knots: angles beyond which springs act, away from zero, with their stiffness [rad, N m/rad].
-        width: of friction, as a moment at `range_rad` to either side [N m].
+        constant: of friction that is the same at all angles, to either side [N m].
+        width: of friction that grows with the angle, as a moment at `range_rad` to either side [N m].
         left: root mean square of the moment that the law leaves, over the largest one of the tendons.
     """
 
@@ -51,6 +52,7 @@ class HingeLaw:
     range_rad: float
     stiffness: float
     knots: tuple[tuple[float, float], ...]
+    constant: float
     width: float
     left: float
 
@@ -136,16 +138,16 @@ def _fit(joint: str, angle: Array, moment: Array, largest: float) -> HingeLaw:
     step = np.diff(angle, prepend=0.0)
     moves = np.abs(step) > _MOVES_SHARE * span
     if not moves.any():
-        return HingeLaw(joint, span, 0.0, (), 0.0, 0.0)
+        return HingeLaw(joint, span, 0.0, (), 0.0, 0.0, 0.0)
     knots = np.linspace(angle.min(), angle.max(), KNOTS + 2)[1:-1]
     knots = knots[np.abs(knots) > 0.02 * span]
     springs = [angle, *(np.sign(k) * np.maximum(0.0, np.sign(k) * (angle - k)) for k in knots)]
-    columns = -np.array([*springs, np.sign(step) * np.abs(angle / span)]).T
+    columns = -np.array([*springs, np.sign(step), np.sign(step) * np.abs(angle / span)]).T
     size = np.abs(columns).max(axis=0) + 1e-30
     rows = np.concatenate([columns[moves] / size, _RIDGE * largest * np.eye(len(size))])
     target = np.concatenate([moment[moves], np.zeros(len(size))])
-    least = np.array([-np.inf] * len(springs) + [0.0])
+    least = np.array([-np.inf] * len(springs) + [0.0, 0.0])
     values = lsq_linear(rows, target, (least, np.inf)).x / size
     left = float(np.sqrt(np.mean((columns[moves] @ values - moment[moves]) ** 2))) / max(largest, 1e-30)
     pairs = tuple((float(k), float(v)) for k, v in zip(knots, values[1 : len(springs)], strict=True))
-    return HingeLaw(joint, span, float(values[0]), pairs, float(values[-1]), left)
+    return HingeLaw(joint, span, float(values[0]), pairs, float(values[-2]), float(values[-1]), left)

@@ -78,7 +78,7 @@ def find_shifts(
         for axis in range(3):
             if np.abs(shift[:, axis]).max() < _LEAST_SHARE * length_m:
                 continue
-            coefficients = np.linalg.lstsq(powers, shift[:, axis], rcond=None)[0]
+            coefficients = np.asarray(np.linalg.lstsq(powers, shift[:, axis], rcond=None)[0], float)
             left = np.abs(powers @ coefficients - shift[:, axis]).max()
             body = plain.body(plain.jnt_bodyid[joint]).name
             found.append(Shift(plain.joint(joint).name, body, axis, coefficients, float(left)))

@@ -40,7 +40,7 @@ def _elements(model: Model, judgement: Judgement) -> list[str]:
         left = 1e3 * max(item.left_m for item in model.shifts)
         found.append(f"{len(model.shifts)} slides that hinges move: worked out, to within {left:.2g} mm")
     if model.laws:
-        rubbing = sum(law.width > 0.0 for law in model.laws)
+        rubbing = sum(law.width > 0.0 or law.constant > 0.0 for law in model.laws)
         by = "plastic springs" if model.engine == "mujoco" else "tendons' friction loss"
         found.append(f"springs at {len(model.laws)} hinges, friction at {rubbing} by {by}: fitted")
     if found:
@@ -54,13 +54,13 @@ def _causes(model: Model, judgement: Judgement) -> list[str]:
     found = []
     for cause in model.causes:
         name = f"{cause.effect} ({cause.form})"
-        if cause.way == LEFT:
-            cost = costs[id(cause)]
-            found.append(
-                f"{name}: not in the file, {cause.how}; costs up to {cost.largest_mm:.3g} mm {cost.loops}"
-            )
-        else:
-            found.append(f"{name}: {'fitted, ' if cause.way == FITTED else ''}{cause.how}")
+        distance = costs.get(id(cause))
+        if distance is None:
+            found.append(f"{name}: {cause.how}")
+            continue
+        way = "not in the file" if cause.way == LEFT else "fitted"
+        cost = f"without it up to {distance.largest_mm:.3g} mm {distance.loops}"
+        found.append(f"{name}: {way}, {cause.how}; {cost}")
     return found
 
 
@@ -72,7 +72,10 @@ def _said(item: Distance, length_mm: float) -> str:
 
 
 def json_of(model: Model, judgement: Judgement) -> dict[str, Any]:
-    """Return the report as what JSON holds; distances in mm, None where a replay diverges."""
+    """Return the report as what JSON holds; distances in mm, None where a replay diverges.
+
+    `cost_mm`: what a cause moves on the loops, None where it is in the file as it is.
+    """
     costs = {id(item.cause): item.distance for item in judgement.costs}
     moving = () if judgement.moving is None else (judgement.moving,)
     return {
@@ -92,7 +95,7 @@ def json_of(model: Model, judgement: Judgement) -> dict[str, Any]:
                 "carried": cause.way != LEFT,
                 "fitted": cause.way == FITTED,
                 "how": cause.how,
-                "cost_mm": _number(costs[id(cause)].largest_mm) if cause.way == LEFT else 0.0,
+                "cost_mm": _number(costs[id(cause)].largest_mm) if id(cause) in costs else None,
             }
             for cause in model.causes
         ],

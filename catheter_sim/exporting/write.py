@@ -19,10 +19,21 @@ from catheter_sim.effects.apply import built_in, check_effects
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.exporting import loops
 from catheter_sim.exporting.actuators import command_actuators, count_samples
-from catheter_sim.exporting.causes import Cause, affine_of, find_causes, quasi_static, timing_of, view_of
+from catheter_sim.exporting.causes import (
+    FITTED,
+    LEFT,
+    Cause,
+    affine_of,
+    find_causes,
+    quasi_static,
+    timing_of,
+    view_of,
+    without,
+)
 from catheter_sim.exporting.elements import add_friction, add_shifts, add_springs, child
 from catheter_sim.exporting.moments import HingeLaw, fit_laws, missing_moments
 from catheter_sim.exporting.paths import Shift, find_shifts
+from catheter_sim.exporting.plain import PlainRun
 from catheter_sim.exporting.sensors import add_sensors
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.modelling.scene import robot_length
@@ -32,6 +43,8 @@ from catheter_sim.simulation.simulator import Simulator
 
 ENGINES = ("mujoco", "mjx", "warp")
 _RANGE_MORE = 0.1  # of what hinges turn on the loops, by which their paths are known beyond it
+_CLEARLY = 0.5  # of the distance without it: what joints are to show of a cause to be said to carry it
+_NOT_SHOWN = "springs and friction of joints do not give it"
 _NO_GRAVITY = np.zeros(3)
 
 
@@ -103,23 +116,55 @@ def write_model(
     check_effects(robot)
     drives = loops.drives_of(robot, largest_bend_rad)
     causes = find_causes(robot)
-    quasi = quasi_static(robot, causes)
+    inputs = loops.fitted_loops(drives)
     with Stages("exporting", progress) as stages:
         stages.say("simulating loops")
-        inputs = loops.fitted_loops(drives)
-        positions = _loop_positions(quasi, inputs)
-        stages.say("fitting joints")
-        base, simulator = _base_model(robot, engine), Simulator(built_in(robot))
-        plain = mujoco.MjModel.from_xml_string(base)
-        root = ElementTree.fromstring(base)
-        shifts = _shifts(robot, simulator, plain, positions)
-        add_shifts(root, shifts)
-        own = _own_shares(simulator, inputs.tendon.shape[1])
-        laws = _laws(robot, root, plain, shifts, positions, inputs, own)
+        found = _fitted(robot, quasi_static(robot, causes), engine, causes, drives, inputs)
+        hidden = tuple(cause for cause in causes if cause.way == FITTED)
+        if hidden:
+            stages.say("trying whether joints can show what actuators cannot")
+            found = _nearer(found, hidden, inputs)
+    return found
+
+
+def _fitted(
+    robot: RobotSpec,
+    quasi: RobotSpec,
+    engine: str,
+    causes: tuple[Cause, ...],
+    drives: DriveLevels,
+    inputs: Inputs,
+) -> Model:
+    """Return the model whose joints are fitted to what `quasi`, the robot or less, does on loops."""
+    positions = _loop_positions(quasi, inputs)
+    base, simulator = _base_model(robot, engine), Simulator(built_in(robot))
+    plain = mujoco.MjModel.from_xml_string(base)
+    root = ElementTree.fromstring(base)
+    shifts = _shifts(robot, simulator, plain, positions)
+    add_shifts(root, shifts)
+    own = _own_shares(simulator, inputs.tendon.shape[1])
+    laws = _laws(robot, root, plain, shifts, positions, inputs, own)
     text, row_shares = _finished(robot, engine, root, plain, own, shifts, laws)
     bare, _ = _finished(robot, engine, ElementTree.fromstring(base), plain, own, (), ())
     controls = _controls(robot, ElementTree.fromstring(text), row_shares)
     return Model(robot, engine, text, bare, controls, row_shares, causes, laws, shifts, drives)
+
+
+def _nearer(model: Model, hidden: tuple[Cause, ...], inputs: Inputs) -> Model:
+    """Return the model fitted with the causes in `hidden`, or without, whichever is nearer to the package."""
+    robot, causes = model.robot, model.causes
+    whole = without(robot, tuple(cause for cause in causes if cause.timed))
+    run = simulate(whole, inputs, _NO_GRAVITY)
+    truth = np.array([posture.p_w for posture in run.postures])
+    left = tuple(replace(c, way=LEFT, how=_NOT_SHOWN) if c in hidden else c for c in causes)
+    less = without(quasi_static(robot, causes), hidden)
+    other = _fitted(robot, less, model.engine, left, model.drives, inputs)
+
+    def off(candidate: Model) -> float:
+        got = PlainRun(candidate.text, candidate.shares).held(inputs.tendon[: len(truth)])
+        return float(np.nan_to_num(np.linalg.norm(got - truth, axis=2), nan=np.inf).max())
+
+    return model if off(model) < _CLEARLY * off(other) else other
 
 
 def _finished(
