@@ -22,6 +22,8 @@ from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
 
 EXACT, FITTED, LEFT = "as it is", "fitted", "not in the file"
+BUILT = "in the model that is built"
+IN_LOOPS = "in the loops that the joints' springs are fitted to"
 _FAR = 1e3  # inputs at which commands are probed, in file units: no tension is clamped there
 _TOLERANCE = 1e-6
 
@@ -104,7 +106,7 @@ def without(robot: R, causes: tuple[Cause, ...]) -> R:
 def _carried(robot: RobotSpec, form: Form, values: Values) -> tuple[str, str, bool]:
     """Return way, how and whether a form is timed."""
     if form.specify is not None:
-        return EXACT, "in the model that is built", form.in_motion
+        return EXACT, BUILT, form.in_motion
     if form.command is not None:
         affine = _affine_of(robot, form, values)
         return (LEFT, "no matrix and bias", False) if affine is None else (EXACT, _by(affine), False)
@@ -124,7 +126,7 @@ def _carried(robot: RobotSpec, form: Form, values: Values) -> tuple[str, str, bo
     if timed or form.stage is Stage.OBSERVATION:
         what = "sensor" if form.stage is Stage.OBSERVATION else "actuator"
         return LEFT, f"no {what} of MJCF has a memory like it", timed
-    return FITTED, "in the loops that the joints' springs are fitted to", False
+    return FITTED, IN_LOOPS, False
 
 
 def _by(affine: Affine) -> str:

@@ -20,7 +20,9 @@ from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.exporting import loops
 from catheter_sim.exporting.actuators import command_actuators, count_samples
 from catheter_sim.exporting.causes import (
+    BUILT,
     FITTED,
+    IN_LOOPS,
     LEFT,
     Cause,
     affine_of,
@@ -44,6 +46,7 @@ from catheter_sim.simulation.simulator import Simulator
 ENGINES = ("mujoco", "mjx", "warp")
 _RANGE_MORE = 0.1  # of what hinges turn on the loops, by which their paths are known beyond it
 _CLEARLY = 0.5  # of the distance without it: what joints are to show of a cause to be said to carry it
+IN_MOMENTS = "in the moments that the joints' springs are fitted to"
 _NOT_SHOWN = "springs and friction of joints do not give it"
 _NO_GRAVITY = np.zeros(3)
 
@@ -115,16 +118,36 @@ def write_model(
         raise unknown("engine", engine, ENGINES)
     check_effects(robot)
     drives = loops.drives_of(robot, largest_bend_rad)
-    causes = find_causes(robot)
+    causes = _by_joints(robot, find_causes(robot))
     inputs = loops.fitted_loops(drives)
     with Stages("exporting", progress) as stages:
         stages.say("simulating loops")
         found = _fitted(robot, quasi_static(robot, causes), engine, causes, drives, inputs)
-        hidden = tuple(cause for cause in causes if cause.way == FITTED)
+        hidden = tuple(cause for cause in causes if cause.how == IN_LOOPS)
         if hidden:
             stages.say("trying whether joints can show what actuators cannot")
             found = _nearer(found, hidden, inputs)
     return found
+
+
+def _by_joints(robot: RobotSpec, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
+    """Return the causes, those of the specification that the built model does not show as fitted ones."""
+
+    def shown(own: RobotSpec) -> bytes:
+        root = ElementTree.fromstring(build_mjcf(built_in(own), motion=True))
+        for block in (*root.findall("custom"), *root.findall("option")):
+            root.remove(block)
+        for joint in root.iter("joint"):  # of how it comes to rest, not where
+            for key in ("damping", "armature"):
+                joint.attrib.pop(key, None)
+        return ElementTree.tostring(root)
+
+    built = [cause for cause in causes if cause.how == BUILT and not cause.timed]
+    if not built:
+        return causes
+    whole = shown(robot)
+    same = {id(cause) for cause in built if shown(without(robot, (cause,))) == whole}
+    return tuple(replace(c, way=FITTED, how=IN_MOMENTS) if id(c) in same else c for c in causes)
 
 
 def _fitted(

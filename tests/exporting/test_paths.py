@@ -13,6 +13,7 @@ from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.simulation.simulator import Simulator
 
 
+@pytest.mark.slow
 def test_a_rolling_link_is_lifted_as_a_circle_is() -> None:
     """By R (1 - cos q) about its contact's place: a point on a rolling circle."""
     robot = cs.load_robot("chest_tube_section")
@@ -28,6 +29,7 @@ def test_a_rolling_link_is_lifted_as_a_circle_is() -> None:
     assert lift.slope(0.1) == pytest.approx((lift.at(0.101) - lift.at(0.099)) / 0.002, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_where_no_law_moves_a_body_there_are_no_slides() -> None:
     """A robot of fixed hinges has none."""
     robot = cs.load_robot("neuroendoscope_section")
