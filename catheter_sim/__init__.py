@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from catheter_sim.public.controlled import Control, control
     from catheter_sim.public.data import dataset, inputs, load_dataset, load_robot, read_inputs
     from catheter_sim.public.diagnoses import Diagnosis, diagnose
+    from catheter_sim.public.exports import Export, export
     from catheter_sim.public.inverse import InverseKinematics, inverse_kinematics
     from catheter_sim.public.model_choice import ModelChoice, which_model
     from catheter_sim.public.offers import list_effects, list_environments, list_models, list_robots
@@ -34,6 +35,7 @@ _HOME = {
     "catheter_sim.public.data": ("dataset", "inputs", "load_dataset", "load_robot", "read_inputs"),
     "catheter_sim.public.comparisons": ("Comparison", "compare"),
     "catheter_sim.public.diagnoses": ("Diagnosis", "diagnose"),
+    "catheter_sim.public.exports": ("Export", "export"),
     "catheter_sim.public.inverse": ("InverseKinematics", "inverse_kinematics"),
     "catheter_sim.public.model_choice": ("ModelChoice", "which_model"),
     "catheter_sim.public.offers": ("list_effects", "list_environments", "list_models", "list_robots"),
@@ -48,6 +50,7 @@ __all__ = [
     "Comparison",
     "Control",
     "Diagnosis",
+    "Export",
     "InputError",
     "InverseKinematics",
     "ModelChoice",
@@ -62,6 +65,7 @@ __all__ = [
     "control",
     "dataset",
     "diagnose",
+    "export",
     "inputs",
     "inverse_kinematics",
     "list_effects",

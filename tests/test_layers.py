@@ -31,7 +31,7 @@ RANK = {
     **dict.fromkeys(
         ("pictures", "planning", "controllers", "envs", "diagnosis", "anatomy", "procedure", "viewer"), 6
     ),
-    **dict.fromkeys(("comparison", "examples", "skeletons"), 6),
+    **dict.fromkeys(("comparison", "examples", "exporting", "skeletons"), 6),
     **dict.fromkeys(("importing", "blind_bench", "validation", "speed", "public"), 7),
     **dict.fromkeys(("cli", "__main__", "__init__"), 8),
 }

@@ -27,6 +27,7 @@ from catheter_sim.cli import (
     control,
     diagnose,
     example,
+    export,
     ik,
     import_verb,
     list_verb,
@@ -48,6 +49,7 @@ from catheter_sim.signals import Stopped, unwound_by_signals
 VERBS: dict[str, ModuleType] = {
     "list": list_verb,
     "build": build,
+    "export": export,
     "simulate": simulate,
     "statics": statics,
     "render": render,

@@ -201,6 +201,23 @@ class Memory(Protocol):
 
 
 @dataclass(frozen=True)
+class Timing:
+    """What of a memory an actuator, or a sensor, of MJCF does by itself; zeros do nothing.
+
+    Attributes:
+        lag_s: time constant of a first-order lag [s].
+        delay_s: [s].
+        creep: what comes on after a step, as a share of it.
+        creep_time_s: with which time constant [s].
+    """
+
+    lag_s: float = 0.0
+    delay_s: float = 0.0
+    creep: float = 0.0
+    creep_time_s: float = 0.0
+
+
+@dataclass(frozen=True)
 class Form:
     """A way in which a cause may act.
 
@@ -222,6 +239,7 @@ class Form:
         further: a diagnosis tries it only where all forms that are not further leave structure.
         in_motion: it does nothing, or nothing that another form does not, where rows are held: a diagnosis
             tries it only on data that were taken while the robot moved.
+        timing: of `memory` with these values, where MJCF has it; an exported file then carries it.
     """
 
     name: str
@@ -236,6 +254,7 @@ class Form:
     in_place: bool = False
     further: bool = False
     in_motion: bool = False
+    timing: Callable[[Values], Timing] | None = None
 
     def freed(self, robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
         """Return the names of the parameters that a diagnosis frees together, fewest first."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Values
+from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Timing, Values
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects._channels import (
@@ -107,6 +107,11 @@ def _creeping(values: Values) -> tuple[float, float]:
     return values.get(_CREEP[0], 0.0), values.get(_CREEP[1], _CREEP_TIME_S)
 
 
+def _timed(values: Values) -> Timing:
+    amount, constant_s = _creeping(values)
+    return Timing(creep=amount, creep_time_s=constant_s)
+
+
 @dataclass(frozen=True)
 class _Following:
     """What comes on after what is seen.
@@ -176,6 +181,7 @@ EFFECT = Effect(
             stage=Stage.COMMAND,
             parameters=lambda robot: _creep(_CREEP),
             memory=_MEMORY,
+            timing=_timed,
         ),
         Form(
             name="response",

@@ -9,7 +9,9 @@ beside it.
 
 from __future__ import annotations
 
-from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from collections.abc import Callable
+
+from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Timing, Values
 from catheter_sim.core.numbers import number
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects._late import Late
@@ -29,6 +31,7 @@ def _form(name: str, equation: str, parameter: str, memory: Late) -> Form:
     scale, start = _HELD_S
     item = Parameter(parameter, 0.0, 0.0, _LONGEST_S, scale=scale, start=start, in_motion=_MOVING_S)
     behind = memory is _BEHIND
+    lags = parameter == memory.lag
     return Form(
         name=name,
         equation=equation,
@@ -36,7 +39,17 @@ def _form(name: str, equation: str, parameter: str, memory: Late) -> Form:
         parameters=lambda robot: (item,),
         memory=memory,
         in_place=behind,
+        timing=_timing(parameter, lags, behind),
     )
+
+
+def _timing(parameter: str, lags: bool, behind: bool) -> Callable[[Values], Timing] | None:
+    """Return what MJCF has of a form: actuators with lag and delay, sensors with a delay."""
+    if lags and behind:
+        return None
+    if lags:
+        return lambda values: Timing(lag_s=values.get(parameter, 0.0))
+    return lambda values: Timing(delay_s=values.get(parameter, 0.0))
 
 
 def _damping(robot: RobotSpec) -> tuple[Parameter, ...]:

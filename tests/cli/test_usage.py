@@ -20,7 +20,7 @@ from catheter_sim.errors import InputError
 
 COMMAND = [sys.executable, "-m", "catheter_sim.cli.main"]
 CONTRACT_VERBS = {
-    *("list", "build", "simulate", "statics", "render", "validate", "diagnose", "bench", "view"),
+    *("list", "build", "export", "simulate", "statics", "render", "validate", "diagnose", "bench", "view"),
     *("ik", "sense", "workspace", "which-model", "control"),
     *("import", "new", "compare", "example"),
 }
@@ -42,6 +42,7 @@ def test_help_has_an_example_and_units(verb: str, run: Run) -> None:
     units = {
         "list": "in the unit that the parameter's name ends in",
         "build": "SI units",
+        "export": "SI units",
         "simulate": "time_s [s]",
         "statics": "units",
         "render": "pixels",
