@@ -29,6 +29,7 @@ from catheter_sim.cli import (
     example,
     ik,
     import_verb,
+    lab,
     list_verb,
     new,
     render,
@@ -64,6 +65,7 @@ VERBS: dict[str, ModuleType] = {
     "control": control,
     "which-model": which_model,
     "workspace": workspace,
+    "lab": lab,
 }
 TRACEBACK_VARIABLE = "CATHETER_SIM_TRACEBACK"  # set to anything: defects and warnings show in full
 
