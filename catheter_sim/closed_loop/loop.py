@@ -212,10 +212,13 @@ def _propose(
     spent = sum(
         step.proposed.minutes for step in steps if step.proposed is not None and step.found is not None
     )
+    played = {step.proposed.words for step in steps if step.proposed is not None}
     fits = [
         item
         for item in best.ranking
-        if item.information.nats >= LEAST_WORTH and minutes_of(item.programme.table) <= budget.minutes - spent
+        if item.programme.words not in played
+        and item.information.nats >= LEAST_WORTH
+        and minutes_of(item.programme.table) <= budget.minutes - spent
     ]
     if not fits:
         return None

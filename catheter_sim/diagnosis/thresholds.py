@@ -637,6 +637,9 @@ SHORT_HOLD_S = 30.0
 """[s] Of a rest of such a staircase. Why: assumed; shorter than a creep, longer than a lag."""
 RANGE_SHARE = 0.95
 """[share of the range] That proposed inputs use. Why: an end is where stops and slack tendons are."""
+SENSOR_WORTH = 0.1
+"""[nat] That one more sensor must tell beyond the proposed inputs to be worth a word. Why: assumed; a seventh
+of what settles between two causes."""
 MARKER_NOISE = {"mm": 0.2, "deg": 0.3, "N": 0.02}
 """[mm, deg, N] Of a further sensor, where no output of its unit is measured. Why: assumed; trackers and load
 cells of the papers' benches."""

@@ -202,6 +202,8 @@ def stand_in(
     """
     if noise_kind not in KINDS:
         raise unknown("noise", noise_kind, KINDS, "lab")
+    for text in hide:
+        _check_name(text.partition("=")[0].strip())
     generator = np.random.default_rng((_KEY, seed))
     if reference in BENCH_ROBOTS:
         specimen = drawn_specimen(generator, reference)
@@ -251,15 +253,20 @@ def _form_named(specimen: Specimen, name: str, generator: np.random.Generator) -
             said = f"; choices: {', '.join(own)}" if own else ""
             raise InputError(f"--hide {name}: makes no sense on {specimen.bench.reference}{said}")
         return form
-    cause, dot, _ = name.partition(".")
-    if dot and cause in CAUSES:
-        raise unknown("form", name, [form.key for form in FORMS if form.cause == cause], "--hide")
-    if cause not in CAUSES:
-        raise unknown("cause", name, [*CAUSES, RANDOM], "--hide")
-    choices = [form for form in FORMS if form.cause == cause and form.known and form.applies(specimen)]
+    choices = [form for form in FORMS if form.cause == name and form.known and form.applies(specimen)]
     if not choices:
         raise InputError(f"--hide {name}: makes no sense on {specimen.bench.reference}")
     return choices[int(generator.integers(len(choices)))]
+
+
+def _check_name(name: str) -> None:
+    """Raise `InputError` where nothing can be hidden by that name."""
+    cause, dot, _ = name.partition(".")
+    if name == RANDOM or name in BY_KEY or name in CAUSES:
+        return
+    if dot and cause in CAUSES:
+        raise unknown("form", name, [form.key for form in FORMS if form.cause == cause], "--hide")
+    raise unknown("cause", name, [*CAUSES, RANDOM], "--hide")
 
 
 def _size(text: str, number: str) -> float:

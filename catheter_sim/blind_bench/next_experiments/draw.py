@@ -93,12 +93,21 @@ def apart(rig: SimulatedRig, causes: Sequence[str]) -> dict[str, float | None]:
     By nature's own arithmetic (`nature.rivals`) on four trials of loops, walks and holds over the whole
     reach: below `TOLD_APART` nobody could tell the two apart by these outputs, however the robot is driven.
     None where too many numbers are free. A tenth of what is hidden is asked about, and the distance taken ten
-    times: forms end at a largest size, which is no reason why one could not be the other.
+    times, with either sign: forms end at a largest size, and some have one sign, which is no reason why one
+    could not be the other.
     """
     right = accepted(rig.answer()["hidden"][0])
-    small = [replace(item, size=_SHARE * item.size) for item in rig.planted]
-    found = {name: distance(rig.ground, small, [name]) for name in causes if name not in right}
-    return {name: None if value is None else value / _SHARE for name, value in found.items()}
+    found: dict[str, float | None] = {}
+    for name in causes:
+        if name in right:
+            continue
+        for side in (_SHARE, -_SHARE):
+            small = [replace(item, size=side * item.size) for item in rig.planted]
+            value = distance(rig.ground, small, [name])
+            if value is not None:
+                found[name] = min(found.get(name) or np.inf, value / _SHARE)
+            found.setdefault(name, None)
+    return found
 
 
 def tellable(result: Mapping[str, Any]) -> bool:
