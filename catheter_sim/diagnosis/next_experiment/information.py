@@ -84,7 +84,7 @@ def information(
         posterior = _posterior(prior, readers, own.mean + unsure @ own.spread.T + noise)
         gain += weight * float(np.mean(np.log(np.maximum(posterior[index], 1e-300)) - np.log(weight)))
         settled += weight * float(np.mean(posterior.max(axis=0) >= SURE_BELIEF))
-    return Information(max(gain, 0.0), settled)
+    return Information(max(float(gain), 0.0), float(settled))
 
 
 def from_refits(weights: Sequence[float], errors: Sequence[Sequence[Array]]) -> Information:
@@ -103,7 +103,7 @@ def from_refits(weights: Sequence[float], errors: Sequence[Sequence[Array]]) -> 
         posterior = _weighed(prior, np.stack(row)[:, None, :], np.zeros(len(prior)))[:, 0]
         gain += prior[index] * float(np.log(max(posterior[index], 1e-300) / prior[index]))
         settled += prior[index] * float(posterior.max() >= SURE_BELIEF)
-    return Information(max(gain, 0.0), settled)
+    return Information(max(float(gain), 0.0), float(settled))
 
 
 class _Reader:
