@@ -30,6 +30,7 @@ from catheter_sim.cli import (
     export,
     ik,
     import_verb,
+    lab,
     list_verb,
     new,
     render,
@@ -66,6 +67,7 @@ VERBS: dict[str, ModuleType] = {
     "control": control,
     "which-model": which_model,
     "workspace": workspace,
+    "lab": lab,
 }
 TRACEBACK_VARIABLE = "CATHETER_SIM_TRACEBACK"  # set to anything: defects and warnings show in full
 

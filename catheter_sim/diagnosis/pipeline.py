@@ -8,10 +8,13 @@ from __future__ import annotations
 import math
 import os
 import shutil
+from dataclasses import dataclass
 from pathlib import Path
 
+from catheter_sim.diagnosis.causes.scored import Scored
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
 from catheter_sim.diagnosis.report.result import Diagnosis
 from catheter_sim.diagnosis.report.write import write_results
@@ -111,6 +114,47 @@ def diagnose_prepared(run: Run, prepared: Prepared, simulation: bool = True) -> 
         prepared: the measurements.
         simulation: replay the held-out trials in MuJoCo at the end.
     """
+    return investigate_prepared(run, prepared, simulation).diagnosis
+
+
+@dataclass(frozen=True)
+class Investigation:
+    """A diagnosis with the hypotheses that it weighed, for whoever plans what to measure next.
+
+    Attributes:
+        diagnosis: the answer.
+        posed: the problem that hypotheses were fitted to.
+        settled: the hypothesis at which it ended, named or not.
+        equals: those that explain the data as well, another cause in a settled one's place.
+        hypotheses: every set of causes that was fitted.
+    """
+
+    diagnosis: Diagnosis
+    posed: Posed
+    settled: Fit
+    equals: tuple[Fit, ...]
+    hypotheses: tuple[Scored, ...]
+
+
+def investigate(
+    dataset: Dataset,
+    place: Workers = SERIAL,
+    progress: bool = False,
+    simulation: bool = True,
+    budget_s: float = math.inf,
+) -> Investigation:
+    """Return the diagnosis of a data set with its hypotheses; arguments as of `diagnose_dataset`.
+
+    Raises:
+        InputError: no scheduler answers, or processes were killed again and again.
+    """
+    with running(place, progress, budget_s) as run:
+        run.say("calibrating")
+        return investigate_prepared(run, prepare(dataset), simulation)
+
+
+def investigate_prepared(run: Run, prepared: Prepared, simulation: bool = True) -> Investigation:
+    """Return the diagnosis of measurements that can be fitted, with its hypotheses."""
     posed = pose(prepared)
     before = calibrate(posed)
     faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
@@ -120,7 +164,10 @@ def diagnose_prepared(run: Run, prepared: Prepared, simulation: bool = True) -> 
     conclusion = conclude(run, posed, before, choice, settled, verdict, replayed)
     following = plan_next_experiment(run, posed, conclusion, simulation)
     numbers = widen_intervals(run, posed, conclusion, replayed)
-    return assemble(prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores)
+    found = assemble(
+        prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores
+    )
+    return Investigation(found, posed, settled.weighed.after, conclusion.equals, scores.hypotheses)
 
 
 def _settle(

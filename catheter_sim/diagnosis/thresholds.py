@@ -609,6 +609,40 @@ SWEEP_HZ = (0.2, 3.0)
 FORCE_SHARE = 0.2
 """[share of the force that bends the robot by a radian] A known force across the tip. Why: it bends well
 beyond the noise and harms nothing."""
+ALIVE_BELIEF = 0.05
+"""[probability] A hypothesis below it is not asked about by the best next experiment. Why: a report shows
+none below it either (`LEAST_SHOWN_PROBABILITY`)."""
+IDLE_BELIEF = 0.02
+"""[probability] Of a cause that nothing speaks for, where fewer than two hypotheses are alive. Why: what was
+measured may never have shown it, as single pulls show no play; one in fifteen causes or so is at work."""
+SURE_BELIEF = 0.95
+"""[probability] At which a closed loop takes a cause for found. Why: one answer in twenty may be wrong."""
+NATS_PER_MINUTE = 0.005
+"""[nat/minute] Price of an experiment's duration. Why: assumed; half an hour more must tell 0.15 nat, a fifth
+of what settles between two causes."""
+ROWS_AS_ONE = 4.0
+"""[rows] That count as one where information is worked out. Why: rows of one stretch err together, by what no
+hypothesis knows; assumed."""
+MOST_OF_STRETCH = 0.3
+"""[nat] That one stretch of an experiment may tell. Why: ten must agree before two equals are told apart with
+`SURE_BELIEF`. A diagnosis turns the signs of stretches (`PAYS_CHANCE`), and cuts one cycle in several."""
+INFORMATION_DRAWS = 200
+"""[draws] Of data of each hypothesis. Why: the information is then known to 0.03 nat."""
+REFITTED_PROGRAMMES = 6
+"""[programmes] Of which, at most, every hypothesis is fitted anew to what every other one says. Why: assumed;
+fits cost a hundred times what a derivative does; mostly the first by derivatives stays the first."""
+PULL_LEVELS = (0.35, 0.7, 1.0)
+"""[share of the range] At which a staircase of holds rests. Why: assumed; low, middle, end."""
+SHORT_HOLD_S = 30.0
+"""[s] Of a rest of such a staircase. Why: assumed; shorter than a creep, longer than a lag."""
+RANGE_SHARE = 0.95
+"""[share of the range] That proposed inputs use. Why: an end is where stops and slack tendons are."""
+SENSOR_WORTH = 0.1
+"""[nat] That one more sensor must tell beyond the proposed inputs to be worth a word. Why: assumed; a seventh
+of what settles between two causes."""
+MARKER_NOISE = {"mm": 0.2, "deg": 0.3, "N": 0.02}
+"""[mm, deg, N] Of a further sensor, where no output of its unit is measured. Why: assumed; trackers and load
+cells of the papers' benches."""
 
 # ---------------------------------------------------------------- pictures
 

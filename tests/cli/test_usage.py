@@ -22,7 +22,7 @@ COMMAND = [sys.executable, "-m", "catheter_sim.cli.main"]
 CONTRACT_VERBS = {
     *("list", "build", "export", "simulate", "statics", "render", "validate", "diagnose", "bench", "view"),
     *("ik", "sense", "workspace", "which-model", "control"),
-    *("import", "new", "compare", "example"),
+    *("import", "new", "compare", "example", "lab"),
 }
 
 
@@ -59,6 +59,7 @@ def test_help_has_an_example_and_units(verb: str, run: Run) -> None:
         "new": "units",
         "compare": "[s]",
         "example": "units",
+        "lab": "travel [mm]",
     }
     assert units[verb] in ran.out
 

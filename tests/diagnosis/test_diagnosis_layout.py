@@ -25,6 +25,7 @@ ORDER = (
     ("report",),
     ("stages",),
     ("pipeline",),
+    ("best_experiment",),
     ("since",),
 )
 

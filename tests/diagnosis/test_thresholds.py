@@ -23,6 +23,7 @@ NO_THRESHOLDS = {
     "data_faults/units.py": {"METRES", "OUTPUT_FACTORS", "INPUT_FACTORS"},
     "fitting/noise.py": {"_MAD_TO_SIGMA"},
     "fitting/workers.py": {"_ROUNDS", "_LONGEST_WAIT_S", "_LOOK_EVERY_S", "_LARGEST_BYTES"},
+    "next_experiment/within_limits.py": {"_LOOP", "_PULL"},
     "report/drawing.py": {"_DPI", "LEGEND"},
     "report/fitted_series.py": {"_LONGEST_NAME"},
     "report/html.py": {"_MOST_CANDIDATES"},

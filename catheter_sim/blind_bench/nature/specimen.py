@@ -125,7 +125,11 @@ class Specimen:
 
 def drawn_specimen(generator: np.random.Generator, name: str) -> Specimen:
     """Return a specimen of a robot of the bench: errors of calibration, columns, noise, gravity."""
-    bench = bench_robot(name, generator)
+    return specimen_of(generator, bench_robot(name, generator))
+
+
+def specimen_of(generator: np.random.Generator, bench: BenchRobot) -> Specimen:
+    """Return a specimen of a robot: errors of calibration, columns, noise, gravity."""
     robot: RobotSpec = replace(bench.robot, effects={}, **bench.trials.simulated)
     factors = {}
     for item in _uncertain(bench.reference):

@@ -1,0 +1,1 @@
+"""How often one more experiment settles what first data could not: a proposed, a fixed, a random one."""
