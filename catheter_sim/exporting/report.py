@@ -46,7 +46,7 @@ def _elements(model: Model, judgement: Judgement) -> list[str]:
     if found:
         bare = judgement.bare
         found.append(f"without these, one drive at a time: {_said(bare, judgement.length_mm)}")
-    return found or ["no law runs beside the step: nothing was fitted"]
+    return found or ["nothing is fitted: no law runs beside the step, or its fit was no nearer"]
 
 
 def _causes(model: Model, judgement: Judgement) -> list[str]:

@@ -159,7 +159,7 @@ def _fitted(
     inputs: Inputs,
 ) -> Model:
     """Return the model whose joints are fitted to what `quasi`, the robot or less, does on loops."""
-    positions = _loop_positions(quasi, inputs)
+    positions, truth = _loop_rows(quasi, inputs)
     base, simulator = _base_model(robot, engine), Simulator(built_in(robot))
     plain = mujoco.MjModel.from_xml_string(base)
     root = ElementTree.fromstring(base)
@@ -167,7 +167,12 @@ def _fitted(
     add_shifts(root, shifts)
     own = _own_shares(simulator, inputs.tendon.shape[1])
     laws = _laws(robot, root, plain, shifts, positions, inputs, own)
+    lacking = ElementTree.fromstring(ElementTree.tostring(root))
     text, row_shares = _finished(robot, engine, root, plain, own, shifts, laws)
+    if laws:  # what was fitted to moments need not be nearer in posture
+        less, _ = _finished(robot, engine, lacking, plain, own, shifts, ())
+        if not _off(text, row_shares, inputs, truth) < _off(less, row_shares, inputs, truth):
+            text, laws = less, ()
     bare, _ = _finished(robot, engine, ElementTree.fromstring(base), plain, own, (), ())
     controls = _controls(robot, ElementTree.fromstring(text), row_shares)
     return Model(robot, engine, text, bare, controls, row_shares, causes, laws, shifts, drives)
@@ -177,17 +182,18 @@ def _nearer(model: Model, hidden: tuple[Cause, ...], inputs: Inputs) -> Model:
     """Return the model fitted with the causes in `hidden`, or without, whichever is nearer to the package."""
     robot, causes = model.robot, model.causes
     whole = without(robot, tuple(cause for cause in causes if cause.timed))
-    run = simulate(whole, inputs, _NO_GRAVITY)
-    truth = np.array([posture.p_w for posture in run.postures])
+    _, truth = _loop_rows(whole, inputs)
     left = tuple(replace(c, way=LEFT, how=_NOT_SHOWN) if c in hidden else c for c in causes)
     less = without(quasi_static(robot, causes), hidden)
     other = _fitted(robot, less, model.engine, left, model.drives, inputs)
+    first, second = (_off(item.text, item.shares, inputs, truth) for item in (model, other))
+    return model if first < _CLEARLY * second else other
 
-    def off(candidate: Model) -> float:
-        got = PlainRun(candidate.text, candidate.shares).held(inputs.tendon[: len(truth)])
-        return float(np.nan_to_num(np.linalg.norm(got - truth, axis=2), nan=np.inf).max())
 
-    return model if off(model) < _CLEARLY * off(other) else other
+def _off(text: str, row_shares: Array, inputs: Inputs, truth: Array) -> float:
+    """Return the largest distance of a file alone from the package's faces `truth` on loops [m]."""
+    got = PlainRun(text, row_shares).held(inputs.tendon)
+    return float(np.nan_to_num(np.linalg.norm(got - truth, axis=2), nan=np.inf).max())
 
 
 def _finished(
@@ -230,13 +236,13 @@ def _base_model(robot: RobotSpec, engine: str) -> str:
     return build_mjcf(own, motion=True)
 
 
-def _loop_positions(robot: RobotSpec, inputs: Inputs) -> Array:
-    """Return all positions of the package's model at rest under each row, shape (r, nq)."""
+def _loop_rows(robot: RobotSpec, inputs: Inputs) -> tuple[Array, Array]:
+    """Return the package's model at rest under each row: all positions (r, nq), and its faces (r, n, 3)."""
     found: list[Array] = []
     run = simulate(robot, inputs, _NO_GRAVITY, on_row=lambda now, _: found.append(now.data.qpos.copy()))
     if run.failure is not None:
         raise SimulationDiverged(run.failure)
-    return np.array(found)
+    return np.array(found), np.array([posture.p_w for posture in run.postures])
 
 
 def _shifts(

@@ -25,6 +25,15 @@ class Export:
     Attributes:
         model: the file's text, its controls, and how each cause is carried.
         judgement: distances from the package's own simulation, and costs of what is left out [mm].
+
+    Example:
+        >>> import catheter_sim as cs
+        >>> robot = cs.load_robot("notched_wrist")
+        >>> exported = cs.export(robot)
+        >>> exported.percent < 2.0
+        True
+        >>> print(exported.report().splitlines()[0])
+        notched_wrist for mujoco
     """
 
     model: Model
@@ -101,6 +110,13 @@ def export(
     Raises:
         InputError: an unknown robot or engine, an impossible robot or effect, a file that cannot be written.
         SimulationDiverged: the package's own simulation does, on the loops.
+
+    Example:
+        >>> import catheter_sim as cs
+        >>> sections = {"segments.section.disks": 5, "friction.mu": 0.0, "effects.actuation_gain.scale": 1.2}
+        >>> exported = cs.export(cs.load_robot("neuroendoscope_section", sections), "section.xml")
+        >>> [(cause.effect, cause.way, cause.how) for cause in exported.model.causes]
+        [('actuation_gain', 'as it is', "actuators' gains")]
     """
     from catheter_sim.exporting.judge import judge
     from catheter_sim.exporting.write import write_model

@@ -15,7 +15,7 @@ SLOW = {
     *("Simulator", "attach", "render", "simulate", "Run", "list_robots", "statics", "diagnose", "Diagnosis"),
     *("Control", "control", "InverseKinematics", "inverse_kinematics", "ModelChoice", "which_model"),
     *("compare", "Comparison"),
-    *("Sensing", "sense", "Workspace", "workspace"),
+    *("Sensing", "sense", "Workspace", "workspace", "Export", "export"),
 }
 NAMES = [
     pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name

@@ -8,7 +8,7 @@ from typing import Any
 
 from catheter_sim.blind_bench.next_experiments.draw import ARMS, accepted
 
-SETTLED_SHARE, FALSE_SHARE = 0.9, 0.02
+SETTLED_SHARE, FALSE_SHARE, ASKED_DRAWS = 0.9, 0.02, 60
 _SIDES = 1.96  # standard deviations of a 95 % interval
 
 Draw = Mapping[str, Any]
@@ -57,7 +57,10 @@ def as_text(found: Mapping[str, Any], draws: Sequence[Draw]) -> str:
     if found["untellable"]["of"]:
         lines.append("stand-ins that not even rich data would tell, after the proposed experiment:")
         lines.append(f"  {ARMS[0]:10s} {_count_words(found['untellable'])}")
-    lines += ["", *(_line(words, met) for words, met in met_lines(found).items()), ""]
+    enough = found["draws"] >= ASKED_DRAWS
+    lines += ["", *(_line(words, met, enough) for words, met in met_lines(found).items()), ""]
+    if not enough:
+        lines.append(f"nothing is decided by fewer than {ASKED_DRAWS} draws")
     lines += [_miss(draw) for draw in draws if "arms" in draw and not settles(draw, ARMS[0])]
     return "\n".join(lines)
 
@@ -96,8 +99,10 @@ def interval(count: int, of: int) -> tuple[float, float]:
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
-def _line(words: str, met: bool | None) -> str:
-    return f"{'not measured' if met is None else 'met' if met else 'MISSED'}: {words}"
+def _line(words: str, met: bool | None, enough: bool) -> str:
+    if met is None:
+        return f"not measured: {words}"
+    return f"{'' if enough else 'so far '}{'met' if met else 'MISSED'}: {words}"
 
 
 def _miss(draw: Draw) -> str:

@@ -23,14 +23,17 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from catheter_sim.diagnosis.causes.comparison import as_good, may_replace, pays, rivals_of, settled
+from catheter_sim.diagnosis.causes.comparison import (
+    as_good,
+    may_replace,
+    pays,
+    rivals_of,
+    settled,
+    settled_in_motion,
+    within_model,
+)
 from catheter_sim.diagnosis.causes.search import Search, in_order
-from catheter_sim.diagnosis.data.columns import unit_of
-from catheter_sim.diagnosis.fitting.evidence import residual_series
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.noise import white_noise
 from catheter_sim.diagnosis.fitting.problem import (
     Problem,
     Term,
@@ -107,19 +110,14 @@ def select(
     problem = with_fewer_rows(problem)
     search = Search(pool, problem, on_fit or (lambda line: None), deadline)
     (null,) = search.fitted([((), {})])
-    tiers = [terms_for(problem.robot, name, problem.moving) for name in candidates]
-    simple, detailed = _by_size(tiers)
+    simple, detailed = _by_size([terms_for(problem.robot, name, problem.moving) for name in candidates])
     further = [term for name in candidates for term in further_terms(problem.robot, name, problem.moving)]
-    singles = search.alone(null, simple)
-    begin = 0
-    if problem.moving and not any(settled(problem, item) for item in singles):
-        singles = _once([*singles, *search.alone(null, detailed)])
-        begin = 1 if any(settled(problem, item) for item in singles) else 0
+    singles, begin = _singles(search, null, simple, detailed)
     path = [null]
     for left in reversed(range(CHOICE_ROUNDS)):
         beside_simple: list[list[Term]] = [[], detailed, [*detailed, *further]]
         for variants in ((simple, more) for more in beside_simple[begin:]):
-            if within_model(problem, null, path[-1]) or (variants[1] and _enough(problem, path[-1])):
+            if _ended(problem, null, path[-1], bool(variants[1])):
                 break
             if len(variants[1]) > len(detailed):
                 if settled(problem, path[-1]):
@@ -151,6 +149,26 @@ def select(
         path.append(better[0])
     equals = tuple(item for item in rivals if as_good(current, item))
     return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, equals, search.late)
+
+
+def _singles(
+    search: Search, null: Fit, simple: Sequence[Term], detailed: Sequence[Term]
+) -> tuple[list[Fit], int]:
+    """Return the fits of single causes, and 1 where values per channel or segment come at once, else 0.
+
+    Such values are tried at once only of a robot in motion that nothing simpler settles.
+    """
+    singles = search.alone(null, simple)
+    problem = search.problem
+    if not problem.moving or any(settled(problem, item) for item in singles):
+        return singles, 0
+    singles = _once([*singles, *search.alone(null, detailed)])
+    return singles, int(any(settled(problem, item) for item in singles))
+
+
+def _ended(problem: Problem, null: Fit, best: Fit, further: bool) -> bool:
+    """Return whether nothing more is sought: `further`, after the first of the tiers."""
+    return within_model(problem, null, best) or (further and settled_in_motion(problem, best))
 
 
 def singles_of(problem: Problem, candidates: Sequence[str], pool: Workers = SERIAL) -> tuple[Fit, ...]:
@@ -201,7 +219,7 @@ def _forward(
     while len(beam[0].terms) < most and not search.late:
         best = path[-1]
         if beam[0].terms:
-            if _enough(search.problem, best):
+            if settled_in_motion(search.problem, best):
                 return
             level = search.with_one_more_cause(beam, variants)
             if len(beam[0].terms) == 1 and level and not settled(search.problem, level[0]):
@@ -238,27 +256,6 @@ def _simplest(best: Fit, others: Sequence[Fit]) -> Fit:
     """Return the fit of fewest numbers among those as good as `best`; `best` itself if none has fewer."""
     equal = [best, *(item for item in others if as_good(best, item))]
     return min(equal, key=lambda item: (len(item.numbers), item.cross_validated_rms))
-
-
-def _enough(problem: Problem, best: Fit) -> bool:
-    """Return whether a hypothesis is settled where a further step costs minutes: of a robot in motion."""
-    return problem.moving and settled(problem, best)
-
-
-def within_model(problem: Problem, null: Fit, best: Fit) -> bool:
-    """Return whether what a hypothesis leaves is no more than a model as wrong as this one may leave."""
-    if not problem.model_share:
-        return False
-    noise = residual_noise(problem, best)
-    return best.cross_validated_rms**2 <= noise**2 + (problem.model_share * null.cross_validated_rms) ** 2
-
-
-def residual_noise(problem: Problem, best: Fit) -> float:
-    """Return the white part of what a hypothesis leaves, of all outputs together, in weights."""
-    white = white_noise(residual_series(problem, best))
-    pairs = zip(problem.columns, problem.weight, strict=True)
-    sizes = [white[unit_of(name)] / weight for name, weight in pairs]
-    return float(np.sqrt(np.mean(np.square(sizes))))
 
 
 def _once(fits: Sequence[Fit]) -> list[Fit]:

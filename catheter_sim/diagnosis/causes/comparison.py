@@ -45,6 +45,27 @@ def settled(problem: Problem, best: Fit) -> bool:
     return True
 
 
+def settled_in_motion(problem: Problem, best: Fit) -> bool:
+    """Return whether a hypothesis is settled where a further step costs minutes: of a robot in motion."""
+    return problem.moving and settled(problem, best)
+
+
+def within_model(problem: Problem, null: Fit, best: Fit) -> bool:
+    """Return whether what a hypothesis leaves is no more than a model as wrong as this one may leave."""
+    if not problem.model_share:
+        return False
+    noise = residual_noise(problem, best)
+    return best.cross_validated_rms**2 <= noise**2 + (problem.model_share * null.cross_validated_rms) ** 2
+
+
+def residual_noise(problem: Problem, best: Fit) -> float:
+    """Return the white part of what a hypothesis leaves, of all outputs together, in weights."""
+    white = white_noise(residual_series(problem, best))
+    pairs = zip(problem.columns, problem.weight, strict=True)
+    sizes = [white[unit_of(name)] / weight for name, weight in pairs]
+    return float(np.sqrt(np.mean(np.square(sizes))))
+
+
 def may_replace(problem: Problem, chosen: Fit, other: Fit) -> bool:
     """Return whether a better hypothesis may stand in a chosen one's place.
 

@@ -48,6 +48,8 @@ def test_what_is_settled_and_what_falsely() -> None:
     text = as_text(found, draws)
     assert "settled   2 of   4 (50 %" in text
     assert text.count("draw ") == 2  # the misses
+    assert "so far MISSED" in text
+    assert "nothing is decided" in text
 
 
 def test_a_bench_without_draws_meets_nothing() -> None:
