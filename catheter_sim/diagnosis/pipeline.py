@@ -101,9 +101,7 @@ def diagnose_dataset(
     Raises:
         InputError: no scheduler answers, or processes were killed again and again.
     """
-    with running(place, progress, budget_s) as run:
-        run.say("calibrating")
-        return diagnose_prepared(run, prepare(dataset), simulation)
+    return investigate(dataset, place, progress, simulation, budget_s).diagnosis
 
 
 def diagnose_prepared(run: Run, prepared: Prepared, simulation: bool = True) -> Diagnosis:

@@ -23,8 +23,8 @@ import numpy as np
 from catheter_sim.channels import check_output_channels
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.errors import InputError, cut, shown, unknown
-from catheter_sim.lab.rig import Limits
+from catheter_sim.errors import InputError, cut, shown
+from catheter_sim.lab.rig import Limits, asked_columns
 from catheter_sim.tables import MAX_ROWS, Table, time_text, write_table
 
 INPUTS_SUFFIX = "_inputs.csv"
@@ -102,10 +102,7 @@ class RecordedRig:
         if self._played is None:
             raise InputError("lab: nothing was played")
         name, inputs = self._played
-        wanted = self.columns if columns is None else tuple(columns)
-        for column in wanted:
-            if column not in self.columns:
-                raise unknown("column", column, self.columns, "lab")
+        wanted = asked_columns(columns, self.columns)
         if name not in self._kept:
             found = self._arrived(name, inputs)
             if found is None:

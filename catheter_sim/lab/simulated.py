@@ -32,7 +32,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.published import Trials
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.lab.rig import Limits, completed, drive_limits
+from catheter_sim.lab.rig import Limits, asked_columns, completed, drive_limits
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
 
@@ -109,10 +109,7 @@ class SimulatedRig:
         if self._played is None:
             raise InputError("lab: nothing was played")
         name, inputs = self._played
-        wanted = self.columns if columns is None else tuple(columns)
-        for column in wanted:
-            if column not in self.columns:
-                raise unknown("column", column, self.columns, "lab")
+        wanted = asked_columns(columns, self.columns)
         generator = np.random.default_rng((_KEY, self.seed, _number(name)))
         specimen = replace(self.specimen, columns=self.columns, noise=self._noise())
         course = self._course(name, inputs)
