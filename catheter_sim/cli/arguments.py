@@ -89,6 +89,17 @@ def add_output(parser: argparse.ArgumentParser, metavar: str, text: str) -> None
     parser.add_argument("-o", "--output", metavar=metavar, required=True, help=text)
 
 
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Add --jobs N."""
+    parser.add_argument(
+        "--jobs",
+        metavar="N",
+        type=whole_number(1, 256),
+        default=1,
+        help="processes to fit with; default 1",
+    )
+
+
 def add_limits(parser: argparse.ArgumentParser) -> None:
     """Add --limit."""
     parser.add_argument(

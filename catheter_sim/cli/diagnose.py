@@ -48,13 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.add_argument("dataset", metavar="DATASET", help="folder of a measured data set")
     arguments.add_output(parser, "DIR", "folder to write, made where it does not exist")
-    parser.add_argument(
-        "--jobs",
-        metavar="N",
-        type=arguments.whole_number(1, 256),
-        default=1,
-        help="processes to fit with; default 1",
-    )
+    arguments.add_jobs(parser)
     parser.add_argument(
         "--dask",
         metavar="ADDRESS",

@@ -96,13 +96,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         help="for a recording to arrive; default 0: say what is missing, and end",
     )
-    parser.add_argument(
-        "--jobs",
-        metavar="N",
-        type=arguments.whole_number(1, 256),
-        default=1,
-        help="processes to fit with; default 1",
-    )
+    arguments.add_jobs(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,6 +7,7 @@ by step; `experiments/` the programmes. Everything is written whole or not at al
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -38,7 +39,8 @@ class Found:
         believed: probability of every cause, "none" and "outside" (`alive.beliefs`).
         sentence: what was found, in one sentence.
         sure: causes that stand at `SURE_BELIEF` or more.
-        numbers: of the named causes: cause, parameter, value, and the ends of its 95 % interval.
+        numbers: of the named causes: cause, parameter, value, and the ends of its 95 % interval, in the
+            parameter's unit; an end may be infinite.
         alike: groups of causes that the data cannot tell apart.
     """
 
@@ -58,7 +60,7 @@ class Proposed:
         name: of the experiment, and of its file.
         words: what is played.
         minutes: how long it takes, all plays.
-        nats: the information that is expected; NaN of the first experiment, which nothing was asked of.
+        nats: the information that is expected; None of the first experiment, which nothing was asked of.
         settles: probability that it settles the matter, as far as the hypotheses go.
         tried: number of programmes that it was chosen from.
         alive: hypotheses that it is to tell apart, with their weights.
@@ -151,9 +153,9 @@ class LoopFolder:
     def keep(self, steps: Sequence[Step], about: Mapping[str, Any]) -> None:
         """Write the steps so far."""
         self.root.mkdir(parents=True, exist_ok=True)
-        document = {"about": dict(about), "steps": [asdict(step) for step in steps]}
+        document = {"about": dict(about), "steps": [_document_of(step) for step in steps]}
         with replaced_when_whole(self.root / STEPS) as file:
-            file.write(json.dumps(document, indent=1) + "\n")
+            file.write(json.dumps(document, indent=1, allow_nan=False) + "\n")
 
     def recordings(self) -> list[Recording]:
         """Return the recordings so far, in the order in which they were made."""
@@ -205,8 +207,22 @@ def recordings_of(dataset: Dataset) -> list[Recording]:
     return found
 
 
+def _document_of(step: Step) -> dict[str, Any]:
+    """Return a step as JSON holds it: an end without bound in words, as JSON has no infinity."""
+    document = asdict(step)
+    if step.found is not None:
+        document["found"]["numbers"] = [
+            (cause, name, *(part if math.isfinite(part) else str(part) for part in parts))
+            for cause, name, *parts in step.found.numbers
+        ]
+    return document
+
+
 def _step_of(document: Mapping[str, Any]) -> Step:
     found, proposed = document["found"], document["proposed"]
+    if found is not None:
+        numbers = [(cause, name, *map(float, parts)) for cause, name, *parts in found["numbers"]]
+        found = found | {"numbers": numbers}
     return Step(
         document["recordings"],
         None if found is None else Found(**found),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import random
 from dataclasses import replace
 from pathlib import Path
@@ -199,3 +200,14 @@ def test_a_hidden_cause_is_found_by_itself(tmp_path) -> None:
     page = (tmp_path / "out" / "story.html").read_text()
     assert "http://" not in page.replace("http://www.w3.org", "")
     assert found.end != NOTHING
+
+
+def test_an_end_without_bound_is_kept(tmp_path) -> None:
+    """JSON has no infinity: the file is strict JSON all the same, and the numbers come back."""
+    numbers = [("precurvature", "curvature_x_per_m", 1.5, -math.inf, math.inf)]
+    step = Step(2, Found("cause_found", {"precurvature": 0.9}, "words", [], numbers), None, "budget")
+    folder = LoopFolder(tmp_path)
+    folder.keep([step], {})
+    json.loads((tmp_path / "steps.json").read_text(), parse_constant=pytest.fail)
+    (again,) = folder.steps({})
+    assert again.found.numbers == numbers

@@ -15,7 +15,7 @@ from catheter_sim.diagnosis.causes.comparison import as_good, pays
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term
+from catheter_sim.diagnosis.fitting.problem import Problem, Term, fitted_numbers
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
 
@@ -182,3 +182,12 @@ def test_in_motion_little_is_fitted_where_nothing_is_wrong():
     found = select(pulled_in_turn((1.0, 1.0, 1.0), 1, moving=True), candidates)
     assert found.chosen.causes == ()
     assert 0 < len(found.tried) <= search_module.FINALISTS
+
+
+def test_a_lag_is_sought_from_hundredths_of_a_second_in_motion():
+    """From 0.2 s, where fits of held rows begin, a lag of 20 ms of a robot that swings was not found."""
+    term = (Term("rate", ("lag_s",)),)
+    held, moving = (pulled_in_turn((1.0, 1.0, 1.0), 1, moving) for moving in (False, True))
+    for problem, start, scale in ((held, 0.2, 0.1), (moving, 0.02, 0.01)):
+        (number,) = fitted_numbers(problem, term)
+        assert (number.parameter.start, number.parameter.scale) == (start, scale)

@@ -166,12 +166,12 @@ class Search:
         )
         return [(hypotheses[index][1], self.steps[keys[index]][1]) for index in picked]
 
-    def promising(self, null: Fit, terms: Sequence[Term], most: int = FINALISTS) -> Sequence[Term]:
-        """Return the terms to fit alone: of many, such as variants of one effect, the `most` best probed."""
-        if len(terms) <= most:
+    def promising(self, null: Fit, terms: Sequence[Term]) -> Sequence[Term]:
+        """Return the terms to fit alone: of many variants of one effect the `FINALISTS` best probed."""
+        if len(terms) <= FINALISTS:
             return terms
         hypotheses = [(null, (term,)) for term in terms]
-        picked = self.best(hypotheses, [(range(len(terms)), most)])
+        picked = self.best(hypotheses, [(range(len(terms)), FINALISTS)])
         chosen = {term for (term,), _ in picked}
         return [term for term in terms if term in chosen]
 
