@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from catheter_sim.cli.main import VERBS, main
+from catheter_sim.errors import InputError
 from catheter_sim.signals import Stopped, unwound_by_signals
 
 NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
@@ -41,6 +42,22 @@ def test_a_signal_unwinds_the_verb(
     word = "interrupted" if number == signal.SIGINT else f"stopped by {number.name}"
     assert capsys.readouterr().err == f"catheter-sim: error: {word}\n"
     assert [signal.getsignal(item) for item in NUMBERS] == before
+
+
+@pytest.mark.parametrize("error", [ValueError("Invalid bounding box"), InputError("no such picture")])
+def test_a_signal_that_compiled_code_made_an_error_of_its_own_is_no_error(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """matplotlib's converters make a `ValueError` of whatever is raised while they read a box."""
+
+    def drawn(_: object) -> int:
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        raise error
+
+    monkeypatch.setattr(VERBS["list"], "run", drawn)
+    assert main(["list"]) == 128 + signal.SIGTERM
+    assert capsys.readouterr().err == "catheter-sim: error: stopped by SIGTERM\n"
 
 
 def test_a_signal_that_was_ignored_stays_ignored() -> None:
