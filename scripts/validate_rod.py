@@ -1,23 +1,33 @@
 """Compare the simulated chain with all 500 shapes of a rod in space (assets/reference/sorosim).
 
-    python scripts/validate_rod.py [LINKS]
+    python scripts/validate_rod.py [LINKS] [--released]
 
 Prints mean and worst errors in percent of the rod's length; `catheter-sim validate spacer_disk` does a tenth.
+With --released the rod is let go at the tip instead, ten times, and followed for 3 s.
 """
 
 from __future__ import annotations
 
 import sys
 
+import numpy as np
+
 from catheter_sim.validation.rod import LINKS, rod_cases, shape_errors_percent, tpu_rod
+from catheter_sim.validation.rod_motion import RELEASES, release_case, release_errors_percent
 
 
 def main() -> int:
     """Compare; return the exit status."""
-    links = sys.argv[1] if len(sys.argv) > 1 else str(LINKS)
-    if not links.isdigit() or int(links) < 2 or int(links) % 2:
-        print(f"validate_rod: LINKS = {links}: must be an even number, 2 or more", file=sys.stderr)
+    words = [word for word in sys.argv[1:] if word != "--released"]
+    links = words[0] if words else str(LINKS)
+    if len(words) > 1 or not links.isdigit() or int(links) < 2 or int(links) % 2:
+        print(f"validate_rod: LINKS = {' '.join(words)}: must be an even number, 2 or more", file=sys.stderr)
         return 2
+    if "--released" in sys.argv[1:]:
+        means = [release_errors_percent(release_case(number), int(links))[0].mean() for number in RELEASES]
+        print(f"{len(means)} releases, {links} links, mid-length and tip over 3 s: mean {np.mean(means):.4f} %")
+        print(f"of the length, mean of the worst release {max(means):.4f} %")
+        return 0
     errors = shape_errors_percent(tpu_rod(int(links)), rod_cases(1))
     print(f"{len(errors)} shapes, {links} links: mean {errors[:, 0].mean():.4f} % of the length,")
     print(f"largest mean of a shape {errors[:, 0].max():.4f} %, worst point {errors[:, 1].max():.3f} %")
