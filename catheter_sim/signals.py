@@ -30,9 +30,9 @@ class Stopped(KeyboardInterrupt):
 def unwound_by_signals() -> Iterator[None]:
     """Raise `Stopped` where the main thread is when the first such signal comes; the others do nothing.
 
-    A signal that was ignored before (`nohup`, a job in the background) stays ignored. Compiled code that calls
-    back into Python may turn `Stopped` into an error of its own (matplotlib's converters make it a `ValueError`):
-    whatever error comes out after a signal leaves as `Stopped`.
+    A signal that was ignored before (`nohup`, a job in the background) stays ignored. Compiled code that
+    calls back into Python may turn `Stopped` into an error of its own (matplotlib's converters make it a
+    `ValueError`): whatever error comes out after a signal leaves as `Stopped`.
     """
     asked: list[int] = []
 

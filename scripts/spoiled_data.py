@@ -20,7 +20,7 @@ import os
 import sys
 from pathlib import Path
 
-from catheter_sim.blind_bench.nature.code import commit, whole_code
+from catheter_sim.blind_bench.nature.code import commit, judging_code
 from catheter_sim.blind_bench.nature.run import scores_in
 from catheter_sim.blind_bench.spoiled.kinds import BY_NAME
 from catheter_sim.blind_bench.spoiled.run import MOST_DRAWS, run_bench
@@ -53,7 +53,7 @@ def main() -> int:
         names = _kinds(options.only)
         print(
             f"seed {options.seed}, {options.draws} draws of {len(names)} kinds, commit {commit()}, code "
-            f"{whole_code()}",
+            f"{judging_code()}",
             flush=True,
         )
         say = _say_made if options.make_only else _say

@@ -25,8 +25,8 @@ def main() -> int:
         return 2
     if "--released" in sys.argv[1:]:
         means = [release_errors_percent(release_case(number), int(links))[0].mean() for number in RELEASES]
-        print(f"{len(means)} releases, {links} links, mid-length and tip over 3 s: mean {np.mean(means):.4f} %")
-        print(f"of the length, mean of the worst release {max(means):.4f} %")
+        print(f"{len(means)} releases, {links} links, mid-length and tip over 3 s:")
+        print(f"mean {np.mean(means):.4f} % of the length, mean of the worst release {max(means):.4f} %")
         return 0
     errors = shape_errors_percent(tpu_rod(int(links)), rod_cases(1))
     print(f"{len(errors)} shapes, {links} links: mean {errors[:, 0].mean():.4f} % of the length,")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from catheter_sim.blind_bench.nature.code import commit, whole_code
+from catheter_sim.blind_bench.nature.code import commit, judging_code
 from catheter_sim.blind_bench.nature.forms import PURPOSES
 from catheter_sim.blind_bench.nature.run import scores_in
 from catheter_sim.blind_bench.places import write_json
@@ -42,7 +42,7 @@ def draws_of(options: argparse.Namespace) -> Sequence[int]:
     """Return the numbers of the draws that are asked for, and say which code will run them."""
     draws: Sequence[int] = options.only or range(options.draws)
     about = f"{options.purpose}, seed {options.seed}, {len(draws)} draws"
-    print(f"{about}, commit {commit()}, code {whole_code()}", flush=True)
+    print(f"{about}, commit {commit()}, code {judging_code()}", flush=True)
     return draws
 
 

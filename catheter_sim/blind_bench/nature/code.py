@@ -31,6 +31,27 @@ _JUDGES = (
     "rivals.py",
     "listing.py",
 )  # of this folder: they make no data
+# What neither a diagnosis nor its score imports: a change there leaves draws as they are.
+NOT_JUDGED = (
+    "anatomy",
+    "closed_loop",
+    "comparison.py",
+    "controllers",
+    "envs",
+    "examples.py",
+    "exporting",
+    "importing",
+    "lab",
+    "pictures",
+    "planning",
+    "procedure",
+    "public",
+    "signals.py",
+    "skeletons.py",
+    "speed",
+    "validation",
+    "viewer.py",
+)
 _NOT_SIMULATED = ("theory", "twin.py", "statics.py", "warp", "gpu", "picture.py")
 
 
@@ -51,6 +72,11 @@ def code_of(parts: tuple[str, ...] = ("",), without: tuple[str, ...] = ()) -> st
 def making_code(*more: str) -> str:
     """Return the digest of what makes data; `more`: further parts of the package that do."""
     return code_of((*_MAKERS, *more), (*_JUDGES, *_NOT_SIMULATED))
+
+
+def judging_code() -> str:
+    """Return the digest of what diagnoses and scores: the package without what neither imports."""
+    return code_of(tuple(path.name for path in PACKAGE.iterdir() if path.name not in NOT_JUDGED))
 
 
 def whole_code() -> str:

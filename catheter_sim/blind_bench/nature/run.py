@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from catheter_sim.blind_bench.elsewhere import Diagnose, diagnose_elsewhere, diagnosed, run_all
-from catheter_sim.blind_bench.nature.code import commit, making_code, whole_code
+from catheter_sim.blind_bench.nature.code import commit, judging_code, making_code
 from catheter_sim.blind_bench.nature.deal import generator_of, robot_of, story_of
 from catheter_sim.blind_bench.nature.engine import CannotMake
 from catheter_sim.blind_bench.nature.form import Planted
@@ -82,7 +82,7 @@ def made(steps: Steps, draw: Draw) -> dict[str, Any]:
 
 def scored_draw(steps: Steps, draw: Draw, limit_s: float, diagnose: Diagnose) -> dict[str, Any]:
     """Return the score of one draw. One that this very code has scored is not run again; any other is."""
-    folders, code = draw.folders, whole_code()
+    folders, code = draw.folders, judging_code()
     known = read_json(folders.score)
     if known is not None and known["code"] == code:
         return dict(known)
@@ -101,7 +101,7 @@ def scored_draw(steps: Steps, draw: Draw, limit_s: float, diagnose: Diagnose) ->
         "purpose": draw.purpose,
         "seed": draw.seed,
         "commit": commit(),
-        "code": code if whole_code() == code else CHANGED,
+        "code": code if judging_code() == code else CHANGED,
     }
     write_json(result, folders.score)
     return result
@@ -144,7 +144,7 @@ def run_bench(
 
 def scores_in(root: Path, code: str | None = None) -> list[dict[str, Any]]:
     """Return the scores in a bench's folder that count: those of one code, by default this one's."""
-    wanted = code or whole_code()
+    wanted = code or judging_code()
     found = [read_json(path) for path in sorted((root / "scores").glob("draw_*.json"))]
     return [item for item in found if item is not None and item["code"] == wanted]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.blind_bench.elsewhere import run_all
-from catheter_sim.blind_bench.nature.code import whole_code
+from catheter_sim.blind_bench.nature.code import judging_code
 from catheter_sim.blind_bench.nature.score import scored
 from catheter_sim.blind_bench.other_methods.methods import METHODS, named_by
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json, write_json
@@ -35,7 +35,7 @@ def run_methods(
 
 def score_of(root: Path, index: int, method: str) -> dict[str, Any]:
     """Return the score of one method on one draw; {} where no data lie there."""
-    folders, code = Folders(root, index), whole_code()
+    folders, code = Folders(root, index), judging_code()
     place = root / PLACE / method / f"{folders.name}.json"
     known = read_json(place)
     if known is not None and known["code"] == code:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.blind_bench.elsewhere import Diagnose, diagnose_elsewhere, diagnosed, run_all
-from catheter_sim.blind_bench.nature.code import code_of, commit, making_code, whole_code
+from catheter_sim.blind_bench.nature.code import code_of, commit, judging_code, making_code
 from catheter_sim.blind_bench.nature.run import CHANGED
 from catheter_sim.blind_bench.places import (
     ANSWER,
@@ -77,7 +77,7 @@ def run_draw(
     diagnose: Diagnose = diagnose_elsewhere,
 ) -> dict[str, Any]:
     """Return the score of one draw. One that this very code has scored is not run again; any other is."""
-    folders, code = folders_of(name, draw, root), whole_code()
+    folders, code = folders_of(name, draw, root), judging_code()
     known = read_json(folders.score)
     if known is not None and known["code"] == code:
         return dict(known)
@@ -88,7 +88,7 @@ def run_draw(
     run = diagnosed(folders, limit_s, diagnose)
     found = None if run["failure"] else read_json(folders.found / "diagnosis.json")
     result = scored(answer, found, run)
-    result |= {"commit": commit(), "code": code if whole_code() == code else CHANGED}
+    result |= {"commit": commit(), "code": code if judging_code() == code else CHANGED}
     write_json(result, folders.score)
     return result
 

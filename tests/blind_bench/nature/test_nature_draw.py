@@ -109,7 +109,7 @@ def test_only_draws_of_this_code_count(root, monkeypatch):
     first = scored(root, NOTHING, says("unexplained"))
     assert scored(root, NOTHING, says("no_discrepancy")) == first
     data = (Folders(root, NOTHING).data / "trial_01.csv").stat().st_mtime_ns
-    monkeypatch.setattr(run, "whole_code", lambda: "another")
+    monkeypatch.setattr(run, "judging_code", lambda: "another")
     assert run.scores_in(root) == []
     second = scored(root, NOTHING, says("no_discrepancy"))
     assert (second["verdict"], second["code"]) == ("no_discrepancy", "another")
@@ -120,7 +120,7 @@ def test_only_draws_of_this_code_count(root, monkeypatch):
 def test_code_that_changes_under_a_diagnosis_does_not_count(root, monkeypatch):
     """Its draw belongs to neither."""
     digests = iter(["before", "after"])
-    monkeypatch.setattr(run, "whole_code", lambda: next(digests))
+    monkeypatch.setattr(run, "judging_code", lambda: next(digests))
     found = scored(root, NOTHING, says("unexplained"))
     assert found["code"] == run.CHANGED
 

@@ -10,6 +10,7 @@ import pytest
 
 import catheter_sim
 from catheter_sim.blind_bench.nature import engine
+from catheter_sim.blind_bench.nature.code import NOT_JUDGED
 from catheter_sim.effects import EFFECTS, apply
 
 PACKAGE = Path(catheter_sim.__file__).parent
@@ -92,6 +93,26 @@ def test_a_forbidden_import_would_be_seen(tmp_path):
     through.write_text("from catheter_sim.blind_bench.bench import run_draw\n")
     assert any(module.startswith("effects") for module in reached(through))
     assert is_forbidden("kinds.rolling.twin.twin")
+
+
+def test_what_a_score_does_not_depend_on_is_not_imported():
+    """A kept draw stays one of this code where only `NOT_JUDGED` changed: what made it imports none of it."""
+    waiting = [
+        PACKAGE / "cli" / "diagnose.py",
+        *(PACKAGE / "diagnosis").rglob("*.py"),
+        *FILES,
+        *(PACKAGE / "blind_bench" / "spoiled").rglob("*.py"),
+        *(PACKAGE / "blind_bench" / "other_methods").rglob("*.py"),
+    ]
+    found = set(waiting)
+    while waiting:
+        nearest = {file_of(module) for module in imported(waiting.pop())} - {None}
+        waiting += nearest - found
+        found |= nearest
+    parts = {path.relative_to(PACKAGE).parts[0] for path in found}
+    assert {"diagnosis", "effects", "kinds", "simulation", "core"} <= parts
+    assert parts.isdisjoint(NOT_JUDGED)
+    assert {name for name in NOT_JUDGED if not (PACKAGE / name).exists()} == set()
 
 
 def test_simulated_robots_have_no_effects(monkeypatch, plain_ground):
