@@ -42,7 +42,7 @@ COPIED = (
 )
 LEFT_OUT = {".hypothesis", ".pytest_cache"}
 FAST, SLOW = "fast", "slow"
-MARKS = {FAST: "not slow", SLOW: "slow"}
+MARKS = {FAST: "not slow and not long", SLOW: "slow or long"}
 NEEDED = {"killed": 0.95, "killed_fast": 0.80}  # shares of the faults
 KILLED = ("killed_fast", "killed_slow")
 NOT_COUNTED = ("unknown",)  # of --fast-only: noticed by no fast test, slow ones not asked

@@ -11,9 +11,8 @@ from catheter_sim.blind_bench.bench import run_draw
 from catheter_sim.blind_bench.table import miss_text
 from catheter_sim.diagnosis.pipeline import diagnose
 
-pytestmark = pytest.mark.slow
-
 SEED, DRAWS = 7, 20  # as many of each story as in any twenty draws in a row
+WITH_EVERY_CHANGE = (0, 1, 3, 8)  # of them: one effect, one that is not on the list, none, a pair
 QUICK = ("mitral_transseptal", "mitral_4dof", "file_displacement")
 TRIALS = {"TRAINING": 3, "HELDOUT": 1, "ASIDE": 1}  # fewer than the bench's, for speed
 
@@ -23,7 +22,13 @@ def _diagnose(dataset: Path, output: Path, limit_s: float) -> str:
     return ""
 
 
-@pytest.mark.parametrize("index", range(DRAWS))
+@pytest.mark.parametrize(
+    "index",
+    [
+        pytest.param(index, marks=pytest.mark.slow if index in WITH_EVERY_CHANGE else pytest.mark.long)
+        for index in range(DRAWS)
+    ],
+)
 def test_what_is_hidden_is_found(index, tmp_path, monkeypatch):
     """The effect is named first, both of a pair; nothing for nothing, nor for what is not in the list."""
     for name, count in TRIALS.items():

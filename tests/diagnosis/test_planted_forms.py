@@ -117,6 +117,6 @@ def test_a_report_says_in_which_form_a_cause_acts() -> None:
     late = Cause("rate", {}, 90.0, "output_lag", ("input_lag", "output_delay"))
     said = form_words(late)
     assert said.startswith("Here it acts on what is observed, as output lag: output_lag_s y' = x - y.")
-    assert said.endswith("On these data input lag or output delay would do as well.")
+    assert said.endswith('On these data the form "input lag" or "output delay" would do as well.')
     assert form_words(Cause("axial_compression", {}, 90.0, "mount")) == ""
     assert form_words(Cause("rate", {}, 90.0)) == ""

@@ -33,15 +33,8 @@ def shown(line: Line) -> list[str]:
     ]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "robot",
-    [
-        # With the tests of the catheters' control, whose runs are the same.
-        pytest.param(name, marks=pytest.mark.xdist_group("control" if name.startswith("mitral") else name))
-        for name in CHECKS
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("robot", CHECKS)
 def test_validation_table_is_what_validate_prints(robot, tmp_path):
     """Every row of the page's table is a line of a fresh validation, to the digits shown; all pass."""
     validation = validate([robot], tmp_path)

@@ -17,8 +17,7 @@ from catheter_sim.tables import Array, Table
 
 _MOST_POINTS = 3  # of a robot, in one picture
 _MOST_LINES = 60  # from measured to computed
-_WIDTH, _LARGEST_HEIGHT = 6.4, 5.6  # of the picture [inch]: its letters can be read on a telephone
-_LABELS = {"before": "before: calibrated model", "after": "after: corrected model"}
+_WIDTH, _LEAST_HEIGHT, _LARGEST_HEIGHT = 4.8, 1.3, 4.6  # [inch]: its letters can be read on a telephone
 _SIDES = {"xz": "from the side", "yz": "from the front", "xy": "from above"}
 
 
@@ -44,7 +43,7 @@ def paths_figure(fit: TrialFit) -> Figure | None:
         axes.set_title(_SIDES["".join(plane)], fontsize=10)
         tidy_axes(axes)
         tallest = max(tallest, float(np.ptp(axes.get_ylim()) / np.ptp(axes.get_xlim())))
-    height = min(_LARGEST_HEIGHT, max(2.6, tallest * _WIDTH / len(planes))) + 0.9
+    height = min(_LARGEST_HEIGHT, max(_LEAST_HEIGHT, tallest * _WIDTH / len(planes))) + 0.9
     figure.set_size_inches(_WIDTH, height)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, **LEGEND)
     return figure
@@ -95,7 +94,7 @@ def _draw(axes: Any, fit: TrialFit, point: str, plane: tuple[str, str], faint: b
     )
     for stage, table in (("before", fit.before), ("after", fit.after)):
         computed = [with_pauses(fit.time_s[seen], values[seen])[1] for values in path(table)]
-        label = "" if faint else _LABELS[stage]
+        label = "" if faint else stage  # the caption says which models these are
         axes.plot(*computed, color=COLOURS[stage], alpha=opacity, label=label, **style)
     rows = np.flatnonzero(seen)
     for row in rows[:: max(1, len(rows) // _MOST_LINES)]:

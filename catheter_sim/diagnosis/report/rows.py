@@ -194,5 +194,5 @@ def form_words(cause: Cause) -> str:
         return ""
     form = forms[cause.form]
     said = f"Here it acts {form.stage.value}, as {words(form.name)}: {form.equation}."
-    others = listed([words(name) for name in cause.forms_as_good], "or")
-    return f"{said} On these data {others} would do as well." if others else said
+    others = listed([f'"{words(name)}"' for name in cause.forms_as_good], "or")
+    return f"{said} On these data the form {others} would do as well." if others else said

@@ -1,0 +1,118 @@
+"""Look at pages in a real browser, at the width of a desk and of a telephone.
+
+    python scripts/look_at_pages.py results/site report.html -o results/looked_at
+
+A folder stands for every .html file below it. Of each page and width it says: what is wider than the page and
+does not scroll by itself, words that look like keys (snake_case outside code, but the package's name), what
+failed to load, what the page's scripts complain of. -o DIR gets a picture of each. The exit status is 1 where
+there is anything to say.
+
+Needs Playwright for Python (`pip install playwright`) and Chromium, its own or the system's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+WIDTHS = (1400, 390)  # a desk's and a telephone's, in CSS pixels
+HEIGHT = 900
+TALLEST = 16000  # of a picture: a browser draws no larger one
+# What sticks out to the right of the page although nothing around it scrolls or cuts it off.
+TOO_WIDE = """() => {
+  const width = document.documentElement.clientWidth, found = [];
+  for (const element of document.querySelectorAll('body *')) {
+    const box = element.getBoundingClientRect();
+    if (box.width === 0 || box.right <= width + 1) continue;
+    let around = element.parentElement, held = getComputedStyle(element).position === 'fixed';
+    for (; around && !held; around = around.parentElement) {
+      const style = getComputedStyle(around);
+      held = style.overflowX !== 'visible' && around.tagName !== 'BODY' && around.tagName !== 'HTML'
+        || style.position === 'fixed';
+    }
+    if (!held) found.push(`${element.tagName.toLowerCase()} to ${Math.round(box.right)} px`);
+  }
+  const whole = document.documentElement.scrollWidth;
+  if (whole > width) found.push(`page ${whole} px`);
+  return [...new Set(found)];
+}"""
+RAW_KEYS = r"""() => {
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), found = new Set();
+  while (walker.nextNode()) {
+    const around = walker.currentNode.parentElement;
+    if (!around || around.closest('code, pre, script, style, .highlight')) continue;
+    const words = walker.currentNode.data.match(/\b[a-z][a-z0-9]*(_[a-z0-9]+)+\b/g) || [];
+    for (const word of words) if (word !== 'catheter_sim') found.add(word);
+  }
+  return [...found];
+}"""
+
+
+def pages_of(names: list[str]) -> list[Path]:
+    """Return the pages that the arguments name.
+
+    Raises:
+        SystemExit: with 2, where there is no such page.
+    """
+    found: list[Path] = []
+    for name in names:
+        path = Path(name).resolve()
+        pages = sorted(path.rglob("[!4]*.html")) if path.is_dir() else [path] if path.is_file() else []
+        if not pages:
+            print(f"look_at_pages: {name}: no page there", file=sys.stderr)
+            raise SystemExit(2)
+        found += pages
+    return found
+
+
+def main() -> int:
+    """Look; return the exit status."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("page", nargs="+", metavar="PAGE", help=".html file, or a folder of them")
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder for the pictures")
+    options = parser.parse_args()
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        print("look_at_pages: needs playwright: pip install playwright", file=sys.stderr)
+        return 2
+    pages, folder = pages_of(options.page), Path(options.output)
+    folder.mkdir(parents=True, exist_ok=True)
+    said = 0
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium") or shutil.which("google-chrome"), args=["--no-sandbox"]
+        )
+        for path in pages:
+            for width in WIDTHS:
+                words = _looked_at(browser, path, width, folder)
+                said += bool(words)
+                print(f"{path.parent.name}/{path.name} at {width}: {'; '.join(words) or 'well'}", flush=True)
+        browser.close()
+    print(f"{len(pages)} pages at {len(WIDTHS)} widths: {said} with something to say")
+    return 1 if said else 0
+
+
+def _looked_at(browser, path: Path, width: int, folder: Path) -> list[str]:
+    page = browser.new_page(viewport={"width": width, "height": HEIGHT})
+    words: list[str] = []
+    page.on("pageerror", lambda error: words.append(f"script: {error}"))
+    page.on("requestfailed", lambda request: words.append(f"not loaded: {request.url.rpartition('/')[2]}"))
+    page.goto(path.as_uri(), wait_until="load")
+    wide, keys = page.evaluate(TOO_WIDE), page.evaluate(RAW_KEYS)
+    words += [f"too wide: {', '.join(wide[:5])}"] if wide else []
+    words += [f"keys: {', '.join(keys[:8])}"] if keys else []
+    height = min(page.evaluate("document.documentElement.scrollHeight"), TALLEST)
+    name = f"{path.parent.name}_{path.stem}_{width}.png"
+    clip = {"x": 0, "y": 0, "width": width, "height": height}
+    page.screenshot(path=folder / name, clip=clip, full_page=True)
+    page.close()
+    return words
+
+
+if __name__ == "__main__":
+    sys.exit(main())
