@@ -8,7 +8,7 @@ from pathlib import Path
 
 from catheter_sim.closed_loop.folder import Found, Proposed, Step
 from catheter_sim.closed_loop.loop import NO_MORE, NOTHING, SURE, SUSPECT, WAITING, Outcome
-from catheter_sim.diagnosis.report.spoken import number_words
+from catheter_sim.diagnosis.report.spoken import number_words, spoken
 from catheter_sim.diagnosis.report.wording import listed, words
 from catheter_sim.files import placed_when_whole
 from catheter_sim.page.render import rendered
@@ -34,6 +34,7 @@ def write_story(outcome: Outcome, robot: str, folder: Path) -> None:
         "catheter_sim.closed_loop",
         _TEMPLATE,
         {"title": title, "robot": robot, "end": outcome.words, "paragraphs": paragraphs, "rows": rows},
+        {"spoken": spoken},
     )
     with placed_when_whole(folder / PAGE) as path:
         path.write_text(page, encoding="utf-8")

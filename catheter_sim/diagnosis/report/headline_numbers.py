@@ -30,7 +30,7 @@ def headline_numbers(diagnosis: Diagnosis) -> list[dict[str, str]]:
     causes are fitted and chosen) stands beside it, then the noise. Where nothing was simulated, the fast
     model's comes first.
     """
-    head = diagnosis.headline
+    head = diagnosis.told
     unit = shown_unit(head.unit)
     before, after, noise = errors_and_noise(head)
     found = diagnosis.verdict == CAUSE_FOUND

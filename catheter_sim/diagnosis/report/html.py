@@ -49,7 +49,7 @@ _MOST_CANDIDATES = 6  # rows of the ranking; diagnosis.json holds all
 
 def sentence(diagnosis: Diagnosis) -> str:
     """Return what was found, in one sentence."""
-    head = diagnosis.headline
+    head = diagnosis.told
     robot = diagnosis.extended_robot.name
     before, after, noise = (f"{text} {shown_unit(head.unit)}".strip() for text in errors_and_noise(head))
     if diagnosis.verdict == CAUSE_FOUND:

@@ -257,3 +257,15 @@ class Diagnosis:
     def headline(self) -> UnitResult:
         """The figures of the unit that is reported first."""
         return self.by_unit[self.unit]
+
+    @property
+    def told(self) -> UnitResult:
+        """The figures that a page tells: the headline's, unless named causes gain nothing in its unit.
+
+        A scale of torsion alone leaves positions as they were: then those of the unit that gains most.
+        """
+        head = self.headline
+        if not self.causes or head.gain_percent_ci95[0] > 0.0:
+            return head
+        best = max(self.by_unit.values(), key=lambda result: result.gain_percent_ci95[0])
+        return best if best.gain_percent_ci95[0] > 0.0 else head

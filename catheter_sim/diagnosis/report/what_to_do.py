@@ -29,7 +29,7 @@ def bench_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
 def use_words(diagnosis: Diagnosis) -> str:
     """Return what the model may be used for now, in a sentence or two."""
     before, after, _ = (
-        f"{text} {shown_unit(diagnosis.unit)}".strip() for text in errors_and_noise(diagnosis.headline)
+        f"{text} {shown_unit(diagnosis.told.unit)}".strip() for text in errors_and_noise(diagnosis.told)
     )
     if diagnosis.verdict == CAUSE_FOUND:
         return (

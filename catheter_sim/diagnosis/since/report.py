@@ -21,7 +21,7 @@ from catheter_sim.modelling.build import build_mjcf
 
 def comparison_sentence(found: Comparison) -> str:
     """Return what changed, in one sentence."""
-    head = found.diagnosis.headline
+    head = found.diagnosis.told
     after, before = found.diagnosis.dataset.name, found.since
     if found.verdict == CHANGED:
         names = listed([words(cause.name) for cause in found.changes])
