@@ -86,7 +86,7 @@ def effects_page() -> Iterator[str]:
         rows.setdefault(row["effect"], []).append(row)
     for effect, parameters in rows.items():
         yield ""
-        yield f"## {effect}"
+        yield f"## `{effect}`"
         yield ""
         yield f"{parameters[0]['summary'].rstrip('.').replace('<', '&lt;')}."
         yield ""
@@ -104,7 +104,7 @@ def python_page() -> Iterator[str]:
     for name in cs.__all__:
         value = getattr(cs, name)
         yield ""
-        yield f"## cs.{name}"
+        yield f"## `cs.{name}`"
         yield ""
         yield "```text"
         yield f"cs.{name}{_signature(value)}"

@@ -15,9 +15,8 @@ from catheter_sim.diagnosis.fitting import twins
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.stages import choose_causes
 
-pytestmark = pytest.mark.slow
 
-
+@pytest.mark.slow
 def test_wire_that_softens_is_a_nonlinear_stiffness():
     """Kato 2016's suspicion: measured bends beyond the modelled ones at high tension, from softening NiTi."""
     found = diagnose_dataset(section_data({"nonlinear_stiffness": {"cubic_mm2": -110.0}}), simulation=False)
@@ -28,6 +27,7 @@ def test_wire_that_softens_is_a_nonlinear_stiffness():
     assert high >= -110.0 * 1.05
 
 
+@pytest.mark.slow
 def test_printed_dead_bands_are_backlash():
     """Data by the modified kinematics (Nayar 2022, Eqs 23-28), diagnosed by pure kinematics."""
     histories = [joint_history(seed) for seed in (1, 2, 3, 4)]
@@ -40,6 +40,7 @@ def test_printed_dead_bands_are_backlash():
     assert found.headline.gain_percent > 90.0
 
 
+@pytest.mark.slow
 def test_printed_tendon_law_is_tendon_elongation():
     """Data of the robot with the measured cyclic law (Nayar 2023, Algorithm 1), by inextensible ones."""
     share = np.concatenate([np.linspace(0, 1, 7), np.linspace(1, -1, 12)[1:], np.linspace(-1, 0, 7)[1:]])
@@ -70,6 +71,7 @@ def test_printed_tendon_law_is_tendon_elongation():
 PRINTED_RIVALS = ("tendon_friction", "precurvature", "backlash", "stiffness")
 
 
+@pytest.mark.long
 def test_printed_balance_is_not_mended_by_a_friction(monkeypatch):
     """Data by the complete balance, diagnosed with the printed one: no friction is named.
 

@@ -235,8 +235,10 @@ def test_wrong_input_ends_well(kind: str) -> None:
     assert faults(kind, range(FIRST)) == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("part", range(_PARTS))
+@pytest.mark.parametrize(
+    "part",
+    [pytest.param(part, marks=pytest.mark.long if part else pytest.mark.slow) for part in range(_PARTS)],
+)
 @pytest.mark.parametrize("kind", KINDS)
 def test_much_wrong_input_ends_well(kind: str, part: int) -> None:
     """All other cases."""

@@ -18,7 +18,7 @@ from catheter_sim.validation import mitral_control, mitral_whole
 from catheter_sim.validation.drives import NO_GRAVITY, given
 from catheter_sim.validation.mitral import joint_angles_deg
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("control")]  # one run for all
+pytestmark = [pytest.mark.long, pytest.mark.xdist_group("control")]  # one run for all
 
 
 @pytest.fixture(scope="module")

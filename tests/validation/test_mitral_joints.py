@@ -85,7 +85,7 @@ def test_flow_is_sensed_and_compensated() -> None:
     assert not mitral_flow.compensation_lines(robot, blind, found)[0].passed
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("joint", mitral_cycles.FIGURE_6)
 def test_dead_bands_are_fitted_to_figure_6(joint: str) -> None:
     """Both R^2 without springs come out to 0.002; with springs there is no loop."""
