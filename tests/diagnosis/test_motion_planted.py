@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +17,13 @@ from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.tables import Table
 from tests.simulation.moving import HANGING, pulled, swinging
 
-pytestmark = pytest.mark.long  # minutes each
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        "CATHETER_SIM_MOTION" not in os.environ,
+        reason="takes minutes each; CATHETER_SIM_MOTION=1 runs it",
+    ),
+]
 COLUMNS = ("tip_x_mm", "tip_z_mm", "body_3_x_mm")
 NOISE_MM = 0.5
 ROBOT = replace(swinging(), links_per_subsegment=3, hinges="rod")
