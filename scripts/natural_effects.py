@@ -8,9 +8,9 @@ cause there are forms that the diagnosis knows and forms that it does not (forei
 are drawn with --purpose tune, the other half with --purpose judge: tune with the first, judge with the other.
 
 -o DIR gets data/, answers/, found/, scores/ (one JSON per draw, with seed, commit, code, answer and
-seconds), table.txt and table.json. A stopped run goes on where it was. A draw counts only where the files that
-a diagnosis and its score import are those that scored it: after a change there it is diagnosed again, and its
-data are made again where the change concerns what makes them.
+seconds), table.txt and table.json. A stopped run goes on where it was. A draw counts only where the files
+that a diagnosis and its score import are those that scored it: after a change there it is diagnosed again,
+and its data are made again where the change concerns what makes them.
 """
 
 from __future__ import annotations
