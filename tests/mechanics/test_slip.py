@@ -10,6 +10,7 @@ from catheter_sim.mechanics.slip import tensions_behind
 
 tension = st.floats(0.0, 1.0)
 capstan = st.floats(1.0, 1.5)
+place = st.floats(-2e-3, 2e-3, allow_subnormal=False)  # 1e-311 m loses the digits that a moment needs
 D = 1.4e-3
 
 
@@ -41,7 +42,7 @@ def test_one_tendon_keeps_its_tension_unless_pushed(before, kept, e, offset):
     assert ours == pytest.approx([min(max(kept, before / e), before * e)], abs=1e-15)
 
 
-@given(st.lists(st.tuples(tension, tension, st.floats(-2e-3, 2e-3)), min_size=1, max_size=5), capstan)
+@given(st.lists(st.tuples(tension, tension, place), min_size=1, max_size=5), capstan)
 def test_every_tension_stays_within_friction(tendons, e):
     """No tendon changes at an eyelet by more than the capstan allows."""
     before, kept, offset = (list(values) for values in zip(*tendons, strict=True))
@@ -50,7 +51,7 @@ def test_every_tension_stays_within_friction(tendons, e):
         assert t / e - 1e-12 <= after <= t * e + 1e-12
 
 
-@given(st.lists(st.tuples(tension, tension, st.floats(-2e-3, 2e-3)), min_size=1, max_size=5))
+@given(st.lists(st.tuples(tension, tension, place), min_size=1, max_size=5))
 def test_without_friction_tensions_pass(tendons):
     """At E = 1 every tension passes the eyelet unchanged."""
     before, kept, offset = (list(values) for values in zip(*tendons, strict=True))
