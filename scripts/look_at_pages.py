@@ -2,10 +2,10 @@
 
     python scripts/look_at_pages.py results/site report.html -o results/looked_at
 
-A folder stands for every .html file below it. Of each page and width it says: what is wider than the page and
-does not scroll by itself, words that look like keys (snake_case outside code, but the package's name), what
-failed to load, what the page's scripts complain of. -o DIR gets a picture of each. The exit status is 1 where
-there is anything to say.
+A folder stands for every .html file below it but its 404.html, which only a server shows. Of each page and
+width it says: what is wider than the page and does not scroll by itself, words that look like keys
+(snake_case outside code, but the package's name), what failed to load, what the page's scripts complain of.
+-o DIR gets a picture of each. The exit status is 1 where there is anything to say.
 
 Needs Playwright for Python (`pip install playwright`) and Chromium, its own or the system's.
 """
@@ -59,7 +59,7 @@ def pages_of(names: list[str]) -> list[Path]:
     found: list[Path] = []
     for name in names:
         path = Path(name).resolve()
-        pages = sorted(path.rglob("[!4]*.html")) if path.is_dir() else [path] if path.is_file() else []
+        pages = [path] if path.is_file() else sorted(set(path.rglob("*.html")) - {path / "404.html"})
         if not pages:
             print(f"look_at_pages: {name}: no page there", file=sys.stderr)
             raise SystemExit(2)

@@ -1,8 +1,7 @@
 """What MkDocs calls while it builds the site: keys stand as code, and a page asks no other host for anything.
 
 The theme's offline mode asks one for a script with which searching works in pages opened from a folder.
-Searching
-works all the same where the site is served (`python -m http.server -d results/site`).
+Searching works all the same where the site is served (`python -m http.server -d results/site`).
 """
 
 from __future__ import annotations

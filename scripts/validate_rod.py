@@ -8,6 +8,7 @@ With --released the rod is let go at the tip instead, ten times, and followed fo
 
 from __future__ import annotations
 
+import argparse
 import sys
 
 import numpy as np
@@ -16,19 +17,28 @@ from catheter_sim.validation.rod import LINKS, rod_cases, shape_errors_percent, 
 from catheter_sim.validation.rod_motion import RELEASES, release_case, release_errors_percent
 
 
+def even(text: str) -> int:
+    """Return an even number of links, 2 or more."""
+    if not text.isdigit() or int(text) < 2 or int(text) % 2:
+        raise argparse.ArgumentTypeError(f"{text}: must be an even number, 2 or more")
+    return int(text)
+
+
 def main() -> int:
     """Compare; return the exit status."""
-    words = [word for word in sys.argv[1:] if word != "--released"]
-    links = words[0] if words else str(LINKS)
-    if len(words) > 1 or not links.isdigit() or int(links) < 2 or int(links) % 2:
-        print(f"validate_rod: LINKS = {' '.join(words)}: must be an even number, 2 or more", file=sys.stderr)
-        return 2
-    if "--released" in sys.argv[1:]:
-        means = [release_errors_percent(release_case(number), int(links))[0].mean() for number in RELEASES]
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("links", metavar="LINKS", nargs="?", type=even, default=LINKS, help="default 50")
+    parser.add_argument("--released", action="store_true", help="let the rod go at the tip")
+    options = parser.parse_args()
+    links = options.links
+    if options.released:
+        means = [release_errors_percent(release_case(number), links)[0].mean() for number in RELEASES]
         print(f"{len(means)} releases, {links} links, mid-length and tip over 3 s:")
         print(f"mean {np.mean(means):.4f} % of the length, mean of the worst release {max(means):.4f} %")
         return 0
-    errors = shape_errors_percent(tpu_rod(int(links)), rod_cases(1))
+    errors = shape_errors_percent(tpu_rod(links), rod_cases(1))
     print(f"{len(errors)} shapes, {links} links: mean {errors[:, 0].mean():.4f} % of the length,")
     print(f"largest mean of a shape {errors[:, 0].max():.4f} %, worst point {errors[:, 1].max():.3f} %")
     return 0

@@ -7,7 +7,10 @@ T/E while it is pulled toward the base, with T E while it runs toward the tip.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+
+_NEUTRAL = 2.0**-500  # of the farthest eyelet's place: nearer to the neutral plane is in it
 
 
 def tensions_behind(
@@ -29,6 +32,7 @@ def tensions_behind(
         offset: x of the eyelets, one a tendon [m].
         capstan: E = exp(mu phi) >= 1.
     """
+    offset = _scaled(offset)
     low = [tension / capstan for tension in before]
     high = [tension * capstan for tension in before]
     moment = forward = backward = 0.0
@@ -51,6 +55,17 @@ def tensions_behind(
         right if d > 0.0 else left if d < 0.0 else min(max(old, min(right, left)), max(right, left))
         for (right, left), old, d in zip(ends, kept, offset, strict=True)
     ]
+
+
+def _scaled(offset: Sequence[float]) -> list[float]:
+    """Return the places with the farthest between 0.5 and 1.
+
+    Nothing depends on their scale, and a power of two rounds nothing; places of 1e-311 m would lose the
+    digits that their moments need.
+    """
+    exponent = math.frexp(max((abs(d) for d in offset), default=0.0))[1]
+    scaled = [math.ldexp(d, -exponent) for d in offset]
+    return [0.0 if abs(d) < _NEUTRAL else d for d in scaled]
 
 
 def _nearest(
