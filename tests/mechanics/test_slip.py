@@ -58,7 +58,7 @@ def test_without_friction_tensions_pass(tendons):
 
 
 def test_eyelets_hardly_off_the_axis_slip_as_others_do():
-    """The scale of their places changes nothing, down to the smallest number; among others they are neutral."""
+    """The scale of places changes nothing, down to the smallest number; beside others they are neutral."""
     before, kept = [0.25, 0.25], [0.0, 0.5]
     as_others = tensions_behind(before, kept, [1e-3, 1e-3], 1.5)
     assert tensions_behind(before, kept, [2e-311, 2e-311], 1.5) == as_others
