@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -31,18 +32,32 @@ OTHER_SIDE = 10  # of `SETS`: tendons 2 and 4
 FAR = 0.2  # CC's time over that of the next model
 _CLOCK = "a clock on this machine; the paper's is of C++ on an i5-9600"
 
+Name = TypeVar("Name", bound=Hashable)
 Times = Mapping[str, float]  # of one configuration, by model [s]
 
 
 def validate_solver_times(folder: Path) -> Validation:
     """Show the times and check the claims; nothing is written."""
-    by_disks = {disks: times(disks, "none") for disks in DISKS}
+    by_disks = times_by_disks()
     loaded = {where: times(10, where, 0.5) for where in ("in plane", "across")}
     return Validation((*shown_lines(by_disks, loaded), *claim_lines(by_disks), warm_line()), ())
 
 
+def times_by_disks() -> Mapping[int, Times]:
+    """Return the times without a tip force at every number of disks, all in the same turns: what else the
+    machine does meanwhile falls on all of them."""
+    calls = {(disks, model): call for disks in DISKS for model, call in solvers(disks, "none").items()}
+    spent = taken_s(calls)
+    return {disks: {model: spent[at, model] for at, model in calls if at == disks} for disks in DISKS}
+
+
 def times(disks: int, where: str, share: float = 1.0) -> Times:
-    """Return the solvers' times of one configuration, those of models that do not carry its load left out.
+    """Return the solvers' times of one configuration; arguments as for `solvers`."""
+    return taken_s(solvers(disks, where, share))
+
+
+def solvers(disks: int, where: str, share: float = 1.0) -> dict[str, Callable[[], object]]:
+    """Return the solvers of one configuration, by model, those left out that do not carry its load.
 
     Args:
         disks: a segment.
@@ -53,15 +68,15 @@ def times(disks: int, where: str, share: float = 1.0) -> Times:
     tension = share * SETS[CONFIGURATION] * largest_tension_N(robot)
     inputs = given(tension[None], "tension", share * np.array([TIP_FORCES_N[where]]))
     found = {model: solver_call(model, robot, inputs, NO_GRAVITY) for model in MODELS}
-    return taken_s({model: call for model, call in found.items() if call is not None})
+    return {model: call for model, call in found.items() if call is not None}
 
 
-def taken_s(calls: Mapping[str, Callable[[], object]]) -> Times:
+def taken_s(calls: Mapping[Name, Callable[[], object]]) -> dict[Name, float]:
     """Return each call's median time over rounds in which all take turns [s]; the first of each is no part
     of it."""
     for call in calls.values():
         call()
-    spent: dict[str, list[float]] = {name: [] for name in calls}
+    spent: dict[Name, list[float]] = {name: [] for name in calls}
     for _ in range(ROUNDS):
         for name, call in calls.items():
             began = time.process_time()

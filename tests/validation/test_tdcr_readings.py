@@ -80,11 +80,14 @@ def test_claims_about_times_can_fail() -> None:
     assert not any(line.passed for line in lines)
 
 
-def test_claims_about_times_hold() -> None:
-    """CC far the fastest, PRB slower than VC beyond four disks and growing, VC_ref slow at one disk, fast
-    from nearby."""
-    lines = tdcr_times.claim_lines({disks: tdcr_times.times(disks, "none") for disks in tdcr_times.DISKS})
-    assert all(line.passed for line in lines), [line for line in lines if not line.passed]
+def test_times_are_of_every_model_at_every_number_of_disks() -> None:
+    """All that carry the load, above nothing. Whether the claims hold on a clock, `validate` says: a test on
+    a machine that does other things as well could not."""
+    found = tdcr_times.times_by_disks()
+    assert tuple(found) == tdcr_times.DISKS
+    for spent in found.values():
+        assert set(spent) == set(tdcr_times.MODELS)
+        assert all(seconds > 0.0 for seconds in spent.values())
 
 
 def test_figure_9_is_drawn(tmp_path: Path) -> None:
