@@ -266,6 +266,9 @@ one of the first three does not explain is no single cause."""
 ACQUITTED_SHARE = 1.1
 """[error of a trial over the one without the cause] What accounts for one trial makes no other worse by more.
 Why: by a tenth errors differ by chance; a cause that halves one trial's mistake puts half on the others."""
+ACQUITTED_NOISE = 1.5
+"""[noise] What accounts for a jump in a trial leaves no trial a larger error. Why: outliers make it 1.4 times
+the noise; of a bump that no cause makes, and that is seen, several times the noise stay."""
 CLIPPED_ROWS = 5
 """[rows] That stand at exactly an output's end. Why: assumed; a measured value comes twice by rounding."""
 CLIPPED_TIMES = 4.0
@@ -355,6 +358,9 @@ another, which a hundred rows show."""
 GRID_VALUES = (12, 6)
 """[values per number] Of the scan of one number, and of two. Why: a delay of nine seconds has a lesser
 minimum nearby; twelve values of its range step over that."""
+SCANNED_SIZES = (-12.0, -4.0, -1.0, 1.0, 4.0, 12.0)
+"""[scales of the parameter] Where more than two numbers are scanned, one at a time. Why: both signs, as the
+zero of a slack tendon's drive does nothing on one side; the sizes of most causes that matter."""
 LONGEST_STEP = 20.0
 """[scales of the parameter] Of one iteration. Why: assumed; beyond it the derivative says nothing."""
 LEAST_SQUARE_SHARE = 1e-12

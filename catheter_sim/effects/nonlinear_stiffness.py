@@ -13,8 +13,8 @@ def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
     if not places(robot, Role.CUBIC):
         return ()
     unit = 1e6 / sizes(robot).curvature_per_m ** 2  # the moment doubles there
-    # Ten times: it doubles at a third of that curvature already, as at the quintic term's bound.
-    return (Parameter(_CUBIC, null=0.0, lower=-0.3 * unit, upper=10.0 * unit, scale=0.05 * unit, start=0.0),)
+    # It doubles at a sixth of that curvature already, as at the quintic term's bound.
+    return (Parameter(_CUBIC, null=0.0, lower=-0.3 * unit, upper=30.0 * unit, scale=0.05 * unit, start=0.0),)
 
 
 def _with_quintic(robot: RobotSpec) -> tuple[Parameter, ...]:
@@ -22,7 +22,7 @@ def _with_quintic(robot: RobotSpec) -> tuple[Parameter, ...]:
         return ()
     unit = 1e12 / sizes(robot).curvature_per_m ** 4  # the moment doubles there
     # A robot that bends less than it is made for has the same share of its moment by a far larger number.
-    return (Parameter(_QUINTIC, 0.0, lower=-2.0 * unit, upper=100.0 * unit, scale=0.05 * unit, start=0.0),)
+    return (Parameter(_QUINTIC, 0.0, lower=-2.0 * unit, upper=1000.0 * unit, scale=0.05 * unit, start=0.0),)
 
 
 def _bent_on(robot: R, values: Values) -> R:

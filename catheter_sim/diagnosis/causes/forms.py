@@ -2,13 +2,16 @@
 
 The search finds a cause by its simplest forms. Here each of its other forms stands in the place of the one
 that was found. It is taken if it does better on the stretches left out by more than chance allows, shared
-among the forms that are tried: with many forms one of them would often do a little better by chance.
+among the forms that are tried: with many forms one of them would often do a little better by chance. What the
+simplest form lacked, another cause may have taken on. So each form is tried without the other causes, too:
+with fewer numbers it need only do as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 from catheter_sim.diagnosis.causes.comparison import as_good, pays
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
@@ -29,13 +32,21 @@ def in_best_forms(problem: Problem, chosen: Fit, thorough: bool = False, pool: W
         pool: where to fit.
     """
     for _ in chosen.terms:  # one cause changes its form at a time, each once at most
-        now, others = _fitted(problem, chosen, pool)
-        better = [item for _, _, item in others if pays(now, item, PAYS_CHANCE / len(others))]
+        now, others = _fitted(problem, chosen, pool, fewer=True)
+        fits = [item for _, _, item in others]
+        better = [item for item in fits if _taken(now, item, PAYS_CHANCE / len(fits))]
         if not better:
             break
         best = min(better, key=lambda item: item.cross_validated_rms)
+        equal = [item for item in better if as_good(best, item)]
+        best = min(equal, key=lambda item: (len(item.numbers), item.cross_validated_rms))
         chosen = fit(problem, best.terms, best.values, cross_validate=False, thorough=thorough)
     return chosen
+
+
+def _taken(now: Fit, other: Fit, chance: float) -> bool:
+    fewer = len(other.terms) < len(now.terms) and len(other.numbers) < len(now.numbers)
+    return pays(now, other, chance) or (fewer and as_good(now, other))
 
 
 def with_forms(
@@ -64,21 +75,38 @@ def with_forms(
     )
 
 
-def _fitted(problem: Problem, chosen: Fit, pool: Workers) -> tuple[Fit, list[tuple[str, str, Fit]]]:
+def _fitted(
+    problem: Problem, chosen: Fit, pool: Workers = SERIAL, fewer: bool = False
+) -> tuple[Fit, list[tuple[str, str, Fit]]]:
     """Return the hypothesis fitted to rows to choose by, and the same with one cause in another form.
 
     Of these the cause, the form's name and the fit; of a form that is freed in several ways, one of each.
+    Each starts where its form alone would lie: from the numbers of the one before a search may not get there.
+    `fewer`: each also without some of the other causes.
     """
     few = with_fewer_rows(problem)
     others = list(_in_other_forms(problem, chosen))
     if not others:
         return chosen, []
-    hypotheses = [chosen.terms, *(terms for _, _, terms in others)]
-    fits = map_calls(pool, fit, [(few, terms, chosen.values, True, False, True) for terms in hypotheses])
-    return fits[0], [(cause, form, item) for (cause, form, _), item in zip(others, fits[1:], strict=True)]
+    several = len(chosen.terms) > 1
+    alone = [(few, (term,), chosen.values, False, False, True) for _, _, term, _ in others if several]
+    starts = [{**chosen.values, **item.values} for item in map_calls(pool, fit, alone)]
+    calls, names = [(few, chosen.terms, chosen.values, True, False, True)], []
+    for (cause, form, term, rest), start in zip(others, starts or [chosen.values] * len(others), strict=True):
+        for beside in _subsets(rest) if fewer else (rest,):
+            calls.append((few, (*beside, term), start, True, False, True))
+            names.append((cause, form))
+    fits = map_calls(pool, fit, calls)
+    return fits[0], [(*name, item) for name, item in zip(names, fits[1:], strict=True)]
 
 
-def _in_other_forms(problem: Problem, chosen: Fit) -> Iterator[tuple[str, str, tuple[Term, ...]]]:
+def _subsets(terms: tuple[Term, ...]) -> Iterator[tuple[Term, ...]]:
+    for count in range(len(terms) + 1):
+        yield from combinations(terms, count)
+
+
+def _in_other_forms(problem: Problem, chosen: Fit) -> Iterator[tuple[str, str, Term, tuple[Term, ...]]]:
+    """Yield a cause, another of its forms, the term for it and the terms of the other causes."""
     for term in chosen.terms:
         effect = EFFECTS[term.effect]
         mine = effect.form_of(problem.robot, term.free)
@@ -86,5 +114,5 @@ def _in_other_forms(problem: Problem, chosen: Fit) -> Iterator[tuple[str, str, t
             if form.in_motion and not problem.moving:
                 continue
             for names in () if form is mine else form.freed(problem.robot):
-                other = Term(term.effect, names)
-                yield effect.name, form.name, tuple(other if item is term else item for item in chosen.terms)
+                rest = tuple(item for item in chosen.terms if item is not term)
+                yield effect.name, form.name, Term(term.effect, names), rest

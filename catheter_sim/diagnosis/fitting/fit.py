@@ -107,8 +107,8 @@ def fit(
         known: values to start from, by effect and parameter.
         cross_validate: whether to work out `left_out`; otherwise it is the residual.
         thorough: search for the bottom of a valley in which numbers trade against one another.
-        scan: start from the best point of a grid over the effects' numbers, if that is better and they are
-            no more than two: there may be a lesser minimum nearer to the known values.
+        scan: start from the best point of a grid over the effects' numbers, if that is better: there may
+            be a lesser minimum nearer to the known values.
         most: steps of the search, unless it is thorough.
         worth: root mean square, in weights, below which a hypothesis must stay to matter. One that errs by
             more on the rows it was fitted to does so on rows left out, so that a rough `left_out` will do;
@@ -124,7 +124,7 @@ def fit(
         return Fit(tuple(terms), numbers, x, error, empty, np.zeros(0, bool), block, error)
     prior = prior_of(numbers)
     if scan:
-        x = best_of_grid(problem, numbers, x, box, prior)
+        x = best_of_grid(problem, numbers, x, box, prior, known or ())
     if thorough:
         at = linearised(problem, numbers, descend_valley(problem, numbers, x, box, prior), box[1])
     else:

@@ -28,6 +28,7 @@ from catheter_sim.core.robot import Friction, RobotSpec
 
 _FIFTHS = 5
 _MOST_MU = 0.5  # by which a coefficient may be another
+_LEAST_MU = 0.1  # of the specified one: no tendon runs without friction
 
 
 def _played(acting: Acting, course: Course, u: Array) -> Array:
@@ -121,7 +122,8 @@ def _rubbed(acting: Acting, robot: RobotSpec) -> RobotSpec:
 
 
 def _mu(acting: Acting) -> Mapping[str, float]:
-    return {"mu": max(acting.specimen.robot.friction.mu + 0.01 * acting.size, 0.0)}
+    specified = acting.specimen.robot.friction.mu
+    return {"mu": max(specified + 0.01 * acting.size, _LEAST_MU * specified)}
 
 
 def _turned(acting: Acting, course: Course, u: Array) -> Array:
