@@ -98,6 +98,7 @@ def test_both_loops_of_a_catheter_move_it_alike(reference: str) -> None:
     assert np.linalg.norm(tips[0] - tips[1]) < 3e-3
 
 
+@pytest.mark.long
 def test_a_catheter_has_rows_with_friction_only_where_it_has_friction() -> None:
     """The nominal robot: two rows and nulls in JSON; with friction in its specification: three rows."""
     nominal = measure("mitral_4dof", turns=1)
@@ -158,6 +159,7 @@ def test_the_plain_loop_of_rolling_joints_is_measured_at_rest_and_the_table_says
     assert simulator.data.qpos == pytest.approx(np.zeros(15), abs=1e-12)
 
 
+@pytest.mark.long
 def test_bench_prints_a_table_and_json(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -187,6 +189,7 @@ def test_table_shows_the_figures() -> None:
     assert "at rest" not in table_text([speed])
 
 
+@pytest.mark.long
 def test_the_chain_has_sixty_degrees_of_freedom_and_nine_tendons() -> None:
     """Three tendons end at each of three segments; all pull, and the whole chain moves in space."""
     robot = chain(0.3)

@@ -120,7 +120,7 @@ def test_later_run_adds_to_the_record(toy, monkeypatch):
     assert len(ran) == 2  # without the fault and with it
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_endless_loop_is_noticed_by_its_time(toy, monkeypatch):
     monkeypatch.setattr(mutants, "TIME_LIMIT_S", 2.0)
     monkeypatch.setattr(mutants, "TIME_FACTOR", 0.0)
@@ -129,7 +129,7 @@ def test_endless_loop_is_noticed_by_its_time(toy, monkeypatch):
     assert verdicts(toy) == (0, {"endless": "killed_fast"})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_stopped_it_leaves_nothing_behind(toy, tmp_path_factory):
     """Told to end while tests run: they end too, their copy goes, and nothing is kept of them."""
     endless = mutant("endless", "while True: pass", old="return mass * gravity")

@@ -136,7 +136,14 @@ def test_effect_that_a_calibration_does_as_well_is_refused(scale, shown):
             make_module._require_all_shown(setting, effects)
 
 
-@pytest.mark.parametrize("name", [name for name in BENCH_ROBOTS if name != "neuroendoscope"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.long] if name == "chest_tube_section@prototype" else [])
+        for name in BENCH_ROBOTS
+        if name != "neuroendoscope"
+    ],
+)
 def test_other_solver_agrees_with_the_twin(name):
     """With every effect off, the simulation that makes the data and the twin that fits them differ by less
     than a third of the noise that the bench draws at least (0.05 mm, 0.1 deg), or by so much that the bench

@@ -50,7 +50,7 @@ def test_nothing_planted_in_the_simulated_catheter() -> None:
     assert found.calibrated["arm_bending"].value == pytest.approx(1.006, abs=0.001)
 
 
-@pytest.mark.parametrize("curvature", [(3.0, -2.0), (0.0, 1.0)])
+@pytest.mark.parametrize("curvature", [pytest.param((3.0, -2.0), marks=pytest.mark.long), (0.0, 1.0)])
 def test_curved_tube_is_found(curvature: tuple[float, float]) -> None:
     """Named alone, told from every other cause, its curvature within 0.1 / m, and the noise is left."""
     found = diagnosed(
@@ -66,7 +66,10 @@ def test_curved_tube_is_found(curvature: tuple[float, float]) -> None:
 
 @pytest.mark.parametrize(
     "effects",
-    [{"precurvature": {"bending_deg": 6.0}}, {"actuation_offset": {"offset_bending_mm": 0.2}}],
+    [
+        pytest.param({"precurvature": {"bending_deg": 6.0}}, marks=pytest.mark.long),
+        {"actuation_offset": {"offset_bending_mm": 0.2}},
+    ],
 )
 def test_bent_joint_and_offset_of_its_channel_are_one_group(
     effects: Mapping[str, Mapping[str, float]],

@@ -56,7 +56,7 @@ def test_what_changed_is_told_with_its_change(sizes: tuple[float, ...]) -> None:
     assert width.ci95[0] <= 0.4 <= width.ci95[1]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_change_of_what_was_wrong_already_is_the_difference(tmp_path: Path) -> None:
     """A gain of 1.15 that becomes 1.25 has changed by 0.1, told so from Python and in the document."""
     first = recording(1, HIDDEN, (1.6, 2.0, 2.3))

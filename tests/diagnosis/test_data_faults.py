@@ -71,6 +71,7 @@ def test_a_cause_of_a_third_of_the_motion_is_no_mistake_in_the_data():
     assert diagnosis.causes[0].name == "actuation_gain"
 
 
+@pytest.mark.long
 def test_a_cause_that_one_trial_shows_most_is_no_fault_of_that_trial():
     """A zero that creeps, in a trial twenty times as long as others; another robot in it is a fault."""
     creeping = {"drift": {"zero_mm_per_min": 0.03}}
@@ -240,6 +241,7 @@ def test_a_tracker_that_is_bumped(sound, trial):
     assert doubt.rows == (rows // 2 + 1, rows)
 
 
+@pytest.mark.long
 def test_a_bump_is_found_beside_a_cause():
     """The same of a robot that is a fifth softer than the model says."""
     soft = small_data({"stiffness": {"scale": 0.8}})

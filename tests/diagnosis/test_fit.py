@@ -16,9 +16,11 @@ from catheter_sim.diagnosis.causes.search import Search
 from catheter_sim.diagnosis.data.nuisance import Nuisance, nuisances_of
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.grid import best_of_grid
 from catheter_sim.diagnosis.fitting.intervals import intervals
+from catheter_sim.diagnosis.fitting.prior import prior_of
 from catheter_sim.diagnosis.fitting.probe import carried_over, foreseen, reached, tangent, values_at, without
-from catheter_sim.diagnosis.fitting.problem import Problem, Term, box_of, fitted_numbers
+from catheter_sim.diagnosis.fitting.problem import Problem, Term, box_of, fitted_numbers, start_of
 from catheter_sim.diagnosis.fitting.residuals import residuals
 from catheter_sim.diagnosis.fitting.stretches import blocks_of, fold_of
 from catheter_sim.diagnosis.fitting.workers import SERIAL
@@ -355,3 +357,19 @@ def test_a_history_may_be_thinned():
     inputs = as_inputs(displacement_history(6).tendon, "displacement")
     twin = twin_for(robot, "displacement", COLUMNS, np.zeros(3))
     np.testing.assert_allclose(twin([robot], inputs, 3), twin([robot], inputs, 1)[:, ::3], atol=1e-6)
+
+
+def test_many_numbers_are_scanned_one_at_a_time_where_they_are_not_known() -> None:
+    """From two wrong zeros a fit starts at the one that is there; from values that are known, at those."""
+    problem = made({"actuation_offset": {"offset_t1_mm": 0.4}}, noise_mm=0.02)
+    names = tuple(f"offset_t{k}_mm" for k in range(3))
+    numbers = fitted_numbers(problem, (Term("actuation_offset", names),))
+    mine = [index for index, item in enumerate(numbers) if item.effect]
+    box, prior = box_of(numbers), prior_of(numbers)
+    x = start_of(numbers)
+    x[mine[0]], x[mine[2]] = 20.0, -20.0
+    best = best_of_grid(problem, numbers, x, box, prior)
+    assert best[mine[1]] > 0.0
+    assert best[mine[0]] == best[mine[2]] == 0.0
+    known = {numbers[index].key: 0.0 for index in mine}
+    assert np.array_equal(best_of_grid(problem, numbers, x, box, prior, known), x)

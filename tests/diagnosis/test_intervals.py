@@ -102,7 +102,7 @@ def test_profile_of_rows_that_hang_together_is_as_wide_as_their_blocks_say():
         assert along[1] - along[0] > 1.5 * white
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_profile_covers_in_a_valley():
     """Where two numbers nearly only act as a product, the profile covers both in 90 of 100 draws at least.
 

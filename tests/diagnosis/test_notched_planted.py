@@ -102,9 +102,9 @@ def test_nothing_planted_in_the_wrist() -> None:
 @pytest.mark.parametrize(
     ("effect", "values"),
     [
-        ("stiffness", {"scale": 0.8}),
+        pytest.param("stiffness", {"scale": 0.8}, marks=pytest.mark.long),
         ("tendon_friction", {"mu": 0.35}),
-        ("nonlinear_stiffness", {"cubic_mm2": 3.0}),
+        pytest.param("nonlinear_stiffness", {"cubic_mm2": 3.0}, marks=pytest.mark.long),
     ],
 )
 def test_cause_in_the_wrist_is_found(effect: str, values: Mapping[str, float]) -> None:
@@ -112,6 +112,7 @@ def test_cause_in_the_wrist_is_found(effect: str, values: Mapping[str, float]) -
     assert_found(diagnose_dataset(wrist_data({effect: values}), simulation=False), effect, values)
 
 
+@pytest.mark.long
 def test_offset_of_the_wrists_drive_is_found() -> None:
     """A drive that stands off its zero by a tenth of a millimetre."""
     values = {"offset_mm": 0.1}

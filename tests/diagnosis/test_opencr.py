@@ -11,7 +11,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.diagnosis.pipeline import diagnose
 from catheter_sim.resources import assets_folder
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("opencr")]  # one diagnosis for all
+pytestmark = [pytest.mark.long, pytest.mark.xdist_group("opencr")]  # one diagnosis for all
 FOLDER = assets_folder() / "examples" / "opencr_v4"
 # RMSE of the tip's distance on val.csv with the mean offset taken out, of the authors' simulator with
 # ftdcr_v4_sysid.json (ContinuumRoboticsLab/opencr-mujoco, commit 17fff8b), run on that file.

@@ -43,8 +43,8 @@ def test_nothing_planted_in_the_section():
     ("effect", "parameter", "value", "tolerance"),
     [
         ("backlash", "width_N", 0.06, 0.05),
-        ("stiffness", "scale", 0.8, 0.03),
-        ("tendon_friction", "mu", 0.5, 0.05),
+        pytest.param("stiffness", "scale", 0.8, 0.03, marks=pytest.mark.long),
+        pytest.param("tendon_friction", "mu", 0.5, 0.05, marks=pytest.mark.long),
     ],
 )
 def test_cause_in_the_section_is_found(effect, parameter, value, tolerance):
@@ -73,9 +73,9 @@ def test_nothing_planted_in_the_chest_tube():
     ("effect", "values"),
     [
         ("tendon_friction", {"mu": 0.5}),
-        ("backlash", {"width_N": 2.0}),
-        ("precurvature", {"curvature_x_per_m": 0.3}),
-        ("nonlinear_stiffness", {"cubic_mm2": 1000.0}),
+        pytest.param("backlash", {"width_N": 2.0}, marks=pytest.mark.long),
+        pytest.param("precurvature", {"curvature_x_per_m": 0.3}, marks=pytest.mark.long),
+        pytest.param("nonlinear_stiffness", {"cubic_mm2": 1000.0}, marks=pytest.mark.long),
     ],
 )
 def test_cause_in_the_chest_tube_is_found(effect, values):
@@ -84,6 +84,7 @@ def test_cause_in_the_chest_tube_is_found(effect, values):
     assert_named_alone(found, effect, values, slack=0.02)
 
 
+@pytest.mark.long
 def test_gain_and_stiffness_of_the_chest_tube_are_not_told_apart():
     """Without weight only tension over stiffness counts: both names are given as one group."""
     found = diagnose_dataset(chest_data({"stiffness": {"scale": 0.8}}), simulation=False)
@@ -91,6 +92,7 @@ def test_gain_and_stiffness_of_the_chest_tube_are_not_told_apart():
     assert {"stiffness", "actuation_gain"} in [set(group) for group in found.indistinguishable]
 
 
+@pytest.mark.long
 def test_proposed_experiment_tells_stiffness_from_gain_in_the_simulation_too():
     """A known force across the tip bends a softer robot further, whatever the scale of its tensions."""
     found = diagnose_dataset(section_data({"stiffness": {"scale": 0.8}}))
@@ -113,8 +115,8 @@ def test_nothing_planted_in_the_catheter():
 @pytest.mark.parametrize(
     ("effect", "values"),
     [
-        ("backlash", {"width_bending_mm": 0.6}),
-        ("actuation_gain", {"scale_bending": 1.08}),
+        pytest.param("backlash", {"width_bending_mm": 0.6}, marks=pytest.mark.long),
+        pytest.param("actuation_gain", {"scale_bending": 1.08}, marks=pytest.mark.long),
         ("tendon_elongation", {"stiffness_N_per_mm": 8.0}),
         ("measurement_frame", {"rotation_y_deg": 2.0, "translation_x_mm": 1.0}),
     ],
@@ -135,9 +137,9 @@ def test_nothing_planted_in_a_small_robot():
 @pytest.mark.parametrize(
     ("effect", "values"),
     [
-        ("backlash", {"width_mm": 0.5}),
+        pytest.param("backlash", {"width_mm": 0.5}, marks=pytest.mark.long),
         ("measurement_frame", {"rotation_x_deg": 4.0, "translation_z_mm": 2.0}),
-        ("axial_compression", {"stiffness_N_per_mm": 12.0}),
+        pytest.param("axial_compression", {"stiffness_N_per_mm": 12.0}, marks=pytest.mark.long),
     ],
 )
 def test_cause_in_a_small_robot_is_found(effect, values):

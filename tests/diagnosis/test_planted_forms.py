@@ -24,6 +24,7 @@ from catheter_sim.diagnosis.report.result import Cause
 from catheter_sim.diagnosis.report.rows import form_words
 from catheter_sim.diagnosis.report.to_json import to_json
 from catheter_sim.diagnosis.stages.pose import training_problem
+from catheter_sim.effects import EFFECTS
 
 LAG, DELAY = Term("rate", ("lag_s",)), Term("rate", ("delay_s",))
 OUTPUT_LAG, OUTPUT_DELAY = Term("rate", ("output_lag_s",)), Term("rate", ("output_delay_s",))
@@ -99,7 +100,7 @@ def test_a_cause_of_one_form_has_no_other() -> None:
     assert with_forms(problem, [], chosen) == ()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_tracker_that_lags_is_found_as_rate() -> None:
     """A diagnosis that knows nothing names the cause, its form and the lag."""
     found = diagnose_dataset(section_data({"rate": {"output_lag_s": 0.8}}), simulation=False)
@@ -120,3 +121,23 @@ def test_a_report_says_in_which_form_a_cause_acts() -> None:
     assert said.endswith('On these data the form "input lag" or "output delay" would do as well.')
     assert form_words(Cause("axial_compression", {}, 90.0, "mount")) == ""
     assert form_words(Cause("rate", {}, 90.0)) == ""
+
+
+def test_a_form_also_takes_the_place_of_what_stood_in_for_it() -> None:
+    """From a cubic law and a force that makes up for it the search goes to the quintic law alone."""
+    robot = replace(small_robot(), friction=Friction(0.0))
+    unit = next(
+        item
+        for form in EFFECTS["nonlinear_stiffness"].forms
+        for item in form.parameters(robot)
+        if item.name == "quintic_mm4"
+    )
+    effects = {"nonlinear_stiffness": {"quintic_mm4": 40.0 * unit.scale}}
+    histories = [displacement_history(seed) for seed in (1, 2, 3)]
+    columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+    data = data_set(robot, "small.toml", effects, histories, columns, noise_mm=0.05, solver="CC")
+    problem = training_problem(data, split(data)[0])
+    cubic, force = Term("nonlinear_stiffness", ("cubic_mm2",)), Term("payload", ("force_z_N",))
+    before = fit(problem, (cubic, force), cross_validate=False)
+    found = in_best_forms(problem, before)
+    assert found.terms == (Term("nonlinear_stiffness", ("quintic_mm4",)),)

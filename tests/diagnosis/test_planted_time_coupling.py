@@ -114,7 +114,14 @@ def assert_found(found: Diagnosis, effects: Effects, slack: float) -> None:
     assert found.headline.rmse_after < 1.3 * found.headline.noise_floor
 
 
-@pytest.mark.parametrize("make", [small_data, catheter_data, sections_data])
+@pytest.mark.parametrize(
+    "make",
+    [
+        pytest.param(small_data, marks=pytest.mark.long),
+        catheter_data,
+        pytest.param(sections_data, marks=pytest.mark.long),
+    ],
+)
 def test_nothing_planted_at_an_uneven_pace(make) -> None:
     """Without a cause none is named: neither time nor coupling is read into the noise."""
     found = diagnose_dataset(make({}), simulation=False)
@@ -130,6 +137,7 @@ def test_lag_of_the_section_is_found() -> None:
     assert len(found.causes) == 1
 
 
+@pytest.mark.long
 def test_delay_of_a_small_robot_is_found() -> None:
     """A delay is told from a lag, though a lag alone takes most of the error."""
     effects = {"rate": {"delay_s": 0.8}}
@@ -141,7 +149,7 @@ def test_delay_of_a_small_robot_is_found() -> None:
 @pytest.mark.parametrize(
     ("make", "values"),
     [
-        (catheter_data, {"zero_bending_mm_per_min": 0.3}),
+        pytest.param(catheter_data, {"zero_bending_mm_per_min": 0.3}, marks=pytest.mark.long),
         (small_data, {"creep": 0.15, "creep_time_s": 40.0}),
     ],
 )
@@ -155,7 +163,7 @@ def test_drift_is_found(make, values) -> None:
     ("make", "values"),
     [
         (catheter_data, {"bending_to_torsion_proximal": 0.1}),
-        (sections_data, {"far_to_near": 0.1}),
+        pytest.param(sections_data, {"far_to_near": 0.1}, marks=pytest.mark.long),
     ],
 )
 def test_coupling_is_found(make, values) -> None:

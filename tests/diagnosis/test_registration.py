@@ -110,24 +110,37 @@ def test_a_slight_turn_of_a_tracker_far_away_is_a_cause_still(soft):
         assert causes["measurement_frame"][f"rotation_{axis}_deg"].value == pytest.approx(angle, abs=0.3)
 
 
+def assert_it_stays(data):
+    """Assert that data are taken as of the base frame."""
+    moved, registration = in_base_frame(data)
+    assert moved is data
+    assert not registration.applied
+    assert frame_numbers(registration) == ()
+
+
 @pytest.mark.slow
 def test_data_in_the_base_frame_stay_as_they_are(soft):
-    """Nothing is moved where a model errs, by stiffness, dead-band or friction; nor by a slight frame."""
-    for data in (
-        soft,
-        small_data({"measurement_frame": {"translation_x_mm": 20.0, "rotation_y_deg": 10.0}}),
-        small_data({"payload": {"force_x_N": 0.3}}),
-        section_data({"backlash": {"width_N": 0.06}}),
-        section_data({"stiffness": {"scale": 0.6}}),
-        catheter_data({"actuation_gain": {"scale": 1.3}}),
-    ):
-        moved, registration = in_base_frame(data)
-        assert moved is data
-        assert not registration.applied
-        assert frame_numbers(registration) == ()
+    """Nothing is moved where a model errs, by a stiffness or a drive's scale; nor by a slight frame."""
+    assert_it_stays(soft)
+    assert_it_stays(small_data({"measurement_frame": {"translation_x_mm": 20.0, "rotation_y_deg": 10.0}}))
+    assert_it_stays(catheter_data({"actuation_gain": {"scale": 1.3}}))
 
 
-@pytest.mark.slow
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("make", "effects"),
+    [
+        (small_data, {"payload": {"force_x_N": 0.3}}),
+        (section_data, {"backlash": {"width_N": 0.06}}),
+        (section_data, {"stiffness": {"scale": 0.6}}),
+    ],
+)
+def test_a_load_a_dead_band_or_soft_sections_move_nothing_either(make, effects):
+    """The same of other causes, the sections with their friction."""
+    assert_it_stays(make(effects))
+
+
+@pytest.mark.long
 def test_two_measured_coordinates_turn_in_their_plane():
     """A planar robot measured in x and z alone: a quarter turn about y and a shift, and no mirror image."""
     data = section_data({"backlash": {"width_N": 0.03}})
@@ -196,7 +209,7 @@ def test_the_tips_orientation_turns_too(soft):
             assert after.outputs.columns[name] == pytest.approx(before.outputs.columns[name], abs=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_planar_robots_tracker_turned_about_its_axis_is_no_exchange_of_columns():
     """Bending in x alone, measured in y: that is a turn, which harms nothing, and the dead-band is found."""
     effects = {"backlash": {"width_N": 0.03}}

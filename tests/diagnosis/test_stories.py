@@ -27,7 +27,7 @@ def test_wire_that_softens_is_a_nonlinear_stiffness():
     assert high >= -110.0 * 1.05
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_printed_dead_bands_are_backlash():
     """Data by the modified kinematics (Nayar 2022, Eqs 23-28), diagnosed by pure kinematics."""
     histories = [joint_history(seed) for seed in (1, 2, 3, 4)]
@@ -40,7 +40,7 @@ def test_printed_dead_bands_are_backlash():
     assert found.headline.gain_percent > 90.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_printed_tendon_law_is_tendon_elongation():
     """Data of the robot with the measured cyclic law (Nayar 2023, Algorithm 1), by inextensible ones."""
     share = np.concatenate([np.linspace(0, 1, 7), np.linspace(1, -1, 12)[1:], np.linspace(-1, 0, 7)[1:]])

@@ -206,7 +206,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_results(tmp_path):
         assert map_calls(pool, die_once, asked) == SQUARES
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_diagnosis_does_not_depend_on_where_it_is_made(tmp_path):
     """Here, in two processes, on a cluster, and taken up again half-way: the same JSON."""
     from distributed import LocalCluster

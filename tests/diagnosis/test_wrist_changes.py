@@ -111,6 +111,7 @@ def test_loads_of_a_real_joint_are_told_as_a_load_or_what_is_the_same() -> None:
     assert sum(right) >= 5
 
 
+@pytest.mark.long
 def test_halves_of_one_level_are_not_called_changed() -> None:
     """The first and second halves of what was measured under one load: unchanged, three of four at least."""
     verdicts = [

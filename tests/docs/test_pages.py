@@ -25,10 +25,17 @@ def script(name: str) -> ModuleType:
 
 
 run_pages = script("run_pages")
+LONG = ("train_a_policy", "lab", "inverse_sense_control")  # pages that run apart
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", run_pages.pages(), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.long] if path.stem in LONG else [])
+        for path in run_pages.pages()
+    ],
+)
 def test_examples_of_a_page_print_what_it_shows(path: Path, tmp_path: Path) -> None:
     """Each command and block of code, in order, in an empty folder."""
     for example, printed in run_pages.run_page(path.read_text(encoding="utf-8"), tmp_path):

@@ -24,6 +24,8 @@ pytestmark = pytest.mark.slow
 
 TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 NO_GRAVITY = np.zeros(3)
+# Robots that run apart; a smaller one of each kind stays.
+LONG = ("neuroendoscope", "chest_tube", "chest_tube_section@prototype", "spacer_disk", "file_displacement")
 SCALES = 3.0  # of each parameter
 SHARE, FLOOR_MM = 0.1, 0.1  # of what the cause does; below it differences of the plain robots count
 FORMS = [
@@ -53,7 +55,10 @@ def apart_and_moved(
     return tuple(float(np.linalg.norm(seen - other, axis=1).max()) for other in (found, plain))
 
 
-@pytest.mark.parametrize("name", BENCH_ROBOTS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.long] if name in LONG else []) for name in BENCH_ROBOTS],
+)
 def test_twin_and_simulation_go_the_same_way(name: str) -> None:
     """To a tenth of what the cause does, beside what they differ by without."""
     bench = bench_robot(name, np.random.default_rng(3))

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.slow
 
 FULL = "catheter_sim/ChestTubeReach-v0"
 SECTION = "catheter_sim/ChestTubeSectionReach-v0"
-SLOW_FULL = pytest.param(FULL, marks=pytest.mark.slow)
+LONG_FULL = pytest.param(FULL, marks=pytest.mark.long)
 STRAIGHT = (0.0, 0.0, 0.225)  # the section's tip at rest
 LEVEL_STEP = RATE_PER_S * CONTROL_STEP_S
 
@@ -43,7 +43,7 @@ def section() -> Iterator[ReachEnv]:
     env.close()
 
 
-@pytest.mark.parametrize("name", [SECTION, FULL])
+@pytest.mark.parametrize("name", [SECTION, LONG_FULL])
 def test_gymnasium_finds_nothing_to_complain_about(name: str) -> None:
     """`check_env` passes, warnings taken as errors."""
     with warnings.catch_warnings():
@@ -51,7 +51,7 @@ def test_gymnasium_finds_nothing_to_complain_about(name: str) -> None:
         check_env(reach(name))
 
 
-@pytest.mark.parametrize("name", [SECTION, SLOW_FULL])
+@pytest.mark.parametrize("name", [SECTION, LONG_FULL])
 def test_same_seed_gives_the_same_episode_bit_for_bit(name: str) -> None:
     """In the same object, in another one, and while pictures are drawn; another seed gives another."""
     env = reach(name)
@@ -122,7 +122,7 @@ def test_random_steps_of_the_full_robot_stay_finite() -> None:
         assert not info["diverged"]
 
 
-@pytest.mark.parametrize("name", [SECTION, FULL])
+@pytest.mark.parametrize("name", [SECTION, LONG_FULL])
 def test_the_baseline_reaches_targets_and_chance_does_not(name: str) -> None:
     """Resolved rates reach all of 10 targets, random actions one at most."""
     env = reach(name)
@@ -155,7 +155,7 @@ def test_a_simulation_that_diverges_ends_the_episode_and_a_reset_heals_it(sectio
     assert same(first, episode(section, 3))
 
 
-@pytest.mark.parametrize("name", [SECTION, SLOW_FULL])
+@pytest.mark.parametrize("name", [SECTION, LONG_FULL])
 def test_random_targets_are_reached_again_by_the_levels_that_made_them(name: str) -> None:
     """Another simulator under the same inputs ends at the same points, far enough from rest."""
     first, second = reach(name).plant, reach(name).plant
@@ -179,6 +179,7 @@ def test_random_targets_of_the_section_are_where_theory_puts_them(section: Reach
         assert np.linalg.norm(static.postures[0].p_w[-1] - found.tip_m) < 0.25e-3, found
 
 
+@pytest.mark.long
 def test_every_reachable_point_of_the_full_robot_is_found_again() -> None:
     """The search refuses none of 8 points that the robot has been to, to 5 mm."""
     plant = reach(FULL).plant
@@ -239,7 +240,7 @@ def test_effects_on_inputs_and_outputs_act_step_by_step() -> None:
     assert env.plant.simulator.data.ctrl == pytest.approx(info["commanded_tension_N"] - 2.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", [SECTION, FULL])
+@pytest.mark.parametrize("name", [SECTION, LONG_FULL])
 def test_a_picture_shows_the_rolled_robot_as_it_was_seen(name: str) -> None:
     """Drawn with the joints placed as the state has them, whatever the simulation's model says since."""
     env = reach(name, render_mode="rgb_array", width=320, height=240)

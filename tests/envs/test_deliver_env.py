@@ -29,6 +29,7 @@ from catheter_sim.procedure.valve import SIDES, scallop
 TRANSSEPTAL = "catheter_sim/MitralTransseptalDeliver-v0"
 FOUR_DOF = "catheter_sim/Mitral4dofDeliver-v0"
 BOTH = (TRANSSEPTAL, FOUR_DOF)
+ONE = (TRANSSEPTAL, pytest.param(FOUR_DOF, marks=pytest.mark.long))  # where the other runs apart
 PUSH = np.array([0.0, 0.0, 0.0, 0.0, 1.0], dtype=np.float32)
 
 
@@ -154,7 +155,7 @@ def test_bad_options_of_reset_and_actions_are_told_in_a_line(env: DeliverEnv) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", BOTH)
+@pytest.mark.parametrize("name", ONE)
 def test_gymnasium_finds_nothing_to_complain_about(name: str) -> None:
     """`check_env` passes, warnings taken as errors."""
     with warnings.catch_warnings():
@@ -186,7 +187,7 @@ def seeded(env: DeliverEnv, seed: int) -> list[np.ndarray]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", BOTH)
+@pytest.mark.parametrize("name", ONE)
 def test_hearts_and_flows_lie_in_their_ranges(name: str) -> None:
     """Five resets: every number in its range, no two alike; and a given case is taken as it is."""
     env = made(name)
@@ -244,7 +245,7 @@ def test_flow_swings_the_bent_tip_seventy_times_a_minute() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", BOTH)
+@pytest.mark.parametrize("name", [pytest.param(TRANSSEPTAL, marks=pytest.mark.long), FOUR_DOF])
 def test_controller_delivers_and_chance_does_not(name: str) -> None:
     """Seeds 0 to 3: held for a beat, upright between the leaflets, whose edges lie above the implant's
     foot on both sides, no force beyond its limit; random actions deliver nothing.
@@ -297,7 +298,7 @@ def test_success_takes_a_whole_beat() -> None:
     assert counts[1] < counts[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_controller_delivers_robots_drawn_at_reset_and_a_diagnosed_one(tmp_path: Path) -> None:
     """Friction, gain and dead-band drawn within bounds, two seeds; and a `.toml` with stretching tendons."""
     bounds = {"friction.mu": (0.02, 0.1), "effects.backlash.width_mm": (0.1, 0.3)}
@@ -315,7 +316,7 @@ def test_controller_delivers_robots_drawn_at_reset_and_a_diagnosed_one(tmp_path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", BOTH)
+@pytest.mark.parametrize("name", ONE)
 def test_random_steps_stay_finite_and_the_engine_warns_of_nothing(name: str) -> None:
     """250 steps, the robot pushed in and then moved at random, again and again: finite, in the space."""
     env = made(name)

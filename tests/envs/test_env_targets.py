@@ -53,7 +53,7 @@ def test_random_targets_are_where_theory_puts_them() -> None:
         assert np.linalg.norm(static.postures[0].p_w[-1] - found.tip_m) < 0.6e-3, found
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("actuation", ["tension", "displacement"])
 def test_every_reachable_point_is_found_again(actuation: str) -> None:
     """The search refuses none of 30 points that the robot has been to, to 2 mm."""

@@ -158,7 +158,7 @@ def test_random_steps_stay_finite(name: str) -> None:
             env.reset()
 
 
-@pytest.mark.parametrize("name", [TRANSSEPTAL, FOUR_DOF])
+@pytest.mark.parametrize("name", [TRANSSEPTAL, pytest.param(FOUR_DOF, marks=pytest.mark.long)])
 def test_the_baseline_reaches_targets_and_chance_does_not(name: str) -> None:
     """Resolved rates reach 29 of 30 targets or more, random actions 1 of 30 at most."""
     env = reach(name)

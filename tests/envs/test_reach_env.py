@@ -49,7 +49,7 @@ def action(*values: float) -> np.ndarray:
         (SECTION, "tension"),
         pytest.param(SECTION, "displacement", marks=pytest.mark.slow),
         pytest.param(FULL, "tension", marks=pytest.mark.slow),
-        pytest.param(FULL, "displacement", marks=pytest.mark.slow),
+        pytest.param(FULL, "displacement", marks=pytest.mark.long),
     ],
 )
 def test_gymnasium_finds_nothing_to_complain_about(name: str, action_type: str) -> None:
@@ -113,7 +113,7 @@ def test_random_steps_stay_finite(action_type: str) -> None:
     run_at_random(reach(action_type=action_type), 100, seed=0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_random_steps_of_the_whole_robot_stay_finite() -> None:
     """1500 random steps, in 15 episodes, give no NaN."""
     run_at_random(reach(FULL), 1_500, seed=0)
@@ -236,7 +236,7 @@ def test_friction_makes_the_way_matter() -> None:
         (SECTION, "tension"),
         pytest.param(SECTION, "displacement", marks=pytest.mark.slow),
         pytest.param(FULL, "tension", marks=pytest.mark.slow),
-        pytest.param(FULL, "displacement", marks=pytest.mark.slow),
+        pytest.param(FULL, "displacement", marks=pytest.mark.long),
     ],
 )
 def test_the_baseline_reaches_targets(name: str, action_type: str) -> None:

@@ -26,7 +26,18 @@ OTHERS = tuple(
     for robot in ("Neuroendoscope", "ChestTube", "ChestTubeSection", "MitralTransseptal", "Mitral4dof")
 )
 EVERY = (SECTION, *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS))
+# Those that run apart: a smaller robot of the kind stays, or the same robot's other task.
+LONG_CHECKED = ("Neuroendoscope", "ChestTube", "ChestTubeSection")
+LONG_FOLLOWED = ("Neuroendoscope", "ChestTube", "Mitral4dof")
 STEP = RATE_PER_S * CONTROL_STEP_S  # largest change of a level
+
+
+def all_but_long(robots: tuple[str, ...]) -> list[Any]:
+    """Return every task, those of the robots given marked to run apart."""
+    long = {f"catheter_sim/{robot}Track-v0" for robot in robots}
+    return [
+        pytest.param(name, marks=[pytest.mark.long] if name in long else []) for name in (SECTION, *OTHERS)
+    ]
 
 
 def track(name: str = SECTION, **arguments: Any) -> TrackEnv:
@@ -52,7 +63,7 @@ def still(env: TrackEnv) -> Callable[[np.ndarray], np.ndarray]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [SECTION, *OTHERS])
+@pytest.mark.parametrize("name", all_but_long(LONG_CHECKED))
 def test_gymnasium_finds_nothing_to_complain_about(name):
     """`check_env` passes, warnings taken as errors."""
     with warnings.catch_warnings():
@@ -197,7 +208,7 @@ def test_directions_of_catheters_turn_with_their_joints():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [SECTION, *OTHERS])
+@pytest.mark.parametrize("name", all_but_long(LONG_FOLLOWED))
 def test_simple_controller_follows(name):
     """Of five ways, four or all; `scripts/baselines.py` counts more."""
     env = track(name)
@@ -206,7 +217,9 @@ def test_simple_controller_follows(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [SECTION, "catheter_sim/ChestTubeSectionTrack-v0"])
+@pytest.mark.parametrize(
+    "name", [SECTION, pytest.param("catheter_sim/ChestTubeSectionTrack-v0", marks=pytest.mark.long)]
+)
 def test_chance_does_not_follow(name):
     """Random actions follow none of five ways of the robots whose tips go on a curve only."""
     env = track(name)

@@ -100,8 +100,15 @@ IDS = [
     for task in ("Reach", "Track")
 ]
 
+LONG = ("catheter_sim/ChestTubeTrack-v0", "catheter_sim/ChestTubeSectionTrack-v0")  # they run apart
+
 TUMOUR = "catheter_sim/NeuroendoscopeTumour-v0"
-CLINICAL = ("NeuroendoscopeTumour", "ChestTubeInsert", "MitralTransseptalDeliver", "Mitral4dofDeliver")
+CLINICAL = (
+    pytest.param("NeuroendoscopeTumour", marks=pytest.mark.long),
+    "ChestTubeInsert",
+    pytest.param("MitralTransseptalDeliver", marks=pytest.mark.long),
+    pytest.param("Mitral4dofDeliver", marks=pytest.mark.long),
+)
 
 
 def test_numbers_are_those_of_single_environments(three: Any, alone: Any) -> None:
@@ -111,7 +118,10 @@ def test_numbers_are_those_of_single_environments(three: Any, alone: Any) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "count"), IDS)
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [pytest.param(*item, marks=[pytest.mark.long] if item[0] in LONG else []) for item in IDS],
+)
 def test_numbers_of_every_id_are_those_of_single_environments(name: str, count: int) -> None:
     """All registered tasks of the six robots, with a truncation and a second start."""
     many, loop = (make(name, count, max_episode_steps=3) for make in (vector, singles))
@@ -133,7 +143,7 @@ def test_numbers_of_the_clinical_tasks_are_those_of_single_environments(name: st
         env.close()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_robots_that_differ_are_built_on_threads_at_once() -> None:
     """Each copy has its own robot in its own anatomy, as its seed says."""
     drawn = {"randomised": {"friction.mu": (0.1, 0.5), "effects.stiffness.scale": (0.8, 1.25)}}

@@ -22,7 +22,9 @@ from catheter_sim.exporting.write import Model, write_model
 from catheter_sim.simulation.replay import simulate
 
 # Robots with friction that are quick to replay; the whole ones are in the guide's table.
-WITH_FRICTION = ("neuroendoscope_section", "notched_wrist")
+WITH_FRICTION = (pytest.param("neuroendoscope_section", marks=pytest.mark.long), "notched_wrist")
+# Forms that run apart: each has another of its kind beside it.
+LONG = (("backlash", "uneven"), ("tendon_friction", "drive"), ("nonlinear_stiffness", "quintic"))
 SMALL = {"segments.section.disks": 5, "friction.mu": 0.0}
 FINE_MM = 0.25  # of 60 mm: what a cause that is in the file as it is may leave of itself
 # Values that move the small robot by millimetres, where a form's start does not.
@@ -78,7 +80,10 @@ def forms() -> list[tuple[str, str]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("effect", "form"), forms())
+@pytest.mark.parametrize(
+    ("effect", "form"),
+    [pytest.param(*form, marks=[pytest.mark.long] if form in LONG else []) for form in forms()],
+)
 def test_each_cause_alone_travels_or_is_listed(
     effect: str, form: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

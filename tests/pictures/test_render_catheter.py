@@ -29,6 +29,7 @@ def test_bent_catheter_is_drawn_where_pure_kinematics_has_it(name: str, rows: np
     assert mean_distances_px(name, rows[7:8], too_far=1.03)[0] > TOLERANCE_PX
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "rows"), CASES)
 def test_ten_postures_are_drawn_where_pure_kinematics_has_them(name: str, rows: np.ndarray) -> None:
     """Each within a pixel, half a pixel in the mean; displacements wrong by 2 % are noticed."""

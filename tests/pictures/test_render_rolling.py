@@ -100,6 +100,7 @@ def test_links_that_do_not_roll_are_noticed() -> None:
     assert fixed.mean_px > TOLERANCE_PX
 
 
+@pytest.mark.long
 def test_simulated_section_passes_and_fails_when_the_model_is_two_percent_off() -> None:
     """Ten simulated postures: at most 1 px from the complete statics, more where those are 2 % too stiff."""
     assert np.mean(mean_distances_px(case=CHEST_TUBE)) <= 0.5 * TOLERANCE_PX

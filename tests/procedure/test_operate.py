@@ -71,6 +71,7 @@ def test_robot_with_dead_bands_misses_open_loop_and_arrives_with_the_tracker() -
     assert sum(step.corrections for step in calibrated.steps) < sum(step.corrections for step in led.steps)
 
 
+@pytest.mark.long
 def test_a_curved_path_asks_for_more_corrections_and_is_passed() -> None:
     """Nayar 2022, Section IV-D: the tendons' friction in the path enlarges the hysteresis; the tracker leads
     on."""
@@ -93,6 +94,7 @@ def test_pressing_the_wall_is_reported() -> None:
     assert outcome.wall_peak_N >= insert.wall_peak_N
 
 
+@pytest.mark.long
 def test_validation_passes(tmp_path: Path) -> None:
     """Ten anatomies within 1 mm and 3 deg."""
     validation = validate_procedure(tmp_path)
@@ -100,6 +102,7 @@ def test_validation_passes(tmp_path: Path) -> None:
     assert len(validation.lines) == 3
 
 
+@pytest.mark.long
 def test_series_does_not_depend_on_the_number_of_processes() -> None:
     """Two anatomies by one process and by two: the same errors to the last bit."""
     errors = [

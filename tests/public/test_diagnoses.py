@@ -65,7 +65,7 @@ def test_plot_shows_the_trial_that_was_held_out(found: cs.Diagnosis) -> None:
         found.plot("bend_9")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_saved_report_is_that_of_a_diagnosis_with_a_folder(found: cs.Diagnosis, tmp_path: Path) -> None:
     """`save` and `out` write the same files with the same numbers, and nothing unfinished is left."""
     found.save(tmp_path / "saved")

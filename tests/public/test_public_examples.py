@@ -13,12 +13,15 @@ import catheter_sim as cs
 
 SLOW = {
     *("Simulator", "attach", "render", "simulate", "Run", "list_robots", "statics", "diagnose", "Diagnosis"),
-    *("Control", "control", "InverseKinematics", "inverse_kinematics", "ModelChoice", "which_model"),
+    *("Control", "control", "InverseKinematics", "inverse_kinematics", "which_model"),
     *("compare", "Comparison"),
-    *("Sensing", "sense", "Workspace", "workspace", "Export", "export"),
+    *("Sensing", "sense", "Workspace", "workspace", "export"),
 }
+LONG = {"Export", "ModelChoice"}  # what `export` and `which_model` return; their own examples stay
 NAMES = [
-    pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name
+    pytest.param(name, marks=pytest.mark.long if name in LONG else pytest.mark.slow)
+    if name in SLOW | LONG
+    else name
     for name in cs.__all__
     if name not in ("InputError", "SimulationDiverged")
 ]

@@ -271,7 +271,12 @@ def test_posture_does_not_depend_on_step_or_ramp(rows):
 
 @pytest.mark.parametrize(
     ("rows", "force"),
-    [(SINGLE, None), (ANTAGONISTIC, None), (PARTIAL, None), ([(0.3, 0.1)] * 7, PUSHES)],
+    [
+        (SINGLE, None),
+        pytest.param(ANTAGONISTIC, None, marks=pytest.mark.long),
+        pytest.param(PARTIAL, None, marks=pytest.mark.long),
+        ([(0.3, 0.1)] * 7, PUSHES),
+    ],
     ids=["single", "antagonistic", "partial", "tip pushed, tensions held"],
 )
 def test_shipped_friction_agrees_with_the_nested_reference(rows, force):
@@ -282,6 +287,7 @@ def test_shipped_friction_agrees_with_the_nested_reference(rows, force):
     assert np.linalg.norm(ours - reference, axis=1).max() < 0.1
 
 
+@pytest.mark.long
 def test_tip_pushed_while_the_tendons_are_held_in_place():
     """Displacements held, tip pushed: against the nested reference at a fine step, at most 0.1 mm."""
     inputs = rows_to_inputs([(1e-3, -1e-3)] * 7, "displacement", PUSHES)
@@ -293,6 +299,7 @@ def test_tip_pushed_while_the_tendons_are_held_in_place():
     assert np.linalg.norm(ours - reference, axis=1).max() < 0.1
 
 
+@pytest.mark.long
 def test_two_sections_agree_with_the_nested_reference():
     """S shapes of the full robot, distal tendons slipping through the bent proximal section."""
     rows = [

@@ -199,7 +199,7 @@ def test_a_tendon_resists_in_its_channel() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("damping_time_s", [0.001, 0.005])
+@pytest.mark.parametrize("damping_time_s", [0.001, pytest.param(0.005, marks=pytest.mark.long)])
 def test_friction_in_motion_is_the_nested_references(damping_time_s: float) -> None:
     """Pulled to and fro in a second, with stick and slip: tips within 0.2 % of the length of each other.
 

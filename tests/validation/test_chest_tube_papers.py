@@ -58,7 +58,7 @@ def test_the_fitted_set_is_what_the_fit_finds() -> None:
         assert shipped[name] == pytest.approx(value, rel=2e-3), name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_fit_finds_shapes_that_the_model_has() -> None:
     """Shapes of the complete balance itself are met to rounding; constant curvature's are not."""
     own = shapes_mm(load_robot(SECTION, ("friction.mu=0.2", "clearance_mm=0.4")), "complete")
@@ -66,7 +66,7 @@ def test_a_fit_finds_shapes_that_the_model_has() -> None:
     assert fit_shapes("pcc", own).error_percent > 3.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_constant_curvature_is_as_far_off_as_printed(tmp_path: Path) -> None:
     """11.45 % as printed, within the 2.25 % that lie between stand-in and measurement."""
     validation = validate_printed_shapes(tmp_path)
@@ -96,7 +96,7 @@ def test_rods_bound_the_buckling_of_two_tense_rods_and_one_alone_has_none() -> N
         assert min(posture.joint_angles.min() for posture in alone) > 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_design_is_drawn_and_judged(tmp_path: Path) -> None:
     """The simulation follows the statics of all profiles, and of tendons in the rods' place."""
     validation = validate_design(tmp_path)

@@ -96,7 +96,7 @@ def test_dead_bands_are_fitted_to_figure_6(joint: str) -> None:
     assert all(line.passed for line in lines)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ten_cycles_repeat_and_a_drift_would_show() -> None:
     """The second to tenth cycle of the bending joint lie together; a drift of 0.02 deg a cycle does not
     pass."""
@@ -107,7 +107,7 @@ def test_ten_cycles_repeat_and_a_drift_would_show() -> None:
     assert not mitral_cycles.repeat_line("bending", drifted).passed
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_loops_are_drawn(tmp_path: Path) -> None:
     """Fig. 6's, with and without springs."""
     assert mitral_cycles.validate_cycles(tmp_path).passed

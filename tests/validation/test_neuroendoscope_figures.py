@@ -74,7 +74,7 @@ def test_range_ends_where_constant_curvature_is_5_mm_off() -> None:
     assert constant_curvature_range_N(load_robot("neuroendoscope_section@openings"), "antagonistic") > tension
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_figures_are_drawn_and_judged(tmp_path: Path) -> None:
     """Both judged lines pass, every picture is there, and no opening is called predicted."""
     validation = validate_figures(tmp_path)

@@ -60,6 +60,7 @@ def test_without_twist_the_winding_rod_is_vc() -> None:
     np.testing.assert_allclose(vc_tip_m(robot, tension), expected, atol=1e-6)
 
 
+@pytest.mark.long
 def test_winding_tendons_twist_and_bend_the_simulation_as_vc() -> None:
     """At five and ten disks in second order; with a fifth more twist told, VC is a hundred times further."""
     five, ten = (distance_percent(disks) for disks in (5, 10))

@@ -115,6 +115,7 @@ def test_only_the_body_with_tendons_shows_a_loop():
     assert tendons.discrepancy_mN.min() > 1.0
 
 
+@pytest.mark.long
 def test_render_check_passes_and_fails_when_the_model_is_two_percent_off():
     """Ten postures: at most 1 px from the right model, more from one that is 2 % too stiff."""
     assert np.mean(mean_distances_px()) <= 1.0

@@ -121,7 +121,7 @@ def test_draw_is_two_data_sets_and_an_answer(tmp_path: Path) -> None:
     assert not score["right"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_nothing_changed_differs_by_noise_alone(tmp_path: Path) -> None:
     """With the same commands and nothing changed the two recordings differ by the root of two noises."""
     index = first_draw(story="none", commands="same", shares=True)

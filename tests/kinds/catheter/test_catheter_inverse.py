@@ -49,7 +49,7 @@ def test_inverse_of_forward_is_the_pose(name: str) -> None:
     comes_back(ROBOTS[name], 500, 5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ROBOTS)
 def test_inverse_of_forward_is_the_pose_10000_times(name: str) -> None:
     """10,000 random poses come back to 1e-9 (rad, m), one solution each."""

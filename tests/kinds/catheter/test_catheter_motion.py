@@ -23,7 +23,13 @@ def swung(tendons: int, seconds: float = 2.0) -> Inputs:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "reference", ["mitral_transseptal", "mitral_transseptal@tube", "mitral_4dof", "mitral_4dof@elongation"]
+    "reference",
+    [
+        "mitral_transseptal",
+        "mitral_transseptal@tube",
+        "mitral_4dof",
+        pytest.param("mitral_4dof@elongation", marks=pytest.mark.long),
+    ],
 )
 def test_a_catheter_that_moves_slowly_is_where_it_is_held(reference: str) -> None:
     """Every published set moves, with friction, tubes and stretching tendons, within 0.5 mm of held rows."""

@@ -51,6 +51,7 @@ def test_identified_tension_gives_the_opening_back():
     assert loop_opening(fkm_stick, SINGLE_LOOP, 0.3, highest) == pytest.approx(9.8e-3, abs=2e-5)
 
 
+@pytest.mark.long
 def test_exact_arms_tell_the_same_story():
     """With exact arms both openings fit one mu as well, some 10 % smaller than the printed mapping's."""
     exact, printed = identify(fkm_exact_arm), identify(fkm)

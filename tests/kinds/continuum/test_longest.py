@@ -22,7 +22,12 @@ def _deeper(calls: int, reference: str, settings: list[str]) -> str:
     ("reference", "settings", "bodies"),
     [
         ("neuroendoscope_section", ["disks_per_segment={}"], 401),
-        ("mitral_transseptal", ["segments.bending.rings={}", "segments.bending.length_mm=2000"], 407),
+        pytest.param(
+            "mitral_transseptal",
+            ["segments.bending.rings={}", "segments.bending.length_mm=2000"],
+            407,
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_the_longest_robot_can_be_built(reference: str, settings: list[str], bodies: int) -> None:

@@ -172,6 +172,7 @@ def test_two_sections_take_the_motion_rule():
     assert ours.model == "fkm_exact_arm"
 
 
+@pytest.mark.long
 def test_an_upright_robot_that_buckles_is_followed():
     """Two sections standing upright buckle under weight and tension; every row still balances."""
     rows = [

@@ -30,7 +30,13 @@ def robot(disks: int) -> Problem:
 
 
 @pytest.mark.parametrize(
-    ("path", "disks"), [("continuous", 1), ("continuous", 2), ("projected", 2), ("eyelets", 2)]
+    ("path", "disks"),
+    [
+        pytest.param("continuous", 1, marks=pytest.mark.long),
+        pytest.param("continuous", 2, marks=pytest.mark.long),
+        ("projected", 2),
+        ("eyelets", 2),
+    ],
 )
 def test_shooting_and_collocation_agree(path: str, disks: int) -> None:
     """Forces at two disks, bending and torque at the tip, four tensions: the same disks to 1e-8.

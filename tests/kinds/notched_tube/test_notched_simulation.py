@@ -115,7 +115,7 @@ def test_a_reversal_under_a_side_load_is_where_they_part() -> None:
     assert max(apart[:4] + apart[5:]) < 5e-4
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["notched_wrist@script", "notched_wrist@design"])
 def test_metal_of_a_flat_plateau_follows_where_it_is_drawn_slowly(name: str) -> None:
     """Notches that soften share a displacement as slowly as they rest; the tip then agrees too."""

@@ -119,7 +119,7 @@ def test_a_load_that_moves_a_held_rod_is_met_as_simulated() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.long) for seed in (2, 3))])
 def test_random_histories_of_eight_rods_end_as_simulated(seed: int) -> None:
     """Sections that bend against one another: the tip within 0.5 % of 375 mm, half of the rows within 0.05 %.
 
