@@ -4,9 +4,11 @@
 
 Each folder is one that a bench wrote: answers/ holds what was hidden, found/ what was diagnosed. Printed are
 the weights of `diagnosis/thresholds.py` (LOG_ODDS_OF_...), fitted by logistic regression with a penalty on
-every weight but the first, and how well the probabilities promise: Brier score, and of each bin of answers
-the mean promise and the share that was right, each draw predicted by weights fitted without it (ten folds).
-Draws of which the accuracy is to be told must not be among them.
+every weight but the first; of "none" and of causes that no good hypothesis has, which hang on the verdict
+alone, counted (one answer of each kind added, after Laplace). Then how well the probabilities promise: Brier
+score, and of each bin of answers the mean promise and the share that was right, each draw by weights fitted
+without it (ten folds). What a bench takes for neither right nor wrong is left out. Draws of which the accuracy
+is to be told must not be among them.
 """
 
 from __future__ import annotations
@@ -25,6 +27,8 @@ from catheter_sim.blind_bench.places import read_json
 from catheter_sim.diagnosis.report.result import DATA_SUSPECT
 from catheter_sim.diagnosis.verdict.evidence import Evidence, from_numbers
 from catheter_sim.diagnosis.verdict.probabilities import (
+    NONE,
+    OUTSIDE,
     features_of_named,
     features_of_none,
     features_of_outside,
@@ -35,13 +39,15 @@ from catheter_sim.tables import Array
 
 PENALTY = 0.3  # of a weight's square: as much as a few answers say
 FOLDS = 10
+COUNTED = ("others", "none")  # kinds of which nothing but the verdict is known
 Features = tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Row:
-    """One answer: its kind, the draw, what speaks for it, and whether it is true."""
+    """One answer: of which cause, its kind, the draw, what speaks for it, and whether it is true."""
 
+    name: str
     kind: str
     draw: int
     features: Features
@@ -67,7 +73,7 @@ def main() -> int:
         mine = [row for row in rows if row.kind == kind]
         basis = np.array([row.features for row in mine])
         true = np.array([row.true for row in mine], dtype=float)
-        weights = fitted(basis, true)
+        weights = weigh(kind, basis, true)
         print(f"LOG_ODDS_OF_{kind.upper()} = ({', '.join(f'{value:.2f}' for value in weights)},)")
         print(f"    {len(mine)} answers, {int(true.sum())} true")
         draws = np.array([row.draw for row in mine])
@@ -75,7 +81,7 @@ def main() -> int:
         for fold in range(FOLDS):
             left_out = draws % FOLDS == fold
             if left_out.any() and not left_out.all():
-                promise[left_out] = chance(basis[left_out] @ fitted(basis[~left_out], true[~left_out]))
+                promise[left_out] = chance(basis[left_out] @ weigh(kind, basis[~left_out], true[~left_out]))
         promised.append(np.stack([promise, true], axis=1))
     print(reliability(np.concatenate(promised)))
     return 0
@@ -89,8 +95,17 @@ def rows_of(folder: Path, start: int) -> Sequence[Row]:
         answer = read_json(path)
         if found is None or answer is None or found["verdict"] == DATA_SUSPECT or not found.get("evidence"):
             continue
-        rows += _rows(from_numbers(found["evidence"]), found["verdict"], *_hidden(answer), start + number)
+        score = read_json(folder / "scores" / f"{path.parent.name}.json") or {}
+        neither = {*score.get("either", []), *([OUTSIDE] if _foreign(answer) else [])}
+        evidence = from_numbers(found["evidence"])
+        every = _rows(evidence, found["verdict"], *_hidden(answer), start + number)
+        rows += [row for row in every if row.name not in neither]
     return rows
+
+
+def _foreign(answer: dict[str, Any]) -> bool:
+    """Return whether a cause is hidden in a form that the diagnosis has none for."""
+    return any(not item["known"] and not item["outside"] for item in answer.get("hidden", []))
 
 
 def _hidden(answer: dict[str, Any]) -> tuple[set[str], bool]:
@@ -106,15 +121,30 @@ def _rows(found: Evidence, verdict: str, true: set[str], outside: bool, draw: in
     for name in EFFECTS:
         item = found.causes.get(name)
         if item is None:
-            rows.append(Row("others", draw, (1.0,), name in true))
+            rows.append(Row(name, "others", draw, (1.0,), name in true))
         elif item.named:
-            rows.append(Row("named", draw, features_of_named(item, found, verdict), name in true))
+            rows.append(Row(name, "named", draw, features_of_named(item, found, verdict), name in true))
         else:
-            rows.append(Row("rivals", draw, features_of_rival(item, found, verdict), name in true))
-    rows.append(Row("outside", draw, features_of_outside(found, verdict), outside))
+            rows.append(Row(name, "rivals", draw, features_of_rival(item, found, verdict), name in true))
+    rows.append(Row(OUTSIDE, "outside", draw, features_of_outside(found, verdict), outside))
     nothing = not true and not outside
-    rows.append(Row("none", draw, features_of_none(verdict), nothing))
+    rows.append(Row(NONE, "none", draw, features_of_none(verdict), nothing))
     return rows
+
+
+def weigh(kind: str, basis: Array, true: Array) -> Array:
+    """Return the weights of a kind of answers, shape (f,)."""
+    return counted(basis, true) if kind in COUNTED else fitted(basis, true)
+
+
+def counted(basis: Array, true: Array) -> Array:
+    """Return the weights by which each sort of answers promises the share that is true, shape (f,).
+
+    There are as many sorts as weights, or fewer.
+    """
+    sorts, sort = np.unique(basis, axis=0, return_inverse=True)
+    right, count = np.bincount(sort.ravel(), weights=true) + 1.0, np.bincount(sort.ravel()) + 2.0
+    return np.asarray(np.linalg.lstsq(sorts, np.log(right / (count - right)), rcond=None)[0])
 
 
 def fitted(basis: Array, true: Array) -> Array:
