@@ -7,7 +7,7 @@ the weights of `diagnosis/thresholds.py` (LOG_ODDS_OF_...), fitted by logistic r
 every weight but the first; of "none" and of causes that no good hypothesis has, which hang on the verdict
 alone, counted (one answer of each kind added, after Laplace). Then how well the probabilities promise: Brier
 score, and of each bin of answers the mean promise and the share that was right, each draw by weights fitted
-without it (ten folds). What a bench takes for neither right nor wrong is left out. Draws of which the accuracy
+without it (ten folds). What a bench takes for neither right nor wrong is left out. Draws whose accuracy
 is to be told must not be among them.
 """
 

@@ -269,6 +269,9 @@ Why: by a tenth errors differ by chance; a cause that halves one trial's mistake
 ACQUITTED_NOISE = 1.5
 """[noise] What accounts for a jump in a trial leaves no trial a larger error. Why: outliers make it 1.4 times
 the noise; of a bump that no cause makes, and that is seen, several times the noise stay."""
+ANOTHER_FORM = 2.0
+"""[times as much] What its simplest form leaves is worth trying a cause's other forms. Why: a drive's lag
+leaves twice the noise where the tracker lags."""
 CLIPPED_ROWS = 5
 """[rows] That stand at exactly an output's end. Why: assumed; a measured value comes twice by rounding."""
 CLIPPED_TIMES = 4.0
@@ -358,6 +361,9 @@ another, which a hundred rows show."""
 GRID_VALUES = (12, 6)
 """[values per number] Of the scan of one number, and of two. Why: a delay of nine seconds has a lesser
 minimum nearby; twelve values of its range step over that."""
+FIRST_IN_ALL_FORMS = 2
+"""[single causes] The best ones are tried in all their forms before sets of two. Why: a hidden law of the
+fifth power comes first or second as one of the third."""
 SCANNED_SIZES = (-12.0, -4.0, -1.0, 1.0, 4.0, 12.0)
 """[scales of the parameter] Where more than two numbers are scanned, one at a time. Why: both signs, as the
 zero of a slack tendon's drive does nothing on one side; the sizes of most causes that matter."""
@@ -397,6 +403,9 @@ cross-validated well. Why: what is left out it tells worse still, and sets are e
 SETTLED_FACTOR = 1.1
 """[times the error's white part] An error within it is settled: nothing more is looked for than one step
 finds, and of a robot in motion nothing more. Why: what is white from row to row has no cause."""
+WILD_ERROR = 3.0
+"""[times the error's white part] A row's error beyond it counts as so much there. Why: one row in a hundred
+at ten times the noise makes the whole error 1.4 times as large, and has no cause."""
 BEAM = 3
 """[sets of causes] To which another cause is added. Why: the best set of two need not hold the best single
 cause; `tests/diagnosis/test_select.py` has pairs that a smaller one misses."""

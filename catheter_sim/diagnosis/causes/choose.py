@@ -3,7 +3,8 @@
 Forward, one cause more at a time, beside each of the few best sets so far (`BEAM`): every remaining effect is
 probed, the most promising are fitted well, and the best of these is taken if the errors on the stretches left
 out fall by more than chance allows (`PAYS_CHANCE`; stretches count, not rows) and by more than `PAYS_SHARE`.
-The best set of two need not hold a cause that does much alone: where the promising ones leave structure
+Where one of the best causes alone settles the data in another of its forms, the search begins there. The best
+set of two need not hold a cause that does much alone: where the promising ones leave structure
 (`SETTLED_FACTOR`), all sets of two are probed, and the best (`PAIRS`) fitted. Two causes may pay where
 neither does alone, since each raises some errors that the other takes away, so that where structure is left
 the search ends only when two steps have not paid (`PATIENCE`); a further round, which begins at what stands
@@ -114,6 +115,9 @@ def select(
     further = [term for name in candidates for term in further_terms(problem.robot, name, problem.moving)]
     singles, begin = _singles(search, null, simple, detailed)
     path = [null]
+    if singles and not any(settled(problem, item) for item in singles):
+        forms = search.in_other_forms(singles)
+        path += [item for item in forms[:1] if settled(problem, item) and pays(in_order(singles)[0], item)]
     for left in reversed(range(CHOICE_ROUNDS)):
         beside_simple: list[list[Term]] = [[], detailed, [*detailed, *further]]
         for variants in ((simple, more) for more in beside_simple[begin:]):

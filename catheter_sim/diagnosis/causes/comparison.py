@@ -11,7 +11,13 @@ from catheter_sim.diagnosis.fitting.evidence import chance_of_gain, residual_ser
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.noise import white_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, PAYS_CHANCE, PAYS_SHARE, SETTLED_FACTOR
+from catheter_sim.diagnosis.thresholds import (
+    EQUAL_FACTOR,
+    PAYS_CHANCE,
+    PAYS_SHARE,
+    SETTLED_FACTOR,
+    WILD_ERROR,
+)
 
 
 def pays(before: Fit, after: Fit, chance: float = PAYS_CHANCE) -> bool:
@@ -35,12 +41,13 @@ def as_good(best: Fit, other: Fit) -> bool:
 
 
 def settled(problem: Problem, best: Fit) -> bool:
-    """Return whether a hypothesis leaves little more than what is white from row to row."""
+    """Return whether a hypothesis leaves little more than what is white from row to row, a wild row apart."""
     series = residual_series(problem, best)
     white = white_noise(series)
     for unit, size in white.items():
         errors = np.concatenate([part for name in series if unit_of(name) == unit for part in series[name]])
-        if np.sqrt(np.nanmean(errors**2)) > SETTLED_FACTOR * size:
+        tame = np.clip(errors, -WILD_ERROR * size, WILD_ERROR * size)
+        if np.sqrt(np.nanmean(tame**2)) > SETTLED_FACTOR * size:
             return False
     return True
 

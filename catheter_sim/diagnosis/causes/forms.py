@@ -11,11 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations
 
 from catheter_sim.diagnosis.causes.comparison import as_good, pays
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term, with_fewer_rows
+from catheter_sim.diagnosis.fitting.problem import Problem, Term, in_other_forms, with_fewer_rows
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls
 from catheter_sim.diagnosis.report.result import Cause
 from catheter_sim.diagnosis.thresholds import PAYS_CHANCE
@@ -82,7 +81,7 @@ def _fitted(
 
     Of these the cause, the form's name and the fit; of a form that is freed in several ways, one of each.
     Each starts where its form alone would lie: from the numbers of the one before a search may not get there.
-    `fewer`: each also without some of the other causes.
+    `fewer`: each also without the other causes.
     """
     few = with_fewer_rows(problem)
     others = list(_in_other_forms(problem, chosen))
@@ -93,26 +92,16 @@ def _fitted(
     starts = [{**chosen.values, **item.values} for item in map_calls(pool, fit, alone)]
     calls, names = [(few, chosen.terms, chosen.values, True, False, True)], []
     for (cause, form, term, rest), start in zip(others, starts or [chosen.values] * len(others), strict=True):
-        for beside in _subsets(rest) if fewer else (rest,):
+        for beside in ((), rest) if fewer and rest else (rest,):
             calls.append((few, (*beside, term), start, True, False, True))
             names.append((cause, form))
     fits = map_calls(pool, fit, calls)
     return fits[0], [(*name, item) for name, item in zip(names, fits[1:], strict=True)]
 
 
-def _subsets(terms: tuple[Term, ...]) -> Iterator[tuple[Term, ...]]:
-    for count in range(len(terms) + 1):
-        yield from combinations(terms, count)
-
-
 def _in_other_forms(problem: Problem, chosen: Fit) -> Iterator[tuple[str, str, Term, tuple[Term, ...]]]:
     """Yield a cause, another of its forms, the term for it and the terms of the other causes."""
     for term in chosen.terms:
-        effect = EFFECTS[term.effect]
-        mine = effect.form_of(problem.robot, term.free)
-        for form in effect.forms:
-            if form.in_motion and not problem.moving:
-                continue
-            for names in () if form is mine else form.freed(problem.robot):
-                rest = tuple(item for item in chosen.terms if item is not term)
-                yield effect.name, form.name, Term(term.effect, names), rest
+        rest = tuple(item for item in chosen.terms if item is not term)
+        for form, other in in_other_forms(problem.robot, term, problem.moving):
+            yield term.effect, form, other, rest

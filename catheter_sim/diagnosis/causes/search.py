@@ -19,10 +19,11 @@ from catheter_sim.diagnosis.fitting.probe import (
     values_at,
     without,
 )
-from catheter_sim.diagnosis.fitting.problem import Problem, Term
+from catheter_sim.diagnosis.fitting.problem import Problem, Term, in_other_forms
 from catheter_sim.diagnosis.fitting.workers import Workers, map_calls
 from catheter_sim.diagnosis.thresholds import (
     FINALISTS,
+    FIRST_IN_ALL_FORMS,
     HOPELESS_FACTOR,
     MOST_FIT_STEPS,
     MOST_FORMS,
@@ -184,6 +185,15 @@ class Search:
         if self.problem.moving:
             return self._alone_in_motion(null, chosen)
         return self.fitted([((term,), {}) for term in chosen])
+
+    def in_other_forms(self, singles: Sequence[Fit]) -> list[Fit]:
+        """Return the fits of the best single causes in their other forms, best first.
+
+        None of a robot in motion, where each costs minutes.
+        """
+        best = [] if self.problem.moving else in_order(singles)[:FIRST_IN_ALL_FORMS]
+        terms = [t for item in best for _, t in in_other_forms(self.problem.robot, item.terms[0])]
+        return in_order(self.fitted([((term,), {}) for term in terms]))
 
     def _alone_in_motion(self, null: Fit, terms: Sequence[Term]) -> list[Fit]:
         """Return the fits of the best probed terms alone: of few where nothing or one of them settles it."""

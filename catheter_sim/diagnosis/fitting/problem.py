@@ -95,6 +95,15 @@ def terms_for(robot: RobotSpec, effect: str, moving: bool = False) -> tuple[Term
     return tuple(Term(effect, names or everything) for names in EFFECTS[effect].variants(robot, moving))
 
 
+def in_other_forms(robot: RobotSpec, term: Term, moving: bool = False) -> tuple[tuple[str, Term], ...]:
+    """Return the names of the other forms of a term's cause, each with a term for it; one whose form is freed
+    in several ways has one of each. `moving` as of `terms_for`."""
+    effect = EFFECTS[term.effect]
+    mine = effect.form_of(robot, term.free)
+    others = [form for form in effect.forms if form is not mine and (moving or not form.in_motion)]
+    return tuple((form.name, Term(term.effect, names)) for form in others for names in form.freed(robot))
+
+
 def fitted_numbers(problem: Problem, terms: Sequence[Term]) -> tuple[FittedNumber, ...]:
     """Return what is fitted for a hypothesis: nuisances not superseded, then its effects' parameters."""
     found = []

@@ -19,7 +19,7 @@ from catheter_sim.diagnosis.stages.calibrate import Calibrated
 from catheter_sim.diagnosis.stages.find_data_faults import Faults, data_faults
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.stages.run import Run
-from catheter_sim.diagnosis.thresholds import ACQUITTED_NOISE, ACQUITTED_SHARE, ACQUITTING
+from catheter_sim.diagnosis.thresholds import ACQUITTED_NOISE, ACQUITTED_SHARE, ACQUITTING, ANOTHER_FORM
 
 
 def acquit_trials(run: Run, posed: Posed, before: Calibrated, faults: Faults) -> Faults:
@@ -34,9 +34,11 @@ def acquit_trials(run: Run, posed: Posed, before: Calibrated, faults: Faults) ->
     most = ACQUITTED_SHARE * errors if faults.of_trials else np.full(len(errors), ACQUITTED_NOISE)
     for single in singles[:ACQUITTING]:
         found = fit(posed.train, single.terms, single.values, cross_validate=False)
-        if not faults.of_trials:
+        left = errors_in_noise(posed.train, found, trials, before.noise)
+        if not faults.of_trials and (left <= ANOTHER_FORM * most).all():
             found = in_best_forms(posed.train, found, pool=run.pool)
-        accounted = errors_in_noise(posed.train, found, trials, before.noise) <= most
+            left = errors_in_noise(posed.train, found, trials, before.noise)
+        accounted = left <= most
         if accounted.all() and not data_faults(posed.train, found, heldout, before.noise).found:
             return Faults(())
     return faults
