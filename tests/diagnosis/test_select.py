@@ -11,10 +11,10 @@ from planted import as_inputs, small_robot
 from catheter_sim.diagnosis.causes import choose as select_module
 from catheter_sim.diagnosis.causes import search as search_module
 from catheter_sim.diagnosis.causes.choose import may_end_at, select
-from catheter_sim.diagnosis.causes.comparison import as_good, pays
+from catheter_sim.diagnosis.causes.comparison import as_good, pays, settled
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
-from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.problem import Problem, Term, fitted_numbers
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
@@ -191,3 +191,54 @@ def test_a_lag_is_sought_from_hundredths_of_a_second_in_motion():
     for problem, start, scale in ((held, 0.2, 0.1), (moving, 0.02, 0.01)):
         (number,) = fitted_numbers(problem, term)
         assert (number.parameter.start, number.parameter.scale) == (start, scale)
+
+
+def bent(cubic: float, quintic: float, softer: float) -> np.ndarray:
+    """How far a robot bends whose moment grows by a third or a fifth power of the bend, to first order."""
+    return 20.0 * PULL * (1.0 - cubic * PULL**2 - quintic * PULL**4 + softer)
+
+
+def of_powers(quintic: float) -> Problem:
+    """Return data of a law of the fifth power; twists make up for it, too, of the sixth."""
+    robot = small_robot()
+    keys = ("cubic_mm2", "quintic_mm4")
+    numbers = {item.name: item.scale for item in EFFECTS["nonlinear_stiffness"].parameters(robot)}
+
+    def twin(robots, inputs, every):
+        rows = []
+        for item in robots:
+            law = item.effects.get("nonlinear_stiffness", {})
+            powers = [law.get(key, 0.0) / (20.0 * numbers[key]) for key in keys]
+            stiffer = item.effects.get("stiffness", {}).get("scale", 1.0) - 1.0
+            twisted = item.effects.get("twist", {}).get("rate_deg_per_m", 0.0)
+            rows.append(bent(*powers, -stiffer) - 0.01 * twisted * PULL**6)
+        return np.array(rows)[:, ::every, None]
+
+    inputs = as_inputs(np.stack([PULL, 0 * PULL, 0 * PULL], axis=1), "displacement")
+    noise = 0.1 * np.random.default_rng(2).normal(size=len(PULL))
+    table = Table(inputs.time_s, {"tip_x_mm": bent(0.0, quintic, 0.0) + noise}, "made")
+    trial = Trial("a.csv", "train", inputs, table)
+    return Problem(robot, (), (trial,), ("tip_x_mm",), np.full(1, 0.1), twin)
+
+
+def test_a_cause_in_another_form_comes_before_two_causes(monkeypatch):
+    """The fifth power is tried alone as soon as the third leaves structure; no third cause is sought then."""
+    problem, candidates = of_powers(0.2), ("stiffness", *UNITS)
+    found = select(problem, candidates)
+    assert [term.free for term in found.chosen.terms] == [("quintic_mm4",)]
+    assert max(len(item.terms) for item in found.tried) == 2
+    monkeypatch.setattr(search_module, "FIRST_IN_ALL_FORMS", 0)
+    assert [term.free for term in select(problem, candidates).chosen.terms] != [("quintic_mm4",)]
+
+
+def test_wild_rows_do_not_keep_a_search_going():
+    """One row in fifty at ten times the noise is nothing to look for; a wave of the noise's size is."""
+    problem = of_powers(0.0)
+    (trial,) = problem.trials
+    values = trial.outputs.columns["tip_x_mm"]
+    wild, wave = values.copy(), values + 0.1 * np.sin(np.arange(len(values)) / 7.0)
+    wild[::50] += 1.0
+    for changed, nothing_left in ((values, True), (wild, True), (wave, False)):
+        outputs = replace(trial.outputs, columns={"tip_x_mm": changed})
+        asked = replace(problem, trials=(replace(trial, outputs=outputs),))
+        assert settled(asked, fit(asked, ())) is nothing_left
