@@ -26,10 +26,14 @@ Diagnose = Callable[[Path, Path, float], str]
 def diagnose_elsewhere(dataset: Path, output: Path, limit_s: float) -> str:
     """Diagnose in another process, which is given the data set's folder and the output folder, no more.
 
+    After a third of the time the search for causes ends with the best so far (`--budget`), as whoever has so
+    much time would ask.
+
     Raises:
         InterruptedError: the process was ended from outside.
     """
-    return elsewhere(("diagnose", str(dataset), "-o", str(output)), dataset, limit_s)
+    verb = ("diagnose", str(dataset), "-o", str(output), "--budget", f"{limit_s / 3.0:g}")
+    return elsewhere(verb, dataset, limit_s)
 
 
 def elsewhere(verb: Sequence[str], folder: Path, limit_s: float) -> str:
