@@ -114,10 +114,7 @@ def select(
     simple, detailed = _by_size([terms_for(problem.robot, name, problem.moving) for name in candidates])
     further = [term for name in candidates for term in further_terms(problem.robot, name, problem.moving)]
     singles, begin = _singles(search, null, simple, detailed)
-    path = [null]
-    if singles and not any(settled(problem, item) for item in singles):
-        forms = search.in_other_forms(singles)
-        path += [item for item in forms[:1] if settled(problem, item) and pays(in_order(singles)[0], item)]
+    path = search.beginning(null, singles)
     for left in reversed(range(CHOICE_ROUNDS)):
         beside_simple: list[list[Term]] = [[], detailed, [*detailed, *further]]
         for variants in ((simple, more) for more in beside_simple[begin:]):

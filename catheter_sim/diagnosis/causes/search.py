@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from catheter_sim.diagnosis.causes.comparison import settled
+from catheter_sim.diagnosis.causes.comparison import pays, settled
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.probe import (
     Foreseen,
@@ -186,14 +186,18 @@ class Search:
             return self._alone_in_motion(null, chosen)
         return self.fitted([((term,), {}) for term in chosen])
 
-    def in_other_forms(self, singles: Sequence[Fit]) -> list[Fit]:
-        """Return the fits of the best single causes in their other forms, best first.
+    def beginning(self, null: Fit, singles: Sequence[Fit]) -> list[Fit]:
+        """Return `null`, and one of the best single causes in another form where that settles the data.
 
-        None of a robot in motion, where each costs minutes.
+        Of a robot in motion, where each fit costs minutes, other forms are not tried.
         """
-        best = [] if self.problem.moving else in_order(singles)[:FIRST_IN_ALL_FORMS]
-        terms = [t for item in best for _, t in in_other_forms(self.problem.robot, item.terms[0])]
-        return in_order(self.fitted([((term,), {}) for term in terms]))
+        alone = in_order(singles)
+        if self.problem.moving or not alone or any(settled(self.problem, item) for item in alone):
+            return [null]
+        best = [item.terms[0] for item in alone[:FIRST_IN_ALL_FORMS]]
+        terms = [other for mine in best for _, other in in_other_forms(self.problem.robot, mine)]
+        forms = in_order(self.fitted([((term,), {}) for term in terms]))[:1]
+        return [null, *(item for item in forms if settled(self.problem, item) and pays(alone[0], item))]
 
     def _alone_in_motion(self, null: Fit, terms: Sequence[Term]) -> list[Fit]:
         """Return the fits of the best probed terms alone: of few where nothing or one of them settles it."""
