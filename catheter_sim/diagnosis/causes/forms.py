@@ -87,12 +87,12 @@ def _fitted(
     others = list(_in_other_forms(problem, chosen))
     if not others:
         return chosen, []
-    several = len(chosen.terms) > 1
+    several = len(chosen.terms) > 1 and not problem.moving  # there each fit costs minutes
     alone = [(few, (term,), chosen.values, False, False, True) for _, _, term, _ in others if several]
     starts = [{**chosen.values, **item.values} for item in map_calls(pool, fit, alone)]
     calls, names = [(few, chosen.terms, chosen.values, True, False, True)], []
     for (cause, form, term, rest), start in zip(others, starts or [chosen.values] * len(others), strict=True):
-        for beside in ((), rest) if fewer and rest else (rest,):
+        for beside in ((), rest) if fewer and several else (rest,):
             calls.append((few, (*beside, term), start, True, False, True))
             names.append((cause, form))
     fits = map_calls(pool, fit, calls)

@@ -43,6 +43,8 @@ def best_of_grid(
     if not mine:
         return x
     if len(mine) > len(GRID_VALUES):
+        if problem.moving:  # each costs seconds
+            return x
         return _best(problem, numbers, _one_at_a_time(numbers, mine, x, box, known), prior)
     count = GRID_VALUES[len(mine) - 1]
     places = np.stack(np.meshgrid(*[(np.arange(count) + 0.5) / count] * len(mine)), axis=-1)
