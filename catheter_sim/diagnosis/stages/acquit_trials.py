@@ -28,7 +28,7 @@ def acquit_trials(run: Run, posed: Posed, before: Calibrated, faults: Faults) ->
     heldout, trials = posed.heldout.trials, (*posed.train.trials, *posed.heldout.trials)
     named = {item.where for item in faults.found}
     asked = not posed.train.moving and named < {trial.file for trial in trials}
-    if not faults.of_trials and not asked:
+    if not faults.found or not (faults.of_trials or asked):
         return faults
     run.say("asking whether a cause is what makes some trials look wrong")
     singles = singles_of(posed.train, candidates_for(posed.train), run.pool)
