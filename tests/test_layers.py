@@ -146,6 +146,7 @@ def test_files_are_short_enough() -> None:
     assert {name for name, lines in long.items() if lines > 500} <= LONG_FILES
 
 
+@pytest.mark.slow
 def test_functions_take_few_arguments() -> None:
     """At most 12, but for compiled kernels."""
     found = set()

@@ -45,6 +45,7 @@ def test_written_table_reads_back(table: Table, tmp_path_factory: pytest.TempPat
         np.testing.assert_allclose(again.columns[name], values, rtol=5e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(table=tables())
 def test_reading_and_writing_settles(table: Table, tmp_path_factory: pytest.TempPathFactory) -> None:

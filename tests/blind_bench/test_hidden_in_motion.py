@@ -47,6 +47,7 @@ def own(specimen: Specimen, seconds: float = 0.5) -> Array:
     return np.stack(list(posture_columns(specimen.robot, postures, COLUMNS).values()), axis=1)
 
 
+@pytest.mark.slow
 def test_with_nothing_hidden_the_finer_model_moves_as_the_robot_does() -> None:
     """To a hundredth of the motion: it has other links, another step and another integrator."""
     fine = measured(PLAIN, pulled(0, 0.5), HANGING, COLUMNS)
@@ -54,6 +55,7 @@ def test_with_nothing_hidden_the_finer_model_moves_as_the_robot_does() -> None:
     assert 0.0 < apart < 0.02 * float(np.ptp(fine[:, 0]))
 
 
+@pytest.mark.slow
 def test_what_is_hidden_is_what_the_specification_would_say() -> None:
     """A load and damping by the bench's code, and by the package's own, move the robot alike."""
     hidden = replace(PLAIN, tip_mass_kg=0.02, damping_time_s=0.03)

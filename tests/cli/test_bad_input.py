@@ -126,6 +126,7 @@ def test_unknown_column(verb: str, run: Run, folder: Path, inputs: str) -> None:
     assert os.listdir(folder) == ["in.csv"]
 
 
+@pytest.mark.slow
 def test_unknown_static_model(run: Run, folder: Path, inputs: str) -> None:
     """The choices are this robot's models, not every model there is."""
     words = ["statics", ROBOT, "--inputs", inputs, "-o", "out.csv", "--model"]
@@ -208,6 +209,7 @@ def test_divergence_at_the_first_row_leaves_a_header(run: Run, folder: Path) -> 
     assert (folder / "out.csv").read_text() == "time_s,tip_x_mm\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words", [["simulate"], ["statics", "--model", "pk"], ["statics", "--model", "balance"], ["render"]]
 )

@@ -53,6 +53,7 @@ def test_effects_on_the_inputs_arrive(verb: tuple[str, ...], run: Run, folder: P
     assert gained.columns["tip_x_mm"][1] > 1.2 * plain.columns["tip_x_mm"][1] > 1.0
 
 
+@pytest.mark.slow
 @BOTH
 def test_effects_on_the_robot_arrive(verb: tuple[str, ...], run: Run, folder: Path) -> None:
     """Twice as stiff by an effect is twice as stiff by the specification, and bends less."""
@@ -81,6 +82,7 @@ def test_rows_keep_their_times(verb: tuple[str, ...], run: Run, folder: Path) ->
     np.testing.assert_array_equal(table.time_s, [100.5, 102.0])
 
 
+@pytest.mark.slow
 def test_dynamic_rows_are_not_waited_for(run: Run, folder: Path) -> None:
     """A pull within 20 ms: held, the robot comes to rest under it; by the clock it has hardly moved."""
     rows, smooth = "0,0\n0.02,0.3\n", ("--set", "friction.mu=0")

@@ -277,6 +277,7 @@ def test_output_may_go_to_a_pipe(tmp_path: Path) -> None:
     assert ended.stdout.startswith("time_s,tip_x_mm,")
 
 
+@pytest.mark.slow
 def test_a_real_process_exits_2(tmp_path: Path) -> None:
     """The exit status and the line reach the shell, through a process of its own."""
     ended = subprocess.run(

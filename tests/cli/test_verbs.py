@@ -157,6 +157,7 @@ def test_a_toml_is_as_good_as_an_id(run: Run, folder: Path, inputs: str) -> None
     assert (folder / "id.csv").read_text() == (folder / "toml.csv").read_text() != ""
 
 
+@pytest.mark.slow
 def test_statics_writes_what_the_model_gives(run: Run, folder: Path, inputs: str) -> None:
     """Each of the robot's models writes its own tips under its own name."""
     robot = load_robot(ROBOT)

@@ -33,6 +33,7 @@ def test_a_turned_frame_moves_the_angle_about_its_axis() -> None:
     np.testing.assert_allclose(found[:3] - VALUES[:3], [-turn, 0.0, 0.0], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_noise_is_of_angles_alone() -> None:
     """At rest the angles spread by the noise, to a tenth of it in 400 looks; the advance has none."""
     simulator = Simulator(mitral_4dof())

@@ -118,6 +118,7 @@ def test_noise_is_told_from_motion_by_its_rows() -> None:
     assert noise_from_row_to_row([swing[:, None]])[0] < 0.02
 
 
+@pytest.mark.slow
 def test_fits_take_longer_steps_only_where_these_hide_in_the_noise() -> None:
     noisy, exact = dataset((trial(0, 0.4, 1.0),)), dataset((trial(0, 0.4, 1e-5),))
     longer, own = (twin_of(item, item.trials) for item in (noisy, exact))

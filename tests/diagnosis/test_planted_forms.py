@@ -89,6 +89,7 @@ def test_where_a_robot_is_a_proportion_a_lag_is_one_on_either_side(planted: dict
     assert (cause.form, cause.forms_as_good) == ("input_lag", ("output_lag",))
 
 
+@pytest.mark.slow
 def test_a_cause_of_one_form_has_no_other() -> None:
     """Its form is named; nothing else is fitted."""
     dataset = section_data({"stiffness": {"scale": 1.3}})

@@ -54,6 +54,7 @@ def test_longer_steps_lead_to_the_same_places(
     np.testing.assert_allclose(found.outputs, own.outputs, rtol=0, atol=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trouble", ["failure", "restless"])
 def test_a_run_that_does_not_rest_is_made_anew_in_the_robot_s_own_steps(
     trouble: str, monkeypatch: pytest.MonkeyPatch

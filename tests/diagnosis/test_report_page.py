@@ -54,6 +54,7 @@ def verdicts() -> list[Diagnosis]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("diagnosis", verdicts(), ids=lambda item: item.verdict)
 def test_the_page_is_read_on_a_telephone_and_holds_no_raw_key(diagnosis: Diagnosis) -> None:
     """Viewport, nothing wider than 390 px, tables in boxes that scroll, pictures with words, no keys."""
@@ -129,6 +130,7 @@ def test_keys_are_said_in_words() -> None:
     )
 
 
+@pytest.mark.slow
 def test_paths_are_drawn_where_points_move() -> None:
     """Of a plane motion one plane, of one in space two; up to three points, the farthest last; one scale."""
     _, fit = trial_fit("b.csv", "heldout", 1.0)

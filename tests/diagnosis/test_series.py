@@ -33,6 +33,7 @@ def test_what_the_data_do_not_tell_is_left_open() -> None:
     assert course(1.0, 2.0, deviation=np.inf) == Course(OPEN)
 
 
+@pytest.mark.slow
 def test_noise_is_seldom_called_a_course() -> None:
     """Of a thousand steady numbers, whose first recording scatters as the others do, one in seven is called
     anything else; of a thousand drifts nearly none is called a step, of a thousand steps few a drift."""

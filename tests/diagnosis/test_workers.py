@@ -28,6 +28,7 @@ NUMBERS = [(float(number),) for number in range(5)]
 SQUARES = [0.0, 1.0, 4.0, 9.0, 16.0]
 
 
+@pytest.mark.slow
 def test_results_come_in_order():
     """Here, and in two other processes."""
     for place in (SERIAL, Workers(2)):

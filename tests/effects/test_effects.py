@@ -129,6 +129,7 @@ def test_null_changes_nothing(effect, robot):
     np.testing.assert_allclose(outputs(with_it, inputs), outputs(plain, inputs), atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("effect", "robot"), EACH)
 def test_a_change_that_matters_matters(effect, robot):
     """Ten scales away from null something is observed (elsewhere than tip and body where it must be)."""

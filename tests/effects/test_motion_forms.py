@@ -48,6 +48,7 @@ def crossings_s(time_s: Array, x: Array) -> Array:
     return time_s[k] + (time_s[k + 1] - time_s[k]) * x[k] / (x[k] - x[k + 1])
 
 
+@pytest.mark.slow
 def test_a_mass_at_the_tip_swings_as_on_a_massless_beam() -> None:
     """A cantilever with a load at its end: f = sqrt(3 EI / (m L^3)) / (2 pi) (Blevins 1979, Table 8-8)."""
     robot = embodied(with_effects(light(), {"payload": {"mass_g": 1e3 * MASS_KG}}))

@@ -225,6 +225,7 @@ def test_a_step_before_a_reset_is_refused(name: str) -> None:
     env.step(np.zeros(env.action_space.shape, np.float32))
 
 
+@pytest.mark.slow
 def test_a_first_reset_of_some_leaves_the_others_unready() -> None:
     """Stepped together they wait for theirs; one by one the first reset has to be one of all."""
     some = {"reset_mask": np.array([True, False])}

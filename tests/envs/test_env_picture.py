@@ -67,6 +67,7 @@ def test_small_picture_is_the_mean_of_a_large_one(env: ReachEnv) -> None:
     small.close()
 
 
+@pytest.mark.slow
 def test_target_is_drawn_where_the_camera_sees_it(env: ReachEnv) -> None:
     """The green pixels' centre is the target, projected by the camera's matrix, within a pixel."""
     side = next(view for view in views(env.plant.simulator.robot) if view.name == "side")
@@ -87,6 +88,7 @@ def test_target_is_drawn_where_the_camera_sees_it(env: ReachEnv) -> None:
     assert not np.array_equal(images[0], images[1])
 
 
+@pytest.mark.slow
 def test_drawing_leaves_the_simulation_alone(env: ReachEnv) -> None:
     """Not a byte of the simulator's state changes, and the sphere is no part of its model."""
     env.reset(seed=0)

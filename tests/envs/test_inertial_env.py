@@ -32,6 +32,7 @@ def test_an_inertial_robot_swings_and_a_quasi_static_one_does_not() -> None:
     assert creep.min() > -0.02 * swing.max()
 
 
+@pytest.mark.slow
 def test_reset_begins_at_rest_and_the_same_actions_give_the_same_motion() -> None:
     env = ReachEnv("neuroendoscope_section", dynamics="inertial", hold_steps=1000)
     target = {"target": (0.03, 0.0, 0.045)}

@@ -111,6 +111,7 @@ CLINICAL = (
 )
 
 
+@pytest.mark.slow
 def test_numbers_are_those_of_single_environments(three: Any, alone: Any) -> None:
     """Observations, rewards, ends and infos, over truncations and the starts after them."""
     assert isinstance(three, TogetherEnv)
@@ -252,6 +253,7 @@ def test_one_target_for_all_can_be_set(three: Any) -> None:
         three.reset(options={"goal": STRAIGHT})
 
 
+@pytest.mark.slow
 def test_a_copy_succeeds_when_it_has_been_held_long_enough() -> None:
     """At the target from the start, one copy is moved away: only the others' fifth step is their last."""
     many, loop = vector(), singles()

@@ -229,6 +229,7 @@ def test_a_fault_is_seen() -> None:
     assert not End(0, "").fault()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_wrong_input_ends_well(kind: str) -> None:
     """The first cases of each kind."""

@@ -65,6 +65,7 @@ def test_drives_cover_every_tendon_once(robot: RobotSpec) -> None:
         assert np.allclose(there.T @ back, np.eye(len(drives)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", EVERY)
 def test_outputs_are_the_models(robot: RobotSpec) -> None:
     """The model has a face for each element, a joint of each name, an actuator for each tendon, first."""

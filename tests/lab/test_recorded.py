@@ -111,6 +111,7 @@ def test_the_same_file_twice_is_one_recording(rig: RecordedRig) -> None:
     assert found.where.endswith("one.csv")
 
 
+@pytest.mark.slow
 def test_a_copy_serves_where_the_first_file_is_broken(rig: RecordedRig) -> None:
     """The file of the play's own name comes first, but a sound copy is better than none."""
     put(rig, "one.csv", text_of("one").replace("1.25", "oops"))

@@ -37,6 +37,7 @@ def files_of(module: str) -> Path | None:
     return place.with_suffix(".py") if place.with_suffix(".py").is_file() else None
 
 
+@pytest.mark.slow
 def test_a_bench_knows_nothing_of_the_diagnosis() -> None:
     """Neither its files nor what they import, nor what that imports, is a file of `diagnosis`."""
     waiting = {f"catheter_sim.lab.{path.stem}" for path in (ROOT / "lab").glob("*.py")}

@@ -59,6 +59,7 @@ def result(package: Path, factor: float) -> tuple[float, int]:
     return value, sum(kernel.stats.cache_hits.values())
 
 
+@pytest.mark.slow
 def test_kernel_follows_the_constants_of_the_file_that_it_calls(package: Path) -> None:
     """A changed inner file gives the new number; nothing changed gives what was kept."""
     assert result(package, 2.0) == (12.0, 0)
@@ -81,6 +82,7 @@ def test_sources_are_followed_through_other_files(package: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_only_the_last_states_are_kept(package: Path) -> None:
     """An editor's tenth version does not leave ten folders."""
     for factor in range(1, 8):

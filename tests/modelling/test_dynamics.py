@@ -64,6 +64,7 @@ ROBOTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "times_s"), [*((name, (0.05, 0.01)) for name in ROBOTS), ("scaled cells", (0.08, 0.02))]
 )

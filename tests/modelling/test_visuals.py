@@ -39,6 +39,7 @@ def test_geoms_are_named_by_part_and_link() -> None:
     assert model.geom("backbone_0").bodyid.item() == 0
 
 
+@pytest.mark.slow
 def test_rolling_links_are_named_by_link_and_rods_can_be_told_apart() -> None:
     """Every link has its geom on its own body; a pulled rod has a colour, a passive one is grey."""
     robot = load_robot("chest_tube_section")

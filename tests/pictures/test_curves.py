@@ -42,6 +42,7 @@ def test_the_line_runs_with_the_time() -> None:
     assert last - first > 100
 
 
+@pytest.mark.slow
 def test_inputs_that_do_not_change_have_no_panel() -> None:
     """One panel for one that moves, two for two; where none moves all are shown."""
     still = read_inputs(ROBOT, Table(np.array([0.0]), {"tension_right_N": np.array([0.1])}))

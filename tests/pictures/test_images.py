@@ -33,6 +33,7 @@ def test_picture_comes_back_as_it_was(tmp_path: Path) -> None:
     assert np.array_equal(np.asarray(Image.open(tmp_path / "a.png")), image)
 
 
+@pytest.mark.slow
 def test_video_holds_every_frame_in_order(tmp_path: Path) -> None:
     """An MP4 has the frames, their size and their rate, in a format that players know."""
     images.write_video(tmp_path / "a.mp4", colour_frames(12), fps=25, count=12)

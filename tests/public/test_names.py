@@ -86,6 +86,7 @@ def test_installing_runs_nothing_when_an_interpreter_starts() -> None:
     assert not list((ROOT / "catheter_sim").rglob("*.pth"))
 
 
+@pytest.mark.slow
 def test_import_takes_less_than_a_second() -> None:
     """`import catheter_sim` takes under a second of processor time, whatever else the machine does."""
     code = "import time; start = time.process_time(); import catheter_sim; print(time.process_time() - start)"

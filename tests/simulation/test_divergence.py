@@ -40,6 +40,7 @@ def test_mujoco_puts_zeros_in_the_place_of_a_huge_input_and_goes_on() -> None:
     assert np.array_equal(data.warning.number, before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dynamic", [False, True], ids=["held", "dynamic"])
 @pytest.mark.parametrize("friction", ["capstan", "nested", "none"])
 @pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
@@ -58,6 +59,7 @@ def test_a_tension_that_mujoco_ignores_ends_the_simulation(friction: str, dynami
     assert "at row 2 (time_s = 1)" in run.failure
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dynamic", [False, True], ids=["held", "dynamic"])
 def test_a_tube_that_flies_off_ends_the_simulation(dynamic: bool) -> None:
     """A push of 1e13 N on a catheter's tip moves its tube a thousand kilometres: no posture of a robot."""

@@ -67,6 +67,7 @@ def test_elastic_moment_is_the_law_of_the_curvature_vector(cubic_mm2: float, qui
 # --- forces and moments ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", [2e-3, -2e-3])
 def test_tip_moment_bends_every_cell_alike(moment: float) -> None:
     """M / K a cell, toward +x for a moment about +y; what is about x or z bends no planar robot."""

@@ -51,6 +51,7 @@ def test_motion_starts_at_rest_under_the_first_row_and_stays_there(reference: st
     assert np.linalg.norm(held.postures[0].p_w[-1][:2]) > 1e-4
 
 
+@pytest.mark.slow
 def test_held_rows_know_nothing_of_damping_and_motion() -> None:
     """A robot with any damping, servo or step in motion rests at the same postures, digit by digit."""
     robot = load_robot("neuroendoscope_section")
@@ -217,6 +218,7 @@ def test_friction_in_motion_is_the_nested_references(damping_time_s: float) -> N
     assert np.linalg.norm(ours - free, axis=1).max() > 0.05 * 0.06
 
 
+@pytest.mark.slow
 def test_robot_with_friction_comes_to_rest_where_statics_sticks() -> None:
     """Pulled slowly and let go half way, it sticks in motion as it does held, away from rest without."""
     robot = load_robot("neuroendoscope_section")
@@ -280,6 +282,7 @@ def _dense(model: mujoco.MjModel, data: mujoco.MjData, inertia: np.ndarray) -> N
         inertia[:, column] = result
 
 
+@pytest.mark.slow
 def test_a_catheters_joint_that_is_let_go_returns_without_swinging_through() -> None:
     """Its rings weigh next to nothing: with the tendons slackened in 5 ms it is at rest in half a second."""
     robot = load_robot("mitral_4dof")
@@ -293,6 +296,7 @@ def test_a_catheters_joint_that_is_let_go_returns_without_swinging_through() -> 
     assert bend[-2] == pytest.approx(bend[-1], abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", ["chest_tube_section", "neuroendoscope_section"])
 def test_energy_never_grows_with_friction_and_damping_on(reference: str) -> None:
     """A robot whose tip is let go swings ever less far: each turning point lies nearer to rest."""

@@ -93,6 +93,7 @@ def test_displacement_reproduces_the_tension_that_it_takes():
     assert tips_mm(again)[0] == pytest.approx(tips_mm(pulled)[0], abs=0.01)
 
 
+@pytest.mark.slow
 def test_inextensible_tendon_keeps_its_length():
     """The displaced tendon's path shortens by the displacement, to 0.2 %."""
     simulator = Simulator(section(), "displacement", inertia=False)

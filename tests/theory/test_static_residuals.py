@@ -98,6 +98,7 @@ def test_unsolvable_tension_of_a_batch_is_named(place: int) -> None:
         solve_loaded(rolling_chain(section()), batch, HANGING, np.array([0.0, 0.0, -1.0]))
 
 
+@pytest.mark.slow
 def test_unsolvable_row_of_the_printed_balance_is_named() -> None:
     """10 kN has no posture close by; 10 and 20 N have one."""
     robot = section("segments.section.joints=3", "segments.section.length_mm=45")

@@ -45,6 +45,7 @@ def test_sets_are_those_that_the_figures_hold() -> None:
     assert replace(openings, **told) == nominal
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.29, 0.35])
 def test_dip_and_second_peak_hang_neither_on_mu_nor_on_the_start(mu: float) -> None:
     """Within the friction of the arching distances, from 0.54 to 0.65 N, Fig. 13 looks as printed."""
@@ -55,6 +56,7 @@ def test_dip_and_second_peak_hang_neither_on_mu_nor_on_the_start(mu: float) -> N
         assert (np.diff(found.arching_mm) > 0.0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [0.54, 1.5])
 def test_the_openings_friction_contradicts_fig_13(start: float) -> None:
     """With mu 0.128 the distance grows at the turn and only falls on the way back."""
@@ -64,6 +66,7 @@ def test_the_openings_friction_contradicts_fig_13(start: float) -> None:
     assert (np.diff(found.extending_mm) > 0.0).all()
 
 
+@pytest.mark.slow
 def test_range_ends_where_constant_curvature_is_5_mm_off() -> None:
     """At the tension found the two tips are as far apart as asked; with less friction it lies higher."""
     robot = neuroendoscope_section()

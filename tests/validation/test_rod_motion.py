@@ -50,6 +50,7 @@ def test_twenty_links_swing_and_decay_as_theory_says() -> None:
     assert swing(tpu_rod(20), 1, theory)[1] == pytest.approx(0.0, abs=1e-3 * rate)
 
 
+@pytest.mark.slow
 def test_energy_stays_without_damping_and_falls_with_it() -> None:
     """Of ten links for two seconds: within 0.1 %, and lower at every look."""
     assert np.abs(energies(tpu_rod(10), 2.0) - 1.0).max() < 1e-3

@@ -49,6 +49,7 @@ def test_known_forms_name_parameters_of_the_diagnosis(plain_ground, pulled_groun
             assert named, form.key
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", BY_KEY)
 def test_size_zero_does_nothing(key, plain_ground, pulled_ground):
     """Commands, robot, loads and shapes stay as they are, wherever the form makes sense."""

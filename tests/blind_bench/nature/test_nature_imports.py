@@ -84,6 +84,7 @@ def test_no_file_reaches_what_diagnoses(path):
     assert wrong == {}
 
 
+@pytest.mark.slow
 def test_a_forbidden_import_would_be_seen(tmp_path):
     """The walk notices an import of the other bench, directly and through a file between."""
     direct = tmp_path / "direct.py"
@@ -95,6 +96,7 @@ def test_a_forbidden_import_would_be_seen(tmp_path):
     assert is_forbidden("kinds.rolling.twin.twin")
 
 
+@pytest.mark.slow
 def test_what_a_score_does_not_depend_on_is_not_imported():
     """A kept draw stays one of this code where only `NOT_JUDGED` changed: what made it imports none of it."""
     waiting = [
@@ -115,6 +117,7 @@ def test_what_a_score_does_not_depend_on_is_not_imported():
     assert {name for name in NOT_JUDGED if not (PACKAGE / name).exists()} == set()
 
 
+@pytest.mark.slow
 def test_simulated_robots_have_no_effects(monkeypatch, plain_ground):
     """The engine gets no effect to apply, and would not find one on its list."""
     handed = []

@@ -226,6 +226,7 @@ def test_elastic_pair_stretches_by_its_tension() -> None:
     assert np.degrees(bend) < 88.0
 
 
+@pytest.mark.slow
 def test_mount_gives_way_under_the_pulled_tendon() -> None:
     """10 N/mm: the base sinks by T / k, and the pair, fed from beyond it, bends the joint by as much less."""
     robot = catheter("mitral_transseptal", "mount.axial_stiffness_N_per_mm=10")

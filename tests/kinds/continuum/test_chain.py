@@ -109,6 +109,7 @@ def two_planes() -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(build_mjcf(load_robot("chest_tube", settings)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("joint", "axis"), [("x1", 0), ("y2", 1)])
 @pytest.mark.parametrize("turn", [0.02, -0.02])
 def test_rolling_joints_bend_toward_their_side(joint: str, axis: int, turn: float) -> None:

@@ -354,6 +354,7 @@ def _about_z(angle: float) -> np.ndarray:
     return turn
 
 
+@pytest.mark.slow
 def test_the_simulated_chain_with_turned_holes_is_the_helix():
     """Holes that turn by 60 deg move the tip by 6 mm; simulation and twin differ by 0.05 mm."""
     base = one_segment((0.0, 120.0, 240.0), stiffness_N_per_m=8e3, pretension_N=1.0)

@@ -99,6 +99,7 @@ def test_simulation_stands_where_the_statics_have_it(case: str) -> None:
     assert tension < 0.08
 
 
+@pytest.mark.slow
 def test_a_reversal_under_a_side_load_is_where_they_part() -> None:
     """Just after a reversal under a force across, with friction: 0.5 to 1.5 % of the length apart.
 
@@ -209,6 +210,7 @@ def test_quick_model_is_the_frictionless_statics(actuation: str) -> None:
     assert slopes[:, 0] == pytest.approx((near[1] - near[0]) / (2.0 * step), abs=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["NotchedWristReach", "NotchedWristTrack"])
 def test_environment_resets_and_steps(name: str) -> None:
     """Environments of the wrist start and step; observations and rewards are finite."""

@@ -34,6 +34,7 @@ def rolled(joint: RollingJoint, theta: float) -> tuple[np.ndarray, np.ndarray, f
     return centre + turn @ -np.array([joint.line_m, radius]), turn, radius
 
 
+@pytest.mark.slow
 @ANGLES
 def test_links_stand_where_they_have_rolled_to(theta: tuple[float, ...]) -> None:
     """Faces of three links at angles to both sides, to a nanometre."""

@@ -73,6 +73,7 @@ def test_rods_against_one_another_obey_coulomb() -> None:
     np.testing.assert_array_equal(tips(complete_sliding(robot, inputs, NO_GRAVITY).postures), tips(found))
 
 
+@pytest.mark.slow
 def test_virtual_work_balances_under_the_same_friction() -> None:
     """By virtual work each joint stands where the balance of forces has it, to 1e-6 deg."""
     robot, inputs = load_robot("chest_tube"), against()
