@@ -105,6 +105,7 @@ def test_every_part_has_a_rank() -> None:
     assert parts <= set(RANK)
 
 
+@pytest.mark.slow
 def test_imports_run_one_way() -> None:
     """Nothing imports from above, and no kind imports another's folder."""
     wrong = {name_of(path): upward(path) - UPWARD.get(name_of(path), set()) for path in FILES}

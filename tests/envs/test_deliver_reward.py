@@ -43,6 +43,7 @@ def aimed(env: DeliverEnv, off_m: tuple[float, float, float], turn_deg: np.ndarr
     env.target = here @ ahead @ error @ np.linalg.inv(ahead) @ env._mount  # mounted turned about the axis
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off_mm", [(0.0, 0.0, 0.0), (3.0, -4.0, 12.0)])
 @pytest.mark.parametrize(
     "turn_deg", [(0.0, 0.0, 0.0), (0.0, 0.0, 18.0), (0.0, 90.0, 0.0), (60.0, -80.0, 75.0)]

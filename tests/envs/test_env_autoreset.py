@@ -6,6 +6,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import pytest
 
 from catheter_sim.envs.reach import ReachEnv
 
@@ -32,6 +33,7 @@ def test_a_reset_begins_to_count_anew() -> None:
             assert terminated == (step == 5)
 
 
+@pytest.mark.slow
 def test_copies_that_start_anew_begin_to_count_anew() -> None:
     """Two copies at rest at their targets end after five steps; the next step starts them anew, with other
     targets, nothing held and no step counted, so that they are not truncated before their time."""
@@ -52,6 +54,7 @@ def test_copies_that_start_anew_begin_to_count_anew() -> None:
     many.close()
 
 
+@pytest.mark.slow
 def test_copies_go_on_with_their_generators() -> None:
     """Four resets after one seed: each copy has another target each time, and so has each copy each time;
     the second copy's are those of a single environment with the next seed."""

@@ -46,6 +46,7 @@ def shares_of(forces_N: dict[str, float]) -> dict[str, float]:
     return {name: force / LIMIT_N for name, force in forces_N.items() if force}
 
 
+@pytest.mark.slow
 def test_a_force_costs_a_tenth_of_a_length_at_the_limit(env: TumourEnv) -> None:
     """Of the regions the one nearest to its limit counts; half of the limit costs half as much."""
     free, _, _ = pressed(env)
@@ -55,6 +56,7 @@ def test_a_force_costs_a_tenth_of_a_length_at_the_limit(env: TumourEnv) -> None:
         assert free - reward == pytest.approx(cost, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_force_is_the_last_steps_and_peak_the_episodes(env: TumourEnv) -> None:
     """Pressed hard, then less, then not at all: the force goes, the peak stays; each region has its own."""
     told = [pressed(env, **shares)[2] for shares in ({"third": 0.6}, {"third": 0.2, "tumour": 0.4}, {})]
@@ -68,6 +70,7 @@ def test_force_is_the_last_steps_and_peak_the_episodes(env: TumourEnv) -> None:
         assert shares_of(info["peak_force_N"]) == pytest.approx({"third": 0.6, "tumour": 0.4})
 
 
+@pytest.mark.slow
 def test_one_region_beyond_its_limit_ends_the_episode(env: TumourEnv) -> None:
     """A little below it goes on, a little above it ends, at a divergence's cost; the sheath bears all."""
     for region in REGIONS:
@@ -80,6 +83,7 @@ def test_one_region_beyond_its_limit_ends_the_episode(env: TumourEnv) -> None:
         assert reward == DIVERGED_REWARD
 
 
+@pytest.mark.slow
 def test_a_new_episode_has_felt_nothing(env: TumourEnv) -> None:
     """After an episode that pressed too hard: no force, no peak, nothing too hard, and it goes on."""
     assert pressed(env, third=3.0, tumour=0.5)[1]

@@ -91,6 +91,7 @@ def test_only_the_last_states_are_kept(package: Path) -> None:
     assert len(folders) <= 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rest", [b"cno_such_module_here\ntype_of_arguments\n.", b"\x80\x05", b""])
 def test_a_list_that_cannot_be_read_is_made_anew(package: Path, rest: bytes) -> None:
     """Types that this version does not have, or a file cut short: compiled again, and then kept again."""

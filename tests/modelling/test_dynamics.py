@@ -130,6 +130,7 @@ def test_rolling_links_are_solid_cylinders_with_their_centre_where_stated() -> N
         assert data.xipos[body] == pytest.approx([0.0, 0.0, 15e-3 * k - 7.3e-3], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_catheters_modules_are_solid_cylinders() -> None:
     """A module's mass is that of a cylinder of its length about its middle; a segment's rings share its."""
     settings = ("segments.torsion_proximal.mass_g=2", "segments.bending.mass_g=3")

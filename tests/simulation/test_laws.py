@@ -77,6 +77,7 @@ def test_tip_moment_bends_every_cell_alike(moment: float) -> None:
         assert posture.joint_angles == pytest.approx(np.full(5, moment / CELL_STIFFNESS), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_force_on_an_element_acts_at_its_point_wherever_that_has_turned() -> None:
     """A force at a point of cell 2 that leans by 1 rad: its moments about the hinges, by cross products."""
     simulator = Simulator(cells("friction.mu=0"))

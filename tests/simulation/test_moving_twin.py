@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Friction
@@ -21,6 +22,7 @@ def tips(robot: ContinuumRobot, seed: int, seconds: float = 0.5) -> Array:
     return np.array([posture.p_w[-1] for posture in run.postures])
 
 
+@pytest.mark.slow
 def test_several_trials_of_several_robots_are_each_what_the_simulation_alone_gives() -> None:
     """One model is built for all trials of a robot: nothing of a trial may be left in the next one."""
     robots = [swinging(), swinging(mu=0.0, damping_time_s=0.03)]
@@ -41,6 +43,7 @@ def test_rows_left_out_are_simulated_all_the_same() -> None:
     assert np.array_equal(every.p_w, all_rows.p_w[:, ::7])
 
 
+@pytest.mark.slow
 def test_a_longer_step_changes_little_and_the_less_the_shorter_it_is() -> None:
     fine = MovingTwin(2.5e-4).solve([swinging()], [pulled()], HANGING, TIP, 1).p_w
     apart = [
