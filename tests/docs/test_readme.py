@@ -38,6 +38,23 @@ def counted(row: str) -> tuple[int, int]:
     return sum(a for a, _ in pairs), sum(b for _, b in pairs)
 
 
+def judged(*rows: str) -> str:
+    """Return how many were right of how many draws, of rows of the independent bench's table together."""
+    lines = page("truth/independent_bench.md").splitlines()
+    found = [
+        re.findall(r"\| (\d+) ", line) for line in lines if line.startswith(tuple(f"| {r}" for r in rows))
+    ]
+    assert len(found) == len(rows)
+    draws, right = (sum(int(numbers[k]) for numbers in found) for k in (0, 1))
+    return f"{right} of {draws}"
+
+
+def test_independent_bench_is_told_as_its_page_has_it() -> None:
+    """Sums over its rows; a row that is missing would be seen."""
+    assert ours("hidden by physics") == judged("single, known form", "single, foreign form")
+    assert ours("of those draws: both") == judged("pair of known forms", "pair with a foreign form")
+
+
 def test_readme_is_short() -> None:
     """At most 8 kB; the rest is in the pages."""
     assert len(README.encode()) <= MOST_BYTES
