@@ -41,12 +41,16 @@ def as_good(best: Fit, other: Fit) -> bool:
 
 
 def settled(problem: Problem, best: Fit) -> bool:
-    """Return whether a hypothesis leaves little more than what is white from row to row, a wild row apart."""
+    """Return whether a hypothesis leaves little more than what is white from row to row.
+
+    A wild row counts as `WILD_ERROR`; of a robot in motion all of it, as there a cause may show in few rows.
+    """
     series = residual_series(problem, best)
     white = white_noise(series)
     for unit, size in white.items():
         errors = np.concatenate([part for name in series if unit_of(name) == unit for part in series[name]])
-        tame = np.clip(errors, -WILD_ERROR * size, WILD_ERROR * size)
+        most = np.inf if problem.moving else WILD_ERROR * size
+        tame = np.clip(errors, -most, most)
         if np.sqrt(np.nanmean(tame**2)) > SETTLED_FACTOR * size:
             return False
     return True
