@@ -44,6 +44,7 @@ def in_best_forms(problem: Problem, chosen: Fit, thorough: bool = False, pool: W
 
 
 def _taken(now: Fit, other: Fit, chance: float) -> bool:
+    """Return whether `other` is taken: it pays, or does as well with fewer causes and numbers."""
     fewer = len(other.terms) < len(now.terms) and len(other.numbers) < len(now.numbers)
     return pays(now, other, chance) or (fewer and as_good(now, other))
 
@@ -75,7 +76,7 @@ def with_forms(
 
 
 def _fitted(
-    problem: Problem, chosen: Fit, pool: Workers = SERIAL, fewer: bool = False
+    problem: Problem, chosen: Fit, pool: Workers, fewer: bool = False
 ) -> tuple[Fit, list[tuple[str, str, Fit]]]:
     """Return the hypothesis fitted to rows to choose by, and the same with one cause in another form.
 

@@ -76,6 +76,7 @@ def _one_at_a_time(
 
 
 def _best(problem: Problem, numbers: Sequence[FittedNumber], points: Array, prior: Prior) -> Array:
+    """Return the one of `points` (k, p) that costs least on few trials, shape (p,)."""
     if len(points) == 1:
         return points[0]
     costs = (residuals(_fewest_trials(problem), numbers, points) ** 2).sum(axis=1)
