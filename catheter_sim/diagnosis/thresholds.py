@@ -429,6 +429,10 @@ simulated."""
 PROBE_DAMPINGS = (1e-3, 0.3, 10.0)
 """[share of the normal matrix's diagonal] Of the steps of a probe. Why: a whole step, one half as long, and a
 short one where the derivative misleads."""
+PROBE_HALVINGS = 2
+"""[halvings] Of a probe's step that makes things worse, at most. Why: the play of a robot in motion started
+four times too wide (draw 4 of the bench in motion, seed 12), and was not among those fitted: 25 minutes
+instead of one."""
 SHORTLIST = 3
 """[hypotheses] Beyond those to be fitted, of which the first step is computed with the full model. Why: their
 derivatives rank them well but not surely."""

@@ -296,7 +296,7 @@ def test_what_a_cause_supersedes_comes_back_without_it():
     taken = without(problem, frame, FRAME)
     assert taken.keys == (("", "shift_mm"),)
     ahead = foreseen(problem, frame, (offset,), tangent(problem, frame, offset), taken)
-    cost, values = reached(problem, (offset,), ahead.points)
+    cost, values = reached(problem, frame, (offset,), ahead.points)
     assert ahead.cost == pytest.approx(cost, rel=0.05)
     assert values["", "shift_mm"] == pytest.approx(3.0, abs=0.1)
     assert cost < 1.1 * float((fit(problem, (offset,), cross_validate=False).residual ** 2).sum())
@@ -312,11 +312,26 @@ def test_a_probe_foretells_the_fit():
         for term in (right, wrong)
     }
     assert steps[right].cost < 0.3 * steps[wrong].cost
-    true, false = (reached(problem, (FRAME, term), steps[term].points)[0] for term in (right, wrong))
+    true, false = (reached(problem, current, (FRAME, term), steps[term].points)[0] for term in (right, wrong))
     assert true < 0.2 * false
     assert set(values_at(problem, (FRAME, right), steps[right].points[0])) == {
         free.key for free in fitted_numbers(problem, (FRAME, right))
     }
+
+
+def test_a_step_too_far_is_taken_halfway_back():
+    """A width whose step made things worse is tried nearer to none, so that it is not passed over."""
+    problem = made({"backlash": {"width_mm": 0.2}}, noise_mm=0.05)
+    null, play = fit(problem, ()), Term("backlash", ("width_mm",))
+    too_far = np.array([[4.0], [6.0]])
+    numbers = fitted_numbers(problem, (play,))
+    asked = [value.parameter.scale * 4.0 for value in numbers]
+    assert ((residuals(problem, numbers, too_far) ** 2).sum(axis=1) > null.residual @ null.residual).all()
+    cost, values = reached(problem, null, (play,), too_far)
+    assert cost < null.residual @ null.residual
+    assert values["backlash", "width_mm"] == pytest.approx(0.5 * asked[0])
+    instead, _ = reached(problem, fit(problem, (FRAME,)), (play,), too_far)
+    assert instead > null.residual @ null.residual  # in the place of another the steps stand as they are
 
 
 def test_details_start_at_the_common_value():

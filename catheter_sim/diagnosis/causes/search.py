@@ -14,7 +14,9 @@ from catheter_sim.diagnosis.fitting.probe import (
     Tangent,
     beside,
     foreseen,
+    misled,
     reached,
+    shortlist,
     tangent,
     values_at,
     without,
@@ -32,7 +34,6 @@ from catheter_sim.diagnosis.thresholds import (
     PAIRS,
     PAIRS_IN_MOTION,
     RIVALS,
-    SHORTLIST,
 )
 
 Known = Mapping[tuple[str, str], float]
@@ -147,8 +148,9 @@ class Search:
             groups: indices of some of them, and how many of these to return.
         """
         forecast = self.foreseen(hypotheses)
+        unknown = {index for index, item in enumerate(hypotheses) if misled(forecast[index], *item)}
         groups = [
-            (sorted(group, key=lambda index: forecast[index].cost)[: count + SHORTLIST], count)
+            (shortlist(sorted(group, key=lambda index: forecast[index].cost), count, unknown), count)
             for group, count in groups
         ]
         keys = [(frozenset(start.terms), frozenset(terms)) for start, terms in hypotheses]
@@ -157,7 +159,7 @@ class Search:
         found = map_calls(
             self.pool,
             reached,
-            [(self.problem, hypotheses[index][1], forecast[index].points) for index in missing],
+            [(self.problem, *hypotheses[index], forecast[index].points) for index in missing],
         )
         self.steps |= {keys[index]: item for index, item in zip(missing, found, strict=True)}
         picked = dict.fromkeys(

@@ -7,7 +7,7 @@ step is computed with the full model (`reached`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +25,7 @@ from catheter_sim.diagnosis.fitting.problem import (
     start_of,
 )
 from catheter_sim.diagnosis.fitting.residuals import residuals
-from catheter_sim.diagnosis.thresholds import DERIVATIVE_STEP, PROBE_DAMPINGS
+from catheter_sim.diagnosis.thresholds import DERIVATIVE_STEP, PROBE_DAMPINGS, PROBE_HALVINGS, SHORTLIST
 
 
 @dataclass(frozen=True)
@@ -133,15 +133,52 @@ def foreseen(
     return Foreseen(costs[order[0]], points[order])
 
 
+def misled(ahead: Foreseen, current: Fit, terms: Sequence[Term]) -> bool:
+    """Return whether a forecast says that it makes things worse to add a term to `current`.
+
+    A term does nothing at some value, so that its derivative, where its numbers start, tells nothing.
+    """
+    return set(current.terms) <= set(terms) and ahead.cost > float(current.residual @ current.residual)
+
+
+def shortlist(order: Sequence[int], count: int, unknown: Collection[int]) -> list[int]:
+    """Return the first `count` and `SHORTLIST` more of the hypotheses, and the `unknown` ones of the others.
+
+    Args:
+        order: of hypotheses, best foreseen first.
+        count: how many are to be picked.
+        unknown: of which the forecast tells nothing.
+    """
+    return [index for place, index in enumerate(order) if place < count + SHORTLIST or index in unknown]
+
+
 def reached(
-    problem: Problem, terms: Sequence[Term], points: Array
+    problem: Problem, current: Fit, terms: Sequence[Term], points: Array
 ) -> tuple[float, dict[tuple[str, str], float]]:
     """Return the least sum of squares at any of `points` (k, p), and the values there by effect and
-    parameter."""
+    parameter.
+
+    Where a term is added to `current` and all points are worse than it, halfway back to it counts too: a
+    number that starts far from what does nothing (a width of play) may have stepped beyond what is true.
+    """
     numbers = fitted_numbers(problem, terms)
     costs = (residuals(problem, numbers, points) ** 2).sum(axis=1)
     best = int(np.argmin(costs))
-    return float(costs[best]), values_at(problem, terms, points[best])
+    cost, x = float(costs[best]), points[best]
+    if not set(current.terms) <= set(terms):
+        return cost, values_at(problem, terms, x)
+    worse = float(current.residual @ current.residual)
+    nothing = {fitted.key: fitted.parameter.null for fitted in numbers} | carried_over(current, terms)
+    back = np.clip(start_of(numbers, nothing), *box_of(numbers))
+    nearer = x
+    for _ in range(PROBE_HALVINGS):
+        if cost < worse:
+            break
+        nearer = 0.5 * (back + nearer)
+        (error,) = residuals(problem, numbers, nearer[None])
+        if error @ error < cost:
+            cost, x = float(error @ error), nearer
+    return cost, values_at(problem, terms, x)
 
 
 def values_at(problem: Problem, terms: Sequence[Term], x: Array) -> dict[tuple[str, str], float]:
