@@ -7,13 +7,16 @@ Random inputs within each robot's ranges are simulated, some rows in a row from 
 targets, in the same order (a robot with hysteresis reaches some of them only by the way that it came). `ik`
 finds inputs, once by the twin alone and once with corrections by simulation, and both are simulated anew.
 Then as many targets out of reach: points beyond the robot's length, and each must be called unreachable.
-Prints a row for each robot, and writes `check_ik.csv` and every round trip. `turned_deg` is how far the
+Prints a row for each robot, and writes `check_ik.csv` and every round trip. Begun again with the same folder,
+it goes on where it ended. `turned_deg` is how far the
 tip's axis is from where it was, which was not asked: robots with inputs to spare come another way.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import math
 import sys
 import time
 from collections.abc import Sequence
@@ -23,6 +26,7 @@ import numpy as np
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.posture import Array
+from catheter_sim.files import placed_when_whole
 from catheter_sim.planning.drives import inputs_at, plan_drives
 from catheter_sim.planning.inverse import CORRECTIONS, Plan, inverse_kinematics
 from catheter_sim.planning.targets import Targets, targets_of
@@ -67,38 +71,50 @@ def targets_at(robot_id: str, tip_mm: Array, length_m: float) -> Targets:
     return targets_of(load_robot(robot_id), Table(np.arange(float(len(tip_mm))), columns), length_m)
 
 
-def round_trips(robot_id: str, count: int, seed: int) -> Listing:
-    """Return a row for each target: what each way of solving misses of it, in a simulation of its own."""
+def round_trips(robot_id: str, count: int, seed: int, folder: Path) -> Listing:
+    """Return a row for each target: what each way of solving misses of it, in a simulation of its own.
+
+    Each file of targets is kept in `folder` when it is done, and not done again.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    rows: list[dict[str, object]] = []
+    for number in range(math.ceil(count / ROWS)):
+        path = folder / f"seed_{seed}_file_{number:03d}.json"
+        if not path.exists():
+            with placed_when_whole(path) as part:
+                found = round_trips_of_a_file(robot_id, np.random.default_rng([seed, number]))
+                part.write_text(json.dumps(found, indent=1))
+            print(f"{robot_id}: file {number + 1} of {math.ceil(count / ROWS)}", file=sys.stderr, flush=True)
+        rows += json.loads(path.read_text())
+    columns = {name: [row[name] for row in rows[:count]] for name in rows[0]}
+    return listing_of(f"Round trips of {robot_id}", columns)
+
+
+def round_trips_of_a_file(robot_id: str, rng: np.random.Generator) -> list[dict[str, object]]:
+    """Return a row for each of `ROWS` targets in a row from rest."""
     robot = load_robot(robot_id)
     drives = plan_drives(robot)
-    rng = np.random.default_rng(seed)
-    rows: list[dict[str, object]] = []
-    while len(rows) < count:
-        levels = random_levels(drives, min(ROWS, count - len(rows)), rng)
-        tip, axis = tips(robot_id, inputs_at(drives, levels, np.arange(float(len(levels)))))
-        targets = targets_at(robot_id, tip, drives.length_m)
-        began = time.process_time()
-        alone = inverse_kinematics(robot, targets, drives, STILL, None)
-        plan = inverse_kinematics(robot, targets, drives, STILL, CORRECTIONS)
-        spent = (time.process_time() - began) / len(levels)
-        for_twin, _ = tips(robot_id, alone.inputs)
-        again, turned = tips(robot_id, plan.inputs)
-        for row in range(len(levels)):
-            cosine = float(np.clip(axis[row] @ turned[row], -1.0, 1.0))
-            rows.append(
-                {
-                    "twin_percent": _percent(for_twin[row] - tip[row], targets),
-                    "percent": _percent(again[row] - tip[row], targets),
-                    "deg": float(np.degrees(np.arccos(cosine))),
-                    "corrections": plan.corrections,
-                    "reachable": bool(plan.reachable[row]),
-                    "limit": plan.limits[row],
-                    "s": spent,
-                }
-            )
-        print(f"{robot_id}: {len(rows)} of {count} targets", file=sys.stderr, flush=True)
-    columns = {name: [row[name] for row in rows] for name in rows[0]}
-    return listing_of(f"Round trips of {robot_id}", columns)
+    levels = random_levels(drives, ROWS, rng)
+    tip, axis = tips(robot_id, inputs_at(drives, levels, np.arange(float(ROWS))))
+    targets = targets_at(robot_id, tip, drives.length_m)
+    began = time.process_time()
+    alone = inverse_kinematics(robot, targets, drives, STILL, None)
+    plan = inverse_kinematics(robot, targets, drives, STILL, CORRECTIONS)
+    spent = (time.process_time() - began) / ROWS
+    for_twin, _ = tips(robot_id, alone.inputs)
+    again, turned = tips(robot_id, plan.inputs)
+    return [
+        {
+            "twin_percent": _percent(for_twin[row] - tip[row], targets),
+            "percent": _percent(again[row] - tip[row], targets),
+            "deg": float(np.degrees(np.arccos(np.clip(axis[row] @ turned[row], -1.0, 1.0)))),
+            "corrections": plan.corrections,
+            "reachable": bool(plan.reachable[row]),
+            "limit": plan.limits[row],
+            "s": spent,
+        }
+        for row in range(ROWS)
+    ]
 
 
 def said_unreachable(robot_id: str, count: int, seed: int) -> tuple[int, Plan]:
@@ -145,7 +161,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options.output.mkdir(parents=True, exist_ok=True)
     rows, good = [], True
     for robot_id in options.robots:
-        trips = round_trips(robot_id, options.targets, options.seed)
+        trips = round_trips(robot_id, options.targets, options.seed, options.output / robot_id)
         trips.save(options.output / f"{robot_id}.csv")
         said, _ = said_unreachable(robot_id, OUT_OF_REACH, options.seed)
         rows.append(summary(robot_id, trips, OUT_OF_REACH, said))

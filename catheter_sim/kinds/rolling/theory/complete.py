@@ -21,7 +21,15 @@ from catheter_sim.errors import InputError
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory import virtual_work as by_virtual_work
 from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
-from catheter_sim.kinds.rolling.theory.history import Stretch, postures, several_rods_at_once, stretches, ways
+from catheter_sim.kinds.rolling.theory.history import (
+    Standing,
+    Stretch,
+    postures,
+    several_rods_at_once,
+    stretches,
+    ways,
+)
+from catheter_sim.kinds.rolling.theory.kernels.columns import LENGTH, REST
 from catheter_sim.kinds.rolling.theory.kernels.history import follow, load_batch
 from catheter_sim.kinds.rolling.theory.kernels.packed import pack
 from catheter_sim.kinds.rolling.theory.loads import loads
@@ -43,6 +51,7 @@ class Solved:
         unbalanced: moment left at each joint, shape (r, n) [N m].
         steps: how many lead to rest under the weight, then to each row, shape (r + 1,), or (0,).
         made: what each of all s steps along a history did, as `kernels.history.follow` leaves it.
+        end: where a history ended; None: there is none.
     """
 
     theta: Array
@@ -51,6 +60,7 @@ class Solved:
     unbalanced: Array
     steps: np.ndarray
     made: Array
+    end: Standing | None = None
 
 
 def complete(
@@ -105,6 +115,7 @@ def solve_history(
     alone_bend_rad: float | None = None,
     guide: Solved | None = None,
     pre_sliding_m: tuple[float, ...] = (),
+    after: Standing | None = None,
 ) -> Solved:
     """Return the equilibria of every row, one after another, by the complete balance.
 
@@ -115,15 +126,22 @@ def solve_history(
             nearly as many as asked for, and begins where it went.
         pre_sliding_m: of rods that stick, by which friction goes by how they slide (`kernels.sliding`); the
             first with which an equilibrium is found. None: friction keeps tensions.
+        after: where the robot stands, after rows by the same choices; None: at rest.
 
     Raises:
         InputError: no posture balances a row.
     """
-    robot, way = pack(chain), ways(chain, inputs, gravity_mps2, others, step_bend_rad, alone_bend_rad)
+    robot = pack(chain)
+    way = ways(chain, inputs, gravity_mps2, others, step_bend_rad, alone_bend_rad, after)
     steps, alike = way.steps, guide is not None and _nearly_as_many(guide.steps, way.steps)
     if guide is not None and alike:
         steps = guide.steps
     r, n, t = len(steps), chain.joints, chain.pulled
+    if after is None:
+        memory = np.zeros((3 if pre_sliding_m else 1, t, n))
+        angle, lengths = robot.joint[:, REST].copy(), robot.joint[:, LENGTH].copy()
+    else:
+        angle, lengths, memory = after.theta.copy(), after.link_length.copy(), after.memory.copy()
     theta, length, value = np.empty((r, n)), np.empty((r, n)), np.empty((r, n))
     at_joint = np.empty((r, t, n))
     made = np.empty((int(steps.sum()), 1 + t if pre_sliding_m else 1, n))
@@ -131,11 +149,13 @@ def solve_history(
     reached = follow(
         *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
         *(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment, steps),
-        *(np.array(pre_sliding_m), known, made, theta, length, at_joint, value),
+        *(np.array(pre_sliding_m), known, made, 0 if after is None else 1, angle, lengths, memory),
+        *(theta, length, at_joint, value),
     )
     if reached < r:
         raise _no_equilibrium("complete", inputs, reached)
-    return Solved(theta[1:], at_joint[1:], length[1:], value[1:], steps, made)
+    end = Standing(angle, lengths, memory, way.drive[-1], way.force[-1], way.tip_moment[-1])
+    return Solved(theta[1:], at_joint[1:], length[1:], value[1:], steps, made, end)
 
 
 def _nearly_as_many(theirs: np.ndarray, asked: np.ndarray) -> bool:

@@ -56,8 +56,31 @@ class Stretch:
 
 
 @dataclass(frozen=True)
+class Standing:
+    """Where a robot stands after rows of inputs, and what its friction remembers: rows may go on from there.
+
+    Attributes:
+        theta: bend angles, shape (n,) [rad].
+        link_length: as compressed, shape (n,) [m].
+        memory: of each rod in each link, shape (1, t, n), or (3, t, n) where it goes by how rods slide.
+        drive: tension at the actuator, shape (t,) [N].
+        force: of the points that are loaded, in the base frame, shape (p, 3) [N].
+        tip_moment: in the base frame, shape (3,) [N m].
+    """
+
+    theta: Array
+    link_length: Array
+    memory: Array
+    drive: Array
+    force: Array
+    tip_moment: Array
+
+
+@dataclass(frozen=True)
 class Ways:
     """The ways to rest under the weight alone, then to each of r rows of inputs.
+
+    Of rows that go on from where a robot stands, the first way has no steps.
 
     Attributes:
         drive: tension at the actuator at their ends, shape (r + 1, t) [N].
@@ -81,6 +104,7 @@ def ways(
     others: Sequence[LinkForce] = (),
     step_bend_rad: float | None = None,
     alone_bend_rad: float | None = None,
+    after: Standing | None = None,
 ) -> Ways:
     """Return the way to rest under the weight and `others` alone, and the way to each row of inputs.
 
@@ -92,12 +116,15 @@ def ways(
         step_bend_rad: what a step may bend the softest joint; default `STEP_BEND_RAD`.
         alone_bend_rad: what the rods of one end may that move all but alone, the rest by less than a tenth of
             `step_bend_rad`; default: no more than the others.
+        after: where the robot stands instead of at rest.
     """
     at_rest = loads(chain, gravity_mps2, others=others)
     force = np.repeat(at_rest.force[np.newaxis], len(inputs) + 1, axis=0)
     force[1:, at_rest.tip] = inputs.force_tip
     drive = np.concatenate([np.zeros((1, chain.pulled)), inputs.tendon])
     moment = np.concatenate([np.zeros((1, 3)), inputs.moment_tip])
+    if after is not None:
+        drive[0], force[0], moment[0] = after.drive, after.force, after.tip_moment
     moves = np.abs(np.diff(drive, axis=0))
     arm = float(np.abs(chain.offset).max())
     change = (
@@ -113,7 +140,7 @@ def ways(
         counts = counts_where_alone(change / stiffness, arm * alone / stiffness, step_rad, alone_bend_rad)
     # Undefined where numbers are beyond a float's digits: the search then finds no balance, and says so.
     steps = np.nan_to_num(np.clip(counts, 1, _MAX_STEPS), nan=1.0).astype(np.int64)
-    return Ways(drive, force, moment, np.concatenate([[1], steps]), at_rest)
+    return Ways(drive, force, moment, np.concatenate([[int(after is None)], steps]), at_rest)
 
 
 def several_rods_at_once(tension: Array) -> bool:

@@ -130,12 +130,20 @@ def follow(
     pre_sliding_m: Array,
     guide: Array,
     made: Array,
+    first: int,
+    angle: Array,
+    lengths: Array,
+    memory: Array,
     theta: Array,
     length: Array,
     at_joint: Array,
     value: Array,
 ) -> int:
-    """Go from rest without load through rows of inputs; return how many were reached.
+    """Go through rows of inputs, from the `first` on; return how many were reached.
+
+    `angle`, shape (n,), `lengths`, (n,), and `memory`, (k, t, n), are those where the way begins and, when it
+    returns, where it ended. From rest without load the way to row 0 is gone, too: `first` is 0; else row 0 is
+    where the robot stands, and `first` is 1.
 
     Friction goes by how rods slide, by the first `pre_sliding_m` with which an equilibrium is found; of none,
     by the tensions that it keeps.
@@ -146,11 +154,8 @@ def follow(
     rows; `theta`, `length`, `value`, shape (r, n), and `at_joint`, (r, t, n), are filled.
     """
     rows, n = theta.shape
-    sliding = len(pre_sliding_m) > 0
-    angle, lengths = joint[:, REST].copy(), joint[:, LENGTH].copy()
-    memory, before, work = np.zeros((3 if sliding else 1, pulled, n)), 0, workspace(n, pulled)
-    start = 0
-    for row in range(rows):
+    before, start, work = 0, 0, workspace(n, pulled)
+    for row in range(first, rows):
         end = start + steps[row]
         reached = advance(
             joint, rod, stiffness, pulled, mu, drive[before], drive[row], angle, memory, lengths,
