@@ -46,7 +46,13 @@ class Found:
 
 
 def least_squares(
-    function: Function, start: Array, least: Array, most: Array, enough: float, slopes: Array | None = None
+    function: Function,
+    start: Array,
+    least: Array,
+    most: Array,
+    enough: float,
+    slopes: Array | None = None,
+    steps: int = _MOST_STEPS,
 ) -> Found:
     """Return the point within bounds with the least misses that is found from `start`.
 
@@ -56,13 +62,14 @@ def least_squares(
         least, most: bounds, shape (d,).
         enough: length of misses at which the search ends.
         slopes: at the start where they are known, shape (m, d).
+        steps: at most.
     """
     point = np.clip(start, least, most)
     misses = function(point[np.newaxis])[0]
     fresh = slopes is None
     known = differences(function, point, misses, least, most) if slopes is None else slopes
     damping, now = _FIRST_DAMPING, Found(point, misses, known)
-    for _ in range(_MOST_STEPS):
+    for _ in range(steps):
         if now.size <= enough:
             break
         step = _step(now, least, most, damping)

@@ -7,18 +7,19 @@ simulated, and what the simulation misses is asked for on top, as often as it ta
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
+from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.planning.bounded import Found, binding, differences, least_squares
 from catheter_sim.planning.drives import PlanDrives, inputs_at
-from catheter_sim.planning.forward import Forward
+from catheter_sim.planning.forward import REMEMBERED, Forward
 from catheter_sim.planning.targets import Targets
 from catheter_sim.planning.workspace import random_levels
 from catheter_sim.progress import counted
@@ -33,8 +34,7 @@ _CLOUD, _CLOUD_RUBBING = (
     256,
 )  # postures from rest among which searches start; fewer where each takes long
 _STARTS, _ELSEWHERE = 16, 12  # near the target, and anywhere; the best of them are searched from
-_STARTS_TO_SPARE = 5  # near the target, of a robot that rubs and has more inputs than it is asked for
-_SEARCHES = 10  # at most, until one reaches the target
+_SEARCHES, _SEARCHES_TO_SPARE = 10, 24  # at most, until one reaches the target; the second one as below
 _APART = 0.3  # of some input's range: searches from starts that are nearer to one another end alike
 # Share of the tolerance at which a search ends; the second one of robots that rub and have inputs to spare:
 # without these, what rows before leave of their error may put a target out of reach.
@@ -43,6 +43,9 @@ _NEAR_TO_SPARE = (
     5.0  # times that: with inputs to spare no other search is begun; simulation corrects the rest
 )
 _GOOD = 0.3  # share of the tolerance below which the simulation's miss is left alone
+# What the simulation misses by more than the tolerance and less than so many times it is searched for in the
+# simulation itself: a twin that keeps tensions by their own history may stick where the robot slides.
+_NEARLY, _STEPS_BY_SIMULATION = 50.0, 8
 
 
 @dataclass(frozen=True)
@@ -109,13 +112,11 @@ def inverse_kinematics(
     if corrections is None:
         return search.plan(found, None, 0)
     offset = np.zeros_like(targets.asked)
-    best: Plan | None = None
-    best_score = (1, np.inf)
+    best: tuple[list[Found], Plan] | None = None
     for count in range(corrections + 1):
-        plan = search.plan(found, _simulated(robot, search, found, gravity_mps2, progress), count)
-        score = (-int(plan.reachable.sum()), float(plan.error_mm.sum() + plan.error_deg.sum()))
-        if score < best_score:
-            best, best_score = plan, score
+        plan = search.plan(found, search.simulated(found, progress), count)
+        if best is None or _score(plan) < _score(best[1]):
+            best = found, plan
         assert plan.simulated is not None
         done = search.close(plan.simulated) | ~search.reaches(plan.reached, offset)
         if done.all() or count == corrections:
@@ -124,7 +125,7 @@ def inverse_kinematics(
         offset = offset + np.where(done[:, np.newaxis], 0.0, missed)
         found = search.rows(offset, found, progress)
     assert best is not None
-    return best
+    return search.by_simulation(*best, progress) if corrections else best[1]
 
 
 class _Search:
@@ -138,6 +139,7 @@ class _Search:
         self, robot: RobotSpec, targets: Targets, drives: PlanDrives, gravity_mps2: Array, within: Tolerance
     ) -> None:
         self.targets, self._drives, self._within = targets, drives, within
+        self._robot, self._gravity_mps2 = robot, gravity_mps2
         self._forward = Forward(robot, drives, targets, gravity_mps2)
         self._clock = targets.time_s - targets.time_s[0] + 1.0  # from rest to the first row: a second
         self._cloud = _cloud(drives, _CLOUD_RUBBING if self._forward.remembers else _CLOUD)
@@ -145,10 +147,11 @@ class _Search:
         if not np.isfinite(self._cloud_seen).all(axis=1).any():
             raise InputError(f"{robot.name}: no posture of its twin balances within the limits of its inputs")
         self._spare = self._forward.remembers and len(drives.names) > len(targets.names)
-        self._enough = (_ENOUGH_TO_SPARE if self._spare else _ENOUGH) * min(
+        self._reached = min(
             within.mm / targets.length_mm if targets.millimetres else np.inf,
             np.radians(within.deg) if len(targets.names) > targets.millimetres else np.inf,
         )
+        self._enough = (_ENOUGH_TO_SPARE if self._spare else _ENOUGH) * self._reached
 
     def rows(self, offset: Array, known: list[Found] | None, progress: bool) -> list[Found]:
         """Return what is found for each row, asked for with an offset, shape (r, m).
@@ -180,7 +183,7 @@ class _Search:
         size = np.linalg.norm(misses(starts), axis=1)
         best: Found | None = None
         tried: list[Array] = []
-        searches = 1 if self._too_far(asked) else _SEARCHES
+        searches = 1 if self._too_far(asked) else _SEARCHES_TO_SPARE if self._spare else _SEARCHES
         for index in np.argsort(np.where(np.isfinite(size), size, np.inf)):
             alike = any(np.abs(starts[index] - other).max() < _APART for other in tried)
             if not np.isfinite(size[index]) or alike or len(tried) == searches:
@@ -207,10 +210,8 @@ class _Search:
         size = np.linalg.norm(self.targets.misses(self._cloud_seen, asked), axis=1)
         order = np.argsort(np.where(np.isfinite(size), size, np.inf))
         before = past[-1:] if len(past) else np.zeros((1, len(self._drives.names)))
-        if not self._forward.remembers:
+        if self._spare or not self._forward.remembers:
             return np.vstack([before, self._cloud[self._spread(order, _STARTS)]])
-        if self._spare:
-            return np.vstack([before, self._cloud[self._spread(order, _STARTS_TO_SPARE)]])
         # After other inputs a posture from rest is elsewhere.
         nearest = self._cloud[self._spread(order, _STARTS)]
         return np.vstack([before, nearest, self._cloud[1 : _ELSEWHERE + 1]])
@@ -225,6 +226,56 @@ class _Search:
                 break
         return chosen
 
+    def simulated(self, found: Sequence[Found], progress: bool = False) -> Array:
+        """Return the targets' columns by the simulation, shape (r, m).
+
+        Raises:
+            SimulationDiverged: the simulation left the finite numbers.
+        """
+        run = simulate(self._robot, self.inputs(found), self._gravity_mps2, progress=progress)
+        if run.failure is not None:
+            raise SimulationDiverged(run.failure)
+        return self._columns(run.postures)
+
+    def by_simulation(self, found: list[Found], plan: Plan, progress: bool) -> Plan:
+        """Return a plan in which rows that are missed by little are searched for in the simulation itself."""
+        for row in counted(range(len(found)), len(found), "searching by simulation", "target", progress):
+            error = max(plan.error_mm[row] / self._within.mm, plan.error_deg[row] / self._within.deg)
+            if plan.reachable[row] or error > _NEARLY or self._too_far(self.targets.asked[row]):
+                continue
+            changed = found.copy()
+            changed[row] = self._row_by_simulation(found, row)
+            again = self.plan(changed, self.simulated(changed), plan.corrections)
+            if _score(again) < _score(plan):
+                found, plan = changed, again
+        return plan
+
+    def _row_by_simulation(self, found: Sequence[Found], row: int) -> Found:
+        """Return inputs for a row after those of the rows before; of these the last are simulated."""
+        way = found[max(row - REMEMBERED, 0) if self._forward.remembers else row : row]
+
+        def misses(levels: Array) -> Array:
+            seen = [self._simulated_last(way, row, level) for level in levels]
+            return self.targets.misses(np.array(seen), self.targets.asked[row])
+
+        least, most = self._drives.least, self._drives.most
+        start, enough = found[row].point, _GOOD * self._reached
+        return least_squares(misses, start, least, most, enough, steps=_STEPS_BY_SIMULATION)
+
+    def _simulated_last(self, way: Sequence[Found], row: int, level: Array) -> Array:
+        """Return the targets' columns of one row by the simulation, after a way from rest; NaN: diverged."""
+        levels = np.array([*(item.point for item in way), level])
+        clock = self._clock[row - len(way) : row + 1]
+        inputs = inputs_at(self._drives, levels, clock - clock[0])
+        run = simulate(self._robot, inputs, self._gravity_mps2)
+        if run.failure is not None:
+            return np.full(len(self.targets.names), np.nan)
+        return self._columns(run.postures[-1:])[0]
+
+    def _columns(self, postures: Sequence[Posture]) -> Array:
+        columns = posture_columns(self._robot, postures, self.targets.observed)
+        return self.targets.seen(np.stack([columns[name] for name in self.targets.observed], axis=1))
+
     def reaches(self, reached: Array, offset: Array) -> np.ndarray:
         """Return for which rows the twin comes to what is asked with an offset, shape (r,)."""
         return self._inside(self.targets.misses(reached, self.targets.asked + offset), _GOOD)
@@ -237,12 +288,12 @@ class _Search:
         near = self.targets.error_mm(misses) <= share * self._within.mm
         return near & (self.targets.error_deg(misses) <= share * self._within.deg)
 
-    def inputs(self, found: list[Found]) -> Inputs:
+    def inputs(self, found: Sequence[Found]) -> Inputs:
         """Return the rows' inputs."""
         levels = np.array([item.point for item in found])
         return inputs_at(self._drives, levels, self.targets.time_s - self.targets.time_s[0])
 
-    def plan(self, found: list[Found], simulated: Array | None, corrections: int) -> Plan:
+    def plan(self, found: Sequence[Found], simulated: Array | None, corrections: int) -> Plan:
         """Return what was found as a plan."""
         targets, drives = self.targets, self._drives
         levels = np.array([item.point for item in found])
@@ -273,16 +324,9 @@ class _Search:
         )
 
 
-def _simulated(
-    robot: RobotSpec, search: _Search, found: list[Found], gravity: Array, progress: bool
-) -> Array:
-    """Return the targets' columns by the simulation, shape (r, m)."""
-    targets = search.targets
-    run = simulate(robot, search.inputs(found), gravity, progress=progress)
-    if run.failure is not None:
-        raise SimulationDiverged(run.failure)
-    columns = posture_columns(robot, run.postures, targets.observed)
-    return targets.seen(np.stack([columns[name] for name in targets.observed], axis=1))
+def _score(plan: Plan) -> tuple[int, float]:
+    """Return a number that is the less, the better a plan is: rows that are reached, then what is missed."""
+    return -int(plan.reachable.sum()), float(plan.error_mm.sum() + plan.error_deg.sum())
 
 
 def _cloud(drives: PlanDrives, count: int) -> Array:

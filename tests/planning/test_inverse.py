@@ -112,6 +112,25 @@ def test_corrections_take_away_what_the_twin_leaves_out() -> None:
 
 
 @pytest.mark.slow
+def test_what_a_twin_cannot_reach_is_searched_for_in_the_simulation() -> None:
+    """The twin lets tendons stick by the history of their tensions, where both fall and the robot slides."""
+    way = {
+        "time_s": [0.0, 1.0],
+        "tension_right_N": [0.0537, 0.0],
+        "tension_left_N": [0.3184, 0.2604],
+    }
+    names = ["tip_x_mm", "tip_y_mm", "tip_z_mm"]
+    asked = cs.simulate("neuroendoscope_section", way).to_table(names).columns
+    uncorrected = cs.inverse_kinematics("neuroendoscope_section", asked, corrections=0)
+    assert uncorrected.reachable.tolist() == [True, False]
+    assert uncorrected.error_mm[1] > 0.5
+    found = cs.inverse_kinematics("neuroendoscope_section", asked)
+    assert found.reachable.all()
+    again = cs.simulate("neuroendoscope_section", found.inputs).to_table(names).columns
+    missed = np.linalg.norm([again[name] - asked[name] for name in names], axis=0)
+    assert missed.max() < 0.06  # 0.1 % of the length
+
+
 @pytest.mark.parametrize(
     "file", ["catheter_robot", "notched_tube_robot", "rolling_robot", "opencr_v4/opencr_v4"]
 )
