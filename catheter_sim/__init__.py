@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from catheter_sim.public.diagnoses import Diagnosis, diagnose
     from catheter_sim.public.exports import Export, export
     from catheter_sim.public.inverse import InverseKinematics, inverse_kinematics
+    from catheter_sim.public.laboratories import FoundOut, Laboratory, laboratory
     from catheter_sim.public.model_choice import ModelChoice, which_model
     from catheter_sim.public.offers import list_effects, list_environments, list_models, list_robots
     from catheter_sim.public.reach import Workspace, workspace
@@ -37,6 +38,7 @@ _HOME = {
     "catheter_sim.public.diagnoses": ("Diagnosis", "diagnose"),
     "catheter_sim.public.exports": ("Export", "export"),
     "catheter_sim.public.inverse": ("InverseKinematics", "inverse_kinematics"),
+    "catheter_sim.public.laboratories": ("FoundOut", "Laboratory", "laboratory"),
     "catheter_sim.public.model_choice": ("ModelChoice", "which_model"),
     "catheter_sim.public.offers": ("list_effects", "list_environments", "list_models", "list_robots"),
     "catheter_sim.public.reach": ("Workspace", "workspace"),
@@ -51,8 +53,10 @@ __all__ = [
     "Control",
     "Diagnosis",
     "Export",
+    "FoundOut",
     "InputError",
     "InverseKinematics",
+    "Laboratory",
     "ModelChoice",
     "Run",
     "Sensing",
@@ -68,6 +72,7 @@ __all__ = [
     "export",
     "inputs",
     "inverse_kinematics",
+    "laboratory",
     "list_effects",
     "list_environments",
     "list_models",

@@ -143,7 +143,7 @@ def _play(options: argparse.Namespace) -> int:
 
 def _loop(options: argparse.Namespace) -> int:
     folder = check_output_folder(options.output)
-    from catheter_sim.closed_loop.folder import recordings_of
+    from catheter_sim.closed_loop.folder import begun_with
     from catheter_sim.closed_loop.loop import Budget, run_loop
     from catheter_sim.closed_loop.story import PAGE, STORY, title_of, write_story
     from catheter_sim.diagnosis.data.dataset import load_dataset
@@ -152,15 +152,7 @@ def _loop(options: argparse.Namespace) -> int:
     rig = _recorded(options) if options.recordings is not None else _simulated(options)
     first = []
     if options.data is not None:
-        dataset = load_dataset(options.data)
-        if dataset.robot_reference != rig.reference:
-            raise InputError(
-                f"{options.data}: is of {dataset.robot_reference}, the bench holds {rig.reference}"
-            )
-        if dataset.output_channels != rig.columns:
-            measured = ", ".join(dataset.output_channels)
-            raise InputError(f"{options.data}: measures {measured}; the bench {', '.join(rig.columns)}")
-        first = recordings_of(dataset)
+        first = begun_with(rig, load_dataset(options.data), options.data)
     budget = Budget(options.experiments, options.minutes, wait_s=options.wait)
     outcome = run_loop(
         rig, folder, first, budget, Workers(options.jobs), True, lambda line: print(line, flush=True)

@@ -195,6 +195,20 @@ class LoopFolder:
             file.write(json.dumps([[name, role] for name, role, _ in recordings]) + "\n")
 
 
+def begun_with(rig: Rig, dataset: Dataset, where: str) -> list[Recording]:
+    """Return the recordings of a data set with which a loop begins; `where` is what errors call it.
+
+    Raises:
+        InputError: it is of another robot than the bench's, or measures other columns.
+    """
+    if dataset.robot_reference != rig.reference:
+        raise InputError(f"{where}: is of {dataset.robot_reference}, the bench holds {rig.reference}")
+    if dataset.output_channels != rig.columns:
+        measured = ", ".join(dataset.output_channels)
+        raise InputError(f"{where}: measures {measured}; the bench {', '.join(rig.columns)}")
+    return recordings_of(dataset)
+
+
 def recordings_of(dataset: Dataset) -> list[Recording]:
     """Return the trials of a data set as recordings, each with its role, the ones that train first."""
     found: list[Recording] = []

@@ -24,7 +24,7 @@ from catheter_sim.channels import check_output_channels
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, cut, shown
-from catheter_sim.lab.rig import Limits, asked_columns
+from catheter_sim.lab.rig import Limits, Said, asked_columns
 from catheter_sim.tables import MAX_ROWS, Table, time_text, write_table
 
 INPUTS_SUFFIX = "_inputs.csv"
@@ -53,6 +53,7 @@ class RecordedRig:
         columns: what every recording measures.
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
         limits: what the bench can do.
+        said: what errors call them.
     """
 
     folder: Path
@@ -61,6 +62,7 @@ class RecordedRig:
     columns: tuple[str, ...]
     gravity_mps2: Array
     limits: Limits
+    said: Said = field(default_factory=Said)
     _played: tuple[str, Table] | None = field(default=None, repr=False)
     _kept: dict[str, Table] = field(default_factory=dict, repr=False)
     _words: str = field(default="", repr=False)
@@ -73,7 +75,7 @@ class RecordedRig:
         """
         if not Path(self.folder).is_dir():
             raise InputError(f"{self.folder}: no such folder; recordings arrive in a folder that is there")
-        check_output_channels(self.robot, self.columns, "--columns")
+        check_output_channels(self.robot, self.columns, self.said.columns)
 
     def reset(self) -> None:
         """Forget what was played; the person at the bench brings the robot to rest."""

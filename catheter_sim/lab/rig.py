@@ -56,6 +56,21 @@ class Limits:
             )
 
 
+@dataclass(frozen=True)
+class Said:
+    """What errors call what a bench is made of; default: as on the command line.
+
+    Attributes:
+        hide: the hidden causes.
+        limits: the ranges of its inputs.
+        columns: what it measures.
+    """
+
+    hide: str = "--hide"
+    limits: str = "--limit"
+    columns: str = "--columns"
+
+
 class Rig(Protocol):
     """A robot on a bench. Held: each row of inputs is held until the robot rests, then it is read.
 

@@ -32,7 +32,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.published import Trials
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.lab.rig import Limits, asked_columns, completed, drive_limits
+from catheter_sim.lab.rig import Limits, Said, asked_columns, completed, drive_limits
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
 
@@ -180,6 +180,7 @@ def stand_in(
     duration_s: float = 3600.0,
     noise_kind: str = "white",
     further: Sequence[str] = (),
+    said: Said | None = None,
 ) -> SimulatedRig:
     """Return a stand-in of a robot with hidden causes.
 
@@ -193,50 +194,53 @@ def stand_in(
         duration_s: longest time of one play [s].
         noise_kind: one of `nature.noise.KINDS`.
         further: output columns that are measured besides those drawn for the specimen.
+        said: what errors call the arguments; None: as on the command line.
 
     Raises:
         InputError: unknown robot, cause, form, column or noise, or a cause that does nothing on this robot.
     """
     if noise_kind not in KINDS:
         raise unknown("noise", noise_kind, KINDS, "lab")
+    said = said or Said()
     for text in hide:
-        _check_name(text.partition("=")[0].strip())
+        _check_name(text.partition("=")[0].strip(), said.hide)
     generator = np.random.default_rng((_KEY, seed))
     if reference in BENCH_ROBOTS:
         specimen = drawn_specimen(generator, reference)
         given = dict(limits) if limits else drive_limits(specimen.bench.robot, specimen.bench.trials.reach)
-        given = completed(specimen.bench.robot, given, "--limit")
+        given = completed(specimen.bench.robot, given, said.limits)
     else:
         robot = load_robot(reference)
         if not limits:
             raise InputError(
-                f"lab: {reference}: --limit INPUT=LEAST,MOST is needed, as no paper drove this robot"
+                f"lab: {reference}: {said.limits}: least and most of each input are needed, as no paper "
+                "drove this robot"
             )
-        given = completed(robot, limits, "--limit")
+        given = completed(robot, limits, said.limits)
         specimen = specimen_of(generator, _bench_of(reference, robot, given))
-    check_output_channels(specimen.bench.robot, further, "--columns")
+    check_output_channels(specimen.bench.robot, further, said.columns)
     ground = Ground(specimen, drawn_courses(specimen, generator)[:_TRIALS])
-    chosen = tuple(_hidden(ground, text, generator) for text in hide)
+    chosen = tuple(_hidden(ground, text, generator, said.hide) for text in hide)
     order = {form.key: place for place, form in enumerate((*FORMS, *BY_KEY.values()))}
     chosen = tuple(sorted(chosen, key=lambda item: order[item.form.key]))
     return SimulatedRig(ground, chosen, noise_kind, seed, Limits(given, duration_s), tuple(further))
 
 
-def _hidden(ground: Ground, text: str, generator: np.random.Generator) -> Planted:
+def _hidden(ground: Ground, text: str, generator: np.random.Generator, said: str) -> Planted:
     """Return what a text names, with what it leaves open drawn."""
     name, equals, size_text = text.partition("=")
     for _ in range(_TRIES):
-        form = _form_named(ground.specimen, name.strip(), generator)
+        form = _form_named(ground.specimen, name.strip(), generator, said)
         numbers = form.draw(ground.specimen, ground.scale, generator)
         if equals:
-            return Planted(form, _size(text, size_text), numbers)
+            return Planted(form, _size(text, size_text, said), numbers)
         found = sized(ground, form, generator)
         if found is not None:
             return found[0]
-    raise InputError(f"--hide {text}: on this robot no size of it shows; give one: {name}=SIZE")
+    raise InputError(f"{said} {text}: on this robot no size of it shows; give one: {name}=SIZE")
 
 
-def _form_named(specimen: Specimen, name: str, generator: np.random.Generator) -> Form:
+def _form_named(specimen: Specimen, name: str, generator: np.random.Generator, said: str) -> Form:
     if name == RANDOM:
         choices = [form for form in FORMS if form.known and form.applies(specimen)]
         causes = list(dict.fromkeys(form.cause for form in choices))
@@ -247,32 +251,32 @@ def _form_named(specimen: Specimen, name: str, generator: np.random.Generator) -
         form = BY_KEY[name]
         if not form.applies(specimen):
             own = [item.key for item in FORMS if item.cause == form.cause and item.applies(specimen)]
-            said = f"; choices: {', '.join(own)}" if own else ""
-            raise InputError(f"--hide {name}: makes no sense on {specimen.bench.reference}{said}")
+            choices_text = f"; choices: {', '.join(own)}" if own else ""
+            raise InputError(f"{said} {name}: makes no sense on {specimen.bench.reference}{choices_text}")
         return form
     choices = [form for form in FORMS if form.cause == name and form.known and form.applies(specimen)]
     if not choices:
-        raise InputError(f"--hide {name}: makes no sense on {specimen.bench.reference}")
+        raise InputError(f"{said} {name}: makes no sense on {specimen.bench.reference}")
     return choices[int(generator.integers(len(choices)))]
 
 
-def _check_name(name: str) -> None:
+def _check_name(name: str, said: str) -> None:
     """Raise `InputError` where nothing can be hidden by that name."""
     cause, dot, _ = name.partition(".")
     if name == RANDOM or name in BY_KEY or name in CAUSES:
         return
     if dot and cause in CAUSES:
-        raise unknown("form", name, [form.key for form in FORMS if form.cause == cause], "--hide")
-    raise unknown("cause", name, [*CAUSES, RANDOM], "--hide")
+        raise unknown("form", name, [form.key for form in FORMS if form.cause == cause], said)
+    raise unknown("cause", name, [*CAUSES, RANDOM], said)
 
 
-def _size(text: str, number: str) -> float:
+def _size(text: str, number: str, said: str) -> float:
     try:
         value = float(number)
     except ValueError:
         value = float("nan")
     if not np.isfinite(value):
-        raise InputError(f"--hide {text}: a finite size is needed after =")
+        raise InputError(f"{said} {text}: a finite size is needed after =")
     return value
 
 

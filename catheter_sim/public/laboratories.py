@@ -1,0 +1,303 @@
+"""A bench with a robot on it, simulated or real, and a loop that finds out what is wrong with the robot."""
+
+from __future__ import annotations
+
+import html
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from catheter_sim.errors import InputError, shown
+from catheter_sim.public.arguments import columns_of, gravity_of, path_of
+from catheter_sim.public.diagnoses import number_of_jobs
+from catheter_sim.public.inverse import clocked_table, limits_of
+from catheter_sim.public.listing import Listing
+
+if TYPE_CHECKING:
+    from catheter_sim.closed_loop.loop import Outcome
+    from catheter_sim.core.robot import RobotSpec
+    from catheter_sim.diagnosis.data.trials import Dataset
+    from catheter_sim.lab.recorded import RecordedRig
+    from catheter_sim.lab.simulated import SimulatedRig
+    from catheter_sim.tables import Table
+
+_SAID = {"hide": "hide", "limits": "limits", "columns": "columns"}
+
+
+@dataclass(frozen=True, repr=False)
+class FoundOut:
+    """What a loop of experiments came to: see `Laboratory.find_out`, which returns it.
+
+    Attributes:
+        outcome: every diagnosis and proposal, in order.
+        robot_name: of the robot on the bench.
+        path: the folder with the story, the data and the last report.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> from pathlib import Path
+        >>> from tempfile import TemporaryDirectory
+        >>> limits = {"displacement_bending_mm": (-1.5, 1.5)}
+        >>> with TemporaryDirectory() as folder:
+        ...     settings = {"limits": limits, "columns": "tip_x_mm", "recordings": folder}
+        ...     found = cs.laboratory("mitral_transseptal", **settings).find_out(Path(folder, "found"))
+        ...     to_play = sorted(path.name for path in Path(folder).glob("*.csv"))
+        >>> found.end, to_play[0]
+        ('waiting', 'first_1_inputs.csv')
+    """
+
+    outcome: Outcome
+    robot_name: str
+    path: Path
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Return the causes that stand at 0.95 or more."""
+        return self.outcome.causes
+
+    @property
+    def end(self) -> str:
+        """Return why it ended: "sure", "budget", "suspect" data, "nothing to ask", or "waiting"."""
+        return self.outcome.end
+
+    @property
+    def sentence(self) -> str:
+        """Return what was found, in one sentence."""
+        from catheter_sim.closed_loop.story import title_of
+
+        return f"{title_of(self.outcome, self.robot_name)}: {self.outcome.words}"
+
+    def to_table(self) -> Listing:
+        """Return a row for each diagnosis: the recordings, what was found, and the experiment then proposed.
+
+        `probability` is that of what is most probable, `minutes` what the experiment takes, `nats` how much
+        it was expected to tell.
+        """
+        columns = ("recordings", "verdict", "most_probable", "probability", "proposed", "minutes", "nats")
+        rows = []
+        for step in self.outcome.steps:
+            if step.found is None:
+                continue
+            name, value = max(step.found.believed.items(), key=lambda item: item[1], default=("", math.nan))
+            following = step.proposed
+            asked = ("", 0.0, 0.0) if following is None else _asked(following.words, following)
+            values = (step.recordings, step.found.verdict, name, value, *asked)
+            rows.append(dict(zip(columns, values, strict=True)))
+        return Listing("experiments", columns, tuple(rows))
+
+    def __repr__(self) -> str:
+        return f"<FoundOut: {self.sentence}>"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{html.escape(self.sentence)}</p>{self.to_table()._repr_html_()}"
+
+
+def _asked(words: str, proposed: Any) -> tuple[str, float, float]:
+    return words, proposed.minutes, math.nan if proposed.nats is None else proposed.nats
+
+
+@dataclass(frozen=True, repr=False)
+class Laboratory:
+    """A robot on a bench: see `laboratory`, which returns it.
+
+    Attributes:
+        rig: the bench: `reset`, `play`, `read`.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> bench = cs.laboratory("mitral_4dof", hide=["backlash.play=8"], seed=3)
+        >>> pull = {"time_s": [0.0, 1.0, 2.0, 3.0], "displacement_bending_proximal_mm": [0.0, 0.6, 1.2, 0.6]}
+        >>> measured = bench.play(pull, "pull")
+        >>> list(measured.columns)[:2], len(measured.time_s)
+        (['displacement_bending_proximal_mm', 'tip_x_mm'], 4)
+        >>> [(item["cause"], item["form"], item["size"]) for item in bench.hidden["hidden"]]
+        [('backlash', 'play', 8.0)]
+    """
+
+    rig: SimulatedRig | RecordedRig
+
+    @property
+    def robot(self) -> RobotSpec:
+        """Return the robot as specified, without what may be wrong with it."""
+        return self.rig.robot
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Return the output columns that the bench measures."""
+        return self.rig.columns
+
+    @property
+    def limits(self) -> dict[str, tuple[float, float]]:
+        """Return least and most of each input that the bench drives, in the unit of its column."""
+        return dict(self.rig.limits.inputs)
+
+    @property
+    def hidden(self) -> Mapping[str, Any]:
+        """What is wrong with a simulated robot, as `catheter-sim lab --reveal` writes it.
+
+        Raises:
+            InputError: the bench is real.
+        """
+        return self._simulated("hidden").answer()
+
+    def play(self, inputs: Any, name: str, columns: Sequence[str] | str | None = None) -> Table:
+        """Play inputs from rest, each row held until the robot rests, and return what was measured.
+
+        Args:
+            inputs: a file, a mapping or a data frame of input columns; without `time_s` rows are a second
+                apart.
+            name: of the play; the same name has the same readings, noise included.
+            columns: outputs that are wanted; default: all that the bench measures.
+
+        Returns:
+            What was commanded and measured, in the units of the columns' names.
+
+        Raises:
+            InputError: the bench is real (`find_out` plays it), an unknown column, or beyond the limits; the
+                message names the row.
+        """
+        rig = self._simulated("play")
+        rig.reset()
+        rig.play(clocked_table(inputs, "inputs"), str(name))
+        return rig.read(None if columns is None else columns_of(columns))
+
+    def find_out(
+        self,
+        path: str | os.PathLike[str],
+        data: Dataset | None = None,
+        experiments: int = 5,
+        minutes: float = math.inf,
+        wait_s: float = 0.0,
+        jobs: int = 1,
+    ) -> FoundOut:
+        """Diagnose, propose an experiment, measure it, diagnose everything together, until a cause is sure.
+
+        Args:
+            path: folder of the loop's story, data, steps and last report; one that was begun is gone on with.
+            data: recordings that there are already; default: the loops of each channel are played first.
+            experiments: most that are made.
+            minutes: most of the bench's time that is spent.
+            wait_s: how long to wait for a real bench's recordings.
+            jobs: processes to fit with.
+
+        Raises:
+            InputError: the folder holds another loop, recordings of another robot or of other columns, or a
+                number that cannot be.
+        """
+        from catheter_sim.closed_loop.folder import begun_with
+        from catheter_sim.closed_loop.loop import Budget, run_loop
+        from catheter_sim.closed_loop.story import write_story
+        from catheter_sim.diagnosis.fitting.workers import Workers
+        from catheter_sim.files import check_output_folder
+
+        if isinstance(experiments, bool) or not isinstance(experiments, int) or experiments < 0:
+            raise InputError(f"experiments = {shown(experiments)}: a whole number from 0 is needed")
+        for name, value in (("minutes", minutes), ("wait_s", wait_s)):
+            if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0.0:
+                raise InputError(f"{name} = {shown(value)}: a number from 0 is needed")
+        place = Workers(number_of_jobs(jobs))
+        first = begun_with(self.rig, data, "data") if data is not None else []
+        folder = check_output_folder(path_of(path, "path"))
+        budget = Budget(experiments, minutes, wait_s=wait_s)
+        outcome = run_loop(self.rig, folder, first, budget, place)
+        write_story(outcome, self.robot.name, folder)
+        return FoundOut(outcome, self.robot.name, folder)
+
+    def _simulated(self, what: str) -> SimulatedRig:
+        from catheter_sim.lab.simulated import SimulatedRig as Simulated
+
+        if not isinstance(self.rig, Simulated):
+            raise InputError(f"{what}: a real bench hides nothing that is known, and is played by find_out")
+        return self.rig
+
+    def __repr__(self) -> str:
+        from catheter_sim.lab.simulated import SimulatedRig as Simulated
+
+        kind = "simulated" if isinstance(self.rig, Simulated) else "real"
+        return f"<Laboratory: {kind} {self.robot.name}, measures {', '.join(self.columns)}>"
+
+
+def laboratory(
+    robot: str | os.PathLike[str],
+    hide: Sequence[str] | str = (),
+    seed: int = 0,
+    limits: Mapping[str, Sequence[float]] | None = None,
+    columns: Sequence[str] | str = (),
+    longest_s: float = 3600.0,
+    recordings: str | os.PathLike[str] | None = None,
+    gravity_mps2: Sequence[float] = (0.0, 0.0, 0.0),
+) -> Laboratory:
+    """Return a bench with a robot on it.
+
+    A simulated one hides causes by laws that the diagnosis does not share, measures with a tracker's noise,
+    and its specimen differs from the specification as a real one does. A real one is a folder in which
+    recordings arrive.
+
+    Args:
+        robot: id of a robot, or path of a robot `.toml`, which needs `limits`.
+        hide: of a simulated robot: causes, each "CAUSE", "CAUSE.FORM" or "CAUSE.FORM=SIZE" by the names of
+            docs/truth/independent_bench.md, or "random". A size that is left out is drawn so that it shows.
+        seed: of a simulated robot: of specimen, sizes and noise.
+        limits: least and most of each input in the unit of its column; default: the robot's usual reach.
+        columns: output columns that are measured; of a simulated bench, besides its own.
+        longest_s: that one play may take [s].
+        recordings: a real bench: the folder in which its recordings arrive. Needs `limits` and `columns`.
+        gravity_mps2: of a real bench: in the base frame; a simulated one draws its own.
+
+    Raises:
+        InputError: unknown robot, cause, form or column, impossible limits, no such folder, or a real bench
+            that hides something.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> bench = cs.laboratory("mitral_transseptal", hide="random", seed=2)
+        >>> bench.limits["advance_mm"]
+        (0.0, 40.0)
+        >>> [item["cause"] for item in bench.hidden["hidden"]]
+        ['measurement_frame']
+    """
+    import numpy as np
+
+    from catheter_sim.lab.rig import Said
+    from catheter_sim.lab.simulated import stand_in
+
+    reference, given = path_of(robot, "robot"), limits_of(limits)
+    hidden = [hide] if isinstance(hide, str) else list(hide)
+    wanted = tuple(columns_of(columns)) if columns else ()
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise InputError(f"seed = {shown(seed)}: a whole number from 0 is needed")
+    if isinstance(longest_s, bool) or not isinstance(longest_s, int | float) or not longest_s > 0.0:
+        raise InputError(f"longest_s = {shown(longest_s)}: a number above 0 is needed")
+    if recordings is not None:
+        if hidden:
+            raise InputError("hide: a real bench (recordings) hides nothing that is known")
+        return Laboratory(
+            _recorded(reference, given, wanted, longest_s, recordings, gravity_of(gravity_mps2))
+        )
+    if np.any(gravity_of(gravity_mps2)):
+        raise InputError("gravity_mps2: of a real bench alone; a simulated one draws its own")
+    rig = stand_in(reference, hidden, seed, given or None, longest_s, further=wanted, said=Said(**_SAID))
+    return Laboratory(rig)
+
+
+def _recorded(
+    reference: str,
+    limits: dict[str, tuple[float, float]],
+    columns: tuple[str, ...],
+    longest_s: float,
+    recordings: str | os.PathLike[str],
+    gravity_mps2: Any,
+) -> RecordedRig:
+    from catheter_sim.catalogue import load_robot
+    from catheter_sim.lab.recorded import RecordedRig
+    from catheter_sim.lab.rig import Limits, Said, completed
+
+    if not columns or not limits:
+        raise InputError("recordings: columns and limits are needed: what the bench measures and can do")
+    value = load_robot(reference)
+    can = Limits(completed(value, limits, "limits"), longest_s)
+    folder = Path(path_of(recordings, "recordings"))
+    return RecordedRig(folder, value, reference, columns, gravity_mps2, can, said=Said(**_SAID))
