@@ -19,7 +19,16 @@ from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.grid import best_of_grid
 from catheter_sim.diagnosis.fitting.intervals import intervals
 from catheter_sim.diagnosis.fitting.prior import prior_of
-from catheter_sim.diagnosis.fitting.probe import carried_over, foreseen, reached, tangent, values_at, without
+from catheter_sim.diagnosis.fitting.probe import (
+    carried_over,
+    foreseen,
+    misled,
+    reached,
+    shortlist,
+    tangent,
+    values_at,
+    without,
+)
 from catheter_sim.diagnosis.fitting.problem import Problem, Term, box_of, fitted_numbers, start_of
 from catheter_sim.diagnosis.fitting.residuals import residuals
 from catheter_sim.diagnosis.fitting.stretches import blocks_of, fold_of
@@ -332,6 +341,22 @@ def test_a_step_too_far_is_taken_halfway_back():
     assert values["backlash", "width_mm"] == pytest.approx(0.5 * asked[0])
     instead, _ = reached(problem, fit(problem, (FRAME,)), (play,), too_far)
     assert instead > null.residual @ null.residual  # in the place of another the steps stand as they are
+
+
+def test_what_a_forecast_tells_nothing_of_is_computed():
+    """The derivative where a width starts, far from none, says that any width makes things worse."""
+    problem = made({"measurement_frame": {"translation_x_mm": 3.0}}, noise_mm=0.05)
+    null, play = fit(problem, ()), Term("backlash", ("width_mm",))
+    ahead = foreseen(problem, null, (play,), tangent(problem, null, play))
+    worse = float(null.residual @ null.residual)
+    assert misled(replace(ahead, cost=1.01 * worse), null, (play,))
+    assert not misled(replace(ahead, cost=0.99 * worse), null, (play,))
+    assert not misled(
+        replace(ahead, cost=1.01 * worse), fit(problem, (FRAME,)), (play,)
+    )  # instead of another
+    order, far = list(range(20)), 17
+    assert far not in shortlist(order, 3, set())
+    assert shortlist(order, 3, {far}) == [*shortlist(order, 3, set()), far]
 
 
 def test_details_start_at_the_common_value():

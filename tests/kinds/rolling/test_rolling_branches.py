@@ -86,3 +86,7 @@ def test_robots_that_differ_share_nothing() -> None:
     found = RollingTwin().solve([one, other], histories, HANGING, [], 1).joint_angles()
     alone = RollingTwin().solve([other], histories[1:], HANGING, [], 1).joint_angles()
     np.testing.assert_allclose(found[1], alone[0], atol=1e-9)
+    twin = RollingTwin()
+    twin.solve([one], histories[:1], HANGING, [], 1)
+    after_another = twin.solve([other], histories[1:], HANGING, [], 1).joint_angles()
+    np.testing.assert_array_equal(after_another, alone)
