@@ -92,9 +92,9 @@ def judge(model: Model, progress: bool = False) -> Judgement:
         truths: list[Array] = []
         for inputs, name in parts:
             truth = _package(seen, inputs)
-            held.append(_distance(name, PlainRun(model.text, model.shares).held(inputs.tendon), truth))
+            held.append(distance_of(name, PlainRun(model.text, model.shares).held(inputs.tendon), truth))
             truths.append(truth)
-        unfitted = _distance(
+        unfitted = distance_of(
             "one drive at a time", PlainRun(model.bare, model.shares).held(alone.tendon), truths[0]
         )
         moving = None
@@ -102,7 +102,7 @@ def judge(model: Model, progress: bool = False) -> Judgement:
         if timed:
             stages.say("replaying motion")
             path = moving_loop(alone)
-            moving = _distance(
+            moving = distance_of(
                 "in motion",
                 PlainRun(model.text, model.shares).followed(path.time_s, path.tendon),
                 _package(robot, path, True),
@@ -138,7 +138,8 @@ def _package(robot: RobotSpec, inputs: Inputs, dynamic: bool = False) -> Array:
     return np.concatenate([seen, np.full((missing, *seen.shape[1:]), np.nan)])
 
 
-def _distance(name: str, first: Array, second: Array) -> Distance:
+def distance_of(name: str, first: Array, second: Array) -> Distance:
+    """Return how far apart faces are in two replays, shape (r, n, 3) each [m]."""
     apart = 1e3 * np.linalg.norm(first - second, axis=2)
     return Distance(name, float(apart.max()), float(np.sqrt(np.mean(apart[:, -1] ** 2))))
 
@@ -147,7 +148,7 @@ def _cost(robot: RobotSpec, cause: Cause, alone: Inputs) -> Distance:
     """Return how far the package's simulation moves where a cause is taken away."""
     rest = without(robot, (cause,))
     inputs = moving_loop(alone) if cause.timed else alone
-    return _distance(
+    return distance_of(
         "in motion" if cause.timed else "one drive at a time",
         _package(rest, inputs, cause.timed),
         _package(robot, inputs, cause.timed),

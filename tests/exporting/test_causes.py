@@ -18,6 +18,7 @@ from catheter_sim.exporting.causes import (
     view_of,
     without,
 )
+from catheter_sim.exporting.judge import distance_of
 
 ROBOTS = ("neuroendoscope", "chest_tube_section", "mitral_4dof", "notched_wrist")
 
@@ -43,14 +44,23 @@ def test_commands_become_a_matrix_and_a_bias() -> None:
     """Gain, then offset, then coupling, in the order in which effects act."""
     settings = {
         "effects.actuation_gain.scale": 1.2,
-        "effects.actuation_offset.offset_bending_distal_mm": 0.3,
+        "effects.actuation_offset.offset_bending_proximal_mm": 0.3,
         "effects.coupling.bending_proximal_to_bending_distal": 0.1,
     }
     affine = affine_of(cs.load_robot("mitral_4dof", settings))
     expected = 1.2 * np.eye(4)
     expected[1, 0] = 0.12
     np.testing.assert_allclose(affine.matrix[:3, :3], expected[:3, :3], atol=1e-9)
-    np.testing.assert_allclose(affine.bias[:3], [0.0, 3e-4, 0.0], atol=1e-12)
+    np.testing.assert_allclose(affine.bias[:3], [3e-4, 3e-5, 0.0], atol=1e-12)
+
+
+def test_the_largest_distance_is_of_any_face_and_row() -> None:
+    """One face that is 3 mm off in one row makes 3 mm; the tip's mean is of the tip alone."""
+    one, other = np.zeros((4, 5, 3)), np.zeros((4, 5, 3))
+    other[2, 1, 0], other[3, -1, 1] = 3e-3, 1e-3
+    found = distance_of("by hand", one, other)
+    assert found.largest_mm == pytest.approx(3.0)
+    assert found.rms_mm == pytest.approx(0.5)
 
 
 def test_a_force_on_the_tip_is_taken_over() -> None:
