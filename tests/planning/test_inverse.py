@@ -131,6 +131,7 @@ def test_what_a_twin_cannot_reach_is_searched_for_in_the_simulation() -> None:
     assert missed.max() < 0.06  # 0.1 % of the length
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "file", ["catheter_robot", "notched_tube_robot", "rolling_robot", "opencr_v4/opencr_v4"]
 )
