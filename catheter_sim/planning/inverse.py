@@ -45,7 +45,8 @@ _NEAR_TO_SPARE = (
 _GOOD = 0.3  # share of the tolerance below which the simulation's miss is left alone
 # What the simulation misses by more than the tolerance and less than so many times it is searched for in the
 # simulation itself: a twin that keeps tensions by their own history may stick where the robot slides.
-_NEARLY, _STEPS_BY_SIMULATION = 50.0, 8
+# Rows that are out of reach mostly stand together: after so many in which nothing is found the search ends.
+_NEARLY, _STEPS_BY_SIMULATION, _FRUITLESS = 50.0, 8, 3
 
 
 @dataclass(frozen=True)
@@ -239,28 +240,38 @@ class _Search:
 
     def by_simulation(self, found: list[Found], plan: Plan, progress: bool) -> Plan:
         """Return a plan in which rows that are missed by little are searched for in the simulation itself."""
+        fruitless = 0
         for row in counted(range(len(found)), len(found), "searching by simulation", "target", progress):
             error = max(plan.error_mm[row] / self._within.mm, plan.error_deg[row] / self._within.deg)
-            if plan.reachable[row] or error > _NEARLY or self._too_far(self.targets.asked[row]):
+            hopeless = error > _NEARLY or self._too_far(self.targets.asked[row]) or fruitless == _FRUITLESS
+            if plan.reachable[row] or hopeless:
                 continue
-            changed = found.copy()
-            changed[row] = self._row_by_simulation(found, row)
+            other, fruitless = self._row_by_simulation(found, row), fruitless + 1
+            if other is None:
+                continue
+            changed = [*found[:row], other, *found[row + 1 :]]
             again = self.plan(changed, self.simulated(changed), plan.corrections)
             if _score(again) < _score(plan):
-                found, plan = changed, again
+                found, plan, fruitless = changed, again, 0
         return plan
 
-    def _row_by_simulation(self, found: Sequence[Found], row: int) -> Found:
-        """Return inputs for a row after those of the rows before; of these the last are simulated."""
+    def _row_by_simulation(self, found: Sequence[Found], row: int) -> Found | None:
+        """Return inputs that reach a row's target after those of the rows before; None: none were found.
+
+        Of the rows before, those are simulated that a twin is given.
+        """
         way = found[max(row - REMEMBERED, 0) if self._forward.remembers else row : row]
 
         def misses(levels: Array) -> Array:
             seen = [self._simulated_last(way, row, level) for level in levels]
             return self.targets.misses(np.array(seen), self.targets.asked[row])
 
-        least, most = self._drives.least, self._drives.most
-        start, enough = found[row].point, _GOOD * self._reached
-        return least_squares(misses, start, least, most, enough, steps=_STEPS_BY_SIMULATION)
+        start = found[row].point
+        if not np.isfinite(misses(start[np.newaxis])).all():
+            return None
+        least, most, enough = self._drives.least, self._drives.most, _GOOD * self._reached
+        other = least_squares(misses, start, least, most, enough, steps=_STEPS_BY_SIMULATION)
+        return other if other.size <= self._reached else None
 
     def _simulated_last(self, way: Sequence[Found], row: int, level: Array) -> Array:
         """Return the targets' columns of one row by the simulation, after a way from rest; NaN: diverged."""

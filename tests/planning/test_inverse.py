@@ -10,6 +10,7 @@ import pytest
 import catheter_sim as cs
 from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
 from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
+from catheter_sim.planning import inverse
 from catheter_sim.planning.drives import plan_drives
 from catheter_sim.planning.forward import Forward
 from catheter_sim.planning.targets import targets_of
@@ -129,6 +130,25 @@ def test_what_a_twin_cannot_reach_is_searched_for_in_the_simulation() -> None:
     again = cs.simulate("neuroendoscope_section", found.inputs).to_table(names).columns
     missed = np.linalg.norm([again[name] - asked[name] for name in names], axis=0)
     assert missed.max() < 0.06  # 0.1 % of the length
+
+
+@pytest.mark.slow
+def test_a_path_out_of_reach_is_not_searched_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After three rows for which the simulation has nothing better the others are left as they are."""
+    asked_rows: list[int] = []
+
+    def nothing_found(self: object, found: object, row: int) -> None:
+        asked_rows.append(row)
+
+    monkeypatch.setattr(inverse._Search, "_row_by_simulation", nothing_found)
+    beside = {
+        "tip_x_mm": [5.0, 8.0, 11.0, 14.0, 17.0],
+        "tip_y_mm": [1.0] * 5,
+        "tip_z_mm": [59.5, 59, 58, 57, 56],
+    }
+    found = cs.inverse_kinematics("neuroendoscope_section", beside, corrections=1)
+    assert not found.reachable.any()
+    assert asked_rows == [0, 1, 2]
 
 
 @pytest.mark.slow

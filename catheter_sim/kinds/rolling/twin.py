@@ -102,13 +102,12 @@ class RollingTwin:
         """Yield where each robot is along its rows, None of one that folds in any of them."""
         at_once = any(several_rods_at_once(inputs.tendon) for inputs in arriving)
         shared = _shared_rows(robots, arriving)
-        first = begun = None
+        first = None
         for index, (robot, inputs) in enumerate(zip(robots, arriving, strict=True)):
             unloaded = not (gravity_mps2.any() or inputs.force_tip.any() or inputs.moment_tip.any())
             how = _How(rolling_chain(robot), gravity_mps2, sliding=at_once or not unloaded)
             try:
-                if shared and begun is None:
-                    begun = self._begun(how, robot, slice_inputs(inputs, slice(shared)))
+                begun = self._begun(how, robot, slice_inputs(inputs, slice(shared))) if shared else None
                 rest = slice_inputs(inputs, slice(shared, None))
                 solved = how.solve(rest, first, begun.end if begun else None)
             except InputError:
