@@ -253,11 +253,11 @@ def laboratory(
 
     Examples:
         >>> import catheter_sim as cs
-        >>> bench = cs.laboratory("mitral_transseptal", hide="random", seed=2)
+        >>> bench = cs.laboratory("mitral_transseptal", hide="actuation_gain.common=20", seed=2)
         >>> bench.limits["advance_mm"]
         (0.0, 40.0)
         >>> [item["cause"] for item in bench.hidden["hidden"]]
-        ['measurement_frame']
+        ['actuation_gain']
     """
     import numpy as np
 
