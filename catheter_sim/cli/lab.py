@@ -181,15 +181,16 @@ def _simulated(options: argparse.Namespace) -> SimulatedRig:
 def _recorded(options: argparse.Namespace) -> Rig:
     import numpy as np
 
-    from catheter_sim.catalogue import load_robot
-    from catheter_sim.lab.recorded import RecordedRig
-    from catheter_sim.lab.rig import Limits, completed
+    from catheter_sim.lab.recorded import recorded_rig
 
-    robot = load_robot(options.robot)
-    limits = Limits(completed(robot, arguments.limits(options.limits), "--limit"), options.longest)
-    gravity = np.array(arguments.gravity(options.gravity or "0,0,0"))
-    columns = tuple(arguments.columns(options.columns) or ())
-    return RecordedRig(Path(options.recordings), robot, options.robot, columns, gravity, limits)
+    return recorded_rig(
+        Path(options.recordings),
+        options.robot,
+        tuple(arguments.columns(options.columns) or ()),
+        arguments.limits(options.limits),
+        options.longest,
+        np.array(arguments.gravity(options.gravity or "0,0,0")),
+    )
 
 
 def _reveal(options: argparse.Namespace, rig: SimulatedRig) -> None:

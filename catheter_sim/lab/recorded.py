@@ -14,17 +14,18 @@ import io
 import os
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import check_output_channels
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, cut, shown
-from catheter_sim.lab.rig import Limits, Said, asked_columns
+from catheter_sim.lab.rig import Limits, Said, asked_columns, completed
 from catheter_sim.tables import MAX_ROWS, Table, time_text, write_table
 
 INPUTS_SUFFIX = "_inputs.csv"
@@ -174,6 +175,25 @@ class RecordedRig:
         found = {column: values[:, 1 + index] for index, column in enumerate(wanted)}
         table = Table(time_s, found, str(path))
         return _Arrived(_with_inputs(table, inputs, self.columns), "")
+
+
+def recorded_rig(
+    folder: Path,
+    reference: str,
+    columns: tuple[str, ...],
+    limits: Mapping[str, tuple[float, float]],
+    longest_s: float,
+    gravity_mps2: Array,
+    said: Said | None = None,
+) -> RecordedRig:
+    """Return the bench of a robot by its id or file, whose limits are checked: see `RecordedRig`.
+
+    Raises:
+        InputError: unknown robot or column, impossible limits, or no such folder.
+    """
+    robot, words = load_robot(reference), said or Said()
+    can = Limits(completed(robot, limits, words.limits), longest_s)
+    return RecordedRig(folder, robot, reference, columns, gravity_mps2, can, words)
 
 
 def _cells(raw: bytes, where: str, ended: bool) -> list[tuple[int, list[str]]]:

@@ -71,6 +71,9 @@ class Said:
     columns: str = "--columns"
 
 
+AS_ARGUMENTS = Said("hide", "limits", "columns")  # from Python
+
+
 class Rig(Protocol):
     """A robot on a bench. Held: each row of inputs is held until the robot rests, then it is read.
 

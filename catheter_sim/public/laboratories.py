@@ -17,14 +17,13 @@ from catheter_sim.public.inverse import clocked_table, limits_of
 from catheter_sim.public.listing import Listing
 
 if TYPE_CHECKING:
+    from catheter_sim.closed_loop.folder import Proposed
     from catheter_sim.closed_loop.loop import Outcome
     from catheter_sim.core.robot import RobotSpec
     from catheter_sim.diagnosis.data.trials import Dataset
     from catheter_sim.lab.recorded import RecordedRig
     from catheter_sim.lab.simulated import SimulatedRig
     from catheter_sim.tables import Table
-
-_SAID = {"hide": "hide", "limits": "limits", "columns": "columns"}
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,8 +81,7 @@ class FoundOut:
             if step.found is None:
                 continue
             name, value = max(step.found.believed.items(), key=lambda item: item[1], default=("", math.nan))
-            following = step.proposed
-            asked = ("", 0.0, 0.0) if following is None else _asked(following.words, following)
+            asked = ("", 0.0, 0.0) if step.proposed is None else _asked(step.proposed)
             values = (step.recordings, step.found.verdict, name, value, *asked)
             rows.append(dict(zip(columns, values, strict=True)))
         return Listing("experiments", columns, tuple(rows))
@@ -95,8 +93,8 @@ class FoundOut:
         return f"<p>{html.escape(self.sentence)}</p>{self.to_table()._repr_html_()}"
 
 
-def _asked(words: str, proposed: Any) -> tuple[str, float, float]:
-    return words, proposed.minutes, math.nan if proposed.nats is None else proposed.nats
+def _asked(proposed: Proposed) -> tuple[str, float, float]:
+    return proposed.words, proposed.minutes, math.nan if proposed.nats is None else proposed.nats
 
 
 @dataclass(frozen=True, repr=False)
@@ -261,7 +259,8 @@ def laboratory(
     """
     import numpy as np
 
-    from catheter_sim.lab.rig import Said
+    from catheter_sim.lab.recorded import recorded_rig
+    from catheter_sim.lab.rig import AS_ARGUMENTS
     from catheter_sim.lab.simulated import stand_in
 
     reference, given = path_of(robot, "robot"), limits_of(limits)
@@ -274,30 +273,12 @@ def laboratory(
     if recordings is not None:
         if hidden:
             raise InputError("hide: a real bench (recordings) hides nothing that is known")
-        return Laboratory(
-            _recorded(reference, given, wanted, longest_s, recordings, gravity_of(gravity_mps2))
-        )
+        if not wanted or not given:
+            raise InputError("recordings: columns and limits are needed: what the bench measures and can do")
+        folder = Path(path_of(recordings, "recordings"))
+        gravity = gravity_of(gravity_mps2)
+        return Laboratory(recorded_rig(folder, reference, wanted, given, longest_s, gravity, AS_ARGUMENTS))
     if np.any(gravity_of(gravity_mps2)):
         raise InputError("gravity_mps2: of a real bench alone; a simulated one draws its own")
-    rig = stand_in(reference, hidden, seed, given or None, longest_s, further=wanted, said=Said(**_SAID))
+    rig = stand_in(reference, hidden, seed, given or None, longest_s, further=wanted, said=AS_ARGUMENTS)
     return Laboratory(rig)
-
-
-def _recorded(
-    reference: str,
-    limits: dict[str, tuple[float, float]],
-    columns: tuple[str, ...],
-    longest_s: float,
-    recordings: str | os.PathLike[str],
-    gravity_mps2: Any,
-) -> RecordedRig:
-    from catheter_sim.catalogue import load_robot
-    from catheter_sim.lab.recorded import RecordedRig
-    from catheter_sim.lab.rig import Limits, Said, completed
-
-    if not columns or not limits:
-        raise InputError("recordings: columns and limits are needed: what the bench measures and can do")
-    value = load_robot(reference)
-    can = Limits(completed(value, limits, "limits"), longest_s)
-    folder = Path(path_of(recordings, "recordings"))
-    return RecordedRig(folder, value, reference, columns, gravity_mps2, can, said=Said(**_SAID))

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
+from catheter_sim.closed_loop.folder import Found, Proposed, Step
+from catheter_sim.closed_loop.loop import Outcome
 from catheter_sim.lab.simulated import stand_in
+from catheter_sim.public.laboratories import FoundOut
 from catheter_sim.tables import Table
 
 PULL = {"time_s": [0.0, 1.0, 2.0], "displacement_bending_proximal_mm": [0.0, 0.8, 0.4]}
@@ -119,3 +122,24 @@ def test_recordings_of_another_robot_do_not_begin_a_loop(tmp_path: Path) -> None
     other = {"time_s": [0.0, 1.0], "displacement_bending_mm": [0.0, 1.0], "tip_x_mm": [0.0, 1.0]}
     with pytest.raises(cs.InputError, match="data: is of mitral_transseptal"):
         bench.find_out(tmp_path / "out", cs.dataset("mitral_transseptal", two(other)))
+
+
+def test_a_table_tells_what_was_believed_and_proposed(tmp_path: Path) -> None:
+    """A row for each diagnosis: the most probable, and the experiment after it."""
+    first = Step(0, None, Proposed("first", "loops", 2.0))
+    unsure = Found("unexplained", {"rate": 0.2, "outside": 0.7}, "a sentence", [])
+    sure = Found("cause_found", {"rate": 0.96, "outside": 0.1}, "a sentence", ["rate"])
+    steps = (
+        first,
+        Step(4, unsure, Proposed("experiment_1", "holds", 3.0, nats=0.5)),
+        Step(8, sure, None, "sure"),
+    )
+    found = FoundOut(Outcome(steps, "sure", ("rate",), "it is sure"), "robot", tmp_path)
+    table = found.to_table()
+    assert table.column("recordings") == [4, 8]
+    assert table.column("most_probable") == ["outside", "rate"]
+    assert table.column("probability") == [0.7, 0.96]
+    assert table.column("proposed") == ["holds", ""]
+    assert table.column("minutes") == [3.0, 0.0]
+    assert table.column("nats") == [0.5, 0.0]
+    assert found.causes == ("rate",)
