@@ -10,9 +10,9 @@ import pytest
 import catheter_sim as cs
 from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
 from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
-from catheter_sim.planning import inverse
 from catheter_sim.planning.drives import plan_drives
 from catheter_sim.planning.forward import Forward
+from catheter_sim.planning.in_simulation import InSimulation
 from catheter_sim.planning.targets import targets_of
 from catheter_sim.resources import assets_folder
 from catheter_sim.tables import Table
@@ -140,7 +140,7 @@ def test_a_path_out_of_reach_is_not_searched_row_by_row(monkeypatch: pytest.Monk
     def nothing_found(self: object, found: object, row: int) -> None:
         asked_rows.append(row)
 
-    monkeypatch.setattr(inverse._Search, "_row_by_simulation", nothing_found)
+    monkeypatch.setattr(InSimulation, "row", nothing_found)
     beside = {
         "tip_x_mm": [5.0, 8.0, 11.0, 14.0, 17.0],
         "tip_y_mm": [1.0] * 5,
