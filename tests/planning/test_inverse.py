@@ -10,6 +10,7 @@ import pytest
 import catheter_sim as cs
 from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
 from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
+from catheter_sim.planning.bounded import Found
 from catheter_sim.planning.drives import plan_drives
 from catheter_sim.planning.forward import Forward
 from catheter_sim.planning.in_simulation import InSimulation
@@ -130,6 +131,42 @@ def test_what_a_twin_cannot_reach_is_searched_for_in_the_simulation() -> None:
     again = cs.simulate("neuroendoscope_section", found.inputs).to_table(names).columns
     missed = np.linalg.norm([again[name] - asked[name] for name in names], axis=0)
     assert missed.max() < 0.06  # 0.1 % of the length
+
+
+@pytest.mark.slow
+def test_the_row_before_is_reached_another_way_where_the_next_is_out_of_reach_from_there() -> None:
+    """A chest tube bent by a full front rod: from most ways of reaching the second tip it rubs too much."""
+    tips = np.array([[273.02, 0.0, 55.74], [228.84, -3.01, 197.06], [209.89, 63.18, 221.76]])
+    asked = {f"tip_{axis}_mm": tips[:, k] for k, axis in enumerate("xyz")}
+    found = cs.inverse_kinematics("chest_tube", asked, corrections=None)
+    assert found.reachable.all(), found.report()
+
+
+def test_other_ways_of_the_twin_are_tried_in_the_simulation() -> None:
+    """Where a search in the simulation leads nowhere it begins anew, where the simulation misses by least."""
+    near, far, lost = (np.array([value]) for value in (0.3, 0.8, 0.5))
+    tried: list[float] = []
+
+    class Rows:
+        spare = True
+
+        def others(self, found: object, row: int) -> list[Found]:
+            return [Found(point, point, np.zeros((1, 1))) for point in (far, lost, near)]
+
+    class Simulated(InSimulation):
+        def _misses(self, found: object, row: int, levels: np.ndarray) -> np.ndarray:
+            return np.where(levels == lost, np.nan, levels)
+
+        def _search(self, found: object, row: int, start: np.ndarray) -> Found | None:
+            tried.append(float(start[0]))
+            return Found(start, start, np.zeros((1, 1))) if start == far else None
+
+    simulation = Simulated(Rows(), cs.load_robot("chest_tube"), np.zeros(3))  # type: ignore[arg-type]
+    ways = [Found(np.array([1.0]), np.array([1.0]), np.zeros((1, 1)))]
+    other = simulation.row(ways, 0)
+    assert other is not None
+    assert other.point == far
+    assert tried == [1.0, 0.3, 0.8]
 
 
 @pytest.mark.slow
