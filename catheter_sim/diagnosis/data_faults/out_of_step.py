@@ -99,6 +99,9 @@ def _best_shift(seen: BesideModel, models: Sequence[Array], number: int, part: s
     others = [_unexplained(seen, models, k, slice(0, len(model))) for k, model in enumerate(models)]
     if left[best] > min(STEP_LEFT_SHARE * left[0], STEP_USUAL_TIMES * float(np.median(others))):
         return 0
+    # Where the robot goes one way only, what stays back by a constant looks as if it came at another time.
+    if left[best] > STEP_LEFT_SHARE * _unexplained(seen, models, number, part, level=True):
+        return 0
     rest = min(value for shift, value in left.items() if shift >= -1)
     return best if best > 0 or left[best] <= STEP_LEFT_SHARE * rest else 0
 
@@ -110,10 +113,11 @@ def _unexplained(
     part: slice,
     shift: int = 0,
     seconds: float = 0.0,
+    level: bool = False,
 ) -> float:
     """Return the mean squared error, over the noise's, of what a model says so many rows and seconds earlier.
 
-    Rows for which the shifted model says nothing are left out. inf: too few rows.
+    `level`: less each output's mean error. Rows for which the shifted model says nothing are left out. inf: too few rows.
     """
     rows = np.arange(part.start, part.stop)
     model, time_s = models[number], seen.trials[number].inputs.time_s
@@ -131,5 +135,6 @@ def _unexplained(
         if known.sum() < STEP_STRETCH_ROWS:
             continue
         error = (shown[known] - computed[known]) / seen.noise_of(column)
+        error = error - error.mean() if level else error
         left, count = left + float(error @ error), count + len(error)
     return max(left / count, 1.0) if count else float("inf")
