@@ -233,6 +233,9 @@ STEP_ROWS = 12
 """[rows] By which two logs may be shifted against one another. Why: assumed; more is another trial."""
 STEP_STRETCH_ROWS = 12
 """[rows] On which a shift is looked for, at least. Why: fewer hold no motion to compare."""
+STEP_ONE_WAY_ROWS = 5
+"""[rows] Out, and home, on which a shift must hold, at least. Why: of a stretch that only goes one way a bend
+that stays back by a constant looks shifted."""
 STEP_LEFT_SHARE = 0.3
 """[share of the squared error] Left once the logs are put right. Why: assumed; a wrong model errs at any
 shift."""

@@ -13,7 +13,9 @@ from catheter_sim.core.posture import Observed
 _ROTATION = ("rotation_x_deg", "rotation_y_deg", "rotation_z_deg")
 _TRANSLATION = ("translation_x_mm", "translation_y_mm", "translation_z_mm")
 _SCALE = "scale"
+_SHEAR = {(one, other): f"shear_{one}{other}" for one in "xyz" for other in "xyz" if one != other}
 _SCALED = (Parameter(_SCALE, null=1.0, lower=0.5, upper=2.0, scale=0.01, start=1.0),)
+_SHEARED = tuple(Parameter(name, 0.0, -0.5, 0.5, scale=0.01, start=0.0) for name in _SHEAR.values())
 _PARAMETERS = (
     *(Parameter(name, 0.0, -50.0, 50.0, scale=1.0, start=0.0) for name in _TRANSLATION),
     *(Parameter(name, 0.0, -180.0, 180.0, scale=1.0, start=0.0) for name in _ROTATION),
@@ -31,10 +33,17 @@ def _stretched(observed: Observed, values: Values) -> Observed:
     return replace(observed, p_w=values.get(_SCALE, 1.0) * observed.p_w)
 
 
+def _sheared(observed: Observed, values: Values) -> Observed:
+    share = np.eye(3)
+    for (one, other), name in _SHEAR.items():
+        share["xyz".index(one), "xyz".index(other)] = values.get(name, 0.0)
+    return replace(observed, p_w=observed.p_w @ share.T)
+
+
 EFFECT = Effect(
     name="measurement_frame",
     summary="measured positions are the true ones turned about the base by a rotation vector, then shifted, "
-    "then `scale` times as far from the tracker's zero",
+    "then `scale` times as far from the tracker's zero, then sheared",
     trace="an error that depends on where the tip is, not on how it came there",
     bench="Touch three known points of the base with the tracker and compare them with the drawing: "
     "is its frame turned or shifted?",
@@ -53,6 +62,14 @@ EFFECT = Effect(
             parameters=lambda robot: _SCALED,
             groups=lambda robot: ((_SCALE,), (*(item.name for item in _PARAMETERS), _SCALE)),
             observe=_stretched,
+            further=True,
+        ),
+        Form(
+            name="sheared",
+            equation="p_i' = p_i + shear_ij p_j: a tracker whose axes are not at right angles",
+            stage=Stage.OBSERVATION,
+            parameters=lambda robot: _SHEARED,
+            observe=_sheared,
             further=True,
         ),
     ),

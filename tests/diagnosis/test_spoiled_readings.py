@@ -112,6 +112,15 @@ def test_outputs_before_their_inputs(pull):
     assert "5 rows before" in fault.what
 
 
+def test_one_long_way_home_with_a_set_comes_in_time():
+    """Tendons that stay longer hold the bend back by a constant: on one way home as if it came early."""
+    pulls = [pull_of(number) for number in range(TRIALS)]
+    pulls[3] = 0.012 * np.interp(ROWS[:, 0], [0, 29, 59], [0.0, 1.0, 0.0])
+    longer = [np.maximum(pull - 0.15 * np.maximum.accumulate(pull), 0.0) for pull in pulls]
+    measured = [noisy(arc(pull), number) for number, pull in enumerate(longer)]
+    assert outputs_out_of_step(seen(measured, [arc(pull) for pull in pulls])) == ()
+
+
 def test_one_trial_that_is_late_alone():
     """Five rows in one trial and none in the others; not one of fast rows, where all are late by 4 s."""
     alone = changed(lambda k, v: shifted(v, 5) if k == 2 else v)

@@ -83,6 +83,17 @@ def test_a_camera_that_is_too_near_scales_from_its_zero() -> None:
     assert np.array_equal(found.R_w, look.R_w)
 
 
+def test_axes_that_are_not_at_right_angles_mix_what_is_seen() -> None:
+    """x grows by a share of z and z by one of x, after frame and scale; what turns is not sheared."""
+    look = Observed(
+        np.zeros(1), np.array([[[0.01, 0.0, 0.1]]]), np.eye(3)[None, None], np.zeros((1, 0)), np.zeros((1, 2))
+    )
+    values = {"shear_xz": 0.02, "shear_zx": -0.1, "scale": 2.0, "translation_y_mm": 5.0}
+    found = seen(with_effects(SECTION, {"measurement_frame": values}), look)
+    assert found.p_w[0, 0] == pytest.approx([0.024, 0.01, 0.198])
+    assert np.array_equal(found.R_w, look.R_w)
+
+
 def test_plays_of_channels_differ() -> None:
     """Each channel follows with its own dead-band, beside the common one."""
     robot = with_effects(SECTION, {"backlash": {"width_N": 0.1, "width_left_N": 0.2}})

@@ -13,6 +13,7 @@ from catheter_sim.diagnosis.thresholds import (
     LATE_NOISE,
     LATE_OTHERS,
     STEP_LEFT_SHARE,
+    STEP_ONE_WAY_ROWS,
     STEP_ROWS,
     STEP_STRETCH_ROWS,
     STEP_USUAL_TIMES,
@@ -99,11 +100,25 @@ def _best_shift(seen: BesideModel, models: Sequence[Array], number: int, part: s
     others = [_unexplained(seen, models, k, slice(0, len(model))) for k, model in enumerate(models)]
     if left[best] > min(STEP_LEFT_SHARE * left[0], STEP_USUAL_TIMES * float(np.median(others))):
         return 0
-    # Where the robot goes one way only, what stays back by a constant looks as if it came at another time.
-    if left[best] > STEP_LEFT_SHARE * _unexplained(seen, models, number, part, level=True):
+    if best < 0 and not _either_way(seen, models, number, part, best):
         return 0
     rest = min(value for shift, value in left.items() if shift >= -1)
     return best if best > 0 or left[best] <= STEP_LEFT_SHARE * rest else 0
+
+
+def _either_way(seen: BesideModel, models: Sequence[Array], number: int, part: slice, shift: int) -> bool:
+    """Return whether a shift puts right what is measured on the ways out and on the ways home.
+
+    Where the robot goes one way only, a bend that stays back by a constant looks as if it came earlier.
+    """
+    most = max(seen.moves, key=lambda column: float(np.nanstd(models[number][part, column])))
+    step = np.gradient(models[number][:, most])
+    for way in (step > 0.0, step < 0.0):
+        left = _unexplained(seen, models, number, part, shift, only=way)
+        before = _unexplained(seen, models, number, part, only=way)
+        if not np.isfinite(left) or left > STEP_LEFT_SHARE * before:
+            return False
+    return True
 
 
 def _unexplained(
@@ -113,13 +128,17 @@ def _unexplained(
     part: slice,
     shift: int = 0,
     seconds: float = 0.0,
-    level: bool = False,
+    only: np.ndarray | None = None,
 ) -> float:
     """Return the mean squared error, over the noise's, of what a model says so many rows and seconds earlier.
 
-    `level`: less each output's mean error. Rows for which the shifted model says nothing are left out. inf: too few rows.
+    `only`: the trial's rows that count. Rows for which the shifted model says nothing are left out. inf: too
+    few rows.
     """
     rows = np.arange(part.start, part.stop)
+    least = STEP_STRETCH_ROWS
+    if only is not None:
+        rows, least = rows[only[rows]], STEP_ONE_WAY_ROWS
     model, time_s = models[number], seen.trials[number].inputs.time_s
     rows = rows[(rows - shift >= 0) & (rows - shift < len(model))]
     moved = model[rows - shift]
@@ -132,9 +151,8 @@ def _unexplained(
     for column in seen.moves:
         shown, computed = seen.measured[number][rows, column], moved[:, column]
         known = np.isfinite(shown) & np.isfinite(computed)
-        if known.sum() < STEP_STRETCH_ROWS:
+        if known.sum() < least:
             continue
         error = (shown[known] - computed[known]) / seen.noise_of(column)
-        error = error - error.mean() if level else error
         left, count = left + float(error @ error), count + len(error)
     return max(left / count, 1.0) if count else float("inf")

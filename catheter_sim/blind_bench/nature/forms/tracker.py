@@ -76,6 +76,22 @@ def _sheared(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     return replace(shapes, p=shapes.p + shapes.p @ slant)
 
 
+def _shears(acting: Acting) -> Mapping[str, float]:
+    (along,), (across,) = acting.numbers["along"], acting.numbers["across"]
+    return {f"shear_{across}{along}": _FIFTH_PERCENT * acting.size}
+
+
+def _each_slant(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
+    axes = specimen.seen_axes
+    return [{"along": {a: 1.0}, "across": {b: 1.0}} for a in axes for b in axes if a != b]
+
+
+def _oblique(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
+    """A camera looks on at a slant and is taken for one that does not: what is nearer looks larger."""
+    nearer = shapes.p @ _vector(acting.numbers["toward"]) / acting.specimen.length_m
+    return replace(shapes, p=shapes.p / (1.0 - _FIFTH_PERCENT * acting.size * nearer)[..., np.newaxis])
+
+
 def _distorted(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     """An electromagnetic tracker's field is bent: its error grows with the square of the distance."""
     toward = _vector(acting.numbers["toward"])
@@ -130,12 +146,26 @@ FORMS = (
         cause="measurement_frame",
         name="sheared",
         law="p' = p + a (p m) n, m and n at right angles: a tracker whose axes are not",
-        known=False,
-        purpose="tune",
+        known=True,
+        purpose="both",
         draw=_slant,
+        every=_each_slant,
         start=10.0,
+        signed=True,
         most=100.0,
         seen=_sheared,
+        parameters=_shears,
+    ),
+    Form(
+        cause="measurement_frame",
+        name="oblique",
+        law="p' = p / (1 - a p n / L): a camera that looks on at a slant",
+        known=False,
+        purpose="tune",
+        draw=_toward,
+        start=10.0,
+        most=100.0,
+        seen=_oblique,
     ),
     Form(
         cause="measurement_frame",
