@@ -1,16 +1,32 @@
-"""The scale of the input channels is wrong: a sensor's calibration, a pulley's radius."""
+"""The scale of the input channels is wrong: a sensor's calibration, a pulley's radius.
+
+It may change along the stroke: a tendon that is wound on itself lies on a larger drum, a load cell is curved.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Values
 from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects._channels import common_and_each, common_then_each, per_tendon
+from catheter_sim.effects._channels import (
+    TO_SI,
+    actuation_unit,
+    common_and_each,
+    common_then_each,
+    per_tendon,
+    scale_of,
+)
 
 _COMMON = "scale"
 _EACH = "scale_{}"
+# Bound, and a change that matters, of what the scale grows by over a mm, or over the tension that bends the
+# robot by a radian.
+_CURVE = 0.5, 0.01
 
 
 def _parameter(name: str) -> Parameter:
@@ -22,9 +38,28 @@ def _scaled(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
     return replace(inputs, tendon=inputs.tendon * gain)
 
 
+def _curves(robot: RobotSpec) -> tuple[str, str]:
+    """Return the names of the common curve and of each channel's, in inputs' unit."""
+    return f"curve_per_{scale_of(robot)}", f"curve_{{}}_per_{scale_of(robot)}"
+
+
+def _curve_parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
+    common, each = _curves(robot)
+    bound, scale = (round(share / actuation_unit(robot), 9) for share in _CURVE)
+    return common_and_each(robot, Parameter(common, 0.0, -bound, bound, scale=scale, start=0.0), each)
+
+
+def _curved(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
+    common, each = _curves(robot)
+    curve = (values.get(common, 0.0) + per_tendon(robot, each, values, 0.0)) / TO_SI[scale_of(robot)]
+    share: Array = curve * np.abs(inputs.tendon)
+    return replace(inputs, tendon=inputs.tendon * (1.0 + share))
+
+
 EFFECT = Effect(
     name="actuation_gain",
-    summary="the input channels' scale is wrong: what arrives is scale * scale_<channel> * input",
+    summary="the input channels' scale is wrong: what arrives is scale * scale_<channel> * input, "
+    "or the scale changes with the input",
     trace="an error in proportion to the input, the same on the way out and back",
     bench="Command known steps, and measure at the tendon, with a ruler or a second force gauge, what"
     " arrives; compare spools, gears and the sensor's calibration with the robot's file.",
@@ -36,6 +71,15 @@ EFFECT = Effect(
             parameters=lambda robot: common_and_each(robot, _parameter(_COMMON), _EACH),
             groups=lambda robot: common_then_each(robot, _COMMON, _EACH),
             command=_scaled,
+        ),
+        Form(
+            name="curved",
+            equation="u' = (1 + (curve + curve_<channel>) |u|) u: a tendon wound on itself",
+            stage=Stage.COMMAND,
+            parameters=_curve_parameters,
+            groups=lambda robot: common_then_each(robot, *_curves(robot)),
+            command=_curved,
+            further=True,
         ),
     ),
     advice={

@@ -94,6 +94,17 @@ def test_axes_that_are_not_at_right_angles_mix_what_is_seen() -> None:
     assert np.array_equal(found.R_w, look.R_w)
 
 
+def test_a_drum_that_grows_pulls_by_the_square() -> None:
+    """One channel's scale grows by a tenth of a newton's share over each newton, beside the common one."""
+    robot = with_effects(SECTION, {"actuation_gain": {"curve_per_N": 0.2, "curve_left_per_N": -0.1}})
+    arrived = arriving_inputs(robot, inputs_of("tension", [0.0, 0.5, 1.0], [0.0, 1.0, 2.0])).tendon
+    assert arrived[:, 0] == pytest.approx([0.0, 0.55, 1.2])
+    assert arrived[:, 1] == pytest.approx([0.0, 1.1, 2.4])
+    both_ways = with_effects(load_robot("mitral_4dof"), {"actuation_gain": {"curve_per_mm": 0.01}})
+    rows = inputs_of("displacement", [0.0, 3e-3, -3e-3], *3 * [[0.0] * 3])
+    assert 1e3 * arriving_inputs(both_ways, rows).tendon[:, 0] == pytest.approx([0.0, 3.09, -3.09])
+
+
 def test_plays_of_channels_differ() -> None:
     """Each channel follows with its own dead-band, beside the common one."""
     robot = with_effects(SECTION, {"backlash": {"width_N": 0.1, "width_left_N": 0.2}})

@@ -35,6 +35,23 @@ def _wound(acting: Acting, course: Course, u: Array) -> Array:
     return u * (1.0 + _PERCENT * acting.size * acting.mask() * np.abs(u) / acting.specimen.reach)
 
 
+def _curve(acting: Acting) -> Mapping[str, float]:
+    specimen = acting.specimen
+    reach = specimen.reach / specimen.per_tendon / specimen.file_size
+    if len(reach) == 1:
+        return {f"curve_per_{specimen.file_unit}": _PERCENT * acting.size / float(reach[0])}
+    return {
+        f"curve_{drive.channel}_per_{specimen.file_unit}": _PERCENT * acting.size / float(most)
+        for drive, most in zip(specimen.drives, reach, strict=True)
+    }
+
+
+def _cranked(acting: Acting, course: Course, u: Array) -> Array:
+    """A lever of a servo motor in place of a drum: it pulls by the sine of its angle."""
+    turn = _PERCENT * acting.size * u / acting.specimen.reach
+    return np.asarray(u * np.sinc(turn / np.pi))
+
+
 def _saturated(acting: Acting, course: Course, u: Array) -> Array:
     knee = acting.numbers["knee"] * acting.specimen.reach
     beyond = np.sign(u) * np.maximum(np.abs(u) - knee, 0.0)
@@ -209,11 +226,23 @@ FORMS = (
         cause="actuation_gain",
         name="wound",
         law="u' = u (1 + a |u| / reach): a tendon wound on itself lies on a larger drum",
-        known=False,
-        purpose="judge",
+        known=True,
+        purpose="both",
         start=5.0,
         most=50.0,
         command=_wound,
+        also=("nonlinear_stiffness",),
+        parameters=_curve,
+    ),
+    Form(
+        cause="actuation_gain",
+        name="cranked",
+        law="u' = r sin(u / r): a lever that a servo motor turns, in place of a drum",
+        known=False,
+        purpose="judge",
+        start=40.0,
+        most=150.0,
+        command=_cranked,
         also=("nonlinear_stiffness",),
     ),
     _ZERO,
