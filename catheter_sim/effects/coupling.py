@@ -21,12 +21,15 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.remembered import by_identity
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.effects._channels import TO_SI, actuation_unit, scale_of
 from catheter_sim.kinds import kind_of
 
 _NAME = "{}_to_{}"
 _ABREAST = 1e-9  # cosine up to which two channels are at right angles
 # Bound, and a change that matters, of a coefficient; an advance goes ten times as far as a tendon.
 _SIZE, _ADVANCE_SIZE = (1.0, 0.02), (0.1, 0.002)
+# The same of its growth over a mm, or over the tension that bends the robot by a radian.
+_GROWTH, _ADVANCE_GROWTH = (0.5, 0.01), (0.02, 0.0002)
 
 
 def _movers(robot: RobotSpec) -> tuple[Mover, ...]:
@@ -74,16 +77,47 @@ def _groups(robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
     return (*((name,) for name in names), names) if names else ()
 
 
+def _growth_name(robot: RobotSpec) -> str:
+    return f"{_NAME}_per_{scale_of(robot)}"
+
+
+def _growth_parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
+    movers, name = _movers(robot), _growth_name(robot)
+    advanced = {item.part for item in movers if item.advances}
+    found = []
+    for first, second in _pairs(movers):
+        sizes = _ADVANCE_GROWTH if first in advanced else _GROWTH
+        bound, scale = (round(size / actuation_unit(robot), 9) for size in sizes)
+        found.append(Parameter(name.format(first, second), 0.0, -bound, bound, scale=scale, start=0.0))
+    return tuple(found)
+
+
+def _growth_groups(robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
+    names = tuple(item.name for item in _growth_parameters(robot))
+    return (*((name,) for name in names), names) if names else ()
+
+
 def _coupled(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
+    return _moved_besides(robot, inputs, values, _NAME, channel_inputs(robot, inputs))
+
+
+def _growing(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
+    moved = channel_inputs(robot, inputs)
+    grown = moved * np.abs(moved) / TO_SI[scale_of(robot)]
+    return _moved_besides(robot, inputs, values, _growth_name(robot), grown)
+
+
+def _moved_besides(robot: RobotSpec, inputs: Inputs, values: Values, name: str, moved: Array) -> Inputs:
+    """Return inputs with shares, by name, of what each channel moves, shape (r, c), added to the others."""
     if not any(values.values()):
         return inputs
     movers = _movers(robot)
     parts = list(dict.fromkeys(item.part for item in movers))
     coefficient = np.array(
-        [[values.get(_NAME.format(first, second), 0.0) for first in parts] for second in parts]
+        [[values.get(name.format(first, second), 0.0) for first in parts] for second in parts]
     )
     which = [parts.index(item.part) for item in movers]
-    extra = channel_inputs(robot, inputs) @ (coefficient[np.ix_(which, which)] * _shares(movers)).T
+    extra = moved @ (coefficient[np.ix_(which, which)] * _shares(movers)).T
     return replace(inputs, tendon=inputs.tendon + tendon_inputs(robot, inputs.actuation, extra))
 
 
@@ -101,6 +135,15 @@ EFFECT = Effect(
             parameters=_parameters,
             groups=_groups,
             command=_coupled,
+        ),
+        Form(
+            name="growing",
+            equation="u_b' = u_b + <a>_to_<b>_per_<unit> |u_a| u_a: more, the more the other is bent",
+            stage=Stage.COMMAND,
+            parameters=_growth_parameters,
+            groups=_growth_groups,
+            command=_growing,
+            further=True,
         ),
     ),
 )

@@ -46,7 +46,11 @@ def two_by_three(turn_deg: float) -> ContinuumRobot:
 
 
 def names(reference: str) -> list[str]:
-    return [item.name for item in COUPLING.parameters(load_robot(reference))]
+    """Return the shares of a robot: each has its growth in the other form, and only that."""
+    robot = load_robot(reference)
+    share, growing = ([item.name for item in form.parameters(robot)] for form in COUPLING.forms)
+    assert [name.rpartition("_per_")[0] for name in growing] == share
+    return share
 
 
 def test_one_section_has_nothing_to_couple() -> None:

@@ -105,6 +105,16 @@ def test_a_drum_that_grows_pulls_by_the_square() -> None:
     assert 1e3 * arriving_inputs(both_ways, rows).tendon[:, 0] == pytest.approx([0.0, 3.09, -3.09])
 
 
+def test_a_coupling_that_grows_moves_the_other_by_the_square() -> None:
+    """2 mm of one joint move the other's tendons by 0.05 / mm x 2 mm x 2 mm, either way."""
+    values = {"bending_proximal_to_bending_distal_per_mm": 0.05}
+    robot = with_effects(load_robot("mitral_4dof"), {"coupling": values})
+    rows = inputs_of("displacement", [0.0, 2e-3, -2e-3], *3 * [[0.0] * 3])
+    arrived = 1e3 * arriving_inputs(robot, rows).tendon
+    assert arrived[:, 1] == pytest.approx([0.0, 0.2, -0.2])
+    assert arrived[:, 0] == pytest.approx([0.0, 2.0, -2.0])
+
+
 def test_plays_of_channels_differ() -> None:
     """Each channel follows with its own dead-band, beside the common one."""
     robot = with_effects(SECTION, {"backlash": {"width_N": 0.1, "width_left_N": 0.2}})

@@ -161,7 +161,24 @@ def _shared(acting: Acting, course: Course, u: Array) -> Array:
 
 
 def _growing(acting: Acting, course: Course, u: Array) -> Array:
-    return _moved(acting, u, u * np.abs(u) / acting.specimen.reach)
+    return _moved(acting, u, u * np.abs(u) / _reach_of_mover(acting))
+
+
+def _even(acting: Acting, course: Course, u: Array) -> Array:
+    """A bent part is longer on its outside, whichever way it bends."""
+    return _moved(acting, u, u**2 / _reach_of_mover(acting))
+
+
+def _reach_of_mover(acting: Acting) -> float:
+    specimen, first = acting.specimen, acting.numbers["from"]
+    own = [(drive.channel if specimen.jointed else drive.moves) == first for drive in specimen.drives]
+    return float(specimen.reach[own].max())
+
+
+def _growth(acting: Acting) -> Mapping[str, float]:
+    numbers, specimen = acting.numbers, acting.specimen
+    grown = _unit_share(acting) * acting.size / (_reach_of_mover(acting) / specimen.file_size)
+    return {f"{numbers['from']}_to_{numbers['to']}_per_{specimen.file_unit}": grown}
 
 
 def _beyond(acting: Acting, course: Course, u: Array) -> Array:
@@ -294,6 +311,21 @@ FORMS = (
         cause="coupling",
         name="growing",
         law="u_b' = u_b + c u_a |u_a| / reach: it grows with bending",
+        known=True,
+        purpose="both",
+        applies=_several_parts,
+        draw=_pair_of_parts,
+        every=_pairs_of_parts,
+        start=8.0,
+        signed=True,
+        most=90.0,
+        command=_growing,
+        parameters=_growth,
+    ),
+    Form(
+        cause="coupling",
+        name="even",
+        law="u_b' = u_b + c u_a^2 / reach: whichever way the other part is bent",
         known=False,
         purpose="tune",
         applies=_several_parts,
@@ -301,7 +333,7 @@ FORMS = (
         start=8.0,
         signed=True,
         most=90.0,
-        command=_growing,
+        command=_even,
     ),
     Form(
         cause="coupling",
