@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
@@ -17,6 +18,7 @@ from catheter_sim.effects._channels import (
 from catheter_sim.effects._places import added_at, places
 from catheter_sim.mechanics.play import play, play_step
 
+_THROUGH = "soft_through"
 # Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian.
 _SIZE = {"N": (25.0, 0.1), "mm": (5.0, 0.1)}
 
@@ -51,43 +53,63 @@ def _uneven(robot: RobotSpec) -> tuple[Parameter, ...]:
     return common_and_each(robot, _parameter(robot, common), each)[1:]
 
 
+def _soft_names(robot: RobotSpec) -> tuple[str, str]:
+    common, each = _names(robot)
+    return f"soft_{common}", f"soft_{each}"
+
+
+def _soft(robot: RobotSpec) -> tuple[Parameter, ...]:
+    through = Parameter(_THROUGH, null=0.0, lower=0.0, upper=0.95, scale=0.05, start=0.3)
+    return _parameter(robot, _soft_names(robot)[0]), through
+
+
 def _slack(robot: RobotSpec) -> tuple[Parameter, ...]:
     return tuple(_parameter(robot, item.parameter) for item in places(robot, Role.SLACK))
 
 
 @dataclass(frozen=True)
 class _Playing:
-    """The whole dead-bands, and where the plays are, shape (t,) each, SI."""
+    """The whole dead-bands, and where the plays are, shape (t,) each, SI; the share that goes through."""
 
     width: Array
     now: Array
+    through: float
 
 
 @dataclass(frozen=True)
 class _Play:
-    """A play on each tendon's input."""
+    """A play on each tendon's input, and beside it a spring that lets a share of the input through.
 
+    Attributes:
+        names: of the widths: the common one's, and of each channel's (with `{}`).
+        through: name of the share; "": no spring.
+    """
+
+    names: Callable[[RobotSpec], tuple[str, str]]
+    through: str = ""
     timed = False
 
     def start(self, robot: RobotSpec, values: Values, rest: Array) -> _Playing | None:
         """Return the state at rest, the plays centred; None without dead-band."""
-        width = in_si(robot, _names(robot), values)
-        return _Playing(width, rest) if width.any() else None
+        width = in_si(robot, self.names(robot), values)
+        return _Playing(width, rest, values.get(self.through, 0.0)) if width.any() else None
 
     def step(self, state: _Playing, before: Array, after: Array, dt_s: float) -> tuple[_Playing, Array]:
         """Return the state and what arrives when the inputs have moved from `before` to `after`."""
         now = play_step(state.now, after, state.width)
-        return _Playing(state.width, now), now
+        return _Playing(state.width, now, state.through), now + state.through * (after - now)
 
     def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
         """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
-        return play(rows, in_si(robot, _names(robot), values), rest)
+        now = play(rows, in_si(robot, self.names(robot), values), rest)
+        return now + values.get(self.through, 0.0) * (rows - now)
 
 
-_PLAY = _Play()
+_PLAY = _Play(_names)
 EFFECT = Effect(
     name="backlash",
-    summary="dead-band between each actuator and its tendon; whole widths, of all and of each, add up",
+    summary="dead-band between each actuator and its tendon; whole widths, of all and of each, add up; "
+    "of a soft one `soft_through` of the input goes on at once",
     trace="a loop of constant width in the input, and a standstill after each reversal",
     bench="Hold the tip still and turn each actuator gently to and fro: how far it goes before the "
     "tendon pulls is the dead-band. Look at knots, clamps, couplings and gears.",
@@ -106,6 +128,14 @@ EFFECT = Effect(
             stage=Stage.COMMAND,
             parameters=_uneven,
             memory=_PLAY,
+            further=True,
+        ),
+        Form(
+            name="soft",
+            equation="u' = soft_through u + (1 - soft_through) y: a spring across the dead-band",
+            stage=Stage.COMMAND,
+            parameters=_soft,
+            memory=_Play(_soft_names, _THROUGH),
             further=True,
         ),
         Form(

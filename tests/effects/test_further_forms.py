@@ -115,6 +115,24 @@ def test_a_coupling_that_grows_moves_the_other_by_the_square() -> None:
     assert arrived[:, 0] == pytest.approx([0.0, 2.0, -2.0])
 
 
+def test_a_spring_lets_a_share_through_a_dead_band() -> None:
+    """A quarter of each step arrives at once, three quarters behind the play; row by row as in one go."""
+    robot = with_effects(SECTION, {"backlash": {"soft_width_N": 0.4, "soft_through": 0.25}})
+    pull = [0.0, 0.1, 1.0, 0.9, 0.0]
+    played = np.array([0.0, 0.0, 0.8, 0.8, 0.2])
+    expected = 0.25 * np.array(pull) + 0.75 * played
+    arrived = arriving_inputs(robot, inputs_of("tension", pull, [0.0] * 5)).tendon[:, 0]
+    assert arrived == pytest.approx(expected)
+    memory = next(form.memory for form in EFFECTS["backlash"].forms if form.name == "soft")
+    assert memory is not None
+    state = memory.start(robot, robot.effects["backlash"], np.zeros(2))
+    seen_rows = []
+    for before, after in zip([0.0, *pull], pull, strict=False):
+        state, out = memory.step(state, np.array([before, 0.0]), np.array([after, 0.0]), 1.0)
+        seen_rows.append(out[0])
+    assert seen_rows == pytest.approx(expected)
+
+
 def test_plays_of_channels_differ() -> None:
     """Each channel follows with its own dead-band, beside the common one."""
     robot = with_effects(SECTION, {"backlash": {"width_N": 0.1, "width_left_N": 0.2}})

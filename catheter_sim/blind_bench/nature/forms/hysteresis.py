@@ -43,6 +43,13 @@ def _soft(acting: Acting, course: Course, u: Array) -> Array:
     return operators.soft_play(u, acting.size * per_channel(acting), acting.numbers["through"])
 
 
+def _narrowing(acting: Acting, course: Course, u: Array) -> Array:
+    """What hangs loose at rest is pressed together by the pull."""
+    share = 1.0 - 0.7 * np.clip(np.abs(u) / acting.specimen.reach, 0.0, 1.0)
+    half = 0.5 * acting.size * per_channel(acting) * share
+    return operators.within(u - half, u + half)
+
+
 def _uneven(acting: Acting, course: Course, u: Array) -> Array:
     return operators.play(u, acting.size * per_channel(acting) * np.array(acting.numbers["shares"]))
 
@@ -71,6 +78,11 @@ def _shares(specimen: Specimen, scale: Scale, generator: np.random.Generator) ->
 
 def _width(acting: Acting) -> Mapping[str, float]:
     return {f"width_{acting.specimen.file_unit}": acting.size * in_unit(acting)}
+
+
+def _soft_width(acting: Acting) -> Mapping[str, float]:
+    own = {f"soft_{name}": width for name, width in _width(acting).items()}
+    return {**own, "soft_through": acting.numbers["through"]}
 
 
 def _own_width(acting: Acting) -> Mapping[str, float]:
@@ -270,12 +282,23 @@ FORMS = (
         cause="backlash",
         name="soft",
         law="y = s u + (1 - s) play(u, w): a spring across the dead-band",
-        known=False,
-        purpose="judge",
+        known=True,
+        purpose="both",
         draw=_through,
         start=4.0,
         most=40.0,
         command=_soft,
+        parameters=_soft_width,
+    ),
+    Form(
+        cause="backlash",
+        name="narrowing",
+        law="y = clip(y, u - w'/2, u + w'/2), w' = w (1 - 0.7 |u| / reach): the pull presses it together",
+        known=False,
+        purpose="judge",
+        start=4.0,
+        most=50.0,
+        command=_narrowing,
     ),
     _MU,
     Form(
