@@ -34,6 +34,7 @@ def robots_of(kind: str) -> Mapping[str, Callable[[], Any]]:
     return {item.id: item.build for item in KINDS[kind].robots.PUBLISHED}
 
 
+FILES = (".toml", ".xml")  # a robot's reference that ends so is a path: its file, or a chain in MJCF
 _LARGEST_FILE = 10_000_000  # bytes
 _ENDLESS_KEY = re.compile(r"""(?<![\w"'.-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){100}""")
 
@@ -44,7 +45,8 @@ def load_robot(reference: str | os.PathLike[str], settings: Settings = (), said:
     What its file leaves out and follows from the rest, its kind adds (`defaults.py`).
 
     Args:
-        reference: a robot id, or the path of a robot `.toml`.
+        reference: a robot id, or the path of a robot `.toml`, or of an MJCF `.xml` of a chain of hinges
+            (`kinds/<kind>/from_mjcf`).
         settings: a text `KEY=VALUE` with a key of the robot's `.toml` form, several, or a mapping of keys
             to values.
         said: what errors call the settings.
@@ -58,12 +60,14 @@ def load_robot(reference: str | os.PathLike[str], settings: Settings = (), said:
         table = read_toml(Path(text))
         given = set(table)
         document = complete_document(table, text)
+    elif text.endswith(".xml"):
+        document = to_document(_from_mjcf(text))
     elif text in ROBOTS:
         document = to_document(ROBOTS[text]())
     else:
         named = text.partition("@")[0]  # parameter sets are told of a robot that is known
         known = [name for name in ROBOTS if "@" not in name or name.startswith(f"{named}@")]
-        raise unknown("robot", text, [*known, "a path to a .toml"])
+        raise unknown("robot", text, [*known, "a path to a .toml", "a path to an MJCF .xml"])
     set_all(document, settings, said)
     robot = robot_from_document(document, text)
     check_robot(robot, text)
@@ -74,6 +78,13 @@ def load_robot(reference: str | os.PathLike[str], settings: Settings = (), said:
         robot, given | set(settings_table(settings, said))
     )
     return completed
+
+
+def _from_mjcf(text: str) -> RobotSpec:
+    """Return the robot of the kind that reads chains of hinges; what is assumed its description says."""
+    kind = next(kind for kind in KINDS.values() if kind.has("from_mjcf"))
+    robot: RobotSpec = kind.face("from_mjcf", "MJCF").read_chain(text).robot
+    return robot
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("what", metavar="robot|dataset", help="what to write")
     parser.add_argument("name", metavar="NAME", help="letters, digits and _")
     parser.add_argument("--kind", choices=_KINDS, default=_KINDS[0], help="of the robot; default continuum")
-    parser.add_argument("--robot", metavar="ROBOT", help="of the data: an id, or the path of a .toml")
+    parser.add_argument("--robot", metavar="ROBOT", help="of the data: an id, or the path of a robot's file")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -54,15 +54,15 @@ def _robot(options: argparse.Namespace) -> int:
 def _dataset(options: argparse.Namespace) -> int:
     import os
 
-    from catheter_sim.catalogue import load_robot
+    from catheter_sim.catalogue import FILES, load_robot
     from catheter_sim.skeletons import dataset_skeleton, trial_skeleton
     from catheter_sim.tables import replaced_when_whole, write_table
 
     if options.robot is None:
-        raise InputError("new dataset: --robot is needed: an id (see `list`), or the path of a .toml")
+        raise InputError("new dataset: --robot is needed: an id (see `list`), or the path of a robot's file")
     robot, folder = load_robot(options.robot), _free(Path(options.name))
     reference = options.robot
-    if reference.endswith(".toml"):
+    if reference.endswith(FILES):
         reference = Path(os.path.relpath(reference, folder)).as_posix()
     folder.mkdir(parents=True)
     with replaced_when_whole(folder / "dataset.toml") as file:

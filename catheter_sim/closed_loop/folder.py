@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from catheter_sim.catalogue import robot_toml
+from catheter_sim.catalogue import FILES, robot_toml
 from catheter_sim.channels import channel_inputs, input_channels
 from catheter_sim.closed_loop.experiment import Recording
 from catheter_sim.diagnosis.data.parting import split
@@ -175,7 +175,7 @@ class LoopFolder:
             whole = {column: table.columns.get(column, none) for column in inputs} | dict(table.columns)
             if not (self.data / name).is_file() or len(whole) > len(table.columns):
                 write_table(Table(table.time_s, whole, name), self.data / name)
-        own_file = rig.reference.endswith(".toml")
+        own_file = rig.reference.endswith(FILES)
         document = {
             "dataset": {
                 "name": "recordings of a closed loop",

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from catheter_sim.catalogue import load_robot
+from catheter_sim.catalogue import FILES, load_robot
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.errors import InputError
@@ -40,7 +40,7 @@ def import_files(
     proposal = propose(robot, paths[0], asked)
     logs = [] if asked.log is None else [asked.log]
     sources = [Path(path) for path in (*paths, *logs)]
-    if reference.endswith(".toml"):
+    if reference.endswith(FILES):
         sources.append(Path(reference))
     names = [source.name for source in sources]
     for name in names:
@@ -65,7 +65,7 @@ def lines_of(proposal: Proposal, reference: str, trials: Sequence[str]) -> Itera
     """Yield the lines of a proposal's `dataset.toml`."""
     asked = proposal.asked
     gravity = list(asked.gravity_mps2 or (0.0, 0.0, 0.0))
-    robot = Path(reference).name if reference.endswith(".toml") else reference
+    robot = Path(reference).name if reference.endswith(FILES) else reference
     unsure = [guess for guess in proposal.guesses if not guess.sure]
     yield "# Proposed by `catheter-sim import`. Look at what is UNSURE before you trust a diagnosis."
     yield f"# {len(proposal.guesses) - len(unsure)} things are sure, {len(unsure)} are not."

@@ -106,9 +106,8 @@ def test_unknown_robot_names_the_choices() -> None:
     robots = [name for name in ROBOTS if "@" not in name]
     with pytest.raises(InputError) as caught:
         load_robot("spacer_disc")
-    assert str(caught.value) == (
-        f"unknown robot 'spacer_disc'; choices: {', '.join(robots)}, a path to a .toml"
-    )
+    choices = [*robots, "a path to a .toml", "a path to an MJCF .xml"]
+    assert str(caught.value) == f"unknown robot 'spacer_disc'; choices: {', '.join(choices)}"
     with pytest.raises(InputError, match="chest_tube_section@prototype, chest_tube_section@printed_shapes"):
         load_robot("chest_tube_section@table3")
 

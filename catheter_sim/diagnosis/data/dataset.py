@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from catheter_sim.catalogue import load_robot, read_toml
+from catheter_sim.catalogue import FILES, load_robot, read_toml
 from catheter_sim.channels import (
     FORCE_CHANNELS,
     MOMENT_CHANNELS,
@@ -134,7 +134,7 @@ def _gravity(value: Any, where: str) -> Array:
 
 
 def _robot_path(root: Path, reference: str) -> str:
-    return str(root / reference) if reference.endswith(".toml") else reference
+    return str(root / reference) if reference.endswith(FILES) else reference
 
 
 def channel_list(value: Any, where: str) -> tuple[str, ...]:

@@ -10,10 +10,12 @@ import pytest
 
 import catheter_sim as cs
 from catheter_sim.catalogue import robot_toml
+from catheter_sim.cli.main import main
+from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.errors import InputError
-from catheter_sim.importing.mjcf_chain import read_chain
+from catheter_sim.kinds.continuum.from_mjcf import read_chain
 
-MODELS = Path(__file__).parents[2] / "models"
+MODELS = Path(__file__).parents[3] / "models"
 LINKS, LENGTH_M, HOLE_M = 6, 0.02, 0.004
 
 
@@ -122,6 +124,29 @@ def test_the_file_of_it_is_a_robots(tmp_path: Path) -> None:
     assert read.robot.name == "hanging_two"
     assert read.robot.dynamics.damping_time_s == pytest.approx(0.02)
     assert any("gravity" in note for note in read.notes)
+
+
+def test_a_model_stands_where_a_robots_file_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In Python, on the command line, with settings; a data set's path is from its own folder."""
+    path = saved(tmp_path)
+    robot = cs.load_robot(path, {"friction.mu": 0.2})
+    assert robot.friction.mu == 0.2
+    assert robot.segments == read_chain(path).robot.segments
+    assert main(["list", str(path)]) == 0
+    assert "friction.mu = 0: MJCF knows none at holes" in capsys.readouterr().out
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "dataset", "data", "--robot", path.name]) == 0
+    assert 'robot = "../hanging.xml"' in Path("data/dataset.toml").read_text()
+    Path("data/trial_01.csv").write_text("time_s,tension_pull_a_N,tip_z_mm\n0,0,120\n1,1,110\n2,2,90\n")
+    channels = 'inputs = ["tension_pull_a_N"]\noutputs = ["tip_z_mm"]'
+    trial = '[[trials]]\nfile = "trial_01.csv"\nrole = "train"'
+    Path("data/dataset.toml").write_text(
+        '[dataset]\nname = "hanging"\nrobot = "../hanging.xml"\nsource = "by hand"\nlicence = "MIT"\n'
+        f"[conditions]\ngravity_mps2 = [0.0, 0.0, 0.0]\n[channels]\n{channels}\n{trial}\n"
+    )
+    assert load_dataset(Path("data")).robot.segments == robot.segments
 
 
 def test_servos_draw_tendons_through_springs(tmp_path: Path) -> None:

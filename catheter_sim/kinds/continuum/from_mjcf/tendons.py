@@ -12,7 +12,7 @@ import numpy as np
 
 from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
-from catheter_sim.importing.mjcf_hinges import Frame, Hinge
+from catheter_sim.kinds.continuum.from_mjcf.hinges import Frame, Hinge
 
 _ASIDE_SHARE = 0.02  # of a tendon's distance from the axis, or of a stretch: holes off by less are in place
 

@@ -18,9 +18,9 @@ import numpy as np
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Dynamics, Friction
 from catheter_sim.errors import InputError
-from catheter_sim.importing.mjcf_hinges import Hinge, hinges_of, stretches
-from catheter_sim.importing.mjcf_tendons import Routed, base_m, tendons_of
 from catheter_sim.kinds.continuum.checks import check
+from catheter_sim.kinds.continuum.from_mjcf.hinges import Hinge, hinges_of, stretches
+from catheter_sim.kinds.continuum.from_mjcf.tendons import Routed, base_m, tendons_of
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 
 _ALIKE = 0.02  # share by which numbers of one segment may differ
@@ -33,7 +33,7 @@ class ReadChain:
 
     Attributes:
         robot: the robot.
-        notes: what was assumed, left out or moved, a line each.
+        notes: what was assumed, left out or moved, a line each; the robot's description has them, too.
     """
 
     robot: ContinuumRobot
@@ -44,8 +44,8 @@ def read_chain(path: Path | str, name: str | None = None) -> ReadChain:
     """Return a chain of hinges with spatial tendons as a continuum robot.
 
     Its base stands at z = 0 and it points along +z, wherever it stands in the file; it bends toward x about
-    the file's y axis, or else about its first hinge's. `catheter_sim.catalogue.robot_toml` makes a robot's
-    file of it.
+    the file's y axis, or else about its first hinge's. `load_robot` takes such a file, too, and
+    `catheter_sim.catalogue.robot_toml` makes a robot's file of it.
 
     Args:
         path: of an MJCF file, or a model saved as one.
@@ -75,19 +75,21 @@ def read_chain(path: Path | str, name: str | None = None) -> ReadChain:
     servos = [item.stiffness_N_per_m is not None for item in routed]
     if any(servos) != all(servos):
         raise InputError(f"{where}: servos draw some tendons and tensions pull others: all must be alike")
+    dynamics = _dynamics(hinges, notes)
+    notes += _left_out(model)
+    read = f"read from {path.name}, {len(hinges)} hinges, {len(routed)} tendons"
     robot = ContinuumRobot(
         name=name or path.stem,
-        description=f"read from {path.name}, {len(hinges)} hinges, {len(routed)} tendons",
+        description="; ".join([read, *notes]),
         segments=segments,
         tendons=tuple(_tendon(item, segments, ends) for item in routed),
         friction=Friction(mu=0.0),
-        dynamics=_dynamics(hinges, notes),
+        dynamics=dynamics,
         actuation="displacement" if servos and all(servos) else "tension",
         links_per_subsegment=every,
         masses=_masses(model, hinges),
     )
     check(robot, where)
-    notes += _left_out(model)
     return ReadChain(robot, tuple(notes))
 
 
