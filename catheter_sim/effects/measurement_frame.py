@@ -13,7 +13,7 @@ from catheter_sim.core.posture import Observed
 _ROTATION = ("rotation_x_deg", "rotation_y_deg", "rotation_z_deg")
 _TRANSLATION = ("translation_x_mm", "translation_y_mm", "translation_z_mm")
 _SCALE = "scale"
-_SHEAR = {(one, other): f"shear_{one}{other}" for one in "xyz" for other in "xyz" if one != other}
+_SHEAR = {(one, other): f"shear_{one}{other}" for one, other in ("xz", "zx", "xy", "yx", "yz", "zy")}
 _SCALED = (Parameter(_SCALE, null=1.0, lower=0.5, upper=2.0, scale=0.01, start=1.0),)
 _SHEARED = tuple(Parameter(name, 0.0, -0.5, 0.5, scale=0.01, start=0.0) for name in _SHEAR.values())
 _PARAMETERS = (

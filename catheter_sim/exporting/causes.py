@@ -109,7 +109,7 @@ def _carried(robot: RobotSpec, form: Form, values: Values) -> tuple[str, str, bo
         return EXACT, BUILT, form.in_motion
     if form.command is not None:
         affine = _affine_of(robot, form, values)
-        return (LEFT, "no matrix and bias", False) if affine is None else (EXACT, _by(affine), False)
+        return (FITTED, IN_LOOPS, False) if affine is None else (EXACT, _by(affine), False)
     if form.observe is not None:
         rigid = _rigid_of(form, values)
         return (

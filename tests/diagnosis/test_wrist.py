@@ -84,13 +84,17 @@ def rmse_deg(result: Fit) -> float:
 
 
 def test_dead_band_and_stretch_of_a_real_joint_are_found():
-    """They are named beside the drive's ratio, which is not published; 0.36 deg is left, held out."""
+    """They are named beside the drive's ratio, which is not published; 0.35 deg is left, held out.
+
+    The dead-band is soft: a spring lets a quarter of the input through it.
+    """
     train = problem(TRAINING)
     chosen = select(train, candidates_for(train)).chosen
     assert set(chosen.causes) == {"backlash", "tendon_elongation", "actuation_gain"}
-    assert 2.0 < math.degrees(chosen.values["backlash", "width_mm"] * 1e-3 / ARM_M) < 3.2
+    assert 2.0 < math.degrees(chosen.values["backlash", "soft_width_mm"] * 1e-3 / ARM_M) < 4.0
+    assert 0.15 < chosen.values["backlash", "soft_through"] < 0.4
     stiffness_N_m = chosen.values["tendon_elongation", "stiffness_N_per_mm"] * 1e3 * ARM_M**2
     assert 0.08 < math.degrees(1e-3 / stiffness_N_m) < 0.12
-    assert rmse_deg(chosen) < 0.4
+    assert rmse_deg(chosen) < 0.37
     plain = [item for item in select(train, ("actuation_gain", "actuation_offset")).path if item.terms]
     assert 1.5 < rmse_deg(plain[-1]) < 2.3
