@@ -9,7 +9,7 @@ the nested reference are not changed; where static models are judged, those that
 not. Two more changes are for lines that none of these touches: damping of a fifth of a polymer's, and a
 rest curvature of a fifth over the length.
 
-Changes of the simulation come first, then those of static models, then of models that others are compared
+Each change is made of the simulation, then of static models, then of models that others are compared
 with (not where a line's source names them). A line that has turned red is left; `--all` makes every change
 of the simulation all the same. Results go into docs/truth/perturbed_lines.csv, run by run, and a run that
 stands there is not made again; docs/truth/perturbed_lines.md is written from it.
@@ -38,7 +38,7 @@ from catheter_sim.core.robot import DAMPING_TIME_S, Friction, RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.theory.run import STATIC_MODELS, TheoryModel
-from catheter_sim.validation import rod_motion
+from catheter_sim.validation import mitral_elongation, rod_motion
 from catheter_sim.validation.lines import Line
 from catheter_sim.validation.run import CHECKS
 
@@ -124,10 +124,17 @@ def changed_simulation(change: Change) -> Iterator[None]:
     def build_changed(robot: Any, **kwargs: Any) -> str:
         return build(_with(change, robot), **kwargs)
 
+    class ChangedTendon(mitral_elongation.StretchingTendon):
+        """A tendon by itself, drawn by too much or too little."""
+
+        def at(self, stretch_m: float) -> Any:
+            return super().at(stretch_m * change.gain)
+
     with (
         patch.object(Simulator, "__init__", init),
         patch.object(Simulator, "set_inputs", set_inputs),
         patch.object(rod_motion, "build_mjcf", build_changed),
+        patch.object(mitral_elongation, "StretchingTendon", ChangedTendon),
     ):
         yield
 
@@ -265,18 +272,23 @@ def perturb(robot: str, check: Callable[[Path], Any], results: Results, every: b
         print(f"{robot} {name}, {run}: {green} of {len(rows)} still green", flush=True)
         return True
 
+    def of_statics(models: str, names: Sequence[str], what: str) -> bool:
+        """Change models' robot, where lines are still green; return whether the check asks these models."""
+        called: list[str] = []
+        made = still_green() and once(f"{models}: {what}", changed_statics(CHANGES[what], names, called))
+        return not made or bool(called)
+
+    (models, names), *references = runs_of_statics(robot)
+    asked = True
     for what, change in CHANGES.items():
         if still_green() or (every and what not in MORE):
             once(f"simulation: {what}", changed_simulation(change))
-    for models, names in runs_of_statics(robot):
-        for what, change in CHANGES.items():
-            if not still_green():
-                return
-            if what not in MORE:
-                called: list[str] = []
-                made = once(f"{models}: {what}", changed_statics(change, names, called))
-                if made and not called:
-                    break  # the check does not ask these models
+        if asked and what not in MORE:
+            asked = of_statics(models, names, what)
+    for models, names in references:
+        for what in CHANGES:
+            if what not in MORE and not of_statics(models, names, what):
+                break
 
 
 def _said(error: float) -> str:
