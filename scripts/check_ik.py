@@ -42,6 +42,7 @@ ROBOTS = (
     "mitral_4dof",
     "neuroendoscope",
     "neuroendoscope_section",
+    "notched_wrist",
     "spacer_disk",
 )
 ROWS = 10  # of a file of targets

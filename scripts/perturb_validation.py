@@ -34,7 +34,7 @@ from typing import Any
 from unittest.mock import patch
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.robot import DAMPING_TIME_S, Friction, RobotSpec
+from catheter_sim.core.robot import DAMPING_TIME_S, Friction, RobotSpec, with_segments
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.theory.run import STATIC_MODELS, TheoryModel
@@ -78,10 +78,12 @@ def damped(robot: Any) -> Any:
 
 
 def curved(robot: Any) -> Any:
-    """Return the robot with a rest curvature of a fifth over its length, where its segments have one."""
+    """Return the robot with a rest curvature of a fifth over its length, or joints bent at rest by as much."""
     length = sum(part.length_m for part in robot.segments)
-    parts = tuple(replace(part, rest_curvature_x_per_m=SHARE / length) for part in robot.segments)
-    return replace(robot, segments=parts)
+    if hasattr(robot.segments[0], "rest_curvature_x_per_m"):
+        return with_segments(robot, [{"rest_curvature_x_per_m": SHARE / length} for _ in robot.segments])
+    bending = [part.joint == "bending" for part in robot.segments]
+    return with_segments(robot, [{"rest_rad": SHARE} if own else {} for own in bending])
 
 
 @dataclass(frozen=True)

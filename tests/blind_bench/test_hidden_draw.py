@@ -136,7 +136,7 @@ def test_scale_of_a_channel_that_no_training_trial_pulls_stays_as_it_is():
     first = np.arange(setting.trials[0].tendon.shape[1]) == 0
     training = [replace(item, tendon=np.where(first, 0.0, item.tendon)) for item in setting.trials[:5]]
     assert any(item.tendon[:, 0].any() for item in setting.trials[5:])
-    parameters = EFFECTS["actuation_gain"].parameters(setting.bench.robot)[1:]
+    parameters = EFFECTS["actuation_gain"].forms[0].parameters(setting.bench.robot)[1:]
     every = Direction("actuation_gain", parameters, np.ones(len(parameters)))
     shown = _shown(replace(setting, trials=(*training, *setting.trials[5:])), every)
     assert [item.name for item, share in zip(parameters, shown.share, strict=True) if not share] == [

@@ -146,7 +146,7 @@ def pulled_in_turn(true: tuple[float, float, float], seed: int, moving: bool) ->
     cut.
     """
     robot = small_robot()
-    keys = [item.name for item in EFFECTS["actuation_gain"].parameters(robot)]
+    keys = [item.name for item in EFFECTS["actuation_gain"].forms[0].parameters(robot)]
     alone = [name for name in keys if name != "scale"]
     waves = np.stack([np.roll(PULL, 4 * k) * (1.0 + 0.1 * k) for k in range(3)], axis=1)
     inputs = replace(as_inputs(waves, "displacement"), time_s=0.1 * np.arange(len(PULL)))

@@ -288,7 +288,8 @@ def test_catheters_name_their_channels_and_refuse_what_makes_no_sense():
     robot = load_robot("mitral_transseptal")
     names = [item.name for item in EFFECTS["actuation_gain"].parameters(robot)]
     channels = ("bending", "torsion_proximal", "torsion_distal", "advance")
-    assert names == ["scale", *(f"scale_{channel}" for channel in channels)]
+    curves = ["curve_per_mm", *(f"curve_{channel}_per_mm" for channel in channels)]
+    assert names == ["scale", *(f"scale_{channel}" for channel in channels), *curves]
     assert EFFECTS["backlash"].parameters(robot)[0].name == "width_mm"
     with pytest.raises(InputError, match="makes no sense"):
         check_effects(with_effects(robot, {"twist": {"rate_deg_per_m": 1.0}}))
