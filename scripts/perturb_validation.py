@@ -78,7 +78,7 @@ def damped(robot: Any) -> Any:
 
 
 def curved(robot: Any) -> Any:
-    """Return the robot with a rest curvature of a fifth over its length, or joints bent at rest by as much."""
+    """Return the robot with a rest curvature of a fifth over its length, or its joints bent so at rest."""
     length = sum(part.length_m for part in robot.segments)
     if hasattr(robot.segments[0], "rest_curvature_x_per_m"):
         return with_segments(robot, [{"rest_curvature_x_per_m": SHARE / length} for _ in robot.segments])
