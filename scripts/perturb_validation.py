@@ -36,6 +36,7 @@ from unittest.mock import patch
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import DAMPING_TIME_S, Friction, RobotSpec, with_segments
 from catheter_sim.errors import InputError
+from catheter_sim.kinds.catheter.theory import modified
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.theory.run import STATIC_MODELS, TheoryModel
 from catheter_sim.validation import mitral_elongation, rod_motion
@@ -110,6 +111,7 @@ MORE = ("damping", "rest curvature")  # for lines that nothing else touches
 def changed_simulation(change: Change) -> Iterator[None]:
     """Let every simulated robot be the changed one, but the nested reference and robots in a scene."""
     made, given, build = Simulator.__init__, Simulator.set_inputs, rod_motion.build_mjcf
+    bend = modified.bending_rad
     signature = inspect.signature(made)
 
     def init(self: Simulator, *args: Any, **kwargs: Any) -> None:
@@ -132,7 +134,14 @@ def changed_simulation(change: Change) -> Iterator[None]:
         def at(self, stretch_m: float) -> Any:
             return super().at(stretch_m * change.gain)
 
+    first, *others = modified.BENDING.alpha
+    calibrated = replace(modified.BENDING, alpha=(first * change.gain, *others))
+
+    def bending_rad(segment: Any, displacement_m: Any, calibration: Any = calibrated) -> Any:
+        return bend(segment, displacement_m, calibration)
+
     with (
+        patch.object(modified, "bending_rad", bending_rad),
         patch.object(Simulator, "__init__", init),
         patch.object(Simulator, "set_inputs", set_inputs),
         patch.object(rod_motion, "build_mjcf", build_changed),
