@@ -113,7 +113,7 @@ def test_most_random_robots_have_a_balance():
     for robot in ROBOTS.values():
         cases = [random_case(robot, seed) for seed in range(8)]
         found = [planar_batch.solve_planar([item], [inputs], gravity)[0] for item, inputs, gravity in cases]
-        assert sum(bool(np.isfinite(angles).all()) for angles in found) >= 6
+        assert sum(bool(np.isfinite(angles).all()) for angles in found) > len(cases) / 2
 
 
 @pytest.mark.parametrize("gravity", [NO_GRAVITY, SIDEWAYS], ids=["weightless", "heavy"])
