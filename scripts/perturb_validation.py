@@ -188,13 +188,12 @@ def _with(change: Change, robot: RobotSpec) -> RobotSpec:
 
 
 def runs_of_statics(robot: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield what is changed together among a robot's static models: all but references, then each."""
+    """Yield what is changed together among a robot's static models: all but references, then each alone."""
     known = load_robot(robot)
     names = [name for name, model in STATIC_MODELS.items() if model.applies_to(known)]
     yield "static models", tuple(name for name in names if name not in REFERENCES)
-    for name in names:
-        if name in REFERENCES:
-            yield name, (name,)
+    for name in sorted(names, key=lambda name: name not in REFERENCES):
+        yield name, (name,)
 
 
 class Results:
