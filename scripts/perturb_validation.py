@@ -39,7 +39,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.theory import modified
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.theory.run import STATIC_MODELS, TheoryModel
-from catheter_sim.validation import mitral_elongation, rod_motion
+from catheter_sim.validation import mitral_elongation, rod_motion, tdcr_readings
 from catheter_sim.validation.lines import Line
 from catheter_sim.validation.run import CHECKS
 
@@ -109,9 +109,12 @@ MORE = ("damping", "rest curvature")  # for lines that nothing else touches
 
 @contextmanager
 def changed_simulation(change: Change) -> Iterator[None]:
-    """Let every simulated robot be the changed one, but the nested reference and robots in a scene."""
+    """Let every simulated robot be the changed one, but the nested reference and robots in a scene.
+
+    What is judged without a simulation gets the gain, too: a tendon by itself, printed lines, moments.
+    """
     made, given, build = Simulator.__init__, Simulator.set_inputs, rod_motion.build_mjcf
-    bend = modified.bending_rad
+    bend, sections = modified.bending_rad, tdcr_readings.section_moments
     signature = inspect.signature(made)
 
     def init(self: Simulator, *args: Any, **kwargs: Any) -> None:
@@ -140,8 +143,12 @@ def changed_simulation(change: Change) -> Iterator[None]:
     def bending_rad(segment: Any, displacement_m: Any, calibration: Any = calibrated) -> Any:
         return bend(segment, displacement_m, calibration)
 
+    def section_moments(rod: Any, tension: Any, *args: Any) -> Any:
+        return sections(rod, tension * change.gain, *args)
+
     with (
         patch.object(modified, "bending_rad", bending_rad),
+        patch.object(tdcr_readings, "section_moments", section_moments),
         patch.object(Simulator, "__init__", init),
         patch.object(Simulator, "set_inputs", set_inputs),
         patch.object(rod_motion, "build_mjcf", build_changed),
@@ -318,8 +325,8 @@ def page(results: Results) -> str:
         "`validate`: its error as it is, its tolerance, and the changes that turned it red, with its error",
         "then.",
         "Once all lines of a check are red no further change of it is tried. All figures are in",
-        "`docs/truth/perturbed_lines.csv`. A check that has no line here has none that is judged, or was not",
-        "tried yet: the script goes on where it stopped.",
+        "`docs/truth/perturbed_lines.csv`. A check that has no line here has none that is judged: what no",
+        "change turned is shown by `validate`, and no longer judged.",
         f"Made {datetime.now(UTC):%Y-%m-%d} with commit {commit.stdout.strip()}.",
         "",
         f"{len(rows) - len(never)} of {len(rows)} lines turn red.",

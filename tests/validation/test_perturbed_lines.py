@@ -37,8 +37,8 @@ def test_every_line_that_was_tried_is_green_as_it_is_and_most_turn_red() -> None
 
 
 def test_judged_lines_of_the_validations_table_were_tried() -> None:
-    """Of each check that was tried, all judged lines of the documentation's table are there."""
+    """All judged lines of the documentation's table are there: each can fail."""
     checks = {f"{row['robot']}: {row['quantity']}" for row in rows()}
     table = checked_rows((TRUTH / "validation.md").read_text(encoding="utf-8"))
     judged = {row.check for row in table if row.tolerance != "-"}
-    assert len(judged & checks) >= 0.3 * len(judged)
+    assert judged - checks == set()
