@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import csv
+import importlib.util
+import sys
 from pathlib import Path
 
+import pytest
+
 from catheter_sim.validation.paper_items import checked_rows
+from catheter_sim.validation.run import CHECKS
 
 TRUTH = Path(__file__).resolve().parents[2] / "docs" / "truth"
 AS_IT_IS = "as it is"
@@ -42,3 +47,25 @@ def test_judged_lines_of_the_validations_table_were_tried() -> None:
     table = checked_rows((TRUTH / "validation.md").read_text(encoding="utf-8"))
     judged = {row.check for row in table if row.tolerance != "-"}
     assert judged - checks == set()
+
+
+@pytest.mark.slow
+def test_changes_are_made_and_turn_lines_red(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of three quick checks the table is made anew: no line stays green, the page prints what turned it."""
+    place = Path(__file__).resolve().parents[2] / "scripts" / "perturb_validation.py"
+    spec = importlib.util.spec_from_file_location("perturb_validation", place)
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, spec.name, script)
+    spec.loader.exec_module(script)
+    results = script.Results(tmp_path / "table.csv")
+    wanted = {"validate_elongation", "validate_flow", "validate_transseptal"}
+    for robot in ("mitral_4dof", "mitral_transseptal"):
+        for check in CHECKS[robot]:
+            if check.__name__ in wanted:
+                script.perturb(robot, check, results, every=False)
+    page = script.page(results)
+    print(page)
+    assert len(results.rows) == 9
+    assert "9 of 9 lines turn red" in page
