@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import mujoco
@@ -116,6 +117,24 @@ def test_somebodys_chain_bends_as_in_plain_mujoco(tmp_path: Path, softer_from: i
     assert sideways == pytest.approx(np.hypot(*(plain - base)[:2]), abs=0.005)
 
 
+def test_what_bends_about_the_files_x_alone_bends_toward_x(tmp_path: Path) -> None:
+    """A planar chain in the file's yz plane is one in the robot's xz plane, and its tendons are."""
+    path = tmp_path / "planar.xml"
+    path.write_text(re.sub(r'<joint type="hinge" axis="0 1 0"[^>]*>', "", chain_xml()).replace(
+        f'pos="{HOLE_M} 0', f'pos="0 {HOLE_M}').replace(f'pos="{-HOLE_M} 0', f'pos="0 {-HOLE_M}')
+    )  # fmt: skip
+    robot = read_chain(path).robot
+    assert [item.bending_axes for item in robot.segments] == ["x"]
+    assert sorted(np.cos([item.angle_rad for item in robot.tendons])) == pytest.approx([-1.0, 1.0])
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 2.0
+    mujoco.mj_step(model, data, 6000)
+    ours = cs.simulate(robot, {"time_s": [0.0], "tension_pull_a_N": [2.0], "tension_pull_b_N": [0.0]})
+    bend_rad = np.sum(ours.postures[0].joint_angles)
+    assert abs(bend_rad) == pytest.approx(abs(data.qpos.sum()), rel=1e-4)
+
+
 def test_the_file_of_it_is_a_robots(tmp_path: Path) -> None:
     """Written and loaded it is the same robot; a name may be given."""
     read = read_chain(saved(tmp_path), name="hanging_two")
@@ -164,7 +183,8 @@ def test_servos_draw_tendons_through_springs(tmp_path: Path) -> None:
         ({"joint": '<joint type="slide" name="out"/>'}, "joint out is no hinge"),
         ({"joint": '<joint type="hinge" axis="1 0 1" name="askew"/>'}, "neither at right angles nor along"),
         ({"crooked": True}, "mm off a line"),
-        ({"stiffness": 0.0}, "hinge 1 has no stiffness"),
+        ({"stiffness": 0.0}, "joint number 0 has no stiffness"),
+        ({"joint": '<joint type="hinge" axis="0 0 1" name="loose"/>'}, "joint loose has no stiffness"),
     ],
 )
 def test_what_is_no_straight_elastic_chain_is_refused(

@@ -64,14 +64,13 @@ def read_chain(path: Path | str, name: str | None = None) -> ReadChain:
         raise InputError(f"{where}: MuJoCo cannot read it: {error}") from None
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
     frame, hinges = hinges_of(model, data, where)
     lengths = stretches(np.array([item.z_m for item in hinges]), base_m(model, data, frame, hinges), where)
     routed = tendons_of(model, data, frame, hinges, lengths, where)
     notes = [note for item in routed for note in item.notes]
     every = _every(routed, len(hinges), notes)
     segments = _segments(model, hinges, lengths, routed, every, notes, where)
-    ends = np.cumsum([round(item.disks * every) for item in segments]).tolist()
+    ends = np.cumsum([item.disks * every for item in segments]).tolist()
     servos = [item.stiffness_N_per_m is not None for item in routed]
     if any(servos) != all(servos):
         raise InputError(f"{where}: servos draw some tendons and tensions pull others: all must be alike")
@@ -132,10 +131,10 @@ def _segments(
             )
         part, length = hinges[start:end], float(lengths[start:end].sum())
         each = length / len(part)
-        stiffness = _mean(part, "x") or _mean(part, "y")
-        if stiffness <= 0.0:
-            raise InputError(f"{where}: hinge {start + 1} has no stiffness: nothing holds it straight")
-        axes = "xy" if "y" in part[0].stiffness and "x" in part[0].stiffness else "x"
+        if "x" not in part[0].stiffness:
+            raise InputError(f"{where}: links {start + 1} to {end} do not bend toward x, as others do")
+        stiffness = _mean(part, "x")
+        axes = "xy" if "y" in part[0].stiffness else "x"
         if axes == "xy" and abs(_mean(part, "y") - stiffness) > _ALIKE * stiffness:
             notes.append(
                 f"links {start + 1} to {end}: {stiffness:.3g} N m/rad toward x, taken for both, "
@@ -240,12 +239,15 @@ def _dynamics(hinges: Sequence[Hinge], notes: list[str]) -> Dynamics:
 def _left_out(model: mujoco.MjModel) -> list[str]:
     gravity = ", ".join(f"{value:g}" for value in model.opt.gravity)
     notes = [
+        "inputs are tensions or displacements of the tendons, not the file's controls",
         f"gravity is not a robot's: the file has {gravity} m/s^2",
         "friction.mu = 0: MJCF knows none at holes",
     ]
     for what, there in (
         ("friction of joints", bool(model.dof_frictionloss.any())),
         ("limits of joints", bool(model.jnt_limited.any())),
+        ("quadratic terms of springs", _has_terms(model, "jnt_stiffnesspoly")),
+        ("plastic springs", _has_terms(model, "jnt_springyield")),
         ("springs of tendons", bool(model.tendon_stiffness.any())),
         ("tendons that couple joints", model.ntendon > 0 and bool((model.wrap_type == 1).any())),
         ("equality constraints", bool(model.neq)),
@@ -253,3 +255,9 @@ def _left_out(model: mujoco.MjModel) -> list[str]:
         if there:
             notes.append(f"left out: {what}")
     return notes
+
+
+def _has_terms(model: mujoco.MjModel, name: str) -> bool:
+    """Return whether joints have such a term, of several the first; MuJoCo before 4 has none."""
+    terms = getattr(model, name, None)
+    return terms is not None and bool(np.any(terms[:, 0] if np.ndim(terms) > 1 else terms))

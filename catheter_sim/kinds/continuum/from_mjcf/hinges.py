@@ -16,7 +16,7 @@ from catheter_sim.errors import InputError
 
 _OFF_SHARE = 1e-3  # of the chain's length: what is farther from the line of hinges is not on it
 _ALIGNED = 1e-3  # sine of the angle below which two axes are one
-_EVEN_SHARE = 0.02  # by which stretches, or stiffnesses, that are alike may differ
+_EVEN_SHARE = 0.02  # by which stretches that are alike may differ
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,6 @@ class Hinge:
         cubic: of the torque k3 q^3, by axis [N m/rad^3].
         rest: angle without torque, by axis [rad].
         damping: by axis [N m s/rad].
-        armature: by axis [kg m^2].
     """
 
     body: int
@@ -56,7 +55,6 @@ class Hinge:
     cubic: dict[str, float] = field(default_factory=dict)
     rest: dict[str, float] = field(default_factory=dict)
     damping: dict[str, float] = field(default_factory=dict)
-    armature: dict[str, float] = field(default_factory=dict)
 
 
 def hinges_of(model: mujoco.MjModel, data: mujoco.MjData, where: str) -> tuple[Frame, list[Hinge]]:
@@ -78,12 +76,15 @@ def hinges_of(model: mujoco.MjModel, data: mujoco.MjData, where: str) -> tuple[F
         hinge.body = int(model.jnt_bodyid[joint])
         if axis in hinge.stiffness:
             raise InputError(f"{where}: two hinges turn about one axis at one place: {_name(model, joint)}")
+        if model.jnt_stiffness[joint] <= 0.0:
+            raise InputError(
+                f"{where}: joint {_name(model, joint)} has no stiffness: nothing holds it straight"
+            )
         address = int(model.jnt_qposadr[joint])
         hinge.stiffness[axis] = float(model.jnt_stiffness[joint])
         hinge.cubic[axis] = _cubic(model, joint)
         hinge.rest[axis] = sign * float(model.qpos_spring[address] - model.qpos0[address])
         hinge.damping[axis] = float(model.dof_damping[model.jnt_dofadr[joint]])
-        hinge.armature[axis] = float(model.dof_armature[model.jnt_dofadr[joint]])
     return frame, found
 
 
@@ -162,7 +163,8 @@ def _frame(data: mujoco.MjData, joints: list[int], where: str) -> Frame:
             continue
         across /= np.linalg.norm(across)
         axes = np.stack([np.cross(across, z), across, z], axis=1)
-        if all(_axis(axes.T @ axis)[0] for axis in data.xaxis[joints]):
+        found = {_axis(axes.T @ axis)[0] for axis in data.xaxis[joints]}
+        if "x" in found and "" not in found:  # what bends in one plane bends toward x
             return Frame(origin, axes)
     raise InputError(
         f"{where}: its hinges turn about axes that are neither at right angles nor along the chain"

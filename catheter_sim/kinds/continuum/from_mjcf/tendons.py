@@ -48,7 +48,7 @@ def tendons_of(
     """Return the chain's spatial tendons.
 
     Raises:
-        InputError: a tendon wraps around geoms, or has no two sites on the chain.
+        InputError: a tendon wraps around geoms, or has no site on the chain.
     """
     found: list[Routed] = []
     for tendon in range(model.ntendon):
@@ -98,8 +98,8 @@ def _routed(
         notes.append(
             f"tendon {name}: holes up to {1e3 * off.max():.3g} mm from their median place, which is taken"
         )
-    faces = hinges[0].z_m - 0.5 * lengths[0] + np.cumsum(lengths)
-    away = np.array([abs(places[k, 2] - faces[links[k] - 1]) for k in on_chain])
+    faces = hinges[0].z_m - 0.5 * lengths[0] + np.cumsum([0.0, *lengths])
+    away = np.abs(places[:, 2] - faces[links])
     if away.max() > _ASIDE_SHARE * lengths.max():
         notes.append(
             f"tendon {name}: holes up to {1e3 * away.max():.3g} mm from their links' ends, where they are put"
