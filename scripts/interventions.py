@@ -16,7 +16,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from catheter_sim.blind_bench.interventions.run import run_bench
+from catheter_sim.blind_bench.interventions.run import run_bench, scoring_code
 from catheter_sim.blind_bench.interventions.table import as_text, draw_text, is_miss, summary
 from catheter_sim.blind_bench.nature.run import CHANGED
 from catheter_sim.blind_bench.robots import named_robots
@@ -30,14 +30,14 @@ def main() -> int:
     root = Path(options.output)
     try:
         robots = named_robots(options.robots, "--robots")
-        draws = draws_of(options)
+        draws = draws_of(options, scoring_code())
         scores = run_bench(
             options.purpose, options.seed, draws, root, options.jobs, robots, options.limit, on_score=_say
         )
     except InputError as error:
         print(f"interventions: error: {error}", file=sys.stderr)
         return 2
-    return ended(root, scores, summary, as_text)
+    return ended(root, scores, summary, as_text, scoring_code())
 
 
 def _say(score: dict) -> None:

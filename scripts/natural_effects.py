@@ -18,6 +18,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from catheter_sim.blind_bench.nature.code import judging_code
 from catheter_sim.blind_bench.nature.run import CHANGED, run_bench
 from catheter_sim.blind_bench.nature.table import NOT_MADE, as_text, miss_text, summary
 from catheter_sim.blind_bench.robots import named_robots
@@ -33,7 +34,7 @@ def main() -> int:
     root = Path(options.output)
     try:
         robots = named_robots(options.robots, "--robots")
-        draws = draws_of(options)
+        draws = draws_of(options, judging_code())
         scores = run_bench(
             options.purpose,
             options.seed,
@@ -50,7 +51,7 @@ def main() -> int:
         return 2
     if options.make_only:
         return 0
-    return ended(root, scores, summary, as_text)
+    return ended(root, scores, summary, as_text, judging_code())
 
 
 def _say(score: dict) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from catheter_sim.blind_bench.nature.code import commit, judging_code
+from catheter_sim.blind_bench.nature.code import commit
 from catheter_sim.blind_bench.nature.forms import PURPOSES
 from catheter_sim.blind_bench.nature.run import scores_in
 from catheter_sim.blind_bench.places import write_json
@@ -38,11 +38,11 @@ def parser_of(description: str | None, draws: int) -> argparse.ArgumentParser:
     return parser
 
 
-def draws_of(options: argparse.Namespace) -> Sequence[int]:
-    """Return the numbers of the draws that are asked for, and say which code will run them."""
+def draws_of(options: argparse.Namespace, code: str) -> Sequence[int]:
+    """Return the numbers of the draws that are asked for, and say which code will score them."""
     draws: Sequence[int] = options.only or range(options.draws)
     about = f"{options.purpose}, seed {options.seed}, {len(draws)} draws"
-    print(f"{about}, commit {commit()}, code {judging_code()}", flush=True)
+    print(f"{about}, commit {commit()}, code {code}", flush=True)
     return draws
 
 
@@ -51,9 +51,10 @@ def ended(
     scores: Sequence[dict[str, Any]],
     summary: Callable[[Sequence[dict[str, Any]]], dict[str, Any]],
     as_text: Callable[[dict[str, Any]], str],
+    code: str,
 ) -> int:
-    """Write and print the table of all scores that count; return 1 where a line is missed, else 0."""
-    counted = scores_in(root)
+    """Write and print the table of the scores of this code; return 1 where a line is missed, else 0."""
+    counted = scores_in(root, code)
     if len(counted) < len(scores):
         print(f"{len(scores) - len(counted)} draws do not count: the package's files have changed")
     table = summary(counted)

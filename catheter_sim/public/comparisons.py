@@ -48,7 +48,7 @@ class Comparison:
         ...         noisy = {name: tip + noise.normal(0.0, 0.05, 24) for name, tip in seen.columns.items()}
         ...         trials.append(pull | noisy)
         ...     return cs.dataset("mitral_transseptal", trials)
-        >>> found = cs.compare(recording(0.0), recording(0.5))
+        >>> found = cs.compare(recording(0.1), recording(0.6))
         >>> found.verdict, [change.name for change in found.changes]
         ('changed', ['backlash'])
         >>> round(found.to_table()[0]["value"], 1)

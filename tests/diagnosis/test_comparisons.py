@@ -56,6 +56,17 @@ def test_what_changed_is_told_with_its_change(sizes: tuple[float, ...]) -> None:
     assert width.ci95[0] <= 0.4 <= width.ci95[1]
 
 
+@pytest.mark.slow
+def test_a_dead_band_that_grew_keeps_its_simple_form() -> None:
+    """From 0.1 to 0.6 mm: what it does is no sum, which looks like a soft one; told by how much it grew."""
+    key = "effects.backlash.width_mm"
+    found = cs.compare(recording(1, {key: 0.1}), recording(2, {key: 0.6}))
+    assert found.verdict == "changed"
+    ((name, width),) = found.changes[0].parameters.items()
+    assert name == "width_mm"
+    assert width.ci95[0] <= 0.5 <= width.ci95[1]
+
+
 @pytest.mark.long
 def test_a_change_of_what_was_wrong_already_is_the_difference(tmp_path: Path) -> None:
     """A gain of 1.15 that becomes 1.25 has changed by 0.1, told so from Python and in the document."""

@@ -12,7 +12,7 @@ from catheter_sim.blind_bench.interventions.make import make
 from catheter_sim.blind_bench.interventions.recordings import drawn_recordings
 from catheter_sim.blind_bench.interventions.score import score
 from catheter_sim.blind_bench.interventions.write import NEW, OLD, write_made
-from catheter_sim.blind_bench.nature.code import making_code
+from catheter_sim.blind_bench.nature.code import judging_code, making_code
 from catheter_sim.blind_bench.nature.ground import Ground
 from catheter_sim.blind_bench.nature.run import Draw, Steps, run_draws
 from catheter_sim.blind_bench.places import keep_settings
@@ -45,6 +45,11 @@ def run_bench(
     return run_draws(STEPS, todo, jobs, limit_s, compare_elsewhere, on_score)
 
 
+def scoring_code() -> str:
+    """Return the digest of what compares and scores."""
+    return judging_code(comparing=True)
+
+
 def _making_code() -> str:
     return making_code("blind_bench/interventions")
 
@@ -69,4 +74,4 @@ def _ground_of(answer: dict[str, Any]) -> Ground:
     return drawn_recordings(generator, answer["robot"], answer["commands"]).after
 
 
-STEPS = Steps(_making_code, _make, _dealt, score, _ground_of)
+STEPS = Steps(_making_code, scoring_code, _make, _dealt, score, _ground_of)

@@ -52,6 +52,7 @@ NOT_JUDGED = (
     "validation",
     "viewer.py",
 )
+COMPARING = ("interventions", "since")  # folders: of a diagnosis with --since alone, and of its bench
 _NOT_SIMULATED = ("theory", "twin.py", "statics.py", "warp", "gpu", "picture.py")
 
 
@@ -74,9 +75,13 @@ def making_code(*more: str) -> str:
     return code_of((*_MAKERS, *more), (*_JUDGES, *_NOT_SIMULATED))
 
 
-def judging_code() -> str:
-    """Return the digest of what diagnoses and scores: the package without what neither imports."""
-    return code_of(tuple(path.name for path in PACKAGE.iterdir() if path.name not in NOT_JUDGED))
+def judging_code(comparing: bool = False) -> str:
+    """Return the digest of what diagnoses and scores: the package without what neither imports.
+
+    `comparing`: and of what compares two recordings, which a diagnosis of one does not import.
+    """
+    parts = tuple(path.name for path in PACKAGE.iterdir() if path.name not in NOT_JUDGED)
+    return code_of(parts, () if comparing else COMPARING)
 
 
 def whole_code() -> str:

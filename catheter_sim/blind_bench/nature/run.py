@@ -50,6 +50,7 @@ class Steps:
 
     Attributes:
         making_code: gives the digest of what makes its data.
+        judging_code: gives the digest of what scores them.
         make: makes and writes data and answer, which holds that digest; raises CannotMake.
         dealt: what is known of a draw without its data: `story`, `robot`, and what else scores need.
         score: gives the score, from the draw's folders and how the diagnosis went.
@@ -57,6 +58,7 @@ class Steps:
     """
 
     making_code: Callable[[], str]
+    judging_code: Callable[[], str]
     make: Callable[[Draw, str], None]
     dealt: Callable[[Draw], dict[str, Any]]
     score: Callable[[Folders, dict[str, Any]], dict[str, Any]]
@@ -82,7 +84,7 @@ def made(steps: Steps, draw: Draw) -> dict[str, Any]:
 
 def scored_draw(steps: Steps, draw: Draw, limit_s: float, diagnose: Diagnose) -> dict[str, Any]:
     """Return the score of one draw. One that this very code has scored is not run again; any other is."""
-    folders, code = draw.folders, judging_code()
+    folders, code = draw.folders, steps.judging_code()
     known = read_json(folders.score)
     if known is not None and known["code"] == code:
         return dict(known)
@@ -101,7 +103,7 @@ def scored_draw(steps: Steps, draw: Draw, limit_s: float, diagnose: Diagnose) ->
         "purpose": draw.purpose,
         "seed": draw.seed,
         "commit": commit(),
-        "code": code if judging_code() == code else CHANGED,
+        "code": code if steps.judging_code() == code else CHANGED,
     }
     write_json(result, folders.score)
     return result
@@ -224,4 +226,4 @@ def _dealt(draw: Draw) -> dict[str, Any]:
     return {"story": story_of(*key), "robot": robot_of(*key, draw.robots)}
 
 
-STEPS = Steps(making_code, _make, _dealt, score, _ground_of)
+STEPS = Steps(making_code, lambda: judging_code(), _make, _dealt, score, _ground_of)

@@ -43,12 +43,7 @@ from catheter_sim.diagnosis.fitting.problem import (
     with_fewer_rows,
 )
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
-from catheter_sim.diagnosis.thresholds import (
-    BEAM,
-    CHOICE_ROUNDS,
-    MOST_CAUSES,
-    PATIENCE,
-)
+from catheter_sim.diagnosis.thresholds import BEAM, CHOICE_ROUNDS, MOST_CAUSES, PATIENCE
 from catheter_sim.effects import EFFECTS
 
 
@@ -112,7 +107,7 @@ def select(
     search = Search(pool, problem, on_fit or (lambda line: None), deadline)
     (null,) = search.fitted([((), {})])
     simple, detailed = _by_size([terms_for(problem.robot, name, problem.moving) for name in candidates])
-    further = [term for name in candidates for term in further_terms(problem.robot, name, problem.moving)]
+    further = _further(problem, candidates)
     singles, begin = _singles(search, null, simple, detailed)
     path = search.beginning(null, singles)
     for left in reversed(range(CHOICE_ROUNDS)):
@@ -150,6 +145,12 @@ def select(
         path.append(better[0])
     equals = tuple(item for item in rivals if as_good(current, item))
     return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, equals, search.late)
+
+
+def _further(problem: Problem, candidates: Sequence[str]) -> list[Term]:
+    """Return the further forms of causes; none of a model known to be wrong, which they would only mend."""
+    names = () if problem.model_share else candidates
+    return [term for name in names for term in further_terms(problem.robot, name, problem.moving)]
 
 
 def _singles(

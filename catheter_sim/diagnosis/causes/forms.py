@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from catheter_sim.diagnosis.causes.comparison import as_good, pays
+from catheter_sim.diagnosis.causes.comparison import as_good, may_replace, pays
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.problem import Problem, Term, in_other_forms, with_fewer_rows
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls
@@ -33,7 +33,8 @@ def in_best_forms(problem: Problem, chosen: Fit, thorough: bool = False, pool: W
     for _ in chosen.terms:  # one cause changes its form at a time, each once at most
         now, others = _fitted(problem, chosen, pool, fewer=True)
         fits = [item for _, _, item in others]
-        better = [item for item in fits if _taken(now, item, PAYS_CHANCE / len(fits))]
+        allowed = [item for item in fits if may_replace(problem, now, item)]
+        better = [item for item in allowed if _taken(now, item, PAYS_CHANCE / len(fits))]
         if not better:
             break
         best = min(better, key=lambda item: item.cross_validated_rms)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 
 import catheter_sim
 from catheter_sim.blind_bench.nature import engine
-from catheter_sim.blind_bench.nature.code import NOT_JUDGED
+from catheter_sim.blind_bench.nature.code import COMPARING, NOT_JUDGED
 from catheter_sim.effects import EFFECTS, apply
 
 PACKAGE = Path(catheter_sim.__file__).parent
@@ -51,6 +52,17 @@ def file_of(module: str) -> Path | None:
             if count and path.is_file():
                 return path
     return None
+
+
+def followed(starts: Iterable[Path]) -> set[Path]:
+    """Return some files and all that they import."""
+    waiting = list(starts)
+    found = set(waiting)
+    while waiting:
+        nearest = {file_of(module) for module in imported(waiting.pop())} - {None}
+        waiting += nearest - found
+        found |= nearest
+    return found
 
 
 def is_forbidden(module: str) -> bool:
@@ -106,15 +118,26 @@ def test_what_a_score_does_not_depend_on_is_not_imported():
         *(PACKAGE / "blind_bench" / "spoiled").rglob("*.py"),
         *(PACKAGE / "blind_bench" / "other_methods").rglob("*.py"),
     ]
-    found = set(waiting)
-    while waiting:
-        nearest = {file_of(module) for module in imported(waiting.pop())} - {None}
-        waiting += nearest - found
-        found |= nearest
+    found = followed(waiting)
     parts = {path.relative_to(PACKAGE).parts[0] for path in found}
     assert {"diagnosis", "effects", "kinds", "simulation", "core"} <= parts
     assert parts.isdisjoint(NOT_JUDGED)
     assert {name for name in NOT_JUDGED if not (PACKAGE / name).exists()} == set()
+
+
+@pytest.mark.slow
+def test_a_diagnosis_of_one_recording_imports_nothing_that_compares_two():
+    """But for the verb, where --since is given: so `COMPARING` is in the comparisons' digest alone."""
+    verb = PACKAGE / "cli" / "diagnose.py"
+    asked_for = {module for module in imported(verb) if module.startswith("diagnosis.since.")}
+    assert asked_for
+    starts = [
+        *(file_of(module) for module in set(imported(verb)) - asked_for),
+        *NATURE.rglob("*.py"),
+        *(path for path in (PACKAGE / "diagnosis").rglob("*.py") if "since" not in path.parts),
+    ]
+    found = followed(starts) - {verb}
+    assert [path for path in found if not set(COMPARING).isdisjoint(path.relative_to(PACKAGE).parts)] == []
 
 
 @pytest.mark.slow
