@@ -151,6 +151,10 @@ def scores_in(root: Path, code: str | None = None) -> list[dict[str, Any]]:
     return [item for item in found if item is not None and item["code"] == wanted]
 
 
+def _scoring_code() -> str:
+    return judging_code()
+
+
 def _looked_closer(
     answer: dict[str, Any], result: dict[str, Any], ground: Callable[[], Ground]
 ) -> dict[str, Any]:
@@ -226,4 +230,4 @@ def _dealt(draw: Draw) -> dict[str, Any]:
     return {"story": story_of(*key), "robot": robot_of(*key, draw.robots)}
 
 
-STEPS = Steps(making_code, lambda: judging_code(), _make, _dealt, score, _ground_of)
+STEPS = Steps(making_code, _scoring_code, _make, _dealt, score, _ground_of)

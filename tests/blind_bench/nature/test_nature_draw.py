@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import shutil
 import tomllib
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from catheter_sim.blind_bench.interventions import run as interventions
 from catheter_sim.blind_bench.nature import courses, run
 from catheter_sim.blind_bench.nature.deal import generator_of
 from catheter_sim.blind_bench.nature.form import Planted
@@ -123,6 +125,12 @@ def test_code_that_changes_under_a_diagnosis_does_not_count(root, monkeypatch):
     monkeypatch.setattr(run, "judging_code", lambda: next(digests))
     found = scored(root, NOTHING, says("unexplained"))
     assert found["code"] == run.CHANGED
+
+
+@pytest.mark.parametrize("steps", [run.STEPS, interventions.STEPS])
+def test_a_bench_s_steps_go_to_other_processes(steps):
+    """Draws are scored several at a time."""
+    assert pickle.loads(pickle.dumps(steps)) == steps
 
 
 def test_folder_of_another_purpose_is_refused(tmp_path):
