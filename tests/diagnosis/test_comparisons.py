@@ -67,6 +67,27 @@ def test_a_dead_band_that_grew_keeps_its_simple_form() -> None:
     assert width.ci95[0] <= 0.5 <= width.ci95[1]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("first", "second"), [(0.6, 0.1), (0.6, 0.0), (0.8, 0.3)])
+def test_a_dead_band_that_was_taken_up_has_fallen(first: float, second: float, tmp_path: Path) -> None:
+    """What the later recording has less of is told with a negative change, and its robot is the later one."""
+    key = "effects.backlash.width_mm"
+    found = cs.compare(recording(1, {key: first}), recording(2, {key: second}), out=tmp_path)
+    assert found.verdict == "changed"
+    assert [change.name for change in found.changes] == ["backlash"]
+    (width,) = found.changes[0].parameters.values()
+    assert width.ci95[0] <= second - first <= width.ci95[1]
+    assert width.ci95[0] < width.value < width.ci95[1]
+    kept = cs.load_robot(tmp_path / "robot.toml").effects.get("backlash", {}).get("width_mm", 0.0)
+    assert kept == pytest.approx(second, abs=0.03)
+    document = json.loads((tmp_path / "diagnosis.json").read_text())
+    assert document["since"]["backward"] == found.result.backward
+    assert "recording 1” to “recording 2" in found.sentence
+    if found.result.backward:
+        with pytest.raises(cs.InputError, match="the recording before"):
+            recording_of_report(tmp_path, recording(3, {}))
+
+
 @pytest.mark.long
 def test_a_change_of_what_was_wrong_already_is_the_difference(tmp_path: Path) -> None:
     """A gain of 1.15 that becomes 1.25 has changed by 0.1, told so from Python and in the document."""

@@ -29,19 +29,24 @@ class Comparison:
     """What changed between two recordings of one robot.
 
     Attributes:
-        diagnosis: of the later recording without what both share; its robot is the earlier recording's.
+        diagnosis: of the later recording without what both share; its robot is the earlier recording's. Told
+            backward: of the earlier one; its extended robot is the later one's.
         since: name of the earlier data set.
-        rows: of the later recording.
-        paired_rows: how many of them pair with rows of the earlier one.
+        name: of the later one.
+        rows: of the recording that is diagnosed.
+        paired_rows: how many of them pair with rows of the other one.
         relative_error: of the earlier recording's model, beside what moved. It is wrong by about as much
             about how much a change does, so that every change's interval is widened by that share of it.
+        backward: the earlier recording was explained by what it has and the later one has not.
     """
 
     diagnosis: Diagnosis
     since: str
+    name: str
     rows: int
     paired_rows: int
     relative_error: float = 0.0
+    backward: bool = False
 
     @property
     def verdict(self) -> str:
@@ -54,7 +59,10 @@ class Comparison:
         share = self.relative_error
         return tuple(
             replace(
-                cause, parameters={name: change_of(item, share) for name, item in cause.parameters.items()}
+                cause,
+                parameters={
+                    name: change_of(item, share, self.backward) for name, item in cause.parameters.items()
+                },
             )
             for cause in self.diagnosis.causes
         )
@@ -82,13 +90,31 @@ def compared(run: Run, base: Baseline, later: Differences, simulation: bool = Tr
         simulation: replay the held-out trials in MuJoCo at the end.
     """
     diagnosis = diagnose_prepared(run, later.prepared, simulation)
-    return Comparison(diagnosis, base.name, later.rows, later.paired_rows, base.relative_error)
+    name = later.prepared.dataset.name
+    return Comparison(diagnosis, base.name, name, later.rows, later.paired_rows, base.relative_error)
 
 
-def change_of(parameter: FittedParameter, share: float) -> FittedParameter:
+def compared_backward(run: Run, base: Baseline, earlier: Differences, simulation: bool = True) -> Comparison:
+    """Return what changed, from what explains the earlier recording and the later one has not.
+
+    A dead-band that was taken up, a friction that fell: what is no cause of the later recording's errors, as
+    it cannot be negative, is one of the earlier recording's.
+
+    Args:
+        run: where to fit.
+        base: the later recording.
+        earlier: the earlier one, without what it shares with that.
+        simulation: as of `compared`.
+    """
+    found = compared(run, base, earlier, simulation)
+    diagnosis = replace(found.diagnosis, extended_robot=base.robot)
+    return replace(found, diagnosis=diagnosis, since=found.name, name=found.since, backward=True)
+
+
+def change_of(parameter: FittedParameter, share: float, backward: bool = False) -> FittedParameter:
     """Return a number's change, its interval wider by a share of it.
 
-    A number that changed from an infinite value is told as it is.
+    A number that changed from an infinite value is told as it is. `backward`: it is what went away.
     """
     null = parameter.null
     if null is None or not math.isfinite(null):
@@ -96,4 +122,7 @@ def change_of(parameter: FittedParameter, share: float) -> FittedParameter:
     low, high = parameter.ci95
     change = parameter.value - null
     margin = share * abs(change)
-    return FittedParameter(change, (low - null - margin, high - null + margin), 0.0)
+    low, high = low - null - margin, high - null + margin
+    if backward:
+        change, low, high = -change, -high, -low
+    return FittedParameter(change, (low, high), 0.0)

@@ -66,6 +66,8 @@ def recording_of_report(folder: Path, later: Dataset) -> Dataset:
             base frame.
     """
     document = _document(folder / REPORT)
+    if document.get("since", {}).get("backward"):
+        raise InputError(f"{folder}: its series are of the recording before: give the data set itself")
     if document.get("registration", {}).get("applied"):
         raise InputError(
             f"{folder}: its measurements were moved into the robot's base frame: give the data set itself"

@@ -22,9 +22,15 @@ from catheter_sim.modelling.build import build_mjcf
 def comparison_sentence(found: Comparison) -> str:
     """Return what changed, in one sentence."""
     head = found.diagnosis.told
-    after, before = found.diagnosis.dataset.name, found.since
+    after, before = found.name, found.since
     if found.verdict == CHANGED:
         names = listed([words(cause.name) for cause in found.changes])
+        if found.backward:
+            return (
+                f"From “{before}” to “{after}” {names} changed: put back into the second, what went explains "
+                f"the first, whose error on data held out falls from {rounded(head.rmse_before)} to "
+                f"{rounded(head.rmse_after)} {head.unit}."
+            )
         return (
             f"From “{before}” to “{after}” {names} changed: with it the error on data held out falls from "
             f"{rounded(head.rmse_before)} to {rounded(head.rmse_after)} {head.unit}."
@@ -69,7 +75,12 @@ def comparison_document(found: Comparison, series: Series | None = None) -> dict
         "verdict": found.verdict,
         "causes": [],
         "changes": changes,
-        "since": {"dataset": found.since, "rows": found.rows, "paired_rows": found.paired_rows},
+        "since": {
+            "dataset": found.since,
+            "rows": found.rows,
+            "paired_rows": found.paired_rows,
+            "backward": found.backward,
+        },
     }
     if series is not None:
         document["series"], endless = series_document(series)

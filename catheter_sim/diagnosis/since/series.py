@@ -25,6 +25,7 @@ from catheter_sim.diagnosis.since.course import Course, course_of
 from catheter_sim.diagnosis.since.differences import Differences, differences
 from catheter_sim.diagnosis.since.from_report import Earlier
 from catheter_sim.diagnosis.since.pairing import share_paired
+from catheter_sim.diagnosis.since.ways import told_best
 from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.run import Run, running
 from catheter_sim.diagnosis.thresholds import MOSTLY_PAIRED
@@ -68,7 +69,7 @@ class Series:
     @property
     def names(self) -> tuple[str, ...]:
         """Return the names of the recordings."""
-        return (self.last.since, *(item.diagnosis.dataset.name for item in self.comparisons))
+        return (self.last.since, *(item.name for item in self.comparisons))
 
 
 def compare_series(
@@ -111,6 +112,8 @@ def compare_series(
                 bases[paired] = baseline(mine, first.dataset, is_paired=paired)
             found.append((bases[paired], differences(dataset, bases[paired])))
             comparisons.append(compared(mine, *found[-1], simulation))
+        if len(later) == 1 and not first.is_of_report:
+            comparisons[0] = told_best(run, first.dataset, after, comparisons[0], simulation)
         numbers = _numbers(found, comparisons) if len(later) > 1 else ()
     return Series(tuple(comparisons), tuple(numbers))
 

@@ -1,0 +1,72 @@
+"""Other ways to tell two recordings apart, where taking away what both share does not end in one change.
+
+Of the earlier recording only the specimen's numbers are calibrated at first: what it has besides is taken
+away with its errors. That is right where causes add up. It is not of a dead-band beside a dead-band, and a
+cause that cannot be negative cannot explain by how much less of it there is. So two more ways are tried: from
+the earlier recording's own causes, where its own diagnosis believes them; and backward, the earlier recording
+explained by what it has and the later one has not.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.pipeline import diagnose_prepared
+from catheter_sim.diagnosis.report.result import CAUSE_FOUND, UNEXPLAINED
+from catheter_sim.diagnosis.since.baseline import baseline
+from catheter_sim.diagnosis.since.compare import CHANGED, Comparison, compared
+from catheter_sim.diagnosis.since.differences import differences
+from catheter_sim.diagnosis.since.pairing import share_paired
+from catheter_sim.diagnosis.stages.prepare import prepare
+from catheter_sim.diagnosis.stages.run import Run
+from catheter_sim.diagnosis.thresholds import MOSTLY_PAIRED
+
+Way = Callable[[Run, Dataset, Dataset, bool], Comparison | None]
+
+
+def told_best(run: Run, before: Dataset, after: Dataset, found: Comparison, simulation: bool) -> Comparison:
+    """Return what changed, told in the first way that names one change; else with the fewest numbers.
+
+    Args:
+        run: where to fit; no other way is tried when its time is up.
+        before, after: the recordings.
+        found: what was told at first. Other ways are tried where it names several changes, or none of what
+            there is.
+        simulation: replay the held-out trials in MuJoCo at the end.
+    """
+    ways: tuple[Way, ...] = (_from_own_causes, _backward)
+    for way in ways:
+        if found.verdict not in (CHANGED, UNEXPLAINED) or len(found.changes) == 1:
+            break
+        if time.monotonic() >= run.deadline:
+            break
+        other = way(run, before, after, simulation)
+        if other is not None and other.verdict == CHANGED:
+            found = min(found, other, key=_numbers)
+    return found
+
+
+def _numbers(found: Comparison) -> float:
+    """Return how many numbers the changes have; without end where none is named."""
+    return sum(len(cause.parameters) for cause in found.changes) or float("inf")
+
+
+def _from_own_causes(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison | None:
+    """Return what changed since the robot that the earlier recording's own diagnosis found; None: none."""
+    own = diagnose_prepared(run, prepare(before), simulation=False)
+    if own.verdict != CAUSE_FOUND or own.registration.get("applied"):
+        return None
+    known = replace(before, robot=own.extended_robot, calibration=())
+    base = baseline(run, known, is_paired=share_paired(after, before) >= MOSTLY_PAIRED)
+    return compared(run, base, differences(after, base), simulation)
+
+
+def _backward(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison | None:
+    """Return what changed, by what explains the earlier recording and the later one has not."""
+    base = baseline(run, after, is_paired=share_paired(before, after) >= MOSTLY_PAIRED)
+    found = compared(run, base, differences(before, base), simulation)
+    later = replace(found.diagnosis, extended_robot=base.robot)
+    return replace(found, diagnosis=later, since=found.name, name=found.since, backward=True)
