@@ -3,10 +3,10 @@
 A hinge's springs are fixed tendons with a range in which they give no force. Its friction grows with its
 angle, which no friction loss of a joint does. It comes from a plastic spring (`springyield`) of a constant
 force F whose arm grows: a tendon from a site below the hinge to one above, each at the distance A, has the
-length 2 A cos(q / 2), and F times its slope is F A sin(|q| / 2). It yields after a turn by `TURN_SHARE` of
-the hinge's range. A constant part is a plastic
-fixed tendon. A friction loss of the same tendons does the same in engines that know no plastic
-springs.
+length 2 A cos(q / 2), and F times its slope is F A sin(|q| / 2). A second part of the tendon, between sites
+on one side of the hinge, takes that slope away but for the third power of q. A tendon yields after a turn by
+`TURN_SHARE` of the hinge's range, at that range. A constant part is a plastic fixed tendon. A friction loss
+of the same tendons does the same in engines that know no plastic springs.
 """
 
 from __future__ import annotations
@@ -20,8 +20,14 @@ import numpy as np
 from catheter_sim.exporting.moments import HingeLaw
 from catheter_sim.exporting.paths import Shift
 
-TURN_SHARE = 0.01  # of a hinge's range: the turn after which its friction is all there
-ARM_M = 1.0  # from a hinge to the sites of its plastic tendon, not drawn
+TURN_SHARE, STEEP_TURN_SHARE = 0.005, 0.003  # of a hinge's range: the turn after which all friction is there
+Chord = tuple[float, float]  # heights over a hinge of a site on its parent and of one on its body [m]
+_ARM: tuple[Chord, ...] = ((-1.0, 1.0),)
+# A chord on one side of the hinge, a = 0.43 and b = 0.23 m, has a slope of the same size as the other's,
+# which it takes away but for the third power of the angle: a b / (a - b) = 1 / 2.
+_GAP_M = 0.2
+_MIDDLE_M = (0.5 * _GAP_M + 0.25 * _GAP_M**2) ** 0.5
+_STEEP_ARM: tuple[Chord, ...] = (*_ARM, (_MIDDLE_M + 0.5 * _GAP_M, _MIDDLE_M - 0.5 * _GAP_M))
 SLIDE_ARMATURE_KG = 0.01  # of a slide that follows a hinge
 _FAR = "1e6"
 # As hard as a step allows: a tie, not a spring.
@@ -119,8 +125,15 @@ def add_friction(
         if law.constant > 0.0:
             own = _rubbing(law.constant, TURN_SHARE * law.range_rad, plastic)
             _fixed(tendons, law.joint, f"rub_{law.joint}_constant", springlength="0", **own)
-        if law.width > 0.0:
-            _add_arm(bodies, child(root, "worldbody"), tendons, plain, law, plastic)
+        for share, chords in ((law.width, _ARM), (law.cubic, _STEEP_ARM)):
+            if share > 0.0:
+                _add_arm(bodies, child(root, "worldbody"), tendons, plain, law, share, chords, plastic)
+
+
+def slope_of(chords: Sequence[Chord], angle: float) -> float:
+    """Return by how much chords past a hinge lengthen with its angle, together [m/rad]."""
+    lengths = [np.sqrt(a * a + b * b - 2.0 * a * b * np.cos(angle)) for a, b in chords]
+    return float(sum(a * b * np.sin(angle) / own for (a, b), own in zip(chords, lengths, strict=True)))
 
 
 def _add_arm(
@@ -129,35 +142,40 @@ def _add_arm(
     tendons: ElementTree.Element,
     plain: mujoco.MjModel,
     law: HingeLaw,
+    moment: float,
+    chords: Sequence[Chord],
     plastic: bool,
 ) -> None:
-    """Add a tendon past a hinge whose moment grows with the angle."""
+    """Add a tendon past a hinge that rubs by more the more it is turned, by `moment` at its range [N m]."""
     joint = plain.joint(law.joint)
     body = int(joint.bodyid[0])
     axis, hinge = plain.jnt_axis[joint.id], plain.jnt_pos[joint.id]
     along = np.array([0.0, 0.0, 1.0]) - axis[2] * axis  # the straight robot's axis, seen by the hinge
     along = along / np.linalg.norm(along) if np.linalg.norm(along) > 0.1 else np.array([1.0, 0.0, 0.0])
-    below = plain.body_pos[body] + hinge - ARM_M * along
-    parent = bodies.get(plain.body(plain.body_parentid[body]).name, world)
-    names = [f"rub_{law.joint}_{side}" for side in ("below", "above")]
-    ElementTree.SubElement(parent, "site", _HIDDEN, name=names[0], pos=text_of(*below), size="0.0001")
-    above = hinge + ARM_M * along
-    ElementTree.SubElement(
-        bodies[plain.body(body).name], "site", _HIDDEN, name=names[1], pos=text_of(*above), size="0.0001"
+    places = (
+        (bodies.get(plain.body(plain.body_parentid[body]).name, world), plain.body_pos[body] + hinge),
+        (bodies[plain.body(body).name], hinge),
     )
-    arm = ARM_M * np.sin(0.5 * law.range_rad)
-    force = law.width / arm
-    yields = arm * TURN_SHARE * law.range_rad
+    arm = abs(slope_of(chords, law.range_rad))
+    steep = chords is _STEEP_ARM
+    name = f"rub_{law.joint}{'_steep' if steep else ''}"
+    yields = arm * law.range_rad * (STEEP_TURN_SHARE if steep else TURN_SHARE)
     tendon = ElementTree.SubElement(
         tendons,
         "spatial",
-        _HIDDEN | _rubbing(force, yields, plastic),
-        name=f"rub_{law.joint}",
+        _HIDDEN | _rubbing(moment / arm, yields, plastic),
+        name=name,
         width="0.0001",
-        springlength=text_of(2.0 * ARM_M),
+        springlength=text_of(sum(abs(a - b) for a, b in chords)),
     )
-    for name in names:
-        ElementTree.SubElement(tendon, "site", site=name)
+    for number, chord in enumerate(chords):
+        if number:
+            ElementTree.SubElement(tendon, "pulley", divisor="1")
+        for side, (parent, middle), height in zip(("below", "above"), places, chord, strict=True):
+            site = f"{name}_{side}_{number}"
+            place = text_of(*(middle + height * along))
+            ElementTree.SubElement(parent, "site", _HIDDEN, name=site, pos=place, size="0.0001")
+            ElementTree.SubElement(tendon, "site", site=site)
 
 
 def _rubbing(force: float, yields: float, plastic: bool) -> dict[str, str]:

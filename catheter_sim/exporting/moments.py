@@ -5,14 +5,14 @@ The package's simulation is at rest in a posture under inputs. Put into the plai
 leave at each hinge a moment without balance: what friction, rods or metal do there, which run beside the
 step. Over loops that moment M against the hinge's angle q is a curve with two branches,
 
-    M(q) = -(s(q) + sign(dq) (c + w |q| / q_most)),  s: piecewise linear,  c, w >= 0,
+    M(q) = -(s(q) + sign(dq) (c + w |x| + v |x|^3)),  x = q / q_most,  s: piecewise linear,  c, w, v >= 0,
 
 fitted by least squares to the rows in which the hinge moves. Capstan friction of one tendon that bends
 springs of stiffness K gives s = K q (cosh(mu a) - 1) and a width K q sinh(mu a), with the tendon's turn a
 up to the hinge. Both are functions of the posture here, where the capstan's depend on the tension. That is
 good where one tendon at a time moves a robot of springs, and wrong under loads and where tendons share
-joints or pull against one another. A width that grows as q^2, as a grows with q, would leave a tenth as
-much, but what makes it (a slide at q^3, held by an equality) is not stable in chains as light as these.
+joints or pull against one another. The turn a grows with q, so that the width grows about as q^2, for which
+w |x| + v |x|^3 stands to within 4 % of its largest value.
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ class HingeLaw:
         knots: angles beyond which springs act, away from zero, with their stiffness [rad, N m/rad].
         constant: of friction that is the same at all angles, to either side [N m].
         width: of friction that grows with the angle, as a moment at `range_rad` to either side [N m].
+        cubic: of friction that grows with the angle's third power, likewise [N m].
         left: root mean square of the moment that the law leaves, over the largest one of the tendons.
     """
 
@@ -54,6 +55,7 @@ class HingeLaw:
     knots: tuple[tuple[float, float], ...]
     constant: float
     width: float
+    cubic: float
     left: float
 
 
@@ -138,16 +140,18 @@ def _fit(joint: str, angle: Array, moment: Array, largest: float) -> HingeLaw:
     step = np.diff(angle, prepend=0.0)
     moves = np.abs(step) > _MOVES_SHARE * span
     if not moves.any():
-        return HingeLaw(joint, span, 0.0, (), 0.0, 0.0, 0.0)
+        return HingeLaw(joint, span, 0.0, (), 0.0, 0.0, 0.0, 0.0)
     knots = np.linspace(angle.min(), angle.max(), KNOTS + 2)[1:-1]
     knots = knots[np.abs(knots) > 0.02 * span]
     springs = [angle, *(np.sign(k) * np.maximum(0.0, np.sign(k) * (angle - k)) for k in knots)]
-    columns = -np.array([*springs, np.sign(step), np.sign(step) * np.abs(angle / span)]).T
+    share = np.abs(angle / span)
+    columns = -np.array([*springs, *(np.sign(step) * width for width in (share**0, share, share**3))]).T
     size = np.abs(columns).max(axis=0) + 1e-30
     rows = np.concatenate([columns[moves] / size, _RIDGE * largest * np.eye(len(size))])
     target = np.concatenate([moment[moves], np.zeros(len(size))])
-    least = np.array([-np.inf] * len(springs) + [0.0, 0.0])
+    least = np.array([-np.inf] * len(springs) + [0.0] * 3)
     values = lsq_linear(rows, target, (least, np.inf)).x / size
     left = float(np.sqrt(np.mean((columns[moves] @ values - moment[moves]) ** 2))) / max(largest, 1e-30)
     pairs = tuple((float(k), float(v)) for k, v in zip(knots, values[1 : len(springs)], strict=True))
-    return HingeLaw(joint, span, float(values[0]), pairs, float(values[-2]), float(values[-1]), left)
+    constant, width, cubic = (float(value) for value in values[-3:])
+    return HingeLaw(joint, span, float(values[0]), pairs, constant, width, cubic, left)

@@ -40,7 +40,7 @@ def _elements(model: Model, judgement: Judgement) -> list[str]:
         left = 1e3 * max(item.left_m for item in model.shifts)
         found.append(f"{len(model.shifts)} slides that hinges move: worked out, to within {left:.2g} mm")
     if model.laws:
-        rubbing = sum(law.width > 0.0 or law.constant > 0.0 for law in model.laws)
+        rubbing = sum(law.width + law.cubic + law.constant > 0.0 for law in model.laws)
         by = "plastic springs" if model.engine == "mujoco" else "tendons' friction loss"
         found.append(f"springs at {len(model.laws)} hinges, friction at {rubbing} by {by}: fitted")
     if found:

@@ -32,7 +32,7 @@ def told_best(run: Run, before: Dataset, after: Dataset, found: Comparison, simu
 
     Args:
         run: where to fit; no other way is tried when its time is up.
-        before, after: the recordings.
+        before, after: the recordings; the first holds more than its noise.
         found: what was told at first. Other ways are tried where it names several changes, or none of what
             there is.
         simulation: replay the held-out trials in MuJoCo at the end.
