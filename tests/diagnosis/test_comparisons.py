@@ -11,6 +11,8 @@ import pytest
 
 import catheter_sim as cs
 from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.report.result import FittedParameter
+from catheter_sim.diagnosis.since.compare import change_of
 from catheter_sim.diagnosis.since.from_report import is_report, recording_of_report
 
 ROBOT = "mitral_transseptal"
@@ -54,6 +56,17 @@ def test_what_changed_is_told_with_its_change(sizes: tuple[float, ...]) -> None:
     assert [cause.name for cause in found.changes] == ["backlash"]
     (width,) = found.changes[0].parameters.values()
     assert width.ci95[0] <= 0.4 <= width.ci95[1]
+
+
+def test_what_went_away_is_told_with_the_other_sign() -> None:
+    """Value and interval, which the model's own error widens; what was infinite is told as it is."""
+    had = FittedParameter(0.6, (0.5, 0.8), 0.1)
+    assert change_of(had, 0.0, backward=True) == FittedParameter(
+        pytest.approx(-0.5), pytest.approx((-0.7, -0.4)), 0.0
+    )
+    assert change_of(had, 0.1).ci95 == pytest.approx((0.35, 0.75))
+    spring = FittedParameter(3.0, (2.0, 4.0), np.inf)
+    assert change_of(spring, 0.1, backward=True) is spring
 
 
 @pytest.mark.slow

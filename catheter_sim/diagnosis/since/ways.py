@@ -17,7 +17,7 @@ from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.pipeline import diagnose_prepared
 from catheter_sim.diagnosis.report.result import CAUSE_FOUND, UNEXPLAINED
 from catheter_sim.diagnosis.since.baseline import baseline
-from catheter_sim.diagnosis.since.compare import CHANGED, Comparison, compared
+from catheter_sim.diagnosis.since.compare import CHANGED, Comparison, compared, compared_backward
 from catheter_sim.diagnosis.since.differences import differences
 from catheter_sim.diagnosis.since.pairing import share_paired
 from catheter_sim.diagnosis.stages.prepare import prepare
@@ -67,6 +67,4 @@ def _from_own_causes(run: Run, before: Dataset, after: Dataset, simulation: bool
 def _backward(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison | None:
     """Return what changed, by what explains the earlier recording and the later one has not."""
     base = baseline(run, after, is_paired=share_paired(before, after) >= MOSTLY_PAIRED)
-    found = compared(run, base, differences(before, base), simulation)
-    later = replace(found.diagnosis, extended_robot=base.robot)
-    return replace(found, diagnosis=later, since=found.name, name=found.since, backward=True)
+    return compared_backward(run, base, differences(before, base), simulation)
