@@ -121,9 +121,9 @@ def compare_series(
 
 
 def _soon_after(begun: float) -> float:
-    """Return when three times as much time again will have gone by as since `begun` [s, `time.monotonic`]."""
+    """Return when a minute will have gone by, or three times the time since `begun` [s, `time.monotonic`]."""
     now = time.monotonic()
-    return now + 3.0 * (now - begun)
+    return now + max(60.0, 3.0 * (now - begun))
 
 
 def _with_a_share(run: Run, remaining: int) -> Run:
