@@ -1,0 +1,147 @@
+"""Tell the diagnosis which causes are at work, and see whether it would name them.
+
+    python scripts/natural_effects.py --draws 45 --seed 1 --purpose tune -o results/nature
+    python scripts/given_the_causes.py results/nature --story pair
+
+A cause that was not named was not found, or it was found and does not explain enough. To part the two, the
+search is left out: the hidden causes are fitted in every combination of the forms that the diagnosis knows,
+and the best by stretches left out goes to the held-out trials and to the verdict, as if the search had chosen
+it. What is named then is the most that a better search could name. What is not has a law that no form has, or
+looks like bad data. Of each draw the error is printed, over the noise: of the calibrated model, and of the
+best fit, on the training trials and on the held-out ones.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import itertools
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from catheter_sim.blind_bench.nature.run import scores_in
+from catheter_sim.blind_bench.nature.score import accepted
+from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
+from catheter_sim.cli.arguments import whole_number
+from catheter_sim.diagnosis.causes.choose import Selection, candidates_for
+from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.problem import Problem, Term, further_terms, terms_for, with_fewer_rows
+from catheter_sim.diagnosis.fitting.workers import SERIAL
+from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
+from catheter_sim.diagnosis.stages.calibrate import calibrate
+from catheter_sim.diagnosis.stages.choose_causes import Choice
+from catheter_sim.diagnosis.stages.decide_on_heldout import decide_on_heldout
+from catheter_sim.diagnosis.stages.find_data_faults import find_data_faults
+from catheter_sim.diagnosis.stages.judge import judge
+from catheter_sim.diagnosis.stages.pose import pose
+from catheter_sim.diagnosis.stages.prepare import prepare
+from catheter_sim.diagnosis.stages.run import running
+
+ROUGH_STEPS, FITTED_WELL = 6, 3
+COLUMNS = (
+    "draw",
+    "robot",
+    "hidden",
+    "forms",
+    "forms known",
+    "named by the diagnosis",
+    "its verdict",
+    "error before",
+    "left in training",
+    "left held out",
+    "verdict given the causes",
+    "named then",
+    "all named then",
+)
+
+
+def main() -> int:
+    """Print a row for each draw, and how many would be named; return the exit status."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("bench", metavar="DIR", help="a folder of scripts/natural_effects.py, diagnosed")
+    parser.add_argument("--story", choices=("single", "pair"), default="pair", help="default pair")
+    parser.add_argument("--missed", action="store_true", help="only draws that the diagnosis got wrong")
+    parser.add_argument("--most", type=whole_number(1, 10**6), default=10**6, help="draws at most")
+    parser.add_argument("-o", "--output", metavar="FILE.csv", help="write the rows there, too")
+    options = parser.parse_args()
+    root = Path(options.bench)
+    scores = [item for item in scores_in(root) if item["story"] == options.story]
+    scores = [item for item in scores if not (options.missed and item["right"])][: options.most]
+    if not scores:
+        print(f"given_the_causes: error: {root}: no such draw of the present code", file=sys.stderr)
+        return 2
+    rows = []
+    for score in scores:
+        rows.append(row := given(root, score))
+        print("; ".join(f"{name}: {value}" for name, value in row.items()), flush=True)
+    if options.output:
+        with open(options.output, "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, COLUMNS)
+            writer.writeheader()
+            writer.writerows(rows)
+    named = sum(row["all named then"] for row in rows)
+    print(f"{named} of {len(rows)} would be named; {sum(item['right'] for item in scores)} were")
+    return 0
+
+
+def given(root: Path, score: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of one draw."""
+    folders = Folders(root, score["index"])
+    hidden = read_json(folders.answer / ANSWER)["hidden"]
+    posed = pose(prepare(load_dataset(folders.data)))
+    before = calibrate(posed)
+    with running(SERIAL, False) as run:
+        faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
+        choice = told(posed.train, [item["cause"] for item in hidden], posed.thorough)
+        settled = decide_on_heldout(run, posed, before, choice)
+        verdict = judge(posed, before, settled, faults)
+    of_unit = settled.weighed.by_unit[settled.unit]
+    names = set(settled.weighed.after.causes) if verdict.names_causes else set()
+    values = (
+        score["index"],
+        score["robot"],
+        " + ".join(item["cause"] for item in hidden),
+        " + ".join(item["form"] for item in hidden),
+        " + ".join("known" if item["known"] else "foreign" for item in hidden),
+        " + ".join(score["named"]) or "nothing",
+        score["verdict"],
+        round(of_unit.rmse_before / of_unit.noise_floor, 2),
+        round(float(np.sqrt(np.mean(choice.fit.residual**2))), 2),
+        round(of_unit.rmse_after / of_unit.noise_floor, 2),
+        verdict.name,
+        " + ".join(sorted(names)) or "nothing",
+        all(accepted(item) & names for item in hidden),
+    )
+    return dict(zip(COLUMNS, values, strict=True))
+
+
+def told(problem: Problem, causes: Sequence[str], thorough: bool) -> Choice:
+    """Return the causes in those of their forms that do best on stretches left out."""
+    few = with_fewer_rows(problem)
+    forms = [_terms(few, name) for name in causes if name in candidates_for(problem)]
+    rough = [
+        fit(few, terms, None, cross_validate=False, most=ROUGH_STEPS) for terms in itertools.product(*forms)
+    ]
+    rough.sort(key=lambda item: float(item.residual @ item.residual))
+    well = [fit(few, item.terms, item.values) for item in rough[:FITTED_WELL]]
+    best: Fit = min(well, key=lambda item: item.cross_validated_rms)
+    null = fit(few, (), None)
+    selection = Selection(null, (), tuple(well), (null, best), best, ())
+    fitted = fit(problem, best.terms, best.values, cross_validate=False, thorough=thorough)
+    return Choice(tuple(causes), selection, fitted)
+
+
+def _terms(problem: Problem, cause: str) -> tuple[Term, ...]:
+    robot, moving = problem.robot, problem.moving
+    return (*terms_for(robot, cause, moving), *further_terms(robot, cause, moving))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
