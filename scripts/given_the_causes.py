@@ -30,7 +30,14 @@ from catheter_sim.cli.arguments import whole_number
 from catheter_sim.diagnosis.causes.choose import Selection, candidates_for
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term, further_terms, terms_for, with_fewer_rows
+from catheter_sim.diagnosis.fitting.problem import (
+    Problem,
+    Term,
+    further_terms,
+    in_other_forms,
+    terms_for,
+    with_fewer_rows,
+)
 from catheter_sim.diagnosis.fitting.workers import SERIAL
 from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
 from catheter_sim.diagnosis.stages.calibrate import calibrate
@@ -140,7 +147,9 @@ def told(problem: Problem, causes: Sequence[str], thorough: bool) -> Choice:
 
 def _terms(problem: Problem, cause: str) -> tuple[Term, ...]:
     robot, moving = problem.robot, problem.moving
-    return (*terms_for(robot, cause, moving), *further_terms(robot, cause, moving))
+    first = (*terms_for(robot, cause, moving), *further_terms(robot, cause, moving))
+    others = (other for term in first for _, other in in_other_forms(robot, term, moving))
+    return tuple(dict.fromkeys((*first, *others)))
 
 
 if __name__ == "__main__":
