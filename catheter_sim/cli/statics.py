@@ -31,15 +31,13 @@ def run(options: argparse.Namespace) -> int:
     check_output_file(options.output)
     from catheter_sim.cli.driven import drive, lines_named, write_outputs
     from catheter_sim.core.posture import finite_rows
-    from catheter_sim.errors import InputError, unknown
-    from catheter_sim.theory.run import STATIC_MODELS
+    from catheter_sim.errors import InputError
+    from catheter_sim.theory.run import static_model
 
     driven = drive(options)
-    fitting = [name for name, model in STATIC_MODELS.items() if model.applies_to(driven.specified)]
-    if options.model not in fitting:
-        raise unknown("static model", options.model, fitting, options.robot)
+    model = static_model(options.model, driven.specified, options.robot)
     with lines_named(driven.table, always=True):
-        result = STATIC_MODELS[options.model].solve(driven.specified, driven.commanded, driven.gravity_mps2)
+        result = model.solve(driven.specified, driven.commanded, driven.gravity_mps2)
     row = finite_rows(result.postures)
     if row < len(result.postures):
         raise InputError(f"{driven.table.row(row)}: static model {options.model!r} gives no finite posture")

@@ -26,6 +26,11 @@ def any_robot(robot: RobotSpec) -> bool:
     return True
 
 
+def nothing(robot: RobotSpec) -> str:
+    """Return that a model knows all of a robot."""
+    return ""
+
+
 @dataclass(frozen=True)
 class StaticModel(Generic[R_in]):
     """One analytic model of one kind of robot.
@@ -36,12 +41,14 @@ class StaticModel(Generic[R_in]):
         law: robot, arriving inputs and gravity (shape (3,) [m/s^2]) to the postures, row after row; the
             robot's `effects` are not read.
         carries: whether it knows a robot of its kind, whose effects are built in.
+        lacks: what of such a robot it does not know, and could not leave out, in words; "" if nothing.
     """
 
     name: str
     summary: str
     law: Callable[[R_in, Inputs, Array], StaticRun]
     carries: Callable[[R_in], bool] = any_robot
+    lacks: Callable[[R_in], str] = nothing
 
 
 class Statics(Protocol[R_in]):

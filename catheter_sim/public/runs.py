@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from catheter_sim.errors import InputError, SimulationDiverged, shown, unknown
+from catheter_sim.errors import InputError, SimulationDiverged, shown
 from catheter_sim.public.arguments import AT_REST, columns_of, gravity_of, path_of, robot_of
 from catheter_sim.public.data import inputs_of
 from catheter_sim.public.listing import data_frame, listing_of
@@ -194,15 +194,13 @@ def statics(
     """
     from catheter_sim.core.inputs import row_name
     from catheter_sim.core.posture import finite_rows
-    from catheter_sim.theory.run import STATIC_MODELS
+    from catheter_sim.theory.run import static_model
 
     value = robot_of(robot)
-    fitting = [name for name, item in STATIC_MODELS.items() if item.applies_to(value)]
-    if model not in fitting:
-        raise unknown("static model", str(model), fitting, value.name)
+    fitting = static_model(str(model), value, value.name)
     commanded = inputs_of(value, inputs)
     gravity = gravity_of(gravity_mps2)
-    solved = STATIC_MODELS[model].solve(value, commanded, gravity)
+    solved = fitting.solve(value, commanded, gravity)
     row = finite_rows(solved.postures)
     if row < len(solved.postures):
         raise InputError(f"{row_name(commanded, row)}: static model {model!r} gives no finite posture")

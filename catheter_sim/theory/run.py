@@ -17,6 +17,7 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.core.statics import StaticModel
 from catheter_sim.effects.apply import embodied, in_force
+from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds import KINDS, kind_of
 
 
@@ -51,7 +52,12 @@ class TheoryModel:
         """Return whether the model knows `robot`, its effects included."""
         if kind_of(robot) is not self.kind:
             return False
-        return self.model.carries(embodied(robot) if robot.effects else robot)
+        built = embodied(robot) if robot.effects else robot
+        return self.model.carries(built) and not self.model.lacks(built)
+
+    def lacks(self, robot: RobotSpec) -> str:
+        """Return what of `robot`, of the model's kind, it does not know, in words; "" if nothing is named."""
+        return self.model.lacks(embodied(robot) if robot.effects else robot)
 
     def solve(self, robot: RobotSpec, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
         """Return what is observed of `robot` with its effects, row after row, as inputs are commanded.
@@ -78,6 +84,30 @@ def _of_all_kinds() -> Iterator[TheoryModel]:
     for kind in KINDS.values():
         for model in kind.statics.MODELS:
             yield TheoryModel(kind, model)
+
+
+def static_model(name: str, robot: RobotSpec, where: str) -> TheoryModel:
+    """Return a static model by its name.
+
+    Args:
+        name: as on the command line.
+        robot: that it must know, its effects included.
+        where: what to call the robot in an error.
+
+    Raises:
+        InputError: there is no such model, or it does not know the robot.
+    """
+    fitting = [item.name for item in STATIC_MODELS.values() if item.applies_to(robot)]
+    if name in fitting:
+        return STATIC_MODELS[name]
+    model = STATIC_MODELS.get(name)
+    lacking = model.lacks(robot) if model is not None and model.kind is kind_of(robot) else ""
+    if lacking:
+        listed = ", ".join(fitting) or "(none)"
+        raise InputError(
+            f"{where}: static model {name!r} does not carry this robot: {lacking}; choices: {listed}"
+        )
+    raise unknown("static model", name, fitting, where)
 
 
 STATIC_MODELS: dict[str, TheoryModel] = {item.name: item for item in _of_all_kinds()}

@@ -182,6 +182,12 @@ def test_saved_table_reads_back(run: cs.Run, tmp_path: Path) -> None:
         (lambda run: cs.simulate("chest_tube", run.inputs), "of 2 tendons; chest_tube has 8"),
         (lambda run: cs.statics(SECTION, PULL, "pk"), "unknown static model 'pk'; choices: fkm"),
         (lambda run: cs.statics(SECTION, PULL, None), "unknown static model"),
+        (
+            lambda run: cs.statics(
+                cs.load_robot("spacer_disk", {"segments.first.rest_curvature_y_per_m": 3}), PULL, "VC"
+            ),
+            "static model 'VC' does not carry this robot: segments.first: rest curvature; choices: CC",
+        ),
         (lambda run: cs.build("nothing"), "unknown robot 'nothing'"),
         (lambda run: cs.render(run, "tip.png"), "only a run of `simulate` whose rows are held is drawn"),
         (lambda run: cs.render(5, "tip.png"), "render: 5: only a run of `simulate`"),

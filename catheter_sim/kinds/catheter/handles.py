@@ -9,6 +9,7 @@ from catheter_sim.core.bends import DAMPING, curvature_handle
 from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
 from catheter_sim.kinds.catheter.layout import (
     bent_by,
+    beside_springs,
     closing_angle_rad,
     is_extensible,
     joint_stiffness,
@@ -26,8 +27,8 @@ def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
     """Return the places at which causes may act.
 
     Its joints' angles follow its tendons' lengths, so that an elastic law does nothing else than its scale;
-    its statics carry no load on the tip; how its routing gives way is not modelled; and inextensible tendons
-    move their joints whether they rub or not.
+    its statics carry no load on the tip, and no mount that gives way beside more than springs; and
+    inextensible tendons move their joints whether they rub or not.
     """
     bending = bent_by(robot)
     tubes = tuple((item.name, item.stroke_m) for item in robot.segments if item.joint == "prismatic")
@@ -35,12 +36,17 @@ def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
         tuple((pair.name, bending[pair.name].name if pair.name in bending else "") for pair in robot.tendons),
         tubes,
         any(is_extensible(pair) for pair in robot.tendons if pair.name in bending),
+        bool(bending) and not beside_springs(robot),
     )
 
 
 @lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot
-def _handles(pairs: Joints, tubes: tuple[tuple[str, float], ...], extensible: bool) -> tuple[Handle, ...]:
+def _handles(
+    pairs: Joints, tubes: tuple[tuple[str, float], ...], extensible: bool, gives_way: bool
+) -> tuple[Handle, ...]:
     found = [Handle(Role.ELASTIC_SCALE, "stiffness_scale"), DAMPING]
+    if gives_way:
+        found.append(Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"))
     if extensible:
         found += [Handle(Role.FRICTION, "friction.mu"), Handle(Role.PATH, "path_deg", "path_deg")]
     stroke = max((length for _, length in tubes), default=0.0)

@@ -85,6 +85,18 @@ def bent_by(robot: CatheterRobot) -> dict[str, CatheterSegment]:
     return {name: segment for name, segment in moved.items() if segment.joint == "bending"}
 
 
+def beside_springs(robot: CatheterRobot) -> str:
+    """Return what the bending joints and their tendons do more than springs would; "" if nothing."""
+    bending = bent_by(robot)
+    if robot.friction.mu > 0.0:
+        return "friction"
+    if any(item.law != "linear" for item in robot.tendons if item.name in bending):
+        return "tendons of a measured law"
+    if any(item.resistance != "elastic" for item in bending.values()):
+        return "a measured resistance"
+    return ""
+
+
 def is_extensible(pair: TendonPair) -> bool:
     """Return whether the pair's tendons stretch."""
     return math.isfinite(pair.stiffness_N_per_m) or pair.law != "linear"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.statics import Twin, TwinStates
@@ -28,9 +30,10 @@ class CatheterTwin:
         every: int,
     ) -> TwinStates:
         """Return where robots are, as `Twin.solve` says; NaN of one that a row leads out of its range."""
-        values, tension = batch_joints(robots, arriving, gravity_mps2)
+        values, tension, sunk_m = batch_joints(robots, arriving, gravity_mps2)
         values, tension = values[:, ::every], tension[:, ::every]
         p_w, R_w = batch_frames(robots, values, elements)
+        p_w[..., 2] -= sunk_m[:, ::every, np.newaxis]
 
         def joint_angles() -> Array:
             return hinge_angles(robots[0], joint_vector(robots[0], values))

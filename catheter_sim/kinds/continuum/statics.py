@@ -11,7 +11,7 @@ from catheter_sim.kinds.continuum.theory.planar_chain import bends_in_plane
 from catheter_sim.kinds.continuum.theory.sliding import fkm_sliding
 from catheter_sim.kinds.continuum.theory.tdcr.cc_sub import cc_sub
 from catheter_sim.kinds.continuum.theory.tdcr.prb import prb, prb_middle
-from catheter_sim.kinds.continuum.theory.tdcr.problem import is_rod
+from catheter_sim.kinds.continuum.theory.tdcr.problem import unsupported
 from catheter_sim.kinds.continuum.theory.tdcr.vc import vc
 from catheter_sim.kinds.continuum.theory.tdcr.vc_ref import vc_ref, vc_ref_noproj
 
@@ -54,36 +54,36 @@ MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
         "CC_sub",
         "one arc per subsegment, twist, tendons straight between disks (Rao 2021, Eqs 43-47), friction",
         cc_sub,
-        is_rod,
+        lacks=unsupported,
     ),
     StaticModel(
         "PRB",
         "three joints per subsegment, twist, otherwise as CC_sub (Rao 2021, Eqs 48-54), simple-root form",
         prb,
-        is_rod,
+        lacks=unsupported,
     ),
     StaticModel(
         "PRB_middle",
         "PRB with Eqs 52 and 54's moment taken at the middle joint: better where a load acts across",
         prb_middle,
-        is_rod,
+        lacks=unsupported,
     ),
     StaticModel(
         "VC",
         "Cosserat rod, tendons held to its shape everywhere (Rao 2021, Eqs 24-41), friction, weight",
         vc,
-        is_rod,
+        lacks=unsupported,
     ),
     StaticModel(
         "VC_ref",
         "Cosserat rod, tendons straight between disks, forces in the disks' planes (Rao 2021, Eqs 30-41, 58)",
         vc_ref,
-        is_rod,
+        lacks=unsupported,
     ),
     StaticModel(
         "VC_ref_noproj",
         "as VC_ref without Eq. 58: eyelets without friction, as the simulation's tendons",
         vc_ref_noproj,
-        is_rod,
+        lacks=unsupported,
     ),
 )

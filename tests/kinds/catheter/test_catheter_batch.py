@@ -59,7 +59,7 @@ def test_a_batch_is_the_static_models_one_by_one(name, stretching, mu):
     robots = [replace(varied(base, generator, stretching), friction=Friction(mu)) for _ in range(4)]
     inputs = [history(robot, generator) for robot in robots]
     assert has_laws(robots[0]) == (stretching and mu > 0.0)
-    values, tension = batch_joints(robots, inputs, NO_GRAVITY)
+    values, tension, _ = batch_joints(robots, inputs, NO_GRAVITY)
     last = len(elements(base)) - 1
     wanted = sorted({*range(0, last, 3), last})
     p_w, R_w = batch_frames(robots, values, wanted)
@@ -78,7 +78,7 @@ def test_a_robot_out_of_range_is_nan_and_leaves_the_others():
     good = history(robot, generator)
     far = replace(good, tendon=good.tendon + np.array([0.1, 0.0, 0.0, 0.0]))
     pushed = replace(good, force_tip=np.ones((len(good), 3)))
-    values, tension = batch_joints([robot] * 3, [good, far, pushed], NO_GRAVITY)
+    values, tension, _ = batch_joints([robot] * 3, [good, far, pushed], NO_GRAVITY)
     p_w, _ = batch_frames([robot] * 3, values, [0, len(elements(robot)) - 1])
     for found in (values, tension, p_w):
         assert np.isfinite(found[0]).all()

@@ -1,8 +1,9 @@
 """The joints' balance, with all that a catheter's tendons and joints were measured to do, as a static model.
 
-Beyond `pure`: capstan friction of a bending joint's tendons, tendons that stretch by Nayar 2023,
-Algorithm 1, and joints that resist by its Algorithm 2. A bending joint keeps its angle as long as the
-tension at its drive lies between the one that bends it further and the one at which it comes back.
+Beyond `pure`, of robots on a rigid mount: capstan friction of a bending joint's tendons, tendons that
+stretch by Nayar 2023, Algorithm 1, and joints that resist by its Algorithm 2. A bending joint keeps its
+angle as long as the tension at its drive lies between the one that bends it further and the one at which
+it comes back.
 
 Friction is that of a whole joint: its tendon turns by the path before it, by the bends of the joints that
 it passes, and in the joint by half of its bend, in the mean over its gaps. The simulation has it gap by
@@ -24,7 +25,7 @@ from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.kinds.catheter.theory.drive import arriving_m
 from catheter_sim.kinds.catheter.theory.elongation import PRINTED
 from catheter_sim.kinds.catheter.theory.joint_force import LAWS
-from catheter_sim.kinds.catheter.theory.pure import beyond, pure_joint, require_unloaded, run_of
+from catheter_sim.kinds.catheter.theory.pure import beyond, pure_joint, require_unloaded, run_of, sunk_along
 from catheter_sim.kinds.catheter.theory.stretching import StretchingJoint, bent_along, named_rows
 from catheter_sim.kinds.catheter.theory.tendons import arm_m, largest_angle_rad, pulled_m
 from catheter_sim.mechanics.play import play
@@ -48,12 +49,19 @@ def balance(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> Static
             cannot combine.
     """
     require_unloaded(robot, inputs, gravity_mps2, MODEL)
-    values, tension, residual = balanced_joints(robot, inputs)
-    return run_of(robot, inputs, gravity_mps2, MODEL, list(values.T), residual, tension)
+    sunk_m = sunk_along(robot, inputs, MODEL)
+    values, tension, residual = balanced_joints(robot, inputs, sunk_m)
+    return run_of(robot, inputs, gravity_mps2, MODEL, list(values.T), residual, tension, sunk_m)
 
 
-def balanced_joints(robot: CatheterRobot, inputs: Inputs) -> tuple[Array, Array, Array]:
+def balanced_joints(
+    robot: CatheterRobot, inputs: Inputs, sunk_m: Array | float = 0.0
+) -> tuple[Array, Array, Array]:
     """Return what the joint of each pair does along `inputs`, without any load.
+
+    Args:
+        robot, inputs: whose, and along what.
+        sunk_m: how far the mount has given way, shape (r,) [m]; not beside joints with laws of their own.
 
     Returns:
         Angles [rad] and advances [m], shape (r, t), tensions, shape (r, t) [N], and the run's residual, (r,).
@@ -69,7 +77,7 @@ def balanced_joints(robot: CatheterRobot, inputs: Inputs) -> tuple[Array, Array,
     for pair in sorted(range(len(robot.tendons)), key=lambda pair: moved_segment(robot, pair)):
         segment = robot.segments[moved_segment(robot, pair)]
         if pair not in bending or not _has_history(robot, pair):
-            values[:, pair], left = pure_joint(robot, inputs, pair, MODEL)
+            values[:, pair], left = pure_joint(robot, inputs, pair, MODEL, sunk_m)
             if pair in bending:
                 moment = joint_stiffness(robot, segment) * np.abs(values[:, pair] - segment.rest_rad)
                 tension[:, pair] = moment / arm_m(segment, values[:, pair])

@@ -1,6 +1,7 @@
 """Many catheters at once, alike but for their numbers: joint values and frames, for a twin.
 
-What `pure` knows goes through compiled loops; a robot of which `balance` knows more goes through that.
+What `pure` knows of a robot on a rigid mount goes through compiled loops; a robot of which `balance` knows
+more, or whose mount gives way, goes through that.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import numpy as np
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import has_mount_slide
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import elements, joint_stiffness, moved_segment
 from catheter_sim.kinds.catheter.spec import CatheterRobot
@@ -23,7 +25,7 @@ from catheter_sim.kinds.catheter.theory.batch_kernel import (
     element_frames,
     pure_values,
 )
-from catheter_sim.kinds.catheter.theory.pure import elastic_tension_N, require_unloaded
+from catheter_sim.kinds.catheter.theory.pure import elastic_tension_N, require_unloaded, sunk_along
 from catheter_sim.kinds.catheter.theory.tendons import largest_angle_rad
 
 MODEL = "balance"
@@ -32,12 +34,13 @@ _KINDS = {"bending": BENDING, "torsion": TORSION, "prismatic": PRISMATIC, "rigid
 
 def batch_joints(
     robots: Sequence[CatheterRobot], inputs: Sequence[Inputs], gravity_mps2: Array
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array, Array]:
     """Return what each pair's joint does along each robot's own inputs: `pure`'s, or `balance`'s if it must.
 
     Returns:
-        Angles [rad] and advances [m], shape (B, r, t), and tensions, shape (B, r, t) [N]; NaN of a robot
-        that one of its rows leads beyond what its joints or the model can do.
+        Angles [rad] and advances [m], shape (B, r, t), tensions, shape (B, r, t) [N], and how far the mount
+        has given way, (B, r) [m]; NaN of a robot that one of its rows leads beyond what its joints or the
+        model can do.
     """
     first = robots[0]
     moved = [moved_segment(first, pair) for pair in range(len(first.tendons))]
@@ -47,20 +50,22 @@ def batch_joints(
         [[_pair_numbers(robot, k, index) for k, index in enumerate(moved)] for robot in robots]
     )
     values, tension = np.empty(ways.shape), np.empty(ways.shape)
+    sunk_m = np.zeros(ways.shape[:2])
     pure_values(joint, numbers, np.ascontiguousarray(ways), values)
     for place, (robot, driven) in enumerate(zip(robots, inputs, strict=True)):
         try:
             require_unloaded(robot, driven, gravity_mps2, MODEL)
-            if has_laws(robot):
-                values[place], tension[place], _ = balanced_joints(robot, driven)
-            else:
+            if has_laws(robot) or has_mount_slide(robot):
+                sunk_m[place] = sunk_along(robot, driven, MODEL)
+                values[place], tension[place], _ = balanced_joints(robot, driven, sunk_m[place])
+            if not has_laws(robot):
                 for pair in range(len(moved)):
                     tension[place, :, pair] = elastic_tension_N(robot, pair, values[place, :, pair])
         except InputError:
             values[place] = np.nan
         if np.isnan(values[place]).any():
             values[place], tension[place] = np.nan, np.nan
-    return values, tension
+    return values, tension, sunk_m
 
 
 def batch_frames(

@@ -23,6 +23,7 @@ from catheter_sim.kinds.catheter.drives import drives
 from catheter_sim.kinds.catheter.layout import moved_segment
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.kinds.catheter.theory import modified
+from catheter_sim.kinds.catheter.theory.mount import require_rigid_mount
 from catheter_sim.kinds.catheter.theory.prandtl_ishlinskii import PrandtlIshlinskii, identify
 from catheter_sim.kinds.catheter.theory.pure import beyond, require_unloaded, run_of
 from catheter_sim.kinds.catheter.theory.tendons import largest_angle_rad
@@ -85,6 +86,7 @@ def _run(
     robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array, model: str, laws: Mapping[str, Law]
 ) -> StaticRun:
     require_unloaded(robot, inputs, gravity_mps2, model)
+    require_rigid_mount(robot, model)
     values = []
     for pair in range(len(robot.tendons)):
         segment = robot.segments[moved_segment(robot, pair)]

@@ -1,8 +1,8 @@
 """Pure kinematics (PK) as a static model: displacements to angles, angles to the tool.
 
-Nayar 2022, Eqs 5, 7, 15; Nayar 2023, Eqs 7, 12-13. Inextensible, taut tendons and drives without play,
-unless the robot's say otherwise; play is the only history. Friction, a tendon's own law and a joint's
-measured resistance are `balance`'s.
+Nayar 2022, Eqs 5, 7, 15; Nayar 2023, Eqs 7, 12-13. Inextensible, taut tendons, a rigid mount and drives
+without play, unless the robot's say otherwise; play is the only history. Friction, a tendon's own law and a
+joint's measured resistance are `balance`'s.
 
 A bending pair's tension balances the joint's elastic moment at the tendons' arm in the straight joint,
 K |theta - rest| / a_b. The arm at the angle, `tendons.arm_m`, is up to 2.3 % larger within 120 deg (2022
@@ -25,6 +25,7 @@ from catheter_sim.kinds.catheter.layout import hinge_counts, joint_stiffness, mo
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.kinds.catheter.theory.drive import arriving_m
 from catheter_sim.kinds.catheter.theory.kinematics import element_frames
+from catheter_sim.kinds.catheter.theory.mount import eased_m, require_springs, sunk_by
 from catheter_sim.kinds.catheter.theory.tendons import elastic_angle_rad, largest_angle_rad, pulled_m
 
 MODEL = "pk"
@@ -45,16 +46,33 @@ def pk(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
         InputError: a load that the model does not have, or a displacement beyond the joint's range.
     """
     require_unloaded(robot, inputs, gravity_mps2, MODEL)
-    columns, residual = [], np.zeros(len(inputs))
+    columns, residual, sunk_m = [], np.zeros(len(inputs)), sunk_along(robot, inputs, MODEL)
     for pair in range(len(robot.tendons)):
-        values, left = pure_joint(robot, inputs, pair, MODEL)
+        values, left = pure_joint(robot, inputs, pair, MODEL, sunk_m)
         columns.append(values)
         residual = np.maximum(residual, left)
-    return run_of(robot, inputs, gravity_mps2, MODEL, columns, residual)
+    return run_of(robot, inputs, gravity_mps2, MODEL, columns, residual, sunk_m=sunk_m)
 
 
-def pure_joint(robot: CatheterRobot, inputs: Inputs, pair: int, model: str) -> tuple[Array, Array]:
+def sunk_along(robot: CatheterRobot, inputs: Inputs, model: str) -> Array:
+    """Return how far the mount gives way at each row, shape (r,) [m]; NaN where a joint is beyond its range.
+
+    Raises:
+        InputError: it gives way, and something about the tendons is not known to give way with it.
+    """
+    require_springs(robot, model)
+    drawn = [arriving_m(item, inputs.tendon[:, pair]) for pair, item in enumerate(robot.tendons)]
+    return sunk_by(robot, np.stack(drawn, axis=-1))
+
+
+def pure_joint(
+    robot: CatheterRobot, inputs: Inputs, pair: int, model: str, sunk_m: Array | float = 0.0
+) -> tuple[Array, Array]:
     """Return the value of the joint that a pair moves, and the displacement left over, per row.
+
+    Args:
+        robot, inputs, pair, model: whose, and along what.
+        sunk_m: how far the mount has given way, shape (r,) [m].
 
     Returns:
         Angle [rad] or advance [m], shape (r,), and |displacement left over|, shape (r,) [m].
@@ -68,6 +86,7 @@ def pure_joint(robot: CatheterRobot, inputs: Inputs, pair: int, model: str) -> t
         return displacement, np.zeros(len(inputs))
     compliance_m = 0.0
     if segment.joint == "bending":
+        displacement = eased_m(displacement, sunk_m)
         compliance_m = _tension_N_per_rad(robot, segment) / robot.tendons[pair].stiffness_N_per_m
     angle = elastic_angle_rad(segment, displacement, compliance_m)
     if np.isnan(angle).any():
@@ -104,6 +123,7 @@ def run_of(
     values: Sequence[Array],
     residual: Array,
     tension_N: Array | None = None,
+    sunk_m: Array | float = 0.0,
 ) -> StaticRun:
     """Return the run of a kinematic model.
 
@@ -112,9 +132,11 @@ def run_of(
         values: of the joint that each pair moves, each of shape (r,) [rad or m].
         residual: shape (r,).
         tension_N: of each pair, shape (r, t) [N]; default: the elastic moment's.
+        sunk_m: how far the base has sunk along -z, shape (r,) [m].
     """
     q = joint_vector(robot, np.stack(values, axis=-1))
     p_w, R_w = element_frames(robot, q)
+    p_w[..., 2] -= np.broadcast_to(sunk_m, len(p_w))[:, np.newaxis]
     if tension_N is None:
         tension_N = np.stack([elastic_tension_N(robot, k, value) for k, value in enumerate(values)], axis=-1)
     angles = hinge_angles(robot, q)

@@ -38,6 +38,7 @@ from catheter_sim.kinds.catheter.theory.joint_force import (
     loading_N,
     unloading_N,
 )
+from catheter_sim.kinds.catheter.theory.mount import require_rigid_mount
 from catheter_sim.kinds.catheter.theory.pure import pure_joint, require_unloaded, run_of
 from catheter_sim.kinds.catheter.theory.tendons import arm_m, pulled_m
 
@@ -116,6 +117,7 @@ def te(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
             of its own, or a displacement out of the range of the joint or of the measured tendon.
     """
     require_unloaded(robot, inputs, gravity_mps2, MODEL)
+    require_rigid_mount(robot, MODEL)
     joints = stretching_joints(robot)
     values, residual = [], np.zeros(len(inputs))
     tension = np.zeros((len(inputs), len(robot.tendons)))
