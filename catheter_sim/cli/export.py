@@ -14,6 +14,7 @@ outputs: MODEL.xml, in SI units, with a keyframe `rest`, sensors `position_<k>`,
 this verb prints: how each cause travelled, what did not with its cost in mm, and how far the file in MuJoCo
 alone is from `simulate` on loops that were not fitted, in mm and % of the length.
 --for mjx, --for warp: without plastic springs (friction losses in their place), delays and implicit springs.
+The file is written before it is judged; a robot of many disks may take minutes for either.
 exit status: 1 where the file is more than 2 % of the length off; it is written all the same.
 """
 
@@ -32,6 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.add_robot(parser)
     arguments.add_output(parser, "MODEL.xml", "file to write; its report goes beside it")
     parser.add_argument(
+        "--no-judge", action="store_true", help="write the file alone, without measuring how far it is off"
+    )
+    parser.add_argument(
         "--for", dest="engine", choices=_ENGINES, default="mujoco", help="engine that is to run it"
     )
 
@@ -45,9 +49,17 @@ def run(options: argparse.Namespace) -> int:
     from catheter_sim.catalogue import load_robot
     from catheter_sim.exporting.judge import PERCENT, judge
     from catheter_sim.exporting.write import write_model
+    from catheter_sim.progress import note
+    from catheter_sim.tables import replaced_when_whole
 
     robot = load_robot(options.robot, options.settings, "--set")
     model = write_model(robot, options.engine, progress=True)
+    with replaced_when_whole(options.output) as file:
+        file.write(model.text)
+    if options.no_judge:
+        print(f"wrote {options.output}; how far it is off was not measured")
+        return 0
+    note(f"wrote {options.output}; now it is judged on loops that were not fitted")
     found = Export(model, judge(model, progress=True))
     report = found.save(options.output)
     print(found.report(), end="")

@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 
 from catheter_sim.cli import arguments
+from catheter_sim.diagnosis.data.mapping.scales import UNITS
 from catheter_sim.errors import InputError
 
 
@@ -36,6 +37,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of the motors' spools [mm]; else it is guessed",
     )
     parser.add_argument(
+        "--input-unit",
+        choices=sorted({*UNITS["mm"], *UNITS["N"]}),
+        default="",
+        help="of displacements or tensions whose names state none; else it is guessed",
+    )
+    parser.add_argument(
+        "--point-unit",
+        choices=sorted(UNITS["mm"]),
+        default="",
+        help="of positions whose names state none; else it is guessed",
+    )
+    parser.add_argument(
         "--rate", metavar="HZ", type=arguments.number, help="of a file that counts frames alone"
     )
     parser.add_argument(
@@ -44,8 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--motion",
         choices=("held", "dynamic"),
-        default="held",
-        help="whether each row was held until at rest",
+        help="whether each row was held until at rest; default: held, as a guess",
     )
 
 
@@ -61,14 +73,18 @@ def run(options: argparse.Namespace) -> int:
         spool_radius_mm=options.spool_radius,
         rate_Hz=options.rate,
         gravity_mps2=None if options.gravity is None else arguments.gravity(options.gravity),
-        motion=options.motion,
+        motion=options.motion or "held",
         log=options.inputs,
+        input_unit=options.input_unit,
+        point_unit=options.point_unit,
     )
     proposal, dataset = import_files(options.files, options.robot, options.output, asked)
     for guess in proposal.guesses:
         print(guess)
     if asked.gravity_mps2 is None:
         print("UNSURE  conditions.gravity_mps2: 0, 0, 0 (no file says it; --gravity states it)")
+    if options.motion is None:
+        print("UNSURE  conditions.motion: held (no file says whether the robot rested; --motion states it)")
     if proposal.ignored:
         print(f"not used: {', '.join(proposal.ignored)}")
     rows = sum(len(trial.inputs) for trial in dataset.trials)

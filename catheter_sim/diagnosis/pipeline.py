@@ -26,6 +26,7 @@ from catheter_sim.diagnosis.stages.conclude import conclude
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled, decide_on_heldout
 from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_faults
 from catheter_sim.diagnosis.stages.judge import Verdict, judge
+from catheter_sim.diagnosis.stages.name_in_part import name_in_part
 from catheter_sim.diagnosis.stages.plan_next_experiment import plan_next_experiment
 from catheter_sim.diagnosis.stages.pose import Posed, pose
 from catheter_sim.diagnosis.stages.prepare import Prepared, prepare
@@ -159,9 +160,14 @@ def investigate_prepared(run: Run, prepared: Prepared, simulation: bool = True) 
     choice = choose_causes(run, posed, faults)
     settled, verdict, replayed = _settle(run, posed, before, choice, faults, simulation)
     scores = score_hypotheses(run, posed, choice, settled, verdict)
+    part, in_part = name_in_part(run, posed, before, settled, verdict, scores)
+    if in_part is not verdict:
+        again = replay_in_mujoco(run, posed, in_part, simulation)
+        if weigh_again(part, in_part, again).weighed.after is part.weighed.after:
+            settled, verdict, replayed = part, in_part, again
     conclusion = conclude(run, posed, before, choice, settled, verdict, replayed)
     following = plan_next_experiment(run, posed, conclusion, simulation)
-    numbers = widen_intervals(run, posed, conclusion, replayed)
+    numbers = widen_intervals(run, posed, conclusion, replayed, verdict.in_part)
     found = assemble(
         prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores
     )

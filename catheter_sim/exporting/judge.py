@@ -91,11 +91,13 @@ def judge(model: Model, progress: bool = False) -> Judgement:
             parts.append((together, "one drive while another pulls"))
         truths: list[Array] = []
         for inputs, name in parts:
-            truth = _package(seen, inputs)
-            held.append(distance_of(name, PlainRun(model.text, model.shares).held(inputs.tendon), truth))
+            truth = _package(seen, inputs, progress=progress)
+            held.append(
+                distance_of(name, PlainRun(model.text, model.shares).held(inputs.tendon, progress), truth)
+            )
             truths.append(truth)
         unfitted = distance_of(
-            "one drive at a time", PlainRun(model.bare, model.shares).held(alone.tendon), truths[0]
+            "one drive at a time", PlainRun(model.bare, model.shares).held(alone.tendon, progress), truths[0]
         )
         moving = None
         timed = [cause for cause in model.causes if cause.timed]
@@ -105,10 +107,12 @@ def judge(model: Model, progress: bool = False) -> Judgement:
             moving = distance_of(
                 "in motion",
                 PlainRun(model.text, model.shares).followed(path.time_s, path.tendon),
-                _package(robot, path, True),
+                _package(robot, path, True, progress),
             )
         stages.say("costs of what is left out")
-        costs = tuple(Cost(cause, _cost(robot, cause, alone)) for cause in model.causes if cause.way != EXACT)
+        costs = tuple(
+            Cost(cause, _cost(robot, cause, alone, progress)) for cause in model.causes if cause.way != EXACT
+        )
     return Judgement(1e3 * robot_length(robot), tuple(held), moving, unfitted, costs)
 
 
@@ -130,9 +134,9 @@ def moving_loop(inputs: Inputs) -> Inputs:
     return replace(inputs, time_s=time_s, tendon=tendon, force_tip=nothing, moment_tip=nothing)
 
 
-def _package(robot: RobotSpec, inputs: Inputs, dynamic: bool = False) -> Array:
+def _package(robot: RobotSpec, inputs: Inputs, dynamic: bool = False, progress: bool = False) -> Array:
     """Return where the package's simulation sees the faces, shape (r, n, 3) [m]; NaN from a failure on."""
-    run = simulate(robot, inputs, _NO_GRAVITY, dynamic=dynamic)
+    run = simulate(robot, inputs, _NO_GRAVITY, dynamic=dynamic, progress=progress)
     seen = np.array([posture.p_w for posture in run.postures])
     missing = len(inputs) - len(seen)
     return np.concatenate([seen, np.full((missing, *seen.shape[1:]), np.nan)])
@@ -144,12 +148,12 @@ def distance_of(name: str, first: Array, second: Array) -> Distance:
     return Distance(name, float(apart.max()), float(np.sqrt(np.mean(apart[:, -1] ** 2))))
 
 
-def _cost(robot: RobotSpec, cause: Cause, alone: Inputs) -> Distance:
+def _cost(robot: RobotSpec, cause: Cause, alone: Inputs, progress: bool) -> Distance:
     """Return how far the package's simulation moves where a cause is taken away."""
     rest = without(robot, (cause,))
     inputs = moving_loop(alone) if cause.timed else alone
     return distance_of(
         "in motion" if cause.timed else "one drive at a time",
-        _package(rest, inputs, cause.timed),
-        _package(robot, inputs, cause.timed),
+        _package(rest, inputs, cause.timed, progress),
+        _package(robot, inputs, cause.timed, progress),
     )

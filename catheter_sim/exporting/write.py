@@ -122,11 +122,11 @@ def write_model(
     inputs = loops.fitted_loops(drives)
     with Stages("exporting", progress) as stages:
         stages.say("simulating loops")
-        found = _fitted(robot, quasi_static(robot, causes), engine, causes, drives, inputs)
+        found = _fitted(robot, quasi_static(robot, causes), engine, causes, drives, inputs, progress)
         hidden = tuple(cause for cause in causes if cause.how == IN_LOOPS)
         if hidden:
             stages.say("trying whether joints can show what actuators cannot")
-            found = _nearer(found, hidden, inputs)
+            found = _nearer(found, hidden, inputs, progress)
     return found
 
 
@@ -157,9 +157,10 @@ def _fitted(
     causes: tuple[Cause, ...],
     drives: DriveLevels,
     inputs: Inputs,
+    progress: bool,
 ) -> Model:
     """Return the model whose joints are fitted to what `quasi`, the robot or less, does on loops."""
-    positions, truth = _loop_rows(quasi, inputs)
+    positions, truth = _loop_rows(quasi, inputs, progress)
     base, simulator = _base_model(robot, engine), Simulator(built_in(robot))
     plain = mujoco.MjModel.from_xml_string(base)
     root = ElementTree.fromstring(base)
@@ -171,28 +172,30 @@ def _fitted(
     text, row_shares = _finished(robot, engine, root, plain, own, shifts, laws)
     if laws:  # what was fitted to moments need not be nearer in posture
         less, _ = _finished(robot, engine, lacking, plain, own, shifts, ())
-        if not _off(text, row_shares, inputs, truth) < _off(less, row_shares, inputs, truth):
+        if not _off(text, row_shares, inputs, truth, progress) < _off(
+            less, row_shares, inputs, truth, progress
+        ):
             text, laws = less, ()
     bare, _ = _finished(robot, engine, ElementTree.fromstring(base), plain, own, (), ())
     controls = _controls(robot, ElementTree.fromstring(text), row_shares)
     return Model(robot, engine, text, bare, controls, row_shares, causes, laws, shifts, drives)
 
 
-def _nearer(model: Model, hidden: tuple[Cause, ...], inputs: Inputs) -> Model:
+def _nearer(model: Model, hidden: tuple[Cause, ...], inputs: Inputs, progress: bool) -> Model:
     """Return the model fitted with the causes in `hidden`, or without, whichever is nearer to the package."""
     robot, causes = model.robot, model.causes
     whole = without(robot, tuple(cause for cause in causes if cause.timed))
-    _, truth = _loop_rows(whole, inputs)
+    _, truth = _loop_rows(whole, inputs, progress)
     left = tuple(replace(c, way=LEFT, how=_NOT_SHOWN) if c in hidden else c for c in causes)
     less = without(quasi_static(robot, causes), hidden)
-    other = _fitted(robot, less, model.engine, left, model.drives, inputs)
-    first, second = (_off(item.text, item.shares, inputs, truth) for item in (model, other))
+    other = _fitted(robot, less, model.engine, left, model.drives, inputs, progress)
+    first, second = (_off(item.text, item.shares, inputs, truth, progress) for item in (model, other))
     return model if first < _CLEARLY * second else other
 
 
-def _off(text: str, row_shares: Array, inputs: Inputs, truth: Array) -> float:
+def _off(text: str, row_shares: Array, inputs: Inputs, truth: Array, progress: bool) -> float:
     """Return the largest distance of a file alone from the package's faces `truth` on loops [m]."""
-    got = PlainRun(text, row_shares).held(inputs.tendon)
+    got = PlainRun(text, row_shares).held(inputs.tendon, progress)
     return float(np.nan_to_num(np.linalg.norm(got - truth, axis=2), nan=np.inf).max())
 
 
@@ -236,10 +239,13 @@ def _base_model(robot: RobotSpec, engine: str) -> str:
     return build_mjcf(own, motion=True)
 
 
-def _loop_rows(robot: RobotSpec, inputs: Inputs) -> tuple[Array, Array]:
+def _loop_rows(robot: RobotSpec, inputs: Inputs, progress: bool) -> tuple[Array, Array]:
     """Return the package's model at rest under each row: all positions (r, nq), and its faces (r, n, 3)."""
     found: list[Array] = []
-    run = simulate(robot, inputs, _NO_GRAVITY, on_row=lambda now, _: found.append(now.data.qpos.copy()))
+    keep = found.append
+    run = simulate(
+        robot, inputs, _NO_GRAVITY, progress=progress, on_row=lambda now, _: keep(now.data.qpos.copy())
+    )
     if run.failure is not None:
         raise SimulationDiverged(run.failure)
     return np.array(found), np.array([posture.p_w for posture in run.postures])

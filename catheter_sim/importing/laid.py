@@ -28,6 +28,9 @@ from catheter_sim.importing.against_robot import (
 )
 from catheter_sim.importing.guesses import Guess
 from catheter_sim.importing.heads import numbers_of
+from catheter_sim.kinds import kind_of
+
+LEAST_MOTION = 0.01  # of the robot's length: nobody records a robot that moves by less
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,29 @@ def rows_of(
     return Rows(against, log, (seconds[taken], log_seconds))
 
 
+def lengths_of(
+    rows: Rows | None, entries: dict[str, dict[str, Any]]
+) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
+    """Return entries with a unit of length for those displacements whose file states none; it stays unsure.
+
+    In mm, unless the robot would so move by next to nothing, and by more in a larger unit.
+    """
+    open_ones = [name for name, entry in entries.items() if entry.get("unit") == ""]
+    unit, why = "mm", "the file says none, --input-unit states it"
+    if open_ones and rows is not None:
+        length_mm = 1e3 * kind_of(rows.against.robot).model.length_m(rows.against.robot)
+        moves = {}
+        for name in ("mm", "cm", "m"):
+            computed = rows.computed(_with(entries, {item: {"unit": name} for item in open_ones}))
+            moves[name] = 0.0 if computed is None else float(np.ptp(computed, axis=0).max()) / length_mm
+        if not moves["mm"] > LEAST_MOTION:
+            unit = next((name for name in ("cm", "m") if moves[name] > LEAST_MOTION), "mm")
+        said = ", ".join(f"{100 * share:.2g} % as {name}" for name, share in moves.items() if share)
+        why += f"; of its length the robot would move by {said}" if said else ""
+    entries = _with(entries, {name: {"unit": unit} for name in open_ones})
+    return entries, [Guess(f"map.{name}.unit", unit, why, False) for name in open_ones]
+
+
 def spools_of(
     rows: Rows | None, entries: dict[str, dict[str, Any]], unit: str
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
@@ -132,19 +158,24 @@ def signs_of(
 
 
 def frame_of(
-    rows: Rows, entries: Mapping[str, Mapping[str, Any]], unit: str
+    rows: Rows, entries: Mapping[str, Mapping[str, Any]], unit: str, inputs_sure: bool
 ) -> tuple[list[str], str, list[Guess]]:
-    """Return the axes and the unit of the measured points, and how sure they are."""
+    """Return the axes and the unit of the measured points, and how sure they are.
+
+    `unit`: as the head or the user states it, else ""; `inputs_sure`: units of all inputs are known.
+    """
     computed = rows.computed(entries)
     laid = laid_over(computed, rows.against.measured)
     guesses = []
     key = f"map.{rows.against.columns[0].removesuffix('_x_mm')}.unit"
     if unit:
-        guesses.append(Guess(key, unit, "the head", True))
+        guesses.append(Guess(key, unit, "the head, or as stated", True))
     elif np.isfinite(laid.error):
         unit, sure = length_unit(laid.scale)
         why = f"the robot's own motion is {laid.scale:.3g} times the file's"
-        guesses.append(Guess(key, unit, why, sure))
+        if not inputs_sure:
+            why += ", if the inputs' units are right"
+        guesses.append(Guess(key, unit, why, sure and inputs_sure))
     else:
         unit = "mm"
         guesses.append(Guess(key, unit, "assumed", False))

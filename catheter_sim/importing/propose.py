@@ -20,7 +20,7 @@ from catheter_sim.importing.against_robot import spread
 from catheter_sim.importing.clocks import clock_of, meeting
 from catheter_sim.importing.guesses import Guess
 from catheter_sim.importing.heads import Heads, heads_of, numbers_of
-from catheter_sim.importing.laid import frame_of, signs_of, spools_of
+from catheter_sim.importing.laid import frame_of, lengths_of, signs_of, spools_of
 from catheter_sim.importing.matching import is_motor, match_inputs, match_outputs, match_points
 
 MOST_HELD_ROWS = 2000  # of a file that are taken: each is held until the robot rests
@@ -38,6 +38,8 @@ class Asked:
         gravity_mps2: in the base frame, shape (3,); None: not stated.
         motion: "held" or "dynamic".
         log: a second file, which has the inputs; None: they are in the first.
+        input_unit: of displacements and tensions whose heads state none; "": it is guessed.
+        point_unit: of positions whose heads state none; "": it is guessed.
     """
 
     spool_radius_mm: float | None = None
@@ -45,6 +47,8 @@ class Asked:
     gravity_mps2: tuple[float, float, float] | None = None
     motion: str = "held"
     log: str | os.PathLike[str] | None = None
+    input_unit: str = ""
+    point_unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -161,6 +165,11 @@ def _entries(
             guesses.append(
                 Guess(f"map.{channel}.scale", "1", f"the file says {unit!r}, no unit of {own}", False)
             )
+        elif asked.input_unit in UNITS[own]:
+            entry["unit"] = asked.input_unit
+            guesses.append(Guess(f"map.{channel}.unit", asked.input_unit, "as stated", True))
+        elif own == "mm":
+            entry["unit"] = ""  # settled when the file is laid over the robot
         else:
             entry["unit"] = own
             guesses.append(Guess(f"map.{channel}.unit", own, "the channel's own; the file says none", False))
@@ -237,14 +246,16 @@ def _settled(beside: _Beside, heads: Heads) -> tuple[dict[str, Any], list[Guess]
             np.array(beside.asked.gravity_mps2 or (0.0, 0.0, 0.0)),
         )
     unit = next((heads.units[column] for item in beside.points.values() for column in item), "")
-    unit = unit if unit in UNITS["mm"] else ""
+    unit = unit if unit in UNITS["mm"] else beside.asked.point_unit
+    entries, assumed = lengths_of(rows, entries)
+    guesses += assumed
     entries, more = spools_of(rows, entries, unit)
     guesses += more
     entries, more = signs_of(rows, entries)
     guesses += more
     settled: dict[str, Any] = {}
     if rows is not None:
-        axes, unit, more = frame_of(rows, entries, unit)
+        axes, unit, more = frame_of(rows, entries, unit, not assumed)
         guesses += more
         settled["axes"] = axes
         settled |= {name: {"columns": list(columns), "unit": unit} for name, columns in beside.points.items()}

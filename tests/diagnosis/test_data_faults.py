@@ -64,6 +64,16 @@ def test_sound_data_are_not_doubted(sound):
     assert not any(note.text.startswith(SUSPECTED) for note in diagnosis.notes)
 
 
+def test_everything_in_metres_is_doubted(sound):
+    """Commands and positions 1000 times too small agree with one another: the robot hardly moves."""
+    smaller = with_inputs(sound, lambda tendon: 1e-3 * tendon)
+    smaller = with_outputs(
+        smaller,
+        lambda _, columns: {name: values.mean() + 1e-3 * values for name, values in columns.items()},
+    )
+    assert_doubted(smaller, "the robot hardly moves")
+
+
 def test_a_cause_of_a_third_of_the_motion_is_no_mistake_in_the_data():
     """A gain of 0.65 is far from any unit's factor, and is named as what it is."""
     diagnosis = found(small_data({"actuation_gain": {"scale": 0.65}}))

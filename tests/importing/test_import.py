@@ -24,6 +24,7 @@ from catheter_sim.theory.run import STATIC_MODELS
 ROBOT = "mitral_transseptal"
 TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 ROWS = 24
+HEADER = "t_s,pull_bending,pull_torsion_proximal,X,Y,Z"
 CLOCK = np.arange(float(ROWS))
 PULLS = {
     "displacement_bending_mm": 2.0 * np.sin(0.42 * CLOCK),
@@ -99,6 +100,28 @@ def test_a_radius_that_is_not_stated_is_guessed_and_said_to_be(tip: np.ndarray, 
         assert f"map.{channel}.spool_radius_mm" in unsure(proposal)
     assert entry(proposal, "time_s")["unit"] == "ms"
     assert entry(proposal, "tip")["unit"] == "mm"
+
+
+def test_metres_that_nothing_states_are_found_and_stay_unsure(tip: np.ndarray, tmp_path: Path) -> None:
+    """As mm the robot would hardly move; neither unit is called sure, nor the motion. Stated, both are."""
+    pulls = [1e-3 * pull for pull in PULLS.values()]
+    path = written(
+        tmp_path / "take.csv",
+        HEADER,
+        [CLOCK, *pulls, *seen_y_up(tip)],
+    )
+    proposal, _ = import_files([path], ROBOT, tmp_path / "data", Asked())
+    units = {f"map.{channel}.unit" for channel in PULLS} | {"map.tip.unit"}
+    assert {entry(proposal, key)["unit"] for key in (*PULLS, "tip")} == {"m"}
+    assert units <= unsure(proposal)
+    check_read_back(tmp_path / "data", tip)
+    proposal, _ = import_files([path], ROBOT, tmp_path / "again", Asked(input_unit="m", point_unit="m"))
+    assert not units & unsure(proposal)
+    check_read_back(tmp_path / "again", tip)
+    small = written(tmp_path / "mm.csv", HEADER, [CLOCK, *PULLS.values(), *tip.T])
+    proposal, _ = import_files([small], ROBOT, tmp_path / "mm", Asked())
+    assert {entry(proposal, key)["unit"] for key in (*PULLS, "tip")} == {"mm"}
+    assert units <= unsure(proposal)
 
 
 def test_a_motor_that_turns_the_other_way_is_seen(tip: np.ndarray, tmp_path: Path) -> None:

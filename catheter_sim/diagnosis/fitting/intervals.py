@@ -47,7 +47,9 @@ def intervals(result: Fit, margin: Array | None = None) -> dict[tuple[str, str],
     return found
 
 
-def cause_intervals(result: Fit, shift: Array | None = None) -> dict[tuple[str, str], Interval]:
+def cause_intervals(
+    result: Fit, shift: Array | None = None, trusted: float = TRUSTED_SHARE
+) -> dict[tuple[str, str], Interval]:
     """Return the 95 % interval of every fitted value by which causes are named, and which is printed.
 
     As `intervals`, widened by what an unknown error of the model could do. A number that stands at a bound
@@ -58,9 +60,11 @@ def cause_intervals(result: Fit, shift: Array | None = None) -> dict[tuple[str, 
         result: a fit.
         shift: by how much another model of the same physics would change the numbers (`shift_by_model`),
             shape (p,); None: none was asked.
+        trusted: as for `model_margin`.
     """
     unheld = replace(result, held=np.zeros_like(result.held))
-    return intervals(unheld, model_margin(unheld, np.zeros(len(result.numbers)) if shift is None else shift))
+    moved = np.zeros(len(result.numbers)) if shift is None else shift
+    return intervals(unheld, model_margin(unheld, moved, trusted))
 
 
 def half_widths(result: Fit) -> Array:
@@ -77,23 +81,24 @@ def half_widths(result: Fit) -> Array:
     return half
 
 
-def model_margin(result: Fit, shift: Array) -> Array:
+def model_margin(result: Fit, shift: Array, trusted: float = TRUSTED_SHARE) -> Array:
     """Return how far off a model that is not exact may put fitted numbers, shape (p,), in their scales.
 
     The sum of two sizes: `shift`, and the most that an unknown error of the model can do. That error is taken
-    as `TRUSTED_SHARE` of the residuals' root mean square. By the Cauchy-Schwarz inequality an error of root
+    as a share of the residuals' root mean square. By the Cauchy-Schwarz inequality an error of root
     mean square e over n rows moves a number by at most e (n A^-1)^1/2, with A^-1 as in `intervals`. More rows
     do not make that smaller.
 
     Args:
         result: a fit.
         shift: by how much another model of the same physics would change the numbers, shape (p,).
+        trusted: the share; 1 where the model is known to err by what is left.
     """
     margin = np.abs(shift)
     use = influential(result.jacobian) & ~result.held
     if use.any():
         inverse = inverse_of(result.jacobian[:, use], prior_of(result.numbers).precision[use])
-        margin[use] += TRUSTED_SHARE * np.sqrt(float(result.residual @ result.residual) * np.diag(inverse))
+        margin[use] += trusted * np.sqrt(float(result.residual @ result.residual) * np.diag(inverse))
     return margin
 
 

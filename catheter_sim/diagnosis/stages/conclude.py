@@ -136,7 +136,7 @@ def _notes_on_causes(choice: Choice, settled: Settled, verdict: Verdict, replaye
     if set(weighed.after.causes) - set(choice.fit.causes) and verdict.names_causes:
         notes.append(heldout_choice_note(choice.fit, weighed.after))
     if weighed.after.terms and (verdict.remainder is not None or most_error_remains(result)):
-        notes.append(remainder_note(weighed.after, result, verdict.remainder))
+        notes.append(remainder_note(weighed.after, result, verdict.remainder, verdict.in_part))
     if weighed.after.terms and verdict.harms and not verdict.names_causes:
         notes.append(harm_note(weighed.after, verdict.harms))
     notes += implausible_notes(weighed.after)

@@ -21,6 +21,7 @@ from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
 from catheter_sim.diagnosis.data_faults.bumps import bumped_trackers
 from catheter_sim.diagnosis.data_faults.clipped import clipped_outputs
 from catheter_sim.diagnosis.data_faults.exchanged_points import exchanged_points
+from catheter_sim.diagnosis.data_faults.hardly_moved import hardly_moved
 from catheter_sim.diagnosis.data_faults.interpolated import interpolated_outputs
 from catheter_sim.diagnosis.data_faults.jumps import jumps_elsewhere
 from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
@@ -90,6 +91,7 @@ def data_faults(
     models = computed_outputs(problem, before, trials)
     seen = BesideModel(trials, problem.columns, models, noise, problem.moving)
     checks: tuple[tuple[Callable[[], tuple[DataFault, ...]], bool], ...] = (
+        (lambda: hardly_moved(problem.robot, trials, problem.columns, models), False),
         (lambda: interpolated_outputs(seen), False),
         (lambda: _mistake_in_all(problem, before), False),
         (lambda: bumped_trackers(trials, problem.columns, models, noise), False),

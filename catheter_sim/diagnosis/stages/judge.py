@@ -29,6 +29,7 @@ class Verdict:
         structure: tests of the residuals, by stage ("before", "after").
         remainder: on what the error that is left depends; None: on nothing, or it is small.
         harms: what the causes make worse on the held-out trials, worst first.
+        in_part: the causes are named although something else is wrong as well.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Verdict:
     structure: Mapping[str, tuple[StructureTest, ...]]
     remainder: StructureTest | None
     harms: tuple[Harm, ...] = ()
+    in_part: bool = False
 
     @property
     def names_causes(self) -> bool:

@@ -16,6 +16,7 @@ from catheter_sim.diagnosis.stages.conclude import Conclusion
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed
 from catheter_sim.diagnosis.stages.run import Run
+from catheter_sim.diagnosis.thresholds import TRUSTED_SHARE
 
 
 @dataclass(frozen=True)
@@ -31,13 +32,19 @@ class Numbers:
     calibrated: Mapping[str, FittedParameter]
 
 
-def widen_intervals(run: Run, posed: Posed, conclusion: Conclusion, replayed: Replayed) -> Numbers:
-    """Return the numbers of the reported hypothesis with the intervals that are printed."""
+def widen_intervals(
+    run: Run, posed: Posed, conclusion: Conclusion, replayed: Replayed, in_part: bool = False
+) -> Numbers:
+    """Return the numbers of the reported hypothesis with the intervals that are printed.
+
+    `in_part`: something else is known to be wrong, by as much as is left.
+    """
     run.say("measuring how sure the calibration is")
     shown, shift = conclusion.fit, replayed.shift
-    margin = model_margin(shown, np.zeros(len(shown.numbers)) if shift is None else shift)
+    trusted = 1.0 if in_part else TRUSTED_SHARE
+    margin = model_margin(shown, np.zeros(len(shown.numbers)) if shift is None else shift, trusted)
     causes = with_forms(posed.train, conclusion.causes, shown, run.pool)
     return Numbers(
-        causes=with_intervals(causes, cause_intervals(shown, shift)),
+        causes=with_intervals(causes, cause_intervals(shown, shift, trusted)),
         calibrated=calibrated_numbers(posed.train, shown, posed.thorough, margin, run.pool),
     )

@@ -105,19 +105,28 @@ def most_error_remains(result: UnitResult) -> bool:
     return not near and result.rmse_after > (1.0 - LEAST_TAKEN_SHARE) * result.rmse_before
 
 
-def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None) -> Note:
-    """Return what to say of causes that are not named because of what they leave.
+def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None, in_part: bool = False) -> Note:
+    """Return what to say of causes that are not named because of what they leave, or are all the same.
 
     Args:
         after: the corrected model.
         result: its errors in the unit that is told.
         left: on what the rest depends; None: on nothing, but there is too much of it.
+        in_part: they are named, since they are surely at work whatever else is wrong.
     """
     names = ", ".join(name.replace("_", " ") for name in after.causes)
     times = result.rmse_after / result.noise_floor
     what = f"{100.0 * result.rmse_after / result.rmse_before:.0f} % of the error"
     if left is not None:
         what = f"{left.share_percent:.0f} % of it hangs on {TESTS[left.name]} ({left.coordinate})"
+    if in_part:
+        return Note(
+            "something_else_too",
+            f"{names} lowers the held-out error from {result.rmse_before:.3g} to {result.rmse_after:.3g}, as "
+            "no other cause and no smooth error of unknown cause in its place would. But what is left is "
+            f"{times:.1f} times the noise, and {what}: something else is at work as well, or it follows "
+            "another law. The intervals are as wide as an error of that size could make them.",
+        )
     return Note(
         "causes_leave_structure" if left is not None else "causes_leave_most",
         f"The best that was found, {names}, lowers the held-out error from {result.rmse_before:.3g} to "

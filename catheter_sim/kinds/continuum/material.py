@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Mapping
 from typing import Any
 
-from catheter_sim.errors import InputError, shown
+from catheter_sim.errors import InputError, shown, unknown
 
 MODULUS, DIAMETER, POISSON = "youngs_modulus_GPa", "backbone_diameter_mm", "poisson_ratio"
 _BENDING, _TORSION = "bending_stiffness_N_mm2", "torsion_stiffness_N_mm2"
+_STIFFEST_GPA = 1200.0
 _MPA_PER_GPA = 1e3
 
 
@@ -39,10 +41,18 @@ def _segment(part: Any, where: str) -> Any:
         return part
     for key, other in ((MODULUS, DIAMETER), (DIAMETER, MODULUS), (POISSON, MODULUS)):
         if key in part and other not in part:
+            near = difflib.get_close_matches(other, [str(name) for name in part], 1, 0.8)
+            if near:
+                raise unknown("key", near[0], [other], where)
             raise InputError(f"{where}: {key} needs {other} beside it")
     if _BENDING in part:
         raise InputError(f"{where}: {MODULUS} and {DIAMETER} stand for {_BENDING}; leave one of them out")
     modulus, diameter = (_above_zero(part[key], f"{where}.{key}") for key in (MODULUS, DIAMETER))
+    if modulus > _STIFFEST_GPA:
+        raise InputError(
+            f"{where}.{MODULUS} = {modulus:g}: diamond has {_STIFFEST_GPA:g}; is it in MPa? "
+            "Nitinol has 30 to 75, steel 200"
+        )
     bending = modulus * _MPA_PER_GPA * math.pi * diameter**4 / 64.0
     made = {_BENDING: bending}
     if POISSON in part:
