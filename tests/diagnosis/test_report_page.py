@@ -23,7 +23,7 @@ from catheter_sim.tables import Table
 
 SIMULATED = {"heldout_simulation_rmse_after_mm": 0.93, "heldout_simulation_minus_twin_rms_mm": 0.1}
 NOTES = (
-    Note("number_at_bound", "coupling.base_to_tip stands at its bound: no interval."),
+    Note("number_at_bound", "coupling.base_to_tip stands at its bound, where its interval ends."),
     Note("frozen", "trial_05.csv: body_6_z_mm repeats 24.6024 from row 23 to 31: a frozen sensor?"),
     Note("harm", "raises the held-out error of tip_x_mm from 0.127 to 1.05 mm (displacement_bending_mm)."),
 )

@@ -40,7 +40,7 @@ def further_numbers(
         notes.append(Note("nothing_calibrated", said))
     for fitted, stuck in zip(after.numbers, after.held, strict=True):
         if stuck and fitted.effect:
-            said = f"{fitted.effect}.{fitted.parameter.name} stands at its bound: no interval."
+            said = f"{fitted.effect}.{fitted.parameter.name} stands at its bound, where its interval ends."
             notes.append(Note("number_at_bound", said))
     return extra, notes
 
