@@ -53,10 +53,12 @@ def sentence(diagnosis: Diagnosis) -> str:
     robot = diagnosis.extended_robot.name
     before, after, noise = (f"{text} {shown_unit(head.unit)}".strip() for text in errors_and_noise(head))
     if diagnosis.verdict == CAUSE_FOUND:
-        causes = listed([words(cause.name) for cause in diagnosis.causes])
+        causes = [_or_equals(cause.name, diagnosis.indistinguishable) for cause in diagnosis.causes]
+        if any(note.code == "something_else_too" for note in diagnosis.notes):
+            causes.append("something that is not named")
         return (
-            f"The model of {robot} is wrong about {causes}: corrected, its error on data held out falls "
-            f"from {before} to {after}."
+            f"The model of {robot} is wrong about {listed(causes)}: corrected, its error on data held out "
+            f"falls from {before} to {after}."
         )
     if diagnosis.verdict == "no_discrepancy":
         return (
@@ -72,6 +74,12 @@ def sentence(diagnosis: Diagnosis) -> str:
         f"The model of {robot} is off by {before} on data held out, where the noise is {noise}, and no cause "
         "that was tried explains it."
     )
+
+
+def _or_equals(name: str, groups: Sequence[Sequence[str]]) -> str:
+    """Return a cause in words, with those that these data cannot tell from it."""
+    others = [words(other) for group in groups if name in group for other in group if other != name]
+    return f"{words(name)} (or {listed(others, 'or')})" if others else words(name)
 
 
 def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture], head: str = "") -> str:
