@@ -125,8 +125,9 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
 def _lines(diagnosis: Diagnosis) -> Iterator[str]:
     """Yield the verdict in a sentence, then the figures behind it."""
     from catheter_sim.diagnosis.report.html import sentence
+    from catheter_sim.diagnosis.report.spoken import figure_words
     from catheter_sim.diagnosis.report.wording import interval, rounded
-    from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY
+    from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY, NEAR_NOISE
 
     yield sentence(diagnosis)
     yield f"verdict: {diagnosis.verdict}"
@@ -154,12 +155,15 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
         if value >= LEAST_SHOWN_PROBABILITY
     )
     for unit, item in diagnosis.residual.items():
-        on = f", depends on {', '.join(item.structure)}" if item.structure else ""
+        on = f", and depends on {', '.join(item.structure)}" if item.structure else ""
+        if item.times_noise <= NEAR_NOISE:
+            on = ", as little as a right model leaves"
         yield f"left, held out [{unit}]: {item.times_noise:.2g} times the noise{on}"
     for group in diagnosis.indistinguishable:
         yield f"not to be told apart on these data: {', '.join(group)}"
     for name, value in diagnosis.extra.items():
-        yield f"{name} = {rounded(value)}"
+        said, unit = figure_words(name)
+        yield f"{said}: {rounded(value)}{f' {unit}' if unit else ''} ({name})"
     for note in dict.fromkeys((*diagnosis.dataset.notes, *diagnosis.notes)):
         yield f"note: {note}"
     yield f"next experiment: {diagnosis.next_experiment.words}"

@@ -1,4 +1,4 @@
-"""Planted rest curvatures of the transseptal catheter are found: data simulated, diagnosis by the twin."""
+"""Planted rest curvatures, and a mount, of the transseptal catheter are found: simulated, diagnosed by the twin."""
 
 from __future__ import annotations
 
@@ -80,4 +80,14 @@ def test_bent_joint_and_offset_of_its_channel_are_one_group(
     assert len(found.causes) == 1
     assert found.causes[0].name in ("precurvature", "actuation_offset")
     assert {"precurvature", "actuation_offset"} in [set(group) for group in found.indistinguishable]
+    assert found.headline.rmse_after < 1.3 * found.headline.noise_floor
+
+
+def test_a_mount_that_gives_way_is_found() -> None:
+    """Named alone, told from elastic tendons by the base that sinks, its stiffness inside its interval."""
+    found = diagnosed({"axial_compression": {"stiffness_N_per_mm": 8.0}})
+    assert [cause.name for cause in found.causes] == ["axial_compression"]
+    assert found.indistinguishable == ()
+    low, high = found.causes[0].parameters["stiffness_N_per_mm"].ci95
+    assert low < 8.0 < high
     assert found.headline.rmse_after < 1.3 * found.headline.noise_floor
