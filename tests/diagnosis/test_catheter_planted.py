@@ -1,4 +1,4 @@
-"""Planted rest curvatures, and a mount, of the transseptal catheter are found: simulated, diagnosed by the twin."""
+"""Planted in the simulated transseptal catheter, and found by the twin: rest curvatures, and a mount."""
 
 from __future__ import annotations
 
