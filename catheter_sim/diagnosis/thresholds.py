@@ -544,6 +544,10 @@ be believed. Why: two of them, as for a cause (`PAYS_CHANCE`); of noise alone it
 MOST_CROSSED_INPUTS = 4
 """[inputs] Whose products a smooth error may depend on. Why: assumed; of eight inputs there are twenty-eight
 products, more than a short data set can price."""
+IMPLAUSIBLE_BELIEVED = 0.15
+"""[share of its probability] What a settled cause keeps whose numbers are not plausible; the rest goes to
+"outside". Why: of six such causes on data that other code had made one was at work, and four of the six times
+the cause was outside the list."""
 MOST_SURE = 0.99
 """[probability] None is told above it, and none below the rest to one. Why: a few hundred draws are known;
 they say nothing of one error in a thousand."""

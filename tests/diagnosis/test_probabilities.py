@@ -54,6 +54,17 @@ def test_more_evidence_makes_a_cause_more_probable() -> None:
     assert probabilities(much_left, UNEXPLAINED)[OUTSIDE] > 0.5 > clear[OUTSIDE]
 
 
+def test_what_is_not_believed_speaks_for_something_outside() -> None:
+    """A cause with implausible numbers keeps little of its probability; "outside" gets it, no other does."""
+    believed, doubted = probabilities(CLEAR, CAUSE_FOUND), probabilities(CLEAR, CAUSE_FOUND, ["backlash"])
+    assert believed["backlash"] > 0.9 > 0.5 > believed[OUTSIDE]
+    assert doubted["backlash"] < 0.2
+    assert doubted[OUTSIDE] > 0.75
+    assert {name: value for name, value in doubted.items() if name not in ("backlash", OUTSIDE)} == {
+        name: value for name, value in believed.items() if name not in ("backlash", OUTSIDE)
+    }
+
+
 def test_without_a_discrepancy_none_is_probable() -> None:
     """Then no cause is; where one is found, none is improbable."""
     nothing = Evidence({}, 0.5, 20, 1.0, 0.0, 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from catheter_sim.diagnosis.causes.plausible import implausible
 from catheter_sim.diagnosis.causes.scored import Scored, scored
 from catheter_sim.diagnosis.report.result import DATA_SUSPECT
 from catheter_sim.diagnosis.stages.choose_causes import Choice
@@ -40,4 +41,4 @@ def score_hypotheses(run: Run, posed: Posed, choice: Choice, settled: Settled, v
         return Scores(hypotheses, probabilities(None, verdict.name), {})
     times = max(item.rmse_after / max(item.noise_floor, 1e-300) for item in settled.weighed.by_unit.values())
     found = evidence(posed.train, posed.heldout, hypotheses, after.causes, times)
-    return Scores(hypotheses, probabilities(found, verdict.name), as_numbers(found))
+    return Scores(hypotheses, probabilities(found, verdict.name, implausible(after)), as_numbers(found))

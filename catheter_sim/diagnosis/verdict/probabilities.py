@@ -9,11 +9,13 @@ to draws with hidden effects that other code made than the diagnosis has (`thres
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 
 from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, NO_DISCREPANCY
 from catheter_sim.diagnosis.thresholds import (
+    IMPLAUSIBLE_BELIEVED,
     LOG_ODDS_OF_NAMED,
     LOG_ODDS_OF_NONE,
     LOG_ODDS_OF_OTHERS,
@@ -27,12 +29,14 @@ from catheter_sim.effects import EFFECTS
 NONE, OUTSIDE = "none", "outside"
 
 
-def probabilities(found: Evidence | None, verdict: str) -> dict[str, float]:
+def probabilities(found: Evidence | None, verdict: str, not_likely: Collection[str] = ()) -> dict[str, float]:
     """Return the probability of every cause by name, of "none" and of "outside".
 
     Args:
         found: what speaks for each; None: nothing was asked, since the data look wrong.
         verdict: the diagnosis's.
+        not_likely: settled causes whose numbers are not plausible: most of what speaks for one of them speaks
+            for something outside the list that it stands for (`IMPLAUSIBLE_BELIEVED`).
     """
     if found is None or verdict == DATA_SUSPECT:
         # What is wrong is not on the list of causes: it is the data themselves.
@@ -48,6 +52,10 @@ def probabilities(found: Evidence | None, verdict: str) -> dict[str, float]:
             result[name] = _of(features_of_rival(item, found, verdict), LOG_ODDS_OF_RIVALS)
     result[OUTSIDE] = _of(features_of_outside(found, verdict), LOG_ODDS_OF_OUTSIDE)
     result[NONE] = _of(features_of_none(verdict), LOG_ODDS_OF_NONE)
+    for name in not_likely:
+        soaked = (1.0 - IMPLAUSIBLE_BELIEVED) * result[name]
+        result[name] -= soaked
+        result[OUTSIDE] = min(1.0 - (1.0 - result[OUTSIDE]) * (1.0 - soaked), MOST_SURE)
     return result
 
 
