@@ -12,9 +12,9 @@ in a cause's place, when one has not, since the sets around it are known. Values
 what they see better than what they do not see. So a set of fewer numbers is taken before a better one that it
 equals to within chance and `EQUAL_FACTOR`, and what acts on the whole robot comes first: only when no more of
 that pays are such values tried; of a robot in motion before sets of two, which cost more where each is
-simulated. Where that ends with structure left, so are the further forms of causes, and all together from the
-start, which is taken if it leaves none. Last, backward: a cause whose loss costs nothing is dropped, and the
-set gives way to any of fewer numbers that was tried and explains as much, unless causes that are tried beside
+simulated. Where what is left is not near the noise, so are the further forms of causes, and all together from
+the start, which is taken if it leaves none. Last, backward: a cause whose loss costs nothing is dropped, and
+the set gives way to any of fewer numbers that was tried and explains as much, unless causes that are tried beside
 it pay there. Nothing of the held-out data is seen.
 """
 
@@ -43,7 +43,7 @@ from catheter_sim.diagnosis.fitting.problem import (
     with_fewer_rows,
 )
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
-from catheter_sim.diagnosis.thresholds import BEAM, CHOICE_ROUNDS, MOST_CAUSES, PATIENCE
+from catheter_sim.diagnosis.thresholds import BEAM, CHOICE_ROUNDS, MOST_CAUSES, NEAR_NOISE, PATIENCE
 from catheter_sim.effects import EFFECTS
 
 
@@ -116,7 +116,7 @@ def select(
             if _ended(problem, null, path[-1], bool(variants[1])):
                 break
             if len(variants[1]) > len(detailed):
-                if settled(problem, path[-1]):
+                if settled(problem, path[-1], NEAR_NOISE):
                     break
                 detailed = variants[1]
             if variants[1] and len(path) == 1:

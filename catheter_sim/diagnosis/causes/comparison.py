@@ -40,8 +40,8 @@ def as_good(best: Fit, other: Fit) -> bool:
     return near and not other.rough and not pays(other, best)
 
 
-def settled(problem: Problem, best: Fit) -> bool:
-    """Return whether a hypothesis leaves little more than what is white from row to row.
+def settled(problem: Problem, best: Fit, factor: float = SETTLED_FACTOR) -> bool:
+    """Return whether a hypothesis leaves no more than `factor` times what is white from row to row.
 
     A wild row counts as `WILD_ERROR`; of a robot in motion all of it, as there a cause may show in few rows.
     """
@@ -51,7 +51,7 @@ def settled(problem: Problem, best: Fit) -> bool:
         errors = np.concatenate([part for name in series if unit_of(name) == unit for part in series[name]])
         most = np.inf if problem.moving else WILD_ERROR * size
         tame = np.clip(errors, -most, most)
-        if np.sqrt(np.nanmean(tame**2)) > SETTLED_FACTOR * size:
+        if np.sqrt(np.nanmean(tame**2)) > factor * size:
             return False
     return True
 
