@@ -1,21 +1,21 @@
 """Chooses causes inside the training data: each has to pay for itself on stretches left out.
 
-Forward, one cause more at a time, beside each of the few best sets so far (`BEAM`): every remaining effect is
-probed, the most promising are fitted well, and the best of these is taken if the errors on the stretches left
-out fall by more than chance allows (`PAYS_CHANCE`; stretches count, not rows) and by more than `PAYS_SHARE`.
-Where one of the best causes alone settles the data in another of its forms, the search begins there. The best
-set of two need not hold a cause that does much alone: where the promising ones leave structure
-(`SETTLED_FACTOR`), all sets of two are probed, and the best (`PAIRS`) fitted. Two causes may pay where
-neither does alone, since each raises some errors that the other takes away, so that where structure is left
-the search ends only when two steps have not paid (`PATIENCE`); a further round, which begins at what stands
-in a cause's place, when one has not, since the sets around it are known. Values per channel or segment fit
-what they see better than what they do not see. So a set of fewer numbers is taken before a better one that it
-equals to within chance and `EQUAL_FACTOR`, and what acts on the whole robot comes first: only when no more of
-that pays are such values tried; of a robot in motion before sets of two, which cost more where each is
-simulated. Where what is left is not near the noise, so are the further forms of causes, and all together from
-the start, which is taken if it leaves none. Last, backward: a cause whose loss costs nothing is dropped, and
-the set gives way to any of fewer numbers that was tried and explains as much, unless causes that are tried beside
-it pay there. Nothing of the held-out data is seen.
+Forward, one cause more at a time, beside each of the few best sets so far (`BEAM`): every remaining effect
+is probed, the most promising are fitted well, and the best of these is taken if the errors on the stretches
+left out fall by more than chance allows (`PAYS_CHANCE`; stretches count, not rows) and by more than
+`PAYS_SHARE`. Where one of the best causes alone settles the data in another of its forms, the search begins
+there. The best set of two need not hold a cause that does much alone: where the promising ones leave
+structure (`SETTLED_FACTOR`), all sets of two are probed, and the best (`PAIRS`) fitted. Two causes may pay
+where neither does alone, since each raises some errors that the other takes away, so that where structure is
+left the search ends only when two steps have not paid (`PATIENCE`); a further round, which begins at what
+stands in a cause's place, when one has not, since the sets around it are known. Values per channel or
+segment fit what they see better than what they do not see. So a set of fewer numbers is taken before a
+better one that it equals to within chance and `EQUAL_FACTOR`, and what acts on the whole robot comes first:
+only when no more of that pays are such values tried; of a robot in motion before sets of two, which cost
+more where each is simulated. Where what is left is not near the noise, so are the further forms of causes,
+and all together from the start, which is taken if it leaves none. Last, backward: a cause whose loss costs
+nothing is dropped, and the set gives way to any of fewer numbers that was tried and explains as much, unless
+causes that are tried beside it pay there. Nothing of the held-out data is seen.
 """
 
 from __future__ import annotations
