@@ -108,7 +108,8 @@ def lengths_of(
         moves = {}
         for name in ("mm", "cm", "m"):
             computed = rows.computed(_with(entries, {item: {"unit": name} for item in open_ones}))
-            moves[name] = 0.0 if computed is None else float(np.ptp(computed, axis=0).max()) / length_mm
+            reach_mm = 0.0 if computed is None else float(np.ptp(computed, axis=0).max())
+            moves[name] = reach_mm / length_mm if np.isfinite(reach_mm) else 0.0  # NaN: out of its range
         if not moves["mm"] > LEAST_MOTION:
             unit = next((name for name in ("cm", "m") if moves[name] > LEAST_MOTION), "mm")
         said = ", ".join(f"{100 * share:.2g} % as {name}" for name, share in moves.items() if share)

@@ -165,7 +165,11 @@ def _entries(
             guesses.append(
                 Guess(f"map.{channel}.scale", "1", f"the file says {unit!r}, no unit of {own}", False)
             )
-        elif asked.input_unit in UNITS[own]:
+        elif asked.input_unit and asked.input_unit not in UNITS[own]:
+            raise InputError(
+                f"--input-unit {asked.input_unit}: {channel} is in {own}; choices: {', '.join(UNITS[own])}"
+            )
+        elif asked.input_unit:
             entry["unit"] = asked.input_unit
             guesses.append(Guess(f"map.{channel}.unit", asked.input_unit, "as stated", True))
         elif own == "mm":

@@ -118,6 +118,8 @@ def test_metres_that_nothing_states_are_found_and_stay_unsure(tip: np.ndarray, t
     proposal, _ = import_files([path], ROBOT, tmp_path / "again", Asked(input_unit="m", point_unit="m"))
     assert not units & unsure(proposal)
     check_read_back(tmp_path / "again", tip)
+    with pytest.raises(InputError, match=r"--input-unit N: displacement_bending_mm is in mm; choices: mm, m"):
+        import_files([path], ROBOT, tmp_path / "wrong", Asked(input_unit="N"))
     small = written(tmp_path / "mm.csv", HEADER, [CLOCK, *PULLS.values(), *tip.T])
     proposal, _ = import_files([small], ROBOT, tmp_path / "mm", Asked())
     assert {entry(proposal, key)["unit"] for key in (*PULLS, "tip")} == {"mm"}
