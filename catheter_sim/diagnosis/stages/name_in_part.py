@@ -33,10 +33,12 @@ def name_in_part(
     """Return the hypothesis of the causes that are surely at work, and the verdict that names them.
 
     What was settled stays as it is where causes are named already, where none is sure, or where those that
-    are explain by themselves too little, do harm or are implausible.
+    are explain by themselves too little, do harm or are implausible. Of a comparison nothing is named in
+    part: what its recordings share is unknown, and taken out already.
     """
     after = settled.weighed.after
-    sure = surely_at_work(scores.evidence, after.causes) if verdict.name == UNEXPLAINED else ()
+    asked = verdict.name == UNEXPLAINED and not posed.train.model_share
+    sure = surely_at_work(scores.evidence, after.causes) if asked else ()
     if not sure:
         return settled, verdict
     run.say("asking which causes are sure whatever else is wrong")
