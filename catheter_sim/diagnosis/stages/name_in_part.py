@@ -33,8 +33,8 @@ def name_in_part(
     """Return the hypothesis of the causes that are surely at work, and the verdict that names them.
 
     What was settled stays as it is where causes are named already, where none is sure, or where those that
-    are explain by themselves too little, do harm or are implausible. Of a comparison nothing is named in
-    part: what its recordings share is unknown, and taken out already.
+    are explain by themselves too little, do harm or are implausible. Where a model is known to be wrong
+    (`Problem.model_share`: a comparison of recordings that it does not meet) nothing is named in part.
     """
     after = settled.weighed.after
     asked = verdict.name == UNEXPLAINED and not posed.train.model_share
