@@ -162,8 +162,7 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
     for group in diagnosis.indistinguishable:
         yield f"not to be told apart on these data: {', '.join(group)}"
     for name, value in diagnosis.extra.items():
-        said, unit = figure_words(name)
-        yield f"{said}: {rounded(value)}{f' {unit}' if unit else ''} ({name})"
+        yield f"{name} = {rounded(value)} ({figure_words(name)[0]})"
     for note in dict.fromkeys((*diagnosis.dataset.notes, *diagnosis.notes)):
         yield f"note: {note}"
     yield f"next experiment: {diagnosis.next_experiment.words}"

@@ -48,7 +48,7 @@ def test_the_worn_catheter_is_imported_as_it_lies(run: Run, folder: Path) -> Non
     assert ran.status == 0, ran.err
     assert "the file's x, -z, y" in ran.out
     lines = [line for line in ran.out.splitlines() if line.startswith("UNSURE")]
-    assert [line.split()[1] for line in lines] == ["conditions.gravity_mps2:"]
+    assert [line.split()[1] for line in lines] == ["conditions.gravity_mps2:", "conditions.motion:"]
     data = load_dataset(folder / "my_data")
     assert len(data.trials) == 3
     assert np.abs(data.trials[0].inputs.tendon).max() == pytest.approx(1.6e-3, rel=1e-2)
