@@ -197,10 +197,10 @@ def statics(
     from catheter_sim.theory.run import static_model
 
     value = robot_of(robot)
-    fitting = static_model(str(model), value, value.name)
+    solver = static_model(str(model), value, value.name)
     commanded = inputs_of(value, inputs)
     gravity = gravity_of(gravity_mps2)
-    solved = fitting.solve(value, commanded, gravity)
+    solved = solver.solve(value, commanded, gravity)
     row = finite_rows(solved.postures)
     if row < len(solved.postures):
         raise InputError(f"{row_name(commanded, row)}: static model {model!r} gives no finite posture")
