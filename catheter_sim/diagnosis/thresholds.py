@@ -470,7 +470,7 @@ than the best hypothesis without it, to be named although structure is left. Why
 SURE_BESIDE_UNKNOWN = 2.0
 """[standard deviations of chance] The same against that hypothesis with a smooth error of unknown cause in
 the cause's place. Why: the usual level; of the causes that it let pass in 40 unexplained draws of the
-independent bench 12 of 14 were at work, and none where the cause was outside the list."""
+independent bench 11 of 13 were at work, and none where the cause was outside the list."""
 REMAINDER_HANGS_PERCENT = 25.0
 """[% of the squares left] Depending on one thing, they speak against the causes. Why: assumed; with it
 causes outside the list ended as `unexplained` in 58 of 60 draws of the blind bench."""
