@@ -35,6 +35,19 @@ def test_no_foreign_form_serves_both_purposes():
     assert len(BY_KEY) == len(FORMS) + len(OUTSIDE)
 
 
+def test_every_choice_of_a_known_form_has_the_numbers_that_a_draw_has(plain_ground, pulled_ground):
+    """So that it can be laid beside another cause; one that lacked a number ended a whole run."""
+    for ground in (plain_ground, pulled_ground):
+        specimen = ground.specimen
+        for form in FORMS:
+            if not (form.known and form.applies(specimen)):
+                continue
+            drawn = form.draw(specimen, SCALE, np.random.default_rng(2))
+            choices = list(form.every(specimen, SCALE))
+            assert choices, form.key
+            assert all(set(numbers) == set(drawn) for numbers in choices), form.key
+
+
 def test_known_forms_name_parameters_of_the_diagnosis(plain_ground, pulled_ground):
     """What is compared with an interval is a parameter that the cause has for that robot."""
     for ground in (plain_ground, pulled_ground):

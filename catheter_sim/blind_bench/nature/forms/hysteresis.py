@@ -285,6 +285,7 @@ FORMS = (
         known=True,
         purpose="both",
         draw=_through,
+        every=lambda specimen, scale: [{"through": 0.25}],
         start=4.0,
         most=40.0,
         command=_soft,
