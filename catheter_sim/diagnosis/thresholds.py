@@ -546,8 +546,8 @@ MOST_CROSSED_INPUTS = 4
 products, more than a short data set can price."""
 IMPLAUSIBLE_BELIEVED = 0.15
 """[share of its probability] What a settled cause keeps whose numbers are not plausible; the rest goes to
-"outside". Why: of six such causes on data that other code had made one was at work, and four of the six times
-the cause was outside the list."""
+"outside". Why: of six such causes on data that other code had made one was at work, and the cause was
+outside the list of the five others."""
 MOST_SURE = 0.99
 """[probability] None is told above it, and none below the rest to one. Why: a few hundred draws are known;
 they say nothing of one error in a thousand."""

@@ -11,7 +11,7 @@ from catheter_sim.errors import InputError, shown, unknown
 
 MODULUS, DIAMETER, POISSON = "youngs_modulus_GPa", "backbone_diameter_mm", "poisson_ratio"
 _BENDING, _TORSION = "bending_stiffness_N_mm2", "torsion_stiffness_N_mm2"
-_STIFFEST_GPA = 1200.0
+_STIFFEST_GPA = 1200.0  # about diamond's (assumed): beyond any backbone
 _MPA_PER_GPA = 1e3
 
 
