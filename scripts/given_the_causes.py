@@ -6,10 +6,10 @@
 A cause that was not named was not found, or it was found and does not explain enough. To part the two, the
 search is left out: the hidden causes are fitted in every combination of the forms that the diagnosis knows,
 and the best by stretches left out goes to the held-out trials and to the verdict, as if the search had chosen
-it. What is named then is the most that a better search could name as a whole
-(causes named in part, beside something unknown, are not asked for). What is not has a law that no form has, or
-looks like bad data. Of each draw the error is printed, over the noise: of the calibrated model, and of the
-best fit, on the training trials and on the held-out ones.
+it. What is named then is the most that a better search could name as a whole (causes that are named in part,
+beside something unknown, are not asked for). What is not has a law that no form has, or looks like bad data.
+Of each draw the error is printed, over the noise: of the calibrated model, and of the best fit, on the
+training trials and on the held-out ones.
 """
 
 from __future__ import annotations

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from functools import partial
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -21,14 +22,18 @@ from catheter_sim.errors import InputError
 R_in = TypeVar("R_in", bound=RobotSpec, contravariant=True)
 
 
-def any_robot(robot: RobotSpec) -> bool:
-    """Return that a model carries every robot of its kind."""
-    return True
-
-
 def nothing(robot: RobotSpec) -> str:
-    """Return that a model knows all of a robot."""
+    """Return that a model knows all of every robot of its kind."""
     return ""
+
+
+def unless(fits: Callable[[Any], bool], words: str) -> Callable[[Any], str]:
+    """Return what gives `words` for robots that do not fit, and "" for those that do; it can be pickled."""
+    return partial(_unless, fits, words)
+
+
+def _unless(fits: Callable[[Any], bool], words: str, robot: Any) -> str:
+    return "" if fits(robot) else words
 
 
 @dataclass(frozen=True)
@@ -40,14 +45,13 @@ class StaticModel(Generic[R_in]):
         summary: what it is and where it comes from, one line.
         law: robot, arriving inputs and gravity (shape (3,) [m/s^2]) to the postures, row after row; the
             robot's `effects` are not read.
-        carries: whether it knows a robot of its kind, whose effects are built in.
-        lacks: what of such a robot it does not know, and could not leave out, in words; "" if nothing.
+        lacks: what it does not know of a robot of its kind, whose effects are built in, and could not leave
+            out, in words; "" if nothing: it carries the robot.
     """
 
     name: str
     summary: str
     law: Callable[[R_in, Inputs, Array], StaticRun]
-    carries: Callable[[R_in], bool] = any_robot
     lacks: Callable[[R_in], str] = nothing
 
 

@@ -50,13 +50,10 @@ class TheoryModel:
 
     def applies_to(self, robot: RobotSpec) -> bool:
         """Return whether the model knows `robot`, its effects included."""
-        if kind_of(robot) is not self.kind:
-            return False
-        built = embodied(robot) if robot.effects else robot
-        return self.model.carries(built) and not self.model.lacks(built)
+        return kind_of(robot) is self.kind and not self.lacks(robot)
 
     def lacks(self, robot: RobotSpec) -> str:
-        """Return what of `robot`, of the model's kind, it does not know, in words; "" if nothing is named."""
+        """Return what of `robot`, of the model's kind, it does not know, in words; "" if nothing."""
         return self.model.lacks(embodied(robot) if robot.effects else robot)
 
     def solve(self, robot: RobotSpec, inputs: Inputs, gravity_mps2: Array) -> StaticRun:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from catheter_sim.core.statics import StaticModel
+from catheter_sim.core.statics import StaticModel, unless
 from catheter_sim.kinds.catheter.layout import is_four_dof, is_transseptal
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.kinds.catheter.theory.balance import balance
 from catheter_sim.kinds.catheter.theory.corrected import hybrid, mk, pi
 from catheter_sim.kinds.catheter.theory.pure import pk
 from catheter_sim.kinds.catheter.theory.stretching import te
+
+_OF_2022 = unless(is_transseptal, "other joints than those of Nayar 2022")
+_OF_2023 = unless(is_four_dof, "other joints than those of Nayar 2023")
 
 MODELS: tuple[StaticModel[CatheterRobot], ...] = (
     StaticModel(
@@ -25,24 +28,24 @@ MODELS: tuple[StaticModel[CatheterRobot], ...] = (
         "mk",
         "modified kinematics: measured dead-bands of all joints (Nayar 2022, Eqs 23-28), displacement >= 0",
         mk,
-        is_transseptal,
+        _OF_2022,
     ),
     StaticModel(
         "pi",
         "Prandtl-Ishlinskii models (Nayar 2022, Eqs 29-34), weights from the MK loops: none are printed",
         pi,
-        is_transseptal,
+        _OF_2022,
     ),
     StaticModel(
         "hybrid",
         "mk for the bending joint, pi for the torsion joints (Nayar 2022, Section IV-C)",
         hybrid,
-        is_transseptal,
+        _OF_2022,
     ),
     StaticModel(
         "te",
         "tendons that stretch, measured joint forces, both with history (Nayar 2023, Algorithms 1-2)",
         te,
-        is_four_dof,
+        _OF_2023,
     ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from catheter_sim.core.statics import StaticModel
+from catheter_sim.core.statics import StaticModel, unless
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.constant_curvature import constant_curvature
 from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
@@ -15,34 +15,36 @@ from catheter_sim.kinds.continuum.theory.tdcr.problem import unsupported
 from catheter_sim.kinds.continuum.theory.tdcr.vc import vc
 from catheter_sim.kinds.continuum.theory.tdcr.vc_ref import vc_ref, vc_ref_noproj
 
+_PLANAR = unless(bends_in_plane, "bending out of the xz plane, or several hinges a cell")
+
 MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
     # Planar robots, driven by tension.
     StaticModel(
         "fkm",
         "extended forward kinematic mapping as printed (Kato 2016, Eqs 2-9); depends on the rows' spacing",
         fkm,
-        bends_in_plane,
+        _PLANAR,
     ),
     StaticModel(
         "fkm_stick",
         "the printed mapping with cells that may stick; does not depend on the rows' spacing",
         fkm_stick,
-        bends_in_plane,
+        _PLANAR,
     ),
     StaticModel(
         "fkm_exact_arm",
         "exact moment arms of straight tendons, capstan friction with history, weight and tip load",
         fkm_exact_arm,
-        bends_in_plane,
+        _PLANAR,
     ),
     StaticModel(
         "fkm_sliding",
         "as fkm_exact_arm, friction by each tendon's motion over each eyelet: the reference under load",
         fkm_sliding,
-        bends_in_plane,
+        _PLANAR,
     ),
     StaticModel(
-        "pcca", "piecewise constant curvature, no friction (as compared in Kato 2016)", pcca, bends_in_plane
+        "pcca", "piecewise constant curvature, no friction (as compared in Kato 2016)", pcca, _PLANAR
     ),
     # Spatial robots.
     StaticModel(
@@ -54,36 +56,36 @@ MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
         "CC_sub",
         "one arc per subsegment, twist, tendons straight between disks (Rao 2021, Eqs 43-47), friction",
         cc_sub,
-        lacks=unsupported,
+        unsupported,
     ),
     StaticModel(
         "PRB",
         "three joints per subsegment, twist, otherwise as CC_sub (Rao 2021, Eqs 48-54), simple-root form",
         prb,
-        lacks=unsupported,
+        unsupported,
     ),
     StaticModel(
         "PRB_middle",
         "PRB with Eqs 52 and 54's moment taken at the middle joint: better where a load acts across",
         prb_middle,
-        lacks=unsupported,
+        unsupported,
     ),
     StaticModel(
         "VC",
         "Cosserat rod, tendons held to its shape everywhere (Rao 2021, Eqs 24-41), friction, weight",
         vc,
-        lacks=unsupported,
+        unsupported,
     ),
     StaticModel(
         "VC_ref",
         "Cosserat rod, tendons straight between disks, forces in the disks' planes (Rao 2021, Eqs 30-41, 58)",
         vc_ref,
-        lacks=unsupported,
+        unsupported,
     ),
     StaticModel(
         "VC_ref_noproj",
         "as VC_ref without Eq. 58: eyelets without friction, as the simulation's tendons",
         vc_ref_noproj,
-        lacks=unsupported,
+        unsupported,
     ),
 )

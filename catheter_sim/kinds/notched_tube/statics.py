@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from catheter_sim.core.statics import StaticModel
+from catheter_sim.core.statics import StaticModel, unless
 from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
 from catheter_sim.kinds.notched_tube.theory.models import kinetostatic, york
 
@@ -16,7 +16,7 @@ MODELS: tuple[StaticModel[NotchedTubeRobot], ...] = (
         "york",
         "equal arcs and Castigliano's theorem, as printed in York 2015; knows no unloading, load or weight",
         york,
-        carries=_is_uniform,
+        unless(_is_uniform, "several segments"),
     ),
     StaticModel(
         "kinetostatic",

@@ -34,8 +34,8 @@ def test_statics_are_named_once_and_york_takes_one_segment() -> None:
     assert bends[0] == pytest.approx(bends[1], rel=0.1)
     (segment,) = ROBOT.segments
     two = replace(ROBOT, segments=(segment, replace(segment, name="upper")))
-    assert [model.carries(two) for model in statics.MODELS] == [False, True]
-    assert all(model.carries(ROBOT) for model in statics.MODELS)
+    assert [model.lacks(two) for model in statics.MODELS] == ["several segments", ""]
+    assert not any(model.lacks(ROBOT) for model in statics.MODELS)
 
 
 def test_twin_is_the_kinetostatic_model_of_many_robots() -> None:
