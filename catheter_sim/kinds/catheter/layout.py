@@ -88,13 +88,19 @@ def bent_by(robot: CatheterRobot) -> dict[str, CatheterSegment]:
 def beside_springs(robot: CatheterRobot) -> str:
     """Return what the bending joints and their tendons do more than springs would; "" if nothing."""
     bending = bent_by(robot)
+    found = (
+        pair_beside_springs(robot, pair, bending[pair.name]) for pair in robot.tendons if pair.name in bending
+    )
+    return next((words for words in found if words), "")
+
+
+def pair_beside_springs(robot: CatheterRobot, pair: TendonPair, segment: CatheterSegment) -> str:
+    """Return what a pair and the bending joint that it moves do more than springs would; "" if nothing."""
     if robot.friction.mu > 0.0:
         return "friction"
-    if any(item.law != "linear" for item in robot.tendons if item.name in bending):
+    if pair.law != "linear":
         return "tendons of a measured law"
-    if any(item.resistance != "elastic" for item in bending.values()):
-        return "a measured resistance"
-    return ""
+    return "" if segment.resistance == "elastic" else "a measured resistance"
 
 
 def is_extensible(pair: TendonPair) -> bool:

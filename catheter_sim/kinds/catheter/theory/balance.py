@@ -20,7 +20,13 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.layout import bent_by, is_extensible, joint_stiffness, moved_segment
+from catheter_sim.kinds.catheter.layout import (
+    bent_by,
+    is_extensible,
+    joint_stiffness,
+    moved_segment,
+    pair_beside_springs,
+)
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.kinds.catheter.theory.drive import arriving_m
 from catheter_sim.kinds.catheter.theory.elongation import PRINTED
@@ -99,9 +105,7 @@ def _has_history(robot: CatheterRobot, pair: int) -> bool:
     """Return whether a bending pair's joint rubs, stretches or resists by more than springs."""
     item, segment = robot.tendons[pair], robot.segments[moved_segment(robot, pair)]
     # Inextensible tendons that rub move their joint as those that do not.
-    return is_extensible(item) and (
-        robot.friction.mu > 0.0 or item.law != "linear" or segment.resistance != "elastic"
-    )
+    return is_extensible(item) and bool(pair_beside_springs(robot, item, segment))
 
 
 def _balanced(robot: CatheterRobot, inputs: Inputs, pair: int, path: Array) -> tuple[Array, Array, Array]:
