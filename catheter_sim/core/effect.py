@@ -74,6 +74,7 @@ class Stage(Enum):
     COMMAND = "on the inputs"
     SPECIFICATION = "in the robot"
     LAW = "in the robot's motion"
+    SHAPE = "in the shape that its bends make"
     OBSERVATION = "on what is observed"
 
 
@@ -87,6 +88,7 @@ class Role(Enum):
     REST_CURVATURE = "curvature without load"
     REST_BEND = "bend of a joint without load"
     HOLE_TWIST = "turn of the holes along the robot"
+    ELEMENT_TURN = "turn of each element against the one before"
     MOUNT = "stiffness of what holds the base"
     FRICTION = "coefficient of friction"
     PATH = "turns of the tendons' path before the robot"
@@ -221,8 +223,8 @@ class Timing:
 class Form:
     """A way in which a cause may act.
 
-    Of `specify`, `command`, `observe` and `memory` it has the one that its stage needs. Each gets the values
-    that are given, without those left at what does nothing. Forms with the same memory act in one.
+    Of `specify`, `command`, `shape`, `observe` and `memory` it has the one that its stage needs. Each gets
+    the values that are given, without those left at what does nothing. Forms with the same memory act in one.
 
     Attributes:
         name: in reports.
@@ -233,6 +235,9 @@ class Form:
             go together; none: they are set, never fitted.
         specify: the specification with the form in it.
         command: what arrives at the robot instead of the inputs, each row for itself.
+        shape: where all elements are, base to tip, each row for itself: from positions (..., n, 3) [m] and
+            orientations (..., n, 3, 3) to others. Joints' angles and tensions stay, and what loads the robot
+            loads it as it was.
         observe: what is observed, each row for itself.
         memory: what arrives at the robot, or is observed, where that depends on the rows before.
         in_place: a diagnosis tries it only in the place of a simpler form of its cause.
@@ -249,6 +254,7 @@ class Form:
     groups: Callable[[RobotSpec], tuple[tuple[str, ...], ...]] | None = None
     specify: Callable[[Any, Values], Any] | None = None
     command: Callable[[RobotSpec, Inputs, Values], Inputs] | None = None
+    shape: Callable[[RobotSpec, Array, Array, Values], tuple[Array, Array]] | None = None
     observe: Callable[[Observed, Values], Observed] | None = None
     memory: Memory | None = None
     in_place: bool = False

@@ -98,7 +98,8 @@ def _acts(key: _Itself) -> Mapping[Stage, tuple[Act, ...]]:
 def embodied(robot: R) -> R:
     """Return `robot` with its effects put into the specification, and none left to apply.
 
-    What acts on inputs and on what is observed is not in it: see `arriving_inputs` and `observed`.
+    What acts on inputs, on its shape and on what is observed is not in it: see `arriving_inputs`, `shaped`
+    and `observed`.
     """
     changed = robot
     for act in (*acts(robot, Stage.SPECIFICATION), *acts(robot, Stage.LAW)):
@@ -151,6 +152,27 @@ def _elapsed_s(time_s: Array, effect: str) -> Array:
             "this effect needs the time of every row"
         )
     return time_s - time_s[0]
+
+
+def reshapes(robot: RobotSpec) -> bool:
+    """Return whether an effect acts on the shape of `robot`: it then takes all elements to know one."""
+    return any(
+        item.name in act.values for act in acts(robot, Stage.SHAPE) for item in act.form.parameters(robot)
+    )
+
+
+def shaped(robot: RobotSpec, p_w: Array, R_w: Array) -> tuple[Array, Array]:
+    """Return where the robot's elements are, with what acts on its shape.
+
+    Args:
+        robot: with its effects.
+        p_w: centres of all elements' distal faces without that, base to tip, shape (..., n, 3) [m].
+        R_w: their orientations, shape (..., n, 3, 3).
+    """
+    for act in acts(robot, Stage.SHAPE):
+        if act.form.shape is not None:
+            p_w, R_w = act.form.shape(robot, p_w, R_w, act.values)
+    return p_w, R_w
 
 
 def sees_otherwise(robot: RobotSpec) -> bool:
@@ -210,11 +232,11 @@ def nearest_rotations(matrices: Array) -> Array:
 
 def observed(robot: RobotSpec, time_s: Array, postures: tuple[Posture, ...]) -> tuple[Posture, ...]:
     """Return what is measured when the robot is in `postures`, one at each of the times (r,) [s]."""
-    if not postures or not sees_otherwise(robot):
+    if not postures or not (reshapes(robot) or sees_otherwise(robot)):
         return postures
     names = ("p_w", "R_w", "joint_angles", "actuator_tension")
-    rows = [np.array([getattr(posture, name) for posture in postures]) for name in names]
-    now = seen(robot, Observed(time_s[: len(postures)], *rows))
+    p_w, R_w, *others = (np.array([getattr(posture, name) for posture in postures]) for name in names)
+    now = seen(robot, Observed(time_s[: len(postures)], *shaped(robot, p_w, R_w), *others))
     return tuple(
         replace(posture, p_w=now.p_w[row], R_w=now.R_w[row], joint_angles=now.joint_angles[row])
         for row, posture in enumerate(postures)
@@ -289,7 +311,7 @@ def wholly_built_in(robot: R) -> R:
 def outside_the_robot(robot: RobotSpec) -> list[str]:
     """Return the effects that `embodied` leaves out, in part or whole: they act on inputs or outputs.
 
-    Tried out on a history of inputs in which every tendon moves, and on a frame.
+    Tried out on a history of inputs in which every tendon moves, on a shape, and on a frame.
     """
     rows, tendons = 4, len(robot.tendons)
     unit = quantity_of(robot.actuation).file_size
@@ -299,11 +321,18 @@ def outside_the_robot(robot: RobotSpec) -> list[str]:
     frames = np.tile([0.1, 0.2, 0.3], (rows, 1, 1)), np.tile(np.eye(3), (rows, 1, 1, 1))
     look = Observed(probe.time_s, *frames, np.zeros((rows, 1)), moved)
     found: dict[str, None] = {}
-    for act in (*acts(robot, Stage.COMMAND), *acts(robot, Stage.OBSERVATION)):
+    for act in (
+        *acts(robot, Stage.COMMAND),
+        *acts(robot, Stage.SHAPE),
+        *acts(robot, Stage.OBSERVATION),
+    ):
         form, memory = act.form, act.form.memory
         changes = memory is not None and memory.start(robot, act.values, moved[0]) is not None
         if form.command is not None:
             changes = _differ(form.command(robot, probe, act.values), probe)
+        if form.shape is not None:
+            p_w, R_w = form.shape(robot, look.p_w, look.R_w, act.values)
+            changes = _differ(replace(look, p_w=p_w, R_w=R_w), look)
         if form.observe is not None:
             changes = _differ(form.observe(look, act.values), look)
         if changes:

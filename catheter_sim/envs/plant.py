@@ -10,7 +10,7 @@ import numpy as np
 
 from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects.apply import check_effects, embodied, remembers_what_was_seen
+from catheter_sim.effects.apply import check_effects, embodied, remembers_what_was_seen, reshapes
 from catheter_sim.effects.steps import Commands, Sight
 from catheter_sim.envs.quick_model import input_range, quick_model
 from catheter_sim.envs.surroundings import Surround
@@ -65,8 +65,8 @@ class Plant:
                 without overshoot, its masses have weight alone.
 
         Raises:
-            InputError: the robot knows no such actuation, an effect is unknown, there is nothing to drive, or
-                it is inertial and in surroundings.
+            InputError: the robot knows no such actuation, an effect is unknown or turns the elements' seats,
+                there is nothing to drive, or it is inertial and in surroundings.
         """
         if inertial and surround is not None:
             raise InputError("dynamics = 'inertial': not in surroundings; choices there: quasi-static")
@@ -76,6 +76,11 @@ class Plant:
         self.drives = self.quick.drives
         self.specified = replace(robot, actuation=actuation)
         check_effects(self.specified)
+        if reshapes(self.specified):
+            raise InputError(
+                f"{robot.name}: effects.twist: turns each element on the one before, which `simulate` shows "
+                "and an environment does not; leave it out"
+            )
         built_in = embodied(self.specified)
         check_robot(built_in, robot.name)
         # By default without inertia, as in all checks against theory: dry friction remembers every overshoot,

@@ -110,6 +110,8 @@ def _carried(robot: RobotSpec, form: Form, values: Values) -> tuple[str, str, bo
     if form.command is not None:
         affine = _affine_of(robot, form, values)
         return (FITTED, IN_LOOPS, False) if affine is None else (EXACT, _by(affine), False)
+    if form.shape is not None:
+        return LEFT, "the file's elements sit straight on each other", False
     if form.observe is not None:
         rigid = _rigid_of(form, values)
         return (
@@ -222,8 +224,10 @@ def _rigid_of(form: Form, values: Values) -> tuple[Array, Array] | None:
 
 
 def quasi_static(robot: R, causes: tuple[Cause, ...]) -> R:
-    """Return the robot with what shows in held rows: without what is seen, and without what needs a clock."""
-    late = tuple(cause for cause in causes if cause.timed or _stage(cause) is Stage.OBSERVATION)
+    """Return the robot with what bends it in held rows: without what only shows, or needs a clock."""
+    late = tuple(
+        cause for cause in causes if cause.timed or _stage(cause) in (Stage.SHAPE, Stage.OBSERVATION)
+    )
     return without(robot, late)
 
 

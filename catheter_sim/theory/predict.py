@@ -8,7 +8,7 @@ here, once for all kinds.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,8 +24,10 @@ from catheter_sim.effects.apply import (
     arriving_inputs,
     embodied,
     remembers_what_was_seen,
+    reshapes,
     seen,
     sees_otherwise,
+    shaped,
 )
 from catheter_sim.kinds import kind_of
 from catheter_sim.simulation.moving_twin import MovingTwin
@@ -63,7 +65,7 @@ class Prediction:
         found = []
         for inputs in trials:
             distinct, arriving, which = _distinct(robots, built_in, inputs, self.gravity_mps2)
-            states = self.twin.solve(distinct, arriving, self.gravity_mps2, self.shown.elements, step)
+            states = self.twin.solve(distinct, arriving, self.gravity_mps2, self._elements(robots), step)
             found.append(self._outputs(robots, inputs, states, which, every))
         return found
 
@@ -82,8 +84,14 @@ class Prediction:
             for item in histories
         ]
         robots = [built_in] * len(arriving)
-        states = self.twin.solve(robots, arriving, self.gravity_mps2, self.shown.elements, 1)
+        states = self.twin.solve(robots, arriving, self.gravity_mps2, self._elements([robot]), 1)
         return self._outputs([robot] * len(arriving), histories[0], states, range(len(arriving)), 1)
+
+    def _elements(self, robots: Sequence[RobotSpec]) -> Sequence[int]:
+        """Return the elements whose states it takes to show what is wanted of `robots`."""
+        if any(reshapes(robot) for robot in robots):
+            return range(outputs_of(robots[0]).elements)
+        return self.shown.elements
 
     def _outputs(
         self,
@@ -97,6 +105,8 @@ class Prediction:
         step = _step(robots, every)
         if list(which) != list(range(len(states.tension))):
             states = _repeated(states, which)
+        if any(reshapes(robot) for robot in robots):
+            states = _shaped(robots, states, self.shown.elements)
         if any(sees_otherwise(robot) for robot in robots):
             states = _observed(robots, states, inputs.time_s[::step], self.shown.tip)
         R_w = None if self.shown.tip is None else states.R_w[:, :, self.shown.tip]
@@ -120,7 +130,7 @@ class MovingPrediction(Prediction):
         found = self.twin.solve_trials(
             [(distinct, arriving) for distinct, arriving, _ in asked],
             self.gravity_mps2,
-            self.shown.elements,
+            self._elements(robots),
             _step(robots, every),
         )
         return [
@@ -219,6 +229,14 @@ def by_static_model(model: str, robot: RobotSpec, columns: Sequence[str], gravit
     """
     twin = OneByOne(STATIC_MODELS[model].model, len(outputs_of(robot).joints))
     return Prediction(twin, shown_by(robot, columns), gravity_mps2)
+
+
+def _shaped(robots: Sequence[RobotSpec], states: TwinStates, elements: Sequence[int]) -> TwinStates:
+    """Return some elements' states of robots on whose shape effects act; `states` are of all elements."""
+    found = [shaped(*own) for own in zip(robots, states.p_w, states.R_w, strict=True)]
+    wanted = list(elements)
+    p_w, R_w = (np.array(part)[:, :, wanted] for part in zip(*found, strict=True))
+    return replace(states, p_w=p_w, R_w=R_w)
 
 
 def _observed(robots: Sequence[RobotSpec], states: TwinStates, time_s: Array, tip: int | None) -> TwinStates:

@@ -14,7 +14,10 @@ Parts = tuple[tuple[str, float, str], ...]  # name, length [m] and bending axes 
 
 
 def handles(robot: ContinuumRobot) -> tuple[Handle, ...]:
-    """Return the places at which causes may act; holes turn only where a robot bends in any direction."""
+    """Return the places at which causes may act.
+
+    Where a robot bends in any direction its tendons' holes turn; elsewhere whole cells do.
+    """
     segments = tuple((item.name, item.length_m, item.bending_axes) for item in robot.segments)
     pulled = robot.actuation == "tension"  # a tension arrives whatever the tendon's length
     return _handles(segments, () if pulled else tuple(item.name for item in robot.tendons))
@@ -35,8 +38,10 @@ def _handles(segments: Parts, tendons: tuple[str, ...]) -> tuple[Handle, ...]:
         )
         found.append(Handle(Role.CUBIC, f"segments.{name}.stiffness_cubic_mm2"))
         found.append(Handle(Role.QUINTIC, f"segments.{name}.stiffness_quintic_mm4"))
-        if spatial:  # hinges of a planar robot keep its plane
+        if spatial:
             found.append(Handle(Role.HOLE_TWIST, f"segments.{name}.rest_twist_deg_per_m"))
+    if not spatial:
+        found.append(Handle(Role.ELEMENT_TURN, ""))
     for name in tendons:
         found.append(Handle(Role.TENDON_STIFFNESS, f"tendons.{name}.stiffness_N_per_mm"))
     return (*found, *curvature_handles(segments), *tip_forces(segments))

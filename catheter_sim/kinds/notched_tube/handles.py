@@ -14,7 +14,10 @@ Parts = tuple[tuple[str, float, str], ...]  # name, length [m] and bending axes 
 
 
 def handles(robot: NotchedTubeRobot) -> tuple[Handle, ...]:
-    """Return the places at which causes may act; a tube twists only where its notches bend any way."""
+    """Return the places at which causes may act.
+
+    A tube whose notches bend any way twists; of another each notch may be cut turned against the one before.
+    """
     lengths = {segment.name: 0.0 for segment in robot.segments}
     for item in notches(robot):
         lengths[item.segment.name] += item.pitch_m
@@ -37,6 +40,8 @@ def _handles(segments: Parts, tendon: str) -> tuple[Handle, ...]:
         found.append(Handle(Role.QUINTIC, f"segments.{name}.stiffness_quintic_mm4"))
         if axes == "xy":
             found.append(Handle(Role.HOLE_TWIST, f"segments.{name}.rest_twist_deg_per_m"))
+    if any(axes != "xy" for _, _, axes in segments):
+        found.append(Handle(Role.ELEMENT_TURN, ""))
     if tendon:
         found.append(Handle(Role.TENDON_STIFFNESS, f"tendons.{tendon}.stiffness_N_per_mm"))
     return (*found, *curvature_handles(segments), *tip_forces(segments))

@@ -15,7 +15,7 @@ _SIDE_RAD = {"+x": 0.0, "+y": math.pi / 2.0, "-x": math.pi, "-y": -math.pi / 2.0
 
 
 def handles(robot: RollingRobot) -> tuple[Handle, ...]:
-    """Return the places at which causes may act; its holes are in its links, which do not turn."""
+    """Return the places at which causes may act; its holes are in its links, and turn with these."""
     segments = tuple((item.name, item.length_m, item.bending_axes) for item in robot.segments)
     rods = tuple(f"tendons.{item.name}" for item in robot.tendons)
     return _handles(segments, (*rods, *(f"passive_rods.{item.name}" for item in robot.passive_rods)))
@@ -29,6 +29,7 @@ def _handles(segments: Parts, rods: tuple[str, ...]) -> tuple[Handle, ...]:
         Handle(Role.FRICTION, "friction.mu"),
         Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"),
     ]
+    found.append(Handle(Role.ELEMENT_TURN, ""))
     for key in (*rods, "sleeve"):
         found.append(Handle(Role.ELASTIC_CONSTANT, f"{key}.bending_stiffness_N_mm2"))
     for name, _, _ in segments:

@@ -135,6 +135,14 @@ def _in_space(specimen: Specimen) -> bool:
     return of_cells(specimen) and specimen.seen_axes == "xyz"
 
 
+def _leaves_its_plane(specimen: Specimen) -> bool:
+    return _in_space(specimen) and not _has_twist(specimen)
+
+
+def _cells_rate(acting: Acting) -> Mapping[str, float]:
+    return {"cells_rate_deg_per_m": acting.size / acting.specimen.length_m}
+
+
 def _each_axis(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
     return [{"axis": axis} for axis in ("xy" if not specimen.planar or _bends_in_y(specimen) else "x")]
 
@@ -244,14 +252,27 @@ FORMS = (
     Form(
         cause="twist",
         name="cells",
-        law="every cell is mounted turned about the axis, alike; also on robots that bend in one plane",
+        law="every cell of a robot that bends in one plane is mounted turned about the axis, alike",
+        known=True,
+        purpose="both",
+        applies=_leaves_its_plane,
+        start=5.0,
+        signed=True,
+        most=80.0,
+        shape=_turned_cells(lambda along: np.ones_like(along)),
+        parameters=_cells_rate,
+    ),
+    Form(
+        cause="twist",
+        name="more_and_more",
+        law="the cells are turned about the axis the more, the nearer they are to the tip",
         known=False,
         purpose="tune",
         applies=_in_space,
         start=5.0,
         signed=True,
         most=120.0,
-        shape=_turned_cells(lambda along: np.ones_like(along)),
+        shape=_turned_cells(lambda along: 2.0 * along),
     ),
     Form(
         cause="twist",
