@@ -11,10 +11,14 @@ import argparse
 import inspect
 import sys
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import catheter_sim as cs
+from catheter_sim.catalogue import ROBOTS, load_robot
+from catheter_sim.effects import EFFECTS
+from catheter_sim.kinds import KINDS, kind_of
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "reference"
 ROBOT = "neuroendoscope_section"  # whose effects are shown with their bounds
@@ -35,9 +39,26 @@ _EFFECTS = f"""\
 The closed list of causes. Each is set as `--set effects.backlash.width_mm=0.4`, and each may be what a
 diagnosis names. A cause may act in several forms; a form is on where its numbers are not those of no
 effect. Bounds and units below are those of `{ROBOT}`; `catheter-sim list ROBOT` shows another robot's."""
-_ORDER = """
-Robots with sections or joints of their own have `coupling` and `twist` besides, where these make sense.
+_KINDS = """
+Robots with sections or joints of their own have further forms, where these make sense.
 
+## Which cause on which kind of robot
+
+The forms that a diagnosis tries on at least one robot of the catalogue of each kind, driven by tension or by
+displacement; a number in brackets is a reason below the table why there are none."""
+_GAPS = {
+    ("coupling", "notched_tube"): "It has one channel, which nothing else can move with.",
+    ("payload", "catheter"): "Its static models carry no load on the tip.",
+    ("tendon_elongation", "rolling"): "Its rods are driven by tension, which arrives whatever their length.",
+    (
+        "nonlinear_stiffness",
+        "catheter",
+    ): "Its tendons' lengths set its joints' angles, so that another elastic law shows as little as "
+    "another stiffness does; a resistance that was measured is a law of the joint (`resistance`).",
+    ("twist", "catheter"): "Its torsion joints turn by a channel of their own: a turn of one, for good, is "
+    "that channel's `actuation_offset`.",
+}
+_ORDER = """
 ## What acts before what
 
 `backlash` acts on the command of every robot, before `coupling`; a catheter's drives may have a play of
@@ -78,6 +99,38 @@ def _argument(action: argparse.Action) -> str:
     return (name if action.nargs == 0 else f"{name} {shown}").replace("|", " or ")
 
 
+def forms_by_kind() -> dict[tuple[str, str], list[str]]:
+    """Return the names of the forms that a diagnosis tries, by cause and kind of robot."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for kind_name, kind in KINDS.items():
+        robots = [load_robot(name) for name in ROBOTS if kind_of(load_robot(name)) is kind]
+        driven = [replace(item, actuation=by) for item in robots for by in kind.drives.actuations(item)]
+        for effect in EFFECTS.values():
+            tried = [form.name for form in effect.forms if any(form.freed(robot) for robot in driven)]
+            found[effect.name, kind_name] = tried
+    return found
+
+
+def kinds_table() -> Iterator[str]:
+    """Yield the lines of the table of causes and kinds, and of the reasons of its gaps.
+
+    Raises:
+        ValueError: a gap has no reason, or a reason no gap.
+    """
+    forms = forms_by_kind()
+    gaps = [(effect, kind) for effect in EFFECTS for kind in KINDS if not forms[effect, kind]]
+    if set(gaps) != set(_GAPS):
+        raise ValueError(f"gaps and reasons differ: {sorted(set(gaps) ^ set(_GAPS))}")
+    yield f"| cause | {' | '.join(KINDS)} |"
+    yield "|---" * (len(KINDS) + 1) + "|"
+    for effect in EFFECTS:
+        cells = (", ".join(forms[effect, kind]) or f"[{gaps.index((effect, kind)) + 1}]" for kind in KINDS)
+        yield f"| `{effect}` | {' | '.join(cells)} |"
+    yield ""
+    for number, place in enumerate(gaps, start=1):
+        yield f"{number}. `{place[0]}`, {place[1]}: {_GAPS[place]}"
+
+
 def effects_page() -> Iterator[str]:
     """Yield the lines of the page of effects: the closed list, with forms, parameters and bounds."""
     yield _EFFECTS
@@ -95,6 +148,9 @@ def effects_page() -> Iterator[str]:
         for row in parameters:
             bounds = f"{row['lower']:.4g} to {row['upper']:.4g}"
             yield f"| {row['form']} | `{row['parameter']}` | {row['no_effect']:g} | {bounds} |"
+    yield _KINDS
+    yield ""
+    yield from kinds_table()
     yield _ORDER
 
 

@@ -88,7 +88,7 @@ class Role(Enum):
     REST_CURVATURE = "curvature without load"
     REST_BEND = "bend of a joint without load"
     HOLE_TWIST = "turn of the holes along the robot"
-    ELEMENT_TURN = "turn of each element against the one before"
+    ELEMENT_TURN = "turn of each element between its faces"
     MOUNT = "stiffness of what holds the base"
     FRICTION = "coefficient of friction"
     PATH = "turns of the tendons' path before the robot"

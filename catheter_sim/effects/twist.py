@@ -1,7 +1,7 @@
 """Holes, or whole elements, turn about the backbone along the robot: out-of-plane motion that grows.
 
 Tendons whose holes turn bend a robot of round section in planes that turn with them. One that bends in a
-plane alone does so element by element, and each element may sit turned on the one before: then its bends,
+plane alone does so element by element, and each element may be turned between its faces: then its bends,
 which are about its own axes, stay what they are, and the shape that they make leaves the plane.
 """
 
@@ -33,26 +33,26 @@ def _turned(robot: RobotSpec, p_w: Array, R_w: Array, values: Values) -> tuple[A
     if not values.get(_CELLS, 0.0):
         return p_w, R_w
     each_deg = values[_CELLS] * sizes(robot).length_m / p_w.shape[-2]
-    turn = Rotation.from_rotvec([0.0, 0.0, each_deg], degrees=True).as_matrix()
-    return stacked_anew(p_w, R_w, turn)
+    return stacked_anew(p_w, R_w, np.radians(each_deg))
 
 
-def stacked_anew(p_w: Array, R_w: Array, turn: Array) -> tuple[Array, Array]:
-    """Return where elements are when each is mounted turned on the one before, the first on the base.
+def stacked_anew(p_w: Array, R_w: Array, turn_rad: float) -> tuple[Array, Array]:
+    """Return where elements are when each is turned between its faces, half below its bend and half above.
 
     Args:
         p_w: centres of all elements' distal faces, base to tip, shape (..., n, 3) [m].
         R_w: their orientations, shape (..., n, 3, 3).
-        turn: of a mounted element against its foot, shape (3, 3).
+        turn_rad: of each, about its axis.
     """
+    half = Rotation.from_rotvec([0.0, 0.0, 0.5 * turn_rad]).as_matrix()
     placed, turned = np.empty_like(p_w), np.empty_like(R_w)
     foot, frame = np.zeros_like(p_w[..., 0, :]), np.broadcast_to(np.eye(3), R_w[..., 0, :, :].shape)
     was_foot, was_frame = foot, frame
     for k in range(p_w.shape[-2]):
-        back, seat = np.swapaxes(was_frame, -1, -2), frame @ turn
+        back, seat = np.swapaxes(was_frame, -1, -2), frame @ half
         step = back @ (p_w[..., k, :] - was_foot)[..., np.newaxis]
         foot = foot + (seat @ step)[..., 0]
-        frame = seat @ back @ R_w[..., k, :, :]
+        frame = seat @ back @ R_w[..., k, :, :] @ half
         was_foot, was_frame = p_w[..., k, :], R_w[..., k, :, :]
         placed[..., k, :], turned[..., k, :, :] = foot, frame
     return placed, turned
@@ -75,8 +75,8 @@ EFFECT = Effect(
         ),
         Form(
             name="cells",
-            equation="each of n elements sits turned about its axis on the one before, by rate * length / n; "
-            "bends are about its own axes, as they were",
+            equation="each of n elements is turned about its axis by rate * length / n, half below its bend "
+            "and half above; bends are about its own axes, as they were",
             stage=Stage.SHAPE,
             parameters=lambda robot: _at(robot, Role.ELEMENT_TURN, _CELLS),
             shape=_turned,

@@ -65,7 +65,7 @@ class Plant:
                 without overshoot, its masses have weight alone.
 
         Raises:
-            InputError: the robot knows no such actuation, an effect is unknown or turns the elements' seats,
+            InputError: the robot knows no such actuation, an effect is unknown or turns the elements,
                 there is nothing to drive, or it is inertial and in surroundings.
         """
         if inertial and surround is not None:
@@ -78,7 +78,7 @@ class Plant:
         check_effects(self.specified)
         if reshapes(self.specified):
             raise InputError(
-                f"{robot.name}: effects.twist: turns each element on the one before, which `simulate` shows "
+                f"{robot.name}: effects.twist: turns each element between its faces, which `simulate` shows "
                 "and an environment does not; leave it out"
             )
         built_in = embodied(self.specified)

@@ -111,7 +111,7 @@ def _carried(robot: RobotSpec, form: Form, values: Values) -> tuple[str, str, bo
         affine = _affine_of(robot, form, values)
         return (FITTED, IN_LOOPS, False) if affine is None else (EXACT, _by(affine), False)
     if form.shape is not None:
-        return LEFT, "the file's elements sit straight on each other", False
+        return LEFT, "the file's elements are not turned between their faces", False
     if form.observe is not None:
         rigid = _rigid_of(form, values)
         return (

@@ -66,11 +66,13 @@ def in_steps(robot: RobotSpec, inputs: Inputs) -> tuple[Array, Array]:
 @pytest.mark.parametrize(("effect", "form"), FORMS, ids=ids)
 def test_a_form_has_what_its_stage_needs(effect: Effect, form: Form) -> None:
     """One function, of its stage; a name of its own in its effect; and an equation."""
-    given = [name for name in ("specify", "command", "observe", "memory") if getattr(form, name) is not None]
+    names = ("specify", "command", "shape", "observe", "memory")
+    given = [name for name in names if getattr(form, name) is not None]
     wanted = {
         Stage.COMMAND: {"command", "memory"},
         Stage.SPECIFICATION: {"specify"},
         Stage.LAW: {"specify"},
+        Stage.SHAPE: {"shape"},
         Stage.OBSERVATION: {"observe", "memory"},
     }
     assert len(given) == 1

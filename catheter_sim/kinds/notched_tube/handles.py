@@ -16,7 +16,7 @@ Parts = tuple[tuple[str, float, str], ...]  # name, length [m] and bending axes 
 def handles(robot: NotchedTubeRobot) -> tuple[Handle, ...]:
     """Return the places at which causes may act.
 
-    A tube whose notches bend any way twists; of another each notch may be cut turned against the one before.
+    A tube whose notches bend any way twists; of another each notch may be cut turned against the last.
     """
     lengths = {segment.name: 0.0 for segment in robot.segments}
     for item in notches(robot):
