@@ -8,19 +8,22 @@ commands, some of them, or others (docs/truth/interventions.md). The data come o
 scripts/natural_effects.py; `catheter-sim diagnose NEW --since OLD` is asked in another process.
 
 -o DIR gets data/, answers/, found/, scores/ (one JSON per draw), table.txt and table.json. A stopped run goes
-on where it was. A draw counts only where the package's files are those that scored it.
+on where it was, and with --scores FILE in a new folder, too. A draw counts only where the package's files are
+those that scored it.
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
+from functools import partial
 from pathlib import Path
 
 from catheter_sim.blind_bench.interventions.run import run_bench, scoring_code
 from catheter_sim.blind_bench.interventions.table import as_text, draw_text, is_miss, summary
 from catheter_sim.blind_bench.nature.run import CHANGED
 from catheter_sim.blind_bench.robots import named_robots
-from catheter_sim.cli.nature_bench import draws_of, ended, parser_of
+from catheter_sim.cli.nature_bench import draws_of, ended, hand_on, parser_of, take_up
 from catheter_sim.errors import InputError
 
 
@@ -31,8 +34,16 @@ def main() -> int:
     try:
         robots = named_robots(options.robots, "--robots")
         draws = draws_of(options, scoring_code())
+        take_up(options, root)
         scores = run_bench(
-            options.purpose, options.seed, draws, root, options.jobs, robots, options.limit, on_score=_say
+            options.purpose,
+            options.seed,
+            draws,
+            root,
+            options.jobs,
+            robots,
+            options.limit,
+            on_score=partial(_say, options, root),
         )
     except InputError as error:
         print(f"interventions: error: {error}", file=sys.stderr)
@@ -40,10 +51,11 @@ def main() -> int:
     return ended(root, scores, summary, as_text, scoring_code())
 
 
-def _say(score: dict) -> None:
+def _say(options: argparse.Namespace, root: Path, score: dict) -> None:
     mark = "MISS" if is_miss(score) else "hit "
     changed = f" ({CHANGED})" if score["code"] == CHANGED else ""
     print(f"{mark} {draw_text(score)} [{score['seconds']:.0f} s]{changed}", flush=True)
+    hand_on(options, root, scoring_code())
 
 
 if __name__ == "__main__":

@@ -8,21 +8,24 @@ cause there are forms that the diagnosis knows and forms that it does not (forei
 are drawn with --purpose tune, the other half with --purpose judge: tune with the first, judge with the other.
 
 -o DIR gets data/, answers/, found/, scores/ (one JSON per draw, with seed, commit, code, answer and
-seconds), table.txt and table.json. A stopped run goes on where it was. A draw counts only where the files
-that a diagnosis and its score import are those that scored it: after a change there it is diagnosed again,
-and its data are made again where the change concerns what makes them.
+seconds), table.txt and table.json. A stopped run goes on where it was, and with --scores FILE in a new
+folder, too. A draw counts only where the files that a diagnosis and its score import are those that scored
+it: after a change there it is diagnosed again, and its data are made again where the change concerns what
+makes them.
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
+from functools import partial
 from pathlib import Path
 
 from catheter_sim.blind_bench.nature.code import judging_code
 from catheter_sim.blind_bench.nature.run import CHANGED, run_bench
 from catheter_sim.blind_bench.nature.table import NOT_MADE, as_text, miss_text, summary
 from catheter_sim.blind_bench.robots import named_robots
-from catheter_sim.cli.nature_bench import draws_of, ended, parser_of
+from catheter_sim.cli.nature_bench import draws_of, ended, hand_on, parser_of, take_up
 from catheter_sim.errors import InputError
 
 
@@ -35,6 +38,7 @@ def main() -> int:
     try:
         robots = named_robots(options.robots, "--robots")
         draws = draws_of(options, judging_code())
+        take_up(options, root)
         scores = run_bench(
             options.purpose,
             options.seed,
@@ -44,7 +48,7 @@ def main() -> int:
             robots,
             options.limit,
             options.make_only,
-            on_score=_say_made if options.make_only else _say,
+            on_score=_say_made if options.make_only else partial(_say, options, root),
         )
     except InputError as error:
         print(f"natural_effects: error: {error}", file=sys.stderr)
@@ -54,10 +58,11 @@ def main() -> int:
     return ended(root, scores, summary, as_text, judging_code())
 
 
-def _say(score: dict) -> None:
+def _say(options: argparse.Namespace, root: Path, score: dict) -> None:
     mark = "hit " if score["right"] else "MISS"
     changed = f" ({CHANGED})" if score["code"] == CHANGED else ""
     print(f"{mark} {miss_text(score)} [{score['seconds']:.0f} s]{changed}", flush=True)
+    hand_on(options, root, judging_code())
 
 
 def _say_made(answer: dict) -> None:

@@ -179,6 +179,7 @@ def _robot_lines(content: dict[str, Any]) -> Iterator[str]:
         default = ", if the file has no other" if len(content["inputs"]) > 1 else ""
         yield f"inputs, {kind}{default if kind == content['actuation'] else ''}: {', '.join(names)}"
     yield f"optional inputs: {', '.join(content['optional_inputs'])}"
+    yield f"optional inputs of a simulation, on element k: {', '.join(content['inputs_on_bodies'])}"
     yield f"outputs: {', '.join(_shortened(content['outputs']))}"
     yield "static models"
     for model in content["static_models"] or [{"name": "(none)", "summary": ""}]:

@@ -1,8 +1,12 @@
-"""What the commands of benches by nature's laws have in common: their options, and how they end."""
+"""What the commands of benches by nature's laws have in common: their options, and how they end.
+
+Scores may be kept in one file, JSON lines, so that a bench goes on elsewhere without its folder.
+"""
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,9 +15,10 @@ from typing import Any
 from catheter_sim.blind_bench.nature.code import commit
 from catheter_sim.blind_bench.nature.forms import PURPOSES
 from catheter_sim.blind_bench.nature.run import scores_in
-from catheter_sim.blind_bench.places import write_json
+from catheter_sim.blind_bench.places import Folders, write_json
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 from catheter_sim.cli.arguments import whole_number, whole_numbers
+from catheter_sim.errors import InputError
 from catheter_sim.tables import replaced_when_whole
 
 
@@ -35,7 +40,49 @@ def parser_of(description: str | None, draws: int) -> argparse.ArgumentParser:
     parser.add_argument("--robots", help=f"comma-separated, of {', '.join(BENCH_ROBOTS)}; default all")
     parser.add_argument("--limit", type=float, default=900.0, help="seconds for one diagnosis; default 900")
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder to write")
+    parser.add_argument(
+        "--scores",
+        type=Path,
+        metavar="FILE",
+        help="a line of JSON for each scored draw: read first, written after each; with it a bench goes on "
+        "without its folder",
+    )
     return parser
+
+
+def take_up(options: argparse.Namespace, root: Path) -> None:
+    """Put the scores of the file `--scores`, if there is one, into the bench's folder where it has none.
+
+    Raises:
+        InputError: a line of it is no score, or one of another purpose or seed.
+    """
+    file: Path | None = options.scores
+    if file is None or not file.exists():
+        return
+    for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
+        try:
+            score = json.loads(line)
+            asked = score["purpose"], score["seed"]
+            place = Folders(root, int(score["index"])).score
+        except (ValueError, KeyError, TypeError):
+            raise InputError(f"{file}: line {number}: not the score of a draw") from None
+        if asked != (options.purpose, options.seed):
+            raise InputError(
+                f"{file}: line {number}: of {asked[0]}, seed {asked[1]}, not of {options.purpose}, "
+                f"seed {options.seed}; give another file"
+            )
+        if not place.exists():
+            write_json(score, place)
+
+
+def hand_on(options: argparse.Namespace, root: Path, code: str) -> None:
+    """Write the scores of a code, in the order of their draws, to the file `--scores` if one is given."""
+    if options.scores is None:
+        return
+    options.scores.parent.mkdir(parents=True, exist_ok=True)
+    with replaced_when_whole(options.scores) as file:
+        for score in scores_in(root, code):
+            file.write(json.dumps(score, sort_keys=True) + "\n")
 
 
 def draws_of(options: argparse.Namespace, code: str) -> Sequence[int]:
