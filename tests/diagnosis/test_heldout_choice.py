@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from planted import as_inputs, small_robot
 
-from catheter_sim.diagnosis.causes.choose import equals_of
+from catheter_sim.diagnosis.causes.again import equals_of
 from catheter_sim.diagnosis.causes.comparison import rival_groups, rivals_of
 from catheter_sim.diagnosis.causes.heldout_choice import (
     also_equal_on_heldout,

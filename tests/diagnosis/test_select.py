@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
+from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from planted import as_inputs, small_robot
 
 from catheter_sim.diagnosis.causes import choose as select_module
@@ -13,6 +16,7 @@ from catheter_sim.diagnosis.causes import search as search_module
 from catheter_sim.diagnosis.causes.choose import may_end_at, select
 from catheter_sim.diagnosis.causes.comparison import as_good, pays, settled
 from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.fitting import workers as workers_module
 from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.problem import Problem, Term, fitted_numbers
@@ -127,6 +131,24 @@ def test_two_causes_are_found_that_do_not_pay_alone(monkeypatch):
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
     monkeypatch.setattr(select_module, "PATIENCE", 0)
     assert select(problem, candidates).chosen.causes == ()
+
+
+@pytest.mark.parametrize("looks", [0, 1, 2, 3, 5])
+def test_when_time_is_up_the_best_so_far_is_chosen(looks: int, monkeypatch):
+    """By a clock that goes on by one with each look at it: in probes, in fits, in a later step."""
+    problem = made(opposed, "scale", (3.0, 0.0, 0.0), seed=1)
+    whole = select(problem, tuple(UNITS))
+    assert whole.chosen.causes == ("nonlinear_stiffness",)
+    assert not whole.unfinished
+    ticks = count()
+    for module in (search_module, workers_module):
+        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: float(next(ticks))))
+    found = select(problem, tuple(UNITS), deadline=float(looks))
+    assert found.unfinished
+    assert found.chosen is found.path[-1]
+    assert found.chosen.causes in {(), *(item.causes for item in found.tried)}
+    assert len(found.tried) <= len(whole.tried)
+    assert looks or found.chosen.causes in {(), whole.chosen.causes}
 
 
 def test_two_causes_are_found_beside_one_that_imitates_them(monkeypatch):

@@ -18,8 +18,9 @@ from killed import always_die, die_once, square
 from planted import small_data
 
 from catheter_sim.diagnosis.fitting import workers as module
+from catheter_sim.diagnosis.fitting.in_time import work_out
 from catheter_sim.diagnosis.fitting.kept import packed
-from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls, workers
+from catheter_sim.diagnosis.fitting.workers import SERIAL, OutOfTime, Workers, map_calls, workers
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.report.to_json import to_json
 from catheter_sim.errors import InputError
@@ -34,6 +35,21 @@ def test_results_come_in_order():
     for place in (SERIAL, Workers(2)):
         with workers(place) as pool:
             assert map_calls(pool, square, NUMBERS) == SQUARES
+
+
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_when_time_is_up_what_is_done_is_kept(jobs: int):
+    """At least one call is, and none is begun after; the processes serve on."""
+    kept: dict[str, float] = {"z": 0.5}
+    with workers(Workers(jobs)) as pool:
+        with pytest.raises(OutOfTime, match="time ran out after"):
+            work_out(pool, time.monotonic(), kept, list("abcde"), square, NUMBERS)
+        assert 2 <= len(kept) < 6
+        assert kept.items() <= dict(zip("zabcde", [0.5, *SQUARES], strict=True)).items()
+        assert map_calls(pool, square, NUMBERS[2:3], time.monotonic()) == [4.0]
+        work_out(pool, time.monotonic() + 100.0, kept, list("abcde"), square, NUMBERS)
+    assert list(kept.values())[-1] == 16.0
+    assert len(kept) == 6
 
 
 def test_what_was_finished_is_not_done_again(tmp_path):

@@ -42,7 +42,7 @@ from catheter_sim.diagnosis.fitting.problem import (
     terms_for,
     with_fewer_rows,
 )
-from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
+from catheter_sim.diagnosis.fitting.workers import SERIAL, OutOfTime, Workers
 from catheter_sim.diagnosis.thresholds import BEAM, CHOICE_ROUNDS, MOST_CAUSES, NEAR_NOISE, PATIENCE
 from catheter_sim.effects import EFFECTS
 
@@ -106,10 +106,32 @@ def select(
     problem = with_fewer_rows(problem)
     search = Search(pool, problem, on_fit or (lambda line: None), deadline)
     (null,) = search.fitted([((), {})])
-    simple, detailed = _by_size([terms_for(problem.robot, name, problem.moving) for name in candidates])
+    path = [null]
+    try:
+        singles, equals = _searched(search, candidates, path, most)
+    except OutOfTime:
+        singles = in_order([item for item in search.tried if len(item.terms) == 1])
+        equals = []
+        best = in_order(search.tried)[:1]
+        if best and pays(path[-1], best[0]):
+            path.append(best[0])
+    tried = tuple(search.tried)
+    return Selection(null, tuple(singles), tried, tuple(path), path[-1], tuple(equals), search.late)
+
+
+def _searched(
+    search: Search, candidates: Sequence[str], path: list[Fit], most: int
+) -> tuple[list[Fit], list[Fit]]:
+    """Return the fits of single causes, and those that do as well as the last of `path`, to which it leads.
+
+    Raises:
+        OutOfTime: before the end; `path` is what it has come to.
+    """
+    problem, null = search.problem, path[0]
+    simple, detailed = by_size([terms_for(problem.robot, name, problem.moving) for name in candidates])
     further = _further(problem, candidates)
     singles, begin = _singles(search, null, simple, detailed)
-    path = search.beginning(null, singles)
+    path[:] = search.beginning(null, singles)
     for left in reversed(range(CHOICE_ROUNDS)):
         beside_simple: list[list[Term]] = [[], detailed, [*detailed, *further]]
         for variants in ((simple, more) for more in beside_simple[begin:]):
@@ -128,7 +150,7 @@ def select(
             other = [null]
             _forward(search, singles, (simple, detailed), other, most, PATIENCE)
             if pays(path[-1], other[-1]) and settled(problem, other[-1]):
-                path = other
+                path[:] = other
         current = _backward(search, path[-1])
         tried = search.tried
         current = _simplest(current, [item for item in tried if may_end_at(current, item, tried)])
@@ -143,8 +165,7 @@ def select(
         if not left or search.late or not better or not pays(current, better[0]):
             break
         path.append(better[0])
-    equals = tuple(item for item in rivals if as_good(current, item))
-    return Selection(null, tuple(singles), tuple(search.tried), tuple(path), current, equals, search.late)
+    return singles, [item for item in rivals if as_good(current, item)]
 
 
 def _further(problem: Problem, candidates: Sequence[str]) -> list[Term]:
@@ -173,35 +194,7 @@ def _ended(problem: Problem, null: Fit, best: Fit, further: bool) -> bool:
     return within_model(problem, null, best) or (further and settled_in_motion(problem, best))
 
 
-def singles_of(problem: Problem, candidates: Sequence[str], pool: Workers = SERIAL) -> tuple[Fit, ...]:
-    """Return the fits of single effects, of each in its most promising variants, best first."""
-    problem = with_fewer_rows(problem)
-    search = Search(pool, problem, lambda line: None)
-    (null,) = search.fitted([((), {})])
-    terms = [term for name in candidates for term in terms_for(problem.robot, name, problem.moving)]
-    return tuple(in_order(search.alone(null, terms)))
-
-
-def equals_of(
-    problem: Problem, chosen: Fit, candidates: Sequence[str], pool: Workers = SERIAL
-) -> tuple[Fit, ...]:
-    """Return the hypotheses that do as well on the training data as one at which the search did not end.
-
-    Args:
-        problem: the training trials.
-        chosen: the hypothesis.
-        candidates: names of the effects that may stand in a chosen one's place.
-        pool: where to fit.
-    """
-    problem = with_fewer_rows(problem)
-    search = Search(pool, problem, lambda line: None)
-    (current,) = search.fitted([(chosen.terms, chosen.values)])
-    simple, detailed = _by_size([terms_for(problem.robot, name, problem.moving) for name in candidates])
-    search.fit_in_each_place(current, (*simple, *detailed))
-    return tuple(item for _, _, item in rivals_of(current, search.tried) if as_good(current, item))
-
-
-def _by_size(tiers: Sequence[tuple[Term, ...]]) -> tuple[list[Term], list[Term]]:
+def by_size(tiers: Sequence[tuple[Term, ...]]) -> tuple[list[Term], list[Term]]:
     """Return the effects' variants of few numbers, and those of more, by value or channel or segment."""
     simple = [term for terms in tiers for term in terms if len(term.free) <= len(terms[0].free)]
     return simple, [term for terms in tiers for term in terms if term not in simple]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from catheter_sim.diagnosis.causes.comparison import pays, settled
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
+from catheter_sim.diagnosis.fitting.in_time import work_out
 from catheter_sim.diagnosis.fitting.probe import (
     Foreseen,
     Tangent,
@@ -85,22 +86,13 @@ class Search:
                 is rough, until it competes with one that errs as much.
         """
         worth = HOPELESS_FACTOR * beside.cross_validated_rms if beside else math.inf
+        as_usual = True, False, True, MOST_FIT_STEPS, worth
         new = {
-            frozenset(terms): (
-                self.problem,
-                tuple(terms),
-                dict(known),
-                True,
-                False,
-                True,
-                MOST_FIT_STEPS,
-                worth,
-            )
+            frozenset(terms): (self.problem, tuple(terms), dict(known), *as_usual)
             for terms, known in hypotheses
         }
         missing = [key for key in new if key not in self.fits or self._too_rough(key, worth)]
-        found = map_calls(self.pool, fit, [new[key] for key in missing])
-        self.fits |= dict(zip(missing, found, strict=True))
+        work_out(self.pool, self.deadline, self.fits, missing, fit, [new[key] for key in missing])
         return [self.fits[frozenset(terms)] for terms, _ in hypotheses]
 
     def _too_rough(self, key: frozenset[Term], worth: float) -> bool:
@@ -120,11 +112,17 @@ class Search:
             wanted[mine, extra] = start
             removed |= {(mine, term): start for term in gone}
         missing = [key for key in wanted if key not in self.tangents]
-        found = map_calls(self.pool, tangent, [(self.problem, wanted[key], key[1]) for key in missing])
-        self.tangents |= dict(zip(missing, found, strict=True))
+        calls = [(self.problem, wanted[key], key[1]) for key in missing]
+        work_out(self.pool, self.deadline, self.tangents, missing, tangent, calls)
         absent = [key for key in removed if key not in self.lacking]
-        taken = map_calls(self.pool, without, [(self.problem, removed[key], key[1]) for key in absent])
-        self.lacking |= dict(zip(absent, taken, strict=True))
+        work_out(
+            self.pool,
+            self.deadline,
+            self.lacking,
+            absent,
+            without,
+            [(self.problem, removed[key], key[1]) for key in absent],
+        )
         return [
             foreseen(
                 self.problem,
@@ -156,12 +154,8 @@ class Search:
         keys = [(frozenset(start.terms), frozenset(terms)) for start, terms in hypotheses]
         asked = list(dict.fromkeys(index for group, _ in groups for index in group))
         missing = [index for index in asked if keys[index] not in self.steps]
-        found = map_calls(
-            self.pool,
-            reached,
-            [(self.problem, *hypotheses[index], forecast[index].points) for index in missing],
-        )
-        self.steps |= {keys[index]: item for index, item in zip(missing, found, strict=True)}
+        calls = [(self.problem, *hypotheses[index], forecast[index].points) for index in missing]
+        work_out(self.pool, self.deadline, self.steps, [keys[index] for index in missing], reached, calls)
         picked = dict.fromkeys(
             index
             for group, count in groups
@@ -261,6 +255,7 @@ class Search:
                 (self.problem, terms, dict(values), False, False, True, MOST_ROUGH_STEPS)
                 for terms, values in list(known.values())[: PAIRS_IN_MOTION if self.problem.moving else PAIRS]
             ],
+            self.deadline,
         )
         best = sorted(fits, key=lambda item: float(item.residual @ item.residual))[:FINALISTS]
         return self.fitted([(item.terms, item.values) for item in best])

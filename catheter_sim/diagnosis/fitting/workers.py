@@ -9,12 +9,14 @@ Processes of this machine end with the one that started them, however that ends.
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+import warnings
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -97,16 +99,35 @@ def workers(place: Workers) -> Iterator[Workers]:
         yield place
 
 
-def map_calls(place: Workers, call: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> list[T]:
+class OutOfTime(Exception):
+    """Time has run out before the last of several calls was done.
+
+    Attributes:
+        found: the results of those that were, by their place.
+    """
+
+    def __init__(self, found: Mapping[int, Any]) -> None:
+        super().__init__(f"time ran out after {len(found)} calls")
+        self.found = found
+
+
+def map_calls(
+    place: Workers,
+    call: Callable[..., T],
+    arguments: Sequence[tuple[Any, ...]],
+    deadline: float = math.inf,
+) -> list[T]:
     """Return the results of several calls, in order.
 
     Args:
         place: from `workers`.
         call: a function of a module.
         arguments: of each call.
+        deadline: on the clock of `time.monotonic`, after which no call is waited for once one is done [s].
 
     Raises:
         InputError: processes were killed again and again.
+        OutOfTime: the deadline has gone by, and some calls are not done.
     """
     names = _names(call, arguments) if place.kept else [""] * len(arguments)
     kind = returned(call)
@@ -118,14 +139,21 @@ def map_calls(place: Workers, call: Callable[..., T], arguments: Sequence[tuple[
         missing = [index for index in range(len(arguments)) if index not in found]
         if not missing:
             break
+        results = _run(place, call, arguments, names, missing)
         try:
-            for index, result in _run(place, call, arguments, names, missing):
+            for index, result in results:
                 if place.kept:
                     _keep(place, place.kept / names[index], result)
                 # From its bytes, fresh or kept, so that what is built on it has one name too.
                 found[index] = unpacked(result, names[index], kind)
+                if len(found) < len(arguments) and time.monotonic() >= deadline:
+                    raise OutOfTime(found)
         except BrokenProcessPool:
             continue
+        finally:
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", ".*tasks which were still being processed")  # out of time
+                results.close()
     else:
         if len(found) < len(arguments):
             raise InputError(
@@ -167,7 +195,7 @@ def _run(
     arguments: Sequence[tuple[Any, ...]],
     names: Sequence[str],
     wanted: Sequence[int],
-) -> Iterator[tuple[int, bytes]]:
+) -> Generator[tuple[int, bytes]]:
     """Yield the results of some of the calls as they come."""
     tasks = [(index, call, arguments[index], names[index]) for index in wanted]
     if place.jobs <= 1 and not place.dask:

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.diagnosis.causes.choose import candidates_for, singles_of
+from catheter_sim.diagnosis.causes.again import singles_of
+from catheter_sim.diagnosis.causes.choose import candidates_for
 from catheter_sim.diagnosis.causes.forms import in_best_forms
 from catheter_sim.diagnosis.data_faults.model_error import errors_in_noise
 from catheter_sim.diagnosis.fitting.fit import fit

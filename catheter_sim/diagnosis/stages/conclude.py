@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from catheter_sim.diagnosis.base_frame.registration import registration_notes
-from catheter_sim.diagnosis.causes.choose import equals_of
+from catheter_sim.diagnosis.causes.again import equals_of
 from catheter_sim.diagnosis.causes.comparison import rival_groups
 from catheter_sim.diagnosis.causes.heldout_choice import also_equal_on_heldout, heldout_choice_note
 from catheter_sim.diagnosis.causes.plausible import implausible_notes, parted
