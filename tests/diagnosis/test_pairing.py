@@ -66,3 +66,24 @@ def test_missing_values_have_no_part() -> None:
     found = paired(pulled(*rows), [pulled(*rows)] * 3, errors)
     np.testing.assert_allclose(found.error[:, 0], [0.0, 5.0, 3.0])
     np.testing.assert_allclose(found.spread[1:, 0], [2.0, 4.0])
+
+
+def test_in_motion_the_same_programme_pairs_row_by_row() -> None:
+    """Motors that follow it within a tenth of their range; from where they part by more, nothing does."""
+    way = 10.0 * np.sin(np.arange(20.0) / 4.0)
+    errors = [np.arange(20.0)[:, None]]
+    again = way + 1.5 * (-1.0) ** np.arange(20)
+    found = paired(pulled(*again), [pulled(*way)], errors, moving=True)
+    np.testing.assert_array_equal(found.error[:, 0], np.arange(20.0))
+    again[12:] += 6.0
+    found = paired(pulled(*again), [pulled(*way)], errors, moving=True)
+    assert found.count.tolist() == [1] * 12 + [0] * 8
+
+
+def test_in_motion_the_same_command_on_another_way_does_not_pair() -> None:
+    """How fast it was come to matters, too: where rows were held, it pairs."""
+    loop = pulled(0.0, 1.0, 2.0, 3.0)
+    errors = [np.arange(4.0)[:, None]]
+    other = pulled(1.0, 2.0, 3.0)
+    assert paired(other, [loop], errors, moving=True).count.tolist() == [0, 0, 0]
+    assert paired(other, [loop], errors).count.tolist() == [1, 1, 1]

@@ -52,7 +52,8 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
             f"{dataset.folder}: measures {', '.join(dataset.output_channels)}; the earlier recording "
             f"{', '.join(base.columns)}: both need the same outputs"
         )
-    pairs = [paired(trial.inputs, base.inputs, base.errors) for trial in readings.trials]
+    moving = readings.motion.moving
+    pairs = [paired(trial.inputs, base.inputs, base.errors, moving) for trial in readings.trials]
     smooth = smooth_errors(base, replace(base.problem, trials=_unmeasured(readings), every=1))
     trials = tuple(
         _without(trial, base.columns, np.where(np.isfinite(item.error), item.error, other))
@@ -63,7 +64,7 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
         robot=base.robot,
         trials=trials,
         calibration=(),
-        repeatability=_repeatability(base, pairs, smooth),
+        repeatability=_repeatability(base, pairs, smooth, _measured_rows(readings)),
         model_share=MODEL_SHARE if base.misfit > NEAR_NOISE else 0.0,
     )
     train, heldout = split(made)
@@ -74,7 +75,14 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
     return Differences(prepared, rows, sum(int((item.count > 0).sum()) for item in pairs))
 
 
-def _repeatability(base: Baseline, pairs: Sequence[Pairs], smooth: Sequence[Array]) -> dict[str, float]:
+def _measured_rows(dataset: Dataset) -> list[np.ndarray]:
+    """Return which rows of each trial have a measured value, shape (r,)."""
+    return [np.isfinite(measured_of(trial, dataset.output_channels)).any(axis=1) for trial in dataset.trials]
+
+
+def _repeatability(
+    base: Baseline, pairs: Sequence[Pairs], smooth: Sequence[Array], measured: Sequence[np.ndarray]
+) -> dict[str, float]:
     """Return by how much the later recording would differ where nothing changed, by unit.
 
     Of rows that pair with several, the scatter of these; else what the smooth error leaves of the earlier
@@ -86,7 +94,9 @@ def _repeatability(base: Baseline, pairs: Sequence[Pairs], smooth: Sequence[Arra
     left = by_unit(
         base.columns, np.concatenate([error - part for error, part in zip(base.errors, own, strict=True)])
     )
-    whole = np.concatenate([np.isfinite(item.error).all(axis=1) for item in pairs])
+    whole = np.concatenate(
+        [np.isfinite(item.error).all(axis=1)[mine] for item, mine in zip(pairs, measured, strict=True)]
+    )
     if whole.all():
         return dict(scatter)
     share = float(whole.mean())

@@ -4,7 +4,9 @@ Differences of paired rows cancel whatever both recordings share, named or not. 
 the other recording did, the whole way was the same. Elsewhere rows pair by their inputs and by the directions
 in which these were going: the way since the last turn stands for the history. A row that the other recording
 has not, but passed between two of its rows, pairs with the stretch between them: errors are taken to be
-linear there.
+linear there. A robot that was measured while it moved has a state that no command tells: there a row pairs
+with the same row of a trial that went the same way so far, within what motors do that follow one programme
+twice; errors are those of the model under each one's own inputs.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.trials import Dataset, all_inputs
 from catheter_sim.diagnosis.residuals.turning import turning_points
-from catheter_sim.diagnosis.thresholds import PAIR_SHARE, STRETCH_SHARE
+from catheter_sim.diagnosis.thresholds import PAIR_SHARE, SAME_WAY_SHARE, STRETCH_SHARE
 
 
 @dataclass(frozen=True)
@@ -84,13 +86,16 @@ class _Other:
         return _Partners(error, (1.0 - part) ** 2 + part**2)
 
 
-def paired(inputs: Inputs, others: Sequence[Inputs], errors: Sequence[Array]) -> Pairs:
+def paired(
+    inputs: Inputs, others: Sequence[Inputs], errors: Sequence[Array], moving: bool = False
+) -> Pairs:
     """Return what the rows of one trial pair with in another recording.
 
     Args:
         inputs: of the trial.
         others: of the other recording's trials.
         errors: theirs, shape (r, o) each; NaN where missing.
+        moving: the robot moved while it was measured.
     """
     rows, outputs = len(inputs), errors[0].shape[1]
     unknown = np.full((rows, outputs), np.nan)
@@ -99,13 +104,15 @@ def paired(inputs: Inputs, others: Sequence[Inputs], errors: Sequence[Array]) ->
     scale = np.maximum(np.ptp(everything, axis=0), 1e-300)
     mine = all_inputs(inputs) / scale
     theirs = [all_inputs(item) / scale for item in others]
-    common = [_same_beginning(mine, item) for item in theirs]
+    common = [_same_beginning(mine, item, SAME_WAY_SHARE if moving else PAIR_SHARE) for item in theirs]
     heading = _headings(mine)
     other = _joined(theirs, errors)
     for row in range(rows):
         whole = [item[row] for item, length in zip(errors, common, strict=True) if row < length]
-        partners = _Partners(np.array(whole), np.ones(len(whole))) if whole else None
-        _note(found, row, partners or other.at(mine[row], heading[row]))
+        if whole:
+            _note(found, row, _Partners(np.array(whole), np.ones(len(whole))))
+        elif not moving:
+            _note(found, row, other.at(mine[row], heading[row]))
     return found
 
 
@@ -139,14 +146,15 @@ def share_paired(later: Dataset, earlier: Dataset) -> float:
     """Return the share of the later recording's rows that pair with rows of the earlier one."""
     others = [trial.inputs for trial in earlier.trials]
     errors = [np.zeros((len(item), 1)) for item in others]
-    counts = [paired(trial.inputs, others, errors).count for trial in later.trials]
+    moving = later.motion.moving
+    counts = [paired(trial.inputs, others, errors, moving).count for trial in later.trials]
     return float(np.mean(np.concatenate(counts) > 0))
 
 
-def _same_beginning(first: Array, second: Array) -> int:
-    """Return how many rows from the start have the same inputs."""
+def _same_beginning(first: Array, second: Array, within: float) -> int:
+    """Return how many rows from the start have the same inputs, `within` a share of their ranges."""
     length = min(len(first), len(second))
-    apart = (np.abs(first[:length] - second[:length]) > PAIR_SHARE).any(axis=1)
+    apart = (np.abs(first[:length] - second[:length]) > within).any(axis=1)
     return int(np.argmax(apart)) if apart.any() else length
 
 
