@@ -326,7 +326,7 @@ def page(results: Results) -> str:
         "then.",
         "Once all lines of a check are red no further change of it is tried. All figures are in",
         "`docs/truth/perturbed_lines.csv`. A check that has no line here has none that is judged: what no",
-        "change turned is shown by `validate`, and no longer judged.",
+        "change turned is shown by `validate`, and not judged.",
         f"Made {datetime.now(UTC):%Y-%m-%d} with commit {commit.stdout.strip()}.",
         "",
         f"{len(rows) - len(never)} of {len(rows)} lines turn red.",

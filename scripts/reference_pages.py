@@ -22,6 +22,7 @@ from catheter_sim.kinds import KINDS, kind_of
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "reference"
 ROBOT = "neuroendoscope_section"  # whose effects are shown with their bounds
+OTHER = "mitral_4dof"  # whose effects are shown where the first robot has none
 _VERBS = """\
 # Verbs
 
@@ -29,23 +30,23 @@ _VERBS = """\
 bad input, with one line on standard error that names the file, line, column or key, and the choices.
 
 `catheter-sim list` shows robots, static models, environments and effects, `catheter-sim list ROBOT` one
-robot's inputs, outputs, models and effects, also of your own `.toml`. Off a terminal, long work says on
-standard error what it is doing, and the first use of a kernel that it is compiled. What MuJoCo warns of
-ends a simulation, with the row. `catheter-sim view ROBOT` opens MuJoCo's viewer with a slider for each
-input, tendons coloured by tension."""
+robot's inputs, outputs, models and effects, also of your own `.toml`. Long work says on standard error what
+it is doing, and that a kernel is compiled at its first use. A warning of MuJoCo ends the simulation, with an
+error that names the row."""
 _EFFECTS = f"""\
 # Effects
 
-The closed list of causes. Each is set as `--set effects.backlash.width_mm=0.4`, and each may be what a
-diagnosis names. A cause may act in several forms; a form is on where its numbers are not those of no
-effect. Bounds and units below are those of `{ROBOT}`; `catheter-sim list ROBOT` shows another robot's."""
+The closed list of causes of error. Each is set as `--set effects.backlash.width_mm=0.4`, and each may be what
+a diagnosis names. A cause may act in several forms; a form is on where its numbers are not those of "no
+effect". Bounds and units below are those of `{ROBOT}`, or of `{OTHER}` where the
+first has none; `catheter-sim list ROBOT` shows another robot's."""
 _KINDS = """
-Robots with sections or joints of their own have further forms, where these make sense.
+Robots with several sections or joints have further forms.
 
 ## Which cause on which kind of robot
 
-The forms that a diagnosis tries on at least one robot of the catalogue of each kind, driven by tension or by
-displacement; a number in brackets is a reason below the table why there are none."""
+Of each kind, the forms that a diagnosis tries on at least one robot of the catalogue, driven by tension or by
+displacement. A number in brackets leads to the reason, below the table, why there are none."""
 _GAPS = {
     ("coupling", "notched_tube"): "It has one channel, which nothing else can move with.",
     ("payload", "catheter"): "Its static models carry no load on the tip.",
@@ -62,10 +63,10 @@ _ORDER = """
 ## What acts before what
 
 `backlash` acts on the command of every robot, before `coupling`; a catheter's drives may have a play of
-their own (`play_mm`) behind it. Until now a catheter's acted behind `coupling`. Two plays in a row do what
-one of the summed width does, so that only figures with both effects moved (width 0.4 mm, a share of 0.2 of
-the distal displacement, in a loop of 3 mm): `mitral_4dof` 1.0 mm at the tip, `mitral_transseptal` 0.9 deg
-of its distal torsion; without `coupling` nothing (2e-8 mm in the simulation)."""
+their own (`play_mm`) behind it. Two plays in a row do what one of the summed width does. Whether `backlash`
+or `coupling` comes first matters only where both are set: with a width of 0.4 mm and a share of 0.2 of the
+distal displacement, in a loop of 3 mm, it moves the tip of `mitral_4dof` by 1.0 mm and the distal torsion of
+`mitral_transseptal` by 0.9 deg; without `coupling` it moves nothing (2e-8 mm in the simulation)."""
 _PYTHON = """\
 # Names in Python
 
@@ -84,7 +85,7 @@ def verbs_page() -> Iterator[str]:
         yield "| argument | what |\n|---|---|"
         for action in verbs.choices[name]._actions:
             if not isinstance(action, argparse._HelpAction):
-                said = (action.help or "").replace("|", " or ").replace("<", "&lt;")
+                said = (action.help or "").replace("%%", "%").replace("|", " or ").replace("<", "&lt;")
                 yield f"| `{_argument(action)}` | {said} |"
         yield f"\n```text\n{text.strip()}\n```"
 
@@ -134,14 +135,18 @@ def kinds_table() -> Iterator[str]:
 def effects_page() -> Iterator[str]:
     """Yield the lines of the page of effects: the closed list, with forms, parameters and bounds."""
     yield _EFFECTS
-    rows: dict[str, list[Mapping[str, Any]]] = {}
-    for row in cs.list_effects(ROBOT):
-        rows.setdefault(row["effect"], []).append(row)
-    for effect, parameters in rows.items():
+    rows: dict[str, dict[str, list[Mapping[str, Any]]]] = {ROBOT: {}, OTHER: {}}
+    for robot, of_robot in rows.items():
+        for row in cs.list_effects(robot):
+            of_robot.setdefault(row["effect"], []).append(row)
+    for effect in EFFECTS:
+        robot = ROBOT if effect in rows[ROBOT] else OTHER
+        parameters = rows[robot][effect]
         yield ""
         yield f"## `{effect}`"
         yield ""
-        yield f"{parameters[0]['summary'].rstrip('.').replace('<', '&lt;')}."
+        whose = "" if robot == ROBOT else f" Of `{robot}`:"
+        yield f"{parameters[0]['summary'].rstrip('.').replace('<', '&lt;')}.{whose}"
         yield ""
         yield "| form | parameter | no effect | bounds |"
         yield "|---|---|---|---|"

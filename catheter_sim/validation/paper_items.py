@@ -36,7 +36,8 @@ _HEAD = (
 _TOP = """\
 # The papers, item by item
 
-Every figure, equation and claim of the papers that this package rests on, beside what the package gives.
+Every figure, equation and claim of five papers that this package rests on, beside what the package gives (the
+notched wrist of York 2015 is not gone through item by item).
 `validate` prints the checks that are named here ([all of them](validation.md)); a figure of ours that it
 prints is taken from there.
 
