@@ -10,8 +10,8 @@ A robot's static models are those that `statics ROBOT --model NAME` takes. Effec
 --set effects.NAME.PARAMETER=VALUE, in the unit that the parameter's name ends in; without ROBOT their
 parameters are shown for the neuroendoscope_section, and per robot in the JSON, as some of them carry
 the names of the robot's channels. A form of an effect is on where its numbers are not those of no effect.
-With ROBOT: its inputs, outputs, static models and effects; every
-robot also takes forces and moments on its tip.
+With ROBOT: its inputs, outputs, static models and effects; in a simulation
+every robot also takes forces and moments on its tip, static models where they say so.
 """
 
 from __future__ import annotations

@@ -70,6 +70,9 @@ def run(options: argparse.Namespace) -> int:
         )
     found = ModelChoice(driven.specified, result, options.tolerance_percent, options.tolerance_deg)
     print(found.to_table())
+    for item in result.errors:
+        if item.why:
+            print(f"{item.model} solves no row: {item.why}")
     if found.model is None:
         print(f"no model is within {options.tolerance_percent:g} % of {options.reference}")
     else:

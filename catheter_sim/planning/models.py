@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -73,10 +74,15 @@ def compare_models(
         raise unknown("reference", reference, [SIMULATION, *names], robot.name)
     exact = _reference(robot, inputs, gravity_mps2, reference, progress)
     length_m = kind_of(robot).model.length_m(robot)
-    away, spent_once = {}, 0.0
+    away: dict[str, list[tuple[float, float] | None]] = {}
+    why: dict[str, str] = {}
+    spent_once = 0.0
     for name in names:
         began = clock()
-        away[name] = _away(name, robot, inputs, gravity_mps2, exact)
+        try:
+            away[name] = _away(name, robot, inputs, gravity_mps2, exact)
+        except InputError as error:
+            away[name], why[name] = [None] * len(inputs), str(error)
         spent_once += clock() - began
     whole = {name: range(len(inputs)) for name in names if None not in away[name]}
     calls = solver_calls(robot, inputs, gravity_mps2, whole) or {
@@ -85,8 +91,11 @@ def compare_models(
     rounds = int(np.clip(_LONGEST_S / max(spent_once, 1e-9), 1, 7))
     spent = interleaved_s(calls, clock, rounds)
     found: list[ModelError] = [
-        model_error(
-            name, away[name], length_m, 1e3 * spent[name] / len(inputs) if name in spent else math.inf
+        replace(
+            model_error(
+                name, away[name], length_m, 1e3 * spent[name] / len(inputs) if name in spent else math.inf
+            ),
+            why=why.get(name, ""),
         )
         for name in names
     ]
@@ -109,10 +118,11 @@ def _reference(
 def _away(
     model: str, robot: RobotSpec, inputs: Inputs, gravity: Array, exact: Sequence[Posture]
 ) -> list[tuple[float, float] | None]:
-    """Return each row's distance [m] and angle [rad] from the reference; None where it is not solved."""
-    try:
-        postures = STATIC_MODELS[model].solve(robot, inputs, gravity).postures
-    except InputError:
-        return [None] * len(inputs)
+    """Return each row's distance [m] and angle [rad] from the reference; None where it is not solved.
+
+    Raises:
+        InputError: the model does not know the robot or its inputs.
+    """
+    postures = STATIC_MODELS[model].solve(robot, inputs, gravity).postures
     good = finite_rows(postures)
     return [apart(postures[row], right) if row < good else None for row, right in enumerate(exact)]

@@ -53,6 +53,7 @@ class ModelError:
         orientation_deg: largest angle between both tips' frames [deg].
         ms: a row's share of the time of all rows that the model solves, the median of several rounds [ms].
         failed: numbers of the rows, from 0, that it did not solve; none where it is usable.
+        why: what it does not know of the robot or its inputs, where it refused all rows; "" otherwise.
     """
 
     model: str
@@ -61,6 +62,7 @@ class ModelError:
     orientation_deg: float
     ms: float
     failed: tuple[int, ...]
+    why: str = ""
 
 
 @dataclass(frozen=True)

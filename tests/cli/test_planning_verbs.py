@@ -145,6 +145,17 @@ def test_which_model_names_the_fastest_that_is_accurate(run: Run, folder: Path) 
     assert "unknown reference 'pk'; choices: simulation" in run(*words[:-1], "pk").error()
 
 
+def test_which_model_says_what_a_model_does_not_know(run: Run, folder: Path) -> None:
+    """Of a moment on the tip, which no model of catheters has; the row is named."""
+    (folder / "in.csv").write_text(
+        "time_s,displacement_bending_proximal_mm,moment_tip_x_Nm\n0,0,0\n1,1,0.01\n"
+    )
+    ran = run("which-model", "mitral_4dof", "--inputs", "in.csv")
+    assert ran.status == 1
+    assert "pk solves no row: row 2 (time_s = 1): static model 'pk'" in ran.out
+    assert "no model is within 1 % of simulation" in ran.out
+
+
 @pytest.mark.slow
 def test_control_writes_every_way(run: Run, folder: Path) -> None:
     """Runs over time, a summary and a picture; feedback lessens the error of a slack tendon's feedforward."""

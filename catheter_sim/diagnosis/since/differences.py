@@ -77,7 +77,8 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
 
 def _measured_rows(dataset: Dataset) -> list[np.ndarray]:
     """Return which rows of each trial have a measured value, shape (r,)."""
-    return [np.isfinite(measured_of(trial, dataset.output_channels)).any(axis=1) for trial in dataset.trials]
+    columns = dataset.output_channels
+    return [np.isfinite(measured_of(trial, columns)).sum(axis=1) > 0 for trial in dataset.trials]
 
 
 def _repeatability(
@@ -95,7 +96,7 @@ def _repeatability(
         base.columns, np.concatenate([error - part for error, part in zip(base.errors, own, strict=True)])
     )
     whole = np.concatenate(
-        [np.isfinite(item.error).all(axis=1)[mine] for item, mine in zip(pairs, measured, strict=True)]
+        [np.isfinite(item.error[mine]).all(axis=1) for item, mine in zip(pairs, measured, strict=True)]
     )
     if whole.all():
         return dict(scatter)

@@ -86,9 +86,7 @@ class _Other:
         return _Partners(error, (1.0 - part) ** 2 + part**2)
 
 
-def paired(
-    inputs: Inputs, others: Sequence[Inputs], errors: Sequence[Array], moving: bool = False
-) -> Pairs:
+def paired(inputs: Inputs, others: Sequence[Inputs], errors: Sequence[Array], moving: bool = False) -> Pairs:
     """Return what the rows of one trial pair with in another recording.
 
     Args:
