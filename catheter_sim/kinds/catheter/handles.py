@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from catheter_sim.core.bends import DAMPING, curvature_handle
+from catheter_sim.core.bends import DAMPING, curvature_handle, tip_forces
 from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
 from catheter_sim.kinds.catheter.layout import (
+    bends_by_springs,
     bent_by,
-    beside_springs,
     closing_angle_rad,
     is_extensible,
     joint_stiffness,
@@ -27,8 +27,8 @@ def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
     """Return the places at which causes may act.
 
     Its joints' angles follow its tendons' lengths, so that an elastic law does nothing else than its scale;
-    its statics carry no load on the tip, and no mount that gives way beside more than springs; and
-    inextensible tendons move their joints whether they rub or not.
+    its statics carry a load on the tip, and a mount that gives way, beside springs alone; and inextensible
+    tendons move their joints whether they rub or not.
     """
     bending = bent_by(robot)
     tubes = tuple((item.name, item.stroke_m) for item in robot.segments if item.joint == "prismatic")
@@ -36,17 +36,19 @@ def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
         tuple((pair.name, bending[pair.name].name if pair.name in bending else "") for pair in robot.tendons),
         tubes,
         any(is_extensible(pair) for pair in robot.tendons if pair.name in bending),
-        bool(bending) and not beside_springs(robot),
+        bends_by_springs(robot),
+        all(_stays_in_plane(item) for item in robot.segments),
     )
 
 
 @lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot
 def _handles(
-    pairs: Joints, tubes: tuple[tuple[str, float], ...], extensible: bool, gives_way: bool
+    pairs: Joints, tubes: tuple[tuple[str, float], ...], extensible: bool, springs: bool, planar: bool
 ) -> tuple[Handle, ...]:
     found = [Handle(Role.ELASTIC_SCALE, "stiffness_scale"), DAMPING]
-    if gives_way:
+    if springs:
         found.append(Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"))
+        found += tip_forces([("", 0.0, "x" if planar else "xy")])
     if extensible:
         found += [Handle(Role.FRICTION, "friction.mu"), Handle(Role.PATH, "path_deg", "path_deg")]
     stroke = max((length for _, length in tubes), default=0.0)
@@ -77,6 +79,15 @@ def _handles(
             ),
         ]
     return tuple(found)
+
+
+def _stays_in_plane(segment: CatheterSegment) -> bool:
+    """Return whether a segment leaves the robot in the xz plane: none turns it, bends to y or bends freely."""
+    if segment.joint == "bending":
+        return segment.bends_toward == "x"
+    if segment.joint == "prismatic":
+        return math.isinf(segment.tube_stiffness_N_m2) and segment.tube_curvature_y_per_m == 0.0
+    return segment.joint == "rigid"
 
 
 def movers(robot: CatheterRobot) -> tuple[Mover, ...]:

@@ -10,6 +10,9 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
+
+from catheter_sim.core.posture import Array
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment, TendonPair
 
 TRANSSEPTAL = ("torsion", "bending", "prismatic", "torsion")
@@ -94,6 +97,14 @@ def beside_springs(robot: CatheterRobot) -> str:
     return next((words for words in found if words), "")
 
 
+def bends_by_springs(robot: CatheterRobot) -> bool:
+    """Return whether there are bending joints, which with their tendons do no more than springs would.
+
+    Beside these alone the statics carry a load on the tip, and a mount that gives way.
+    """
+    return bool(bent_by(robot)) and not beside_springs(robot)
+
+
 def pair_beside_springs(robot: CatheterRobot, pair: TendonPair, segment: CatheterSegment) -> str:
     """Return what a pair and the bending joint that it moves do more than springs would; "" if nothing."""
     if robot.friction.mu > 0.0:
@@ -127,6 +138,18 @@ def hinge_names(robot: CatheterRobot) -> list[str]:
         else:
             names.append(segment.name)
     return names
+
+
+def hinge_heights_m(segment: CatheterSegment) -> Array:
+    """Return the heights of a bending segment's hinges above its base end, shape (rings + 1,) [m].
+
+    Evenly spaced, the ends so that the mean square of the turn about the joint's middle is the arc's,
+    1/12 of the squared bend: the chords of chain and arc then differ by the bend's fourth power.
+    """
+    gaps = segment.rings + 1
+    inner = float(((np.arange(1, gaps) / gaps - 0.5) ** 2).mean())
+    end = segment.length_m * (1.0 / 12.0 - inner) / (0.5 - 2.0 * inner)
+    return np.linspace(end, segment.length_m - end, gaps)
 
 
 def tube_stiffness_N_m2(robot: CatheterRobot, segment: CatheterSegment) -> float:
