@@ -15,7 +15,7 @@ from catheter_sim.kinds.catheter.layout import (
     joint_stiffness,
     moved_segment,
 )
-from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 
 _MOST_REST_DEG = 30.0
 _REST_SCALE_DEG = 1.0  # as 0.02 over a length is for a curvature
@@ -82,7 +82,7 @@ def _handles(
 
 
 def _stays_in_plane(segment: CatheterSegment) -> bool:
-    """Return whether a segment leaves the robot in the xz plane: none turns it, bends to y or bends freely."""
+    """Return whether a segment leaves the robot in its xz plane, whatever acts within that."""
     if segment.joint == "bending":
         return segment.bends_toward == "x"
     if segment.joint == "prismatic":

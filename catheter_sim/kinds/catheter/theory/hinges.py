@@ -74,6 +74,25 @@ class Standing:
     centre: Array
 
 
+@dataclass(frozen=True)
+class Load:
+    """What acts along m rows, base frame.
+
+    Attributes:
+        force: on the tip, shape (m, 3) [N].
+        moment: there, shape (m, 3) [N m].
+        gravity: on the elements' masses, shape (3,) [m/s^2].
+    """
+
+    force: Array
+    moment: Array
+    gravity: Array
+
+    def part(self, rows: np.ndarray, share: float = 1.0) -> Load:
+        """Return a share of it at some of the rows."""
+        return Load(share * self.force[rows], share * self.moment[rows], share * self.gravity)
+
+
 class _Row:
     """Collects hinges and elements on the way from base to tip."""
 
@@ -206,3 +225,26 @@ def stand(hinges: Hinges, angle: Array, advance: Array) -> Standing:
         turned=turned[:, hinges.after].swapaxes(-1, -2),
         centre=face - hinges.back_m[:, np.newaxis] * ahead,
     )
+
+
+def moments(hinges: Hinges, standing: Standing, load: Load) -> tuple[Array, Array]:
+    """Return the load's moment about each hinge, shape (m, h) [N m], and its slopes, shape (m, h, h).
+
+    A hinge turns all that is beyond it: the arm of a farther hinge, and its axis, turn with a nearer one.
+    """
+    axis = standing.axis
+    beyond = hinges.after > np.arange(len(hinges.kind))[:, np.newaxis]  # (h, n)
+    masses = beyond * hinges.mass_kg
+    arm = standing.tip[:, np.newaxis] - standing.place
+    heavy = np.einsum("hn,mni->mhi", masses, standing.centre)
+    heavy -= masses.sum(axis=1)[:, np.newaxis] * standing.place
+    symmetric = np.zeros((*axis.shape[:2], axis.shape[1]))
+    torque = np.einsum("mhi,mi->mh", axis, load.moment)
+    gravity = np.broadcast_to(load.gravity, load.force.shape)
+    for lever, force in ((arm, load.force), (heavy, gravity)):
+        moved = np.cross(axis, lever)
+        torque += np.einsum("mhi,mi->mh", moved, force)
+        symmetric += moved @ np.cross(force[:, np.newaxis], axis).swapaxes(-1, -2)
+    turned = axis @ np.cross(load.moment[:, np.newaxis], axis).swapaxes(-1, -2)
+    lower = np.tril(symmetric)
+    return torque, lower + np.tril(symmetric, -1).swapaxes(-1, -2) + np.tril(turned, -1)
