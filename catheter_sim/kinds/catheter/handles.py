@@ -8,8 +8,9 @@ from functools import lru_cache
 from catheter_sim.core.bends import DAMPING, curvature_handle, tip_forces
 from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
 from catheter_sim.kinds.catheter.layout import (
-    bends_by_springs,
     bent_by,
+    beside_springs,
+    carries_load,
     closing_angle_rad,
     is_extensible,
     joint_stiffness,
@@ -27,8 +28,9 @@ def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
     """Return the places at which causes may act.
 
     Its joints' angles follow its tendons' lengths, so that an elastic law does nothing else than its scale;
-    its statics carry a load on the tip, and a mount that gives way, beside springs alone; and inextensible
-    tendons move their joints whether they rub or not.
+    its statics carry a mount that gives way beside springs alone, and a load on the tip beside springs that
+    may rub, but beside no law that was measured; and inextensible tendons move their joints whether they rub
+    or not.
     """
     bending = bent_by(robot)
     tubes = tuple((item.name, item.stroke_m) for item in robot.segments if item.joint == "prismatic")
@@ -36,18 +38,25 @@ def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
         tuple((pair.name, bending[pair.name].name if pair.name in bending else "") for pair in robot.tendons),
         tubes,
         any(is_extensible(pair) for pair in robot.tendons if pair.name in bending),
-        bends_by_springs(robot),
+        bool(bending) and not beside_springs(robot),
+        carries_load(robot),
         all(_stays_in_plane(item) for item in robot.segments),
     )
 
 
 @lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot
 def _handles(
-    pairs: Joints, tubes: tuple[tuple[str, float], ...], extensible: bool, springs: bool, planar: bool
+    pairs: Joints,
+    tubes: tuple[tuple[str, float], ...],
+    extensible: bool,
+    gives_way: bool,
+    loaded: bool,
+    planar: bool,
 ) -> tuple[Handle, ...]:
     found = [Handle(Role.ELASTIC_SCALE, "stiffness_scale"), DAMPING]
-    if springs:
+    if gives_way:
         found.append(Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"))
+    if loaded:
         found += tip_forces([("", 0.0, "x" if planar else "xy")])
     if extensible:
         found += [Handle(Role.FRICTION, "friction.mu"), Handle(Role.PATH, "path_deg", "path_deg")]

@@ -7,6 +7,7 @@ segment, and every ring of a bending one. A bending segment begins and ends with
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -90,28 +91,36 @@ def bent_by(robot: CatheterRobot) -> dict[str, CatheterSegment]:
 
 def beside_springs(robot: CatheterRobot) -> str:
     """Return what the bending joints and their tendons do more than springs would; "" if nothing."""
-    bending = bent_by(robot)
-    found = (
-        pair_beside_springs(robot, pair, bending[pair.name]) for pair in robot.tendons if pair.name in bending
-    )
-    return next((words for words in found if words), "")
+    return _first_words(robot, pair_beside_springs)
 
 
-def bends_by_springs(robot: CatheterRobot) -> bool:
-    """Return whether there are bending joints, which with their tendons do no more than springs would.
+def beside_friction(robot: CatheterRobot) -> str:
+    """Return what the bending joints and their tendons do more than springs that rub; "" if nothing."""
+    return _first_words(robot, _pair_beside_friction)
 
-    Beside these alone the statics carry a load on the tip, and a mount that gives way.
-    """
-    return bool(bent_by(robot)) and not beside_springs(robot)
+
+def carries_load(robot: CatheterRobot) -> bool:
+    """Return whether there are bending joints, and the statics carry a load on them: springs that may rub."""
+    return bool(bent_by(robot)) and not beside_friction(robot)
 
 
 def pair_beside_springs(robot: CatheterRobot, pair: TendonPair, segment: CatheterSegment) -> str:
     """Return what a pair and the bending joint that it moves do more than springs would; "" if nothing."""
-    if robot.friction.mu > 0.0:
-        return "friction"
+    return "friction" if robot.friction.mu > 0.0 else _pair_beside_friction(robot, pair, segment)
+
+
+def _pair_beside_friction(robot: CatheterRobot, pair: TendonPair, segment: CatheterSegment) -> str:
     if pair.law != "linear":
         return "tendons of a measured law"
     return "" if segment.resistance == "elastic" else "a measured resistance"
+
+
+def _first_words(
+    robot: CatheterRobot, words_of: Callable[[CatheterRobot, TendonPair, CatheterSegment], str]
+) -> str:
+    bending = bent_by(robot)
+    found = (words_of(robot, pair, bending[pair.name]) for pair in robot.tendons if pair.name in bending)
+    return next((words for words in found if words), "")
 
 
 def is_extensible(pair: TendonPair) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.statics import Twin, TwinStates
-from catheter_sim.kinds.catheter.layout import bends_by_springs
+from catheter_sim.kinds.catheter.layout import carries_load
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.kinds.catheter.theory.batch import batch_frames, batch_joints, batch_loads
 from catheter_sim.kinds.catheter.theory.pure import hinge_angles, joint_vector
@@ -21,7 +21,7 @@ class CatheterTwin:
     """Twin of catheters.
 
     Attributes:
-        carries_load: whether the robots bend, by joints and tendons that are springs alone.
+        carries_load: whether the robots bend, by joints and tendons that are springs, which may rub.
     """
 
     carries_load: bool
@@ -36,7 +36,7 @@ class CatheterTwin:
     ) -> TwinStates:
         """Return where robots are, as `Twin.solve` says; NaN of one that a row leads out of its range."""
         values, tension, sunk_m = batch_joints(robots, arriving, gravity_mps2)
-        loads = batch_loads(robots, arriving, gravity_mps2, values, sunk_m, every)
+        loads = batch_loads(robots, arriving, gravity_mps2, values, tension, sunk_m, every)
         values, tension = values[:, ::every], tension[:, ::every]
         p_w, R_w = batch_frames(robots, values, elements)
         p_w[..., 2] -= sunk_m[:, ::every, np.newaxis]
@@ -58,4 +58,4 @@ class CatheterTwin:
 
 def twin(robot: CatheterRobot, actuation: str) -> Twin[CatheterRobot]:
     """Return the twin of robots like `robot`, which displacements drive."""
-    return CatheterTwin(bends_by_springs(robot))
+    return CatheterTwin(carries_load(robot))

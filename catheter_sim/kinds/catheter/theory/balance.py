@@ -1,7 +1,7 @@
 """The joints' balance, with all that a catheter's tendons and joints were measured to do, as a static model.
 
 Beyond `pure`, of robots on a rigid mount: capstan friction of a bending joint's tendons, tendons that
-stretch by Nayar 2023, Algorithm 1, and joints that resist by its Algorithm 2; of joints that are springs,
+stretch by Nayar 2023, Algorithm 1, and joints that resist by its Algorithm 2; of springs, which may rub,
 loads on the tip and weight (`loaded`). A bending joint keeps its
 angle as long as the tension at its drive lies between the one that bends it further and the one at which
 it comes back.
@@ -34,7 +34,7 @@ from catheter_sim.kinds.catheter.theory.elongation import PRINTED
 from catheter_sim.kinds.catheter.theory.joint_force import LAWS
 from catheter_sim.kinds.catheter.theory.loaded import (
     loaded_rows,
-    require_springs_alone,
+    require_no_law,
     under_load,
     yielded,
 )
@@ -59,16 +59,17 @@ def balance(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> Static
 
     Raises:
         InputError: a displacement out of range, a load under which no balance is found, or what the model
-            cannot combine: some laws, and a load beside any but springs.
+            cannot combine: some laws, and a load beside a law that was measured.
     """
     rows = loaded_rows(robot, inputs, gravity_mps2)
-    require_springs_alone(robot, inputs, rows, MODEL)
+    require_no_law(robot, inputs, rows, MODEL)
     sunk_m = sunk_along(robot, inputs, MODEL)
     values, tension, residual = balanced_joints(robot, inputs, sunk_m)
     run = run_of(robot, inputs, gravity_mps2, MODEL, list(values.T), residual, tension, sunk_m)
     if not len(rows):
         return run
-    return under_load(run, rows, yielded(robot, inputs, gravity_mps2, rows, values[rows], sunk_m[rows]))
+    there = values[rows], tension[rows], sunk_m[rows]
+    return under_load(run, rows, yielded(robot, inputs, gravity_mps2, rows, *there))
 
 
 def balanced_joints(

@@ -25,7 +25,7 @@ from catheter_sim.kinds.catheter.theory.batch_kernel import (
     element_frames,
     pure_values,
 )
-from catheter_sim.kinds.catheter.theory.loaded import Yielded, loaded_rows, require_springs_alone, yielded
+from catheter_sim.kinds.catheter.theory.loaded import Yielded, loaded_rows, require_no_law, yielded
 from catheter_sim.kinds.catheter.theory.pure import elastic_tension_N, sunk_along
 from catheter_sim.kinds.catheter.theory.tendons import largest_angle_rad
 
@@ -57,7 +57,7 @@ def batch_joints(
     pure_values(joint, numbers, np.ascontiguousarray(ways), values)
     for place, (robot, driven) in enumerate(zip(robots, inputs, strict=True)):
         try:
-            require_springs_alone(robot, driven, loaded_rows(robot, driven, gravity_mps2), MODEL)
+            require_no_law(robot, driven, loaded_rows(robot, driven, gravity_mps2), MODEL)
             if has_laws(robot) or has_mount_slide(robot):
                 sunk_m[place] = sunk_along(robot, driven, MODEL)
                 values[place], tension[place], _ = balanced_joints(robot, driven, sunk_m[place])
@@ -76,6 +76,7 @@ def batch_loads(
     inputs: Sequence[Inputs],
     gravity_mps2: Array,
     values: Array,
+    tension: Array,
     sunk_m: Array,
     every: int,
 ) -> list[tuple[int, np.ndarray, Yielded]]:
@@ -83,7 +84,7 @@ def batch_loads(
 
     Args:
         robots, inputs, gravity_mps2: as of `batch_joints`.
-        values, sunk_m: of all rows, as it returns them; at a robot of NaN none is looked for.
+        values, tension, sunk_m: of all rows, as it returns them; at a robot of NaN none is looked for.
         every: 1 or more.
     """
     found = []
@@ -91,7 +92,8 @@ def batch_loads(
         rows = loaded_rows(robot, driven, gravity_mps2)
         rows = rows[rows % every == 0]
         if len(rows) and not np.isnan(values[place]).any():
-            own = yielded(robot, driven, gravity_mps2, rows, values[place, rows], sunk_m[place, rows])
+            there = (item[place, rows] for item in (values, tension, sunk_m))
+            own = yielded(robot, driven, gravity_mps2, rows, *there)
             found.append((place, rows // every, own))
     return found
 

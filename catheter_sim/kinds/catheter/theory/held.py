@@ -44,7 +44,7 @@ class Pull:
         pair: index of it.
         gaps: its hinges.
         half_gap_m, arm_m: of the segment.
-        compliance: of each tendon [m/N].
+        compliance: of each tendon, as the joint feels it, shape (m,) [m/N].
         firmness: by which a tendon's lack of length is weighed against a tension [N/m].
         drawn_m: by how much the tendon toward + and the one toward - may be no longer than straight,
             shape (m, 2) [m].
@@ -54,9 +54,13 @@ class Pull:
     gaps: slice
     half_gap_m: float
     arm_m: float
-    compliance: float
+    compliance: Array
     firmness: float
     drawn_m: Array
+
+    def part(self, rows: np.ndarray) -> Pull:
+        """Return it at some of the rows."""
+        return replace(self, compliance=self.compliance[rows], drawn_m=self.drawn_m[rows])
 
     def shortened(self, angle: Array, side: int) -> tuple[Array, Array, Array]:
         """Return how much shorter than straight a side's tendon is at all hinges' angles (m, h).
@@ -104,7 +108,7 @@ class Held:
 
     def part(self, rows: np.ndarray) -> Held:
         """Return it at some of the rows."""
-        pulls = tuple(replace(pull, drawn_m=pull.drawn_m[rows]) for pull in self.pulls)
+        pulls = tuple(pull.part(rows) for pull in self.pulls)
         numbers = {name: getattr(self, name)[rows] for name in ("stiffness", "rest", "drawn_m")}
         return replace(self, pulls=pulls, **numbers)
 
@@ -134,8 +138,14 @@ class State:
         )
 
 
-def held_by(robot: CatheterRobot, inputs: Inputs, rows: np.ndarray, values: Array) -> Held:
-    """Return what holds `robot` at some rows of inputs; `values` (m, t) are its joints' without load."""
+def held_by(robot: CatheterRobot, inputs: Inputs, rows: np.ndarray, values: Array, rubbed: Array) -> Held:
+    """Return what holds `robot` at some rows of inputs.
+
+    Args:
+        robot, inputs, rows: whose, along what, and at which of its rows.
+        values: of each pair's joint without load, shape (m, t) [rad or m].
+        rubbed: tension of each bending pair at its drive over that at its joint, shape (m, t).
+    """
     hinges = hinges_of(robot)
     count, pair_of = len(hinges.kind), {moved_segment(robot, k): k for k in range(len(robot.tendons))}
     stiffness, rest = np.zeros((len(rows), count)), np.zeros((len(rows), count))
@@ -149,7 +159,7 @@ def held_by(robot: CatheterRobot, inputs: Inputs, rows: np.ndarray, values: Arra
             rest[:, hinge], rim[hinge] = segment.rest_rad / gaps, closing_angle_rad(segment) / gaps
             free[hinge] = True
             if not hinge or hinges.segment[hinge - 1] != index:
-                pulls.append(_pull(robot, inputs, rows, pair, hinge))
+                pulls.append(_pull(robot, inputs, rows, pair, hinge, rubbed[:, pair]))
         elif kind == AROUND_Z:
             drive = robot.tendons[pair].stiffness_N_per_m
             turns.append((hinge, pair, segment, drive))
@@ -178,7 +188,9 @@ def held_by(robot: CatheterRobot, inputs: Inputs, rows: np.ndarray, values: Arra
     )
 
 
-def _pull(robot: CatheterRobot, inputs: Inputs, rows: np.ndarray, pair: int, first: int) -> Pull:
+def _pull(
+    robot: CatheterRobot, inputs: Inputs, rows: np.ndarray, pair: int, first: int, rubbed: Array
+) -> Pull:
     item, segment = robot.tendons[pair], bent_by(robot)[robot.tendons[pair].name]
     played = played_m(item, inputs.tendon[:, pair])[rows]
     home = [drawn_at_rest_m(segment, sign) - item.slack_m for sign in ("pos", "neg")]
@@ -187,7 +199,7 @@ def _pull(robot: CatheterRobot, inputs: Inputs, rows: np.ndarray, pair: int, fir
         slice(first, first + segment.rings + 1),
         segment.half_gap_m,
         segment.arm_m,
-        1.0 / item.stiffness_N_per_m,
+        rubbed / item.stiffness_N_per_m,
         joint_stiffness(robot, segment) / segment.arm_m**2,
         np.stack([played + home[0], -played + home[1]], axis=1),
     )
