@@ -20,7 +20,7 @@ tension would be below zero is let go, one that would be stretched is taken up.
 Friction. A joint's tension and that at its drive stay in the ratio that they have without the load at that
 row, as if its tendon were as much softer or stiffer: right where the joint slips the same way with the load.
 A constant force on `mitral_transseptal@tube` moves the tip so to 1 % (rms) of what the simulation says, at
-coefficients of 0.05 and 0.2; on `mitral_4dof` with taut tendons of 3 and 5 N/mm to 1 to 3 % at 0.1, and to
+coefficients of 0.05 and 0.2; on `mitral_4dof` with taut tendons of 3 and 5 N/mm to 1 to 5 % at 0.1, and to
 4 to 9 % at 0.3. A load that comes and goes is held by friction besides: that is not known here.
 
 Laws of tendons and joints that were measured keep a history of which a load would be part: beside these it is
