@@ -49,7 +49,6 @@ Of each kind, the forms that a diagnosis tries on at least one robot of the cata
 displacement. A number in brackets leads to the reason, below the table, why there are none."""
 _GAPS = {
     ("coupling", "notched_tube"): "It has one channel, which nothing else can move with.",
-    ("payload", "catheter"): "Its static models carry no load on the tip.",
     ("tendon_elongation", "rolling"): "Its rods are driven by tension, which arrives whatever their length.",
     (
         "nonlinear_stiffness",

@@ -9,8 +9,7 @@ import numpy as np
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array, Posture
-from catheter_sim.kinds.catheter.layout import hinge_counts, moved_segment, moving, turning
-from catheter_sim.kinds.catheter.mjcf.pieces import hinge_heights_m
+from catheter_sim.kinds.catheter.layout import hinge_counts, hinge_heights_m, moved_segment, moving, turning
 from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.kinds.catheter.theory import closed_form, tendons

@@ -37,6 +37,8 @@ ACTS = [
     ("mitral_4dof", "tendon_elongation", "stiffness_N_per_mm", 9.0, Role.TENDON_STIFFNESS, lambda now: 9.0),
     ("mitral_4dof", "tendon_elongation", "cyclic_length_mm", 300.0, Role.TENDON_LENGTH, lambda now: 300.0),
     ("mitral_4dof", "backlash", "slack_bending_distal_mm", 0.4, Role.SLACK, lambda now: now + 0.4),
+    ("mitral_4dof", "payload", "mass_g", 3.0, Role.TIP_MASS, lambda now: now + 3.0),
+    ("mitral_transseptal@tube", "payload", "mass_g", 3.0, Role.TIP_MASS, lambda now: now + 3.0),
     ("mitral_4dof", "precurvature", "bending_distal_deg", 4.0, Role.REST_BEND, lambda now: now + 4.0),
     ("mitral_4dof", "precurvature", "curvature_y_per_m", 4.0, Role.REST_CURVATURE, lambda now: now + 4.0),
     ("spacer_disk", "precurvature", "curvature_y_per_m", 4.0, Role.REST_CURVATURE, lambda now: now + 4.0),
@@ -153,3 +155,19 @@ def test_every_kind_says_what_bends_it(reference: str) -> None:
         assert 0.0 < value < math.inf
     movers = face.movers(robot)
     assert len({item.channel for item in movers}) == len(movers)
+
+
+def test_loads_on_catheters_are_offered_where_their_statics_carry_them() -> None:
+    """In space, and as a mass; not beside laws that were measured. The sizes are finite forces."""
+    for reference, names in (
+        ("mitral_transseptal", ["force_x_N", "force_y_N", "force_z_N"]),
+        ("mitral_transseptal@tube", ["force_x_N", "force_y_N", "force_z_N"]),
+        ("mitral_4dof", ["force_x_N", "force_y_N", "force_z_N"]),
+        ("mitral_4dof@elongation", []),
+        ("mitral_4dof@measured", []),
+    ):
+        robot = of(reference)
+        assert [item.parameter for item in places(robot, TIP_FORCE)] == names
+        assert len(places(robot, Role.TIP_MASS)) == bool(names)
+        unit = kind_of(robot).handles.sizes(robot).tip_force_N
+        assert 0.01 < unit < 1.0

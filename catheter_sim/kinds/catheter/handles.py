@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from catheter_sim.core.bends import DAMPING, curvature_handle
+from catheter_sim.core.bends import DAMPING, curvature_handle, tip_forces
 from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
 from catheter_sim.kinds.catheter.layout import (
     bent_by,
     beside_springs,
+    carries_load,
     closing_angle_rad,
     is_extensible,
     joint_stiffness,
     moved_segment,
 )
-from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 
 _MOST_REST_DEG = 30.0
 _REST_SCALE_DEG = 1.0  # as 0.02 over a length is for a curvature
@@ -27,8 +28,9 @@ def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
     """Return the places at which causes may act.
 
     Its joints' angles follow its tendons' lengths, so that an elastic law does nothing else than its scale;
-    its statics carry no load on the tip, and no mount that gives way beside more than springs; and
-    inextensible tendons move their joints whether they rub or not.
+    its statics carry a mount that gives way beside springs alone, and a load on the tip beside springs that
+    may rub, but beside no law that was measured; and inextensible tendons move their joints whether they rub
+    or not.
     """
     bending = bent_by(robot)
     tubes = tuple((item.name, item.stroke_m) for item in robot.segments if item.joint == "prismatic")
@@ -37,16 +39,25 @@ def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
         tubes,
         any(is_extensible(pair) for pair in robot.tendons if pair.name in bending),
         bool(bending) and not beside_springs(robot),
+        carries_load(robot),
+        all(_stays_in_plane(item) for item in robot.segments),
     )
 
 
 @lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot
 def _handles(
-    pairs: Joints, tubes: tuple[tuple[str, float], ...], extensible: bool, gives_way: bool
+    pairs: Joints,
+    tubes: tuple[tuple[str, float], ...],
+    extensible: bool,
+    gives_way: bool,
+    loaded: bool,
+    planar: bool,
 ) -> tuple[Handle, ...]:
     found = [Handle(Role.ELASTIC_SCALE, "stiffness_scale"), DAMPING]
     if gives_way:
         found.append(Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"))
+    if loaded:
+        found += tip_forces([("", 0.0, "x" if planar else "xy")])
     if extensible:
         found += [Handle(Role.FRICTION, "friction.mu"), Handle(Role.PATH, "path_deg", "path_deg")]
     stroke = max((length for _, length in tubes), default=0.0)
@@ -77,6 +88,15 @@ def _handles(
             ),
         ]
     return tuple(found)
+
+
+def _stays_in_plane(segment: CatheterSegment) -> bool:
+    """Return whether a segment leaves the robot in its xz plane, whatever acts within that."""
+    if segment.joint == "bending":
+        return segment.bends_toward == "x"
+    if segment.joint == "prismatic":
+        return math.isinf(segment.tube_stiffness_N_m2) and segment.tube_curvature_y_per_m == 0.0
+    return segment.joint == "rigid"
 
 
 def movers(robot: CatheterRobot) -> tuple[Mover, ...]:

@@ -7,9 +7,13 @@ segment, and every ring of a bending one. A bending segment begins and ends with
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
+
+from catheter_sim.core.posture import Array
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment, TendonPair
 
 TRANSSEPTAL = ("torsion", "bending", "prismatic", "torsion")
@@ -87,20 +91,36 @@ def bent_by(robot: CatheterRobot) -> dict[str, CatheterSegment]:
 
 def beside_springs(robot: CatheterRobot) -> str:
     """Return what the bending joints and their tendons do more than springs would; "" if nothing."""
-    bending = bent_by(robot)
-    found = (
-        pair_beside_springs(robot, pair, bending[pair.name]) for pair in robot.tendons if pair.name in bending
-    )
-    return next((words for words in found if words), "")
+    return _first_words(robot, pair_beside_springs)
+
+
+def beside_friction(robot: CatheterRobot) -> str:
+    """Return what the bending joints and their tendons do more than springs that rub; "" if nothing."""
+    return _first_words(robot, _pair_beside_friction)
+
+
+def carries_load(robot: CatheterRobot) -> bool:
+    """Return whether there are bending joints, and the statics carry a load on them: springs that may rub."""
+    return bool(bent_by(robot)) and not beside_friction(robot)
 
 
 def pair_beside_springs(robot: CatheterRobot, pair: TendonPair, segment: CatheterSegment) -> str:
     """Return what a pair and the bending joint that it moves do more than springs would; "" if nothing."""
-    if robot.friction.mu > 0.0:
-        return "friction"
+    return "friction" if robot.friction.mu > 0.0 else _pair_beside_friction(robot, pair, segment)
+
+
+def _pair_beside_friction(robot: CatheterRobot, pair: TendonPair, segment: CatheterSegment) -> str:
     if pair.law != "linear":
         return "tendons of a measured law"
     return "" if segment.resistance == "elastic" else "a measured resistance"
+
+
+def _first_words(
+    robot: CatheterRobot, words_of: Callable[[CatheterRobot, TendonPair, CatheterSegment], str]
+) -> str:
+    bending = bent_by(robot)
+    found = (words_of(robot, pair, bending[pair.name]) for pair in robot.tendons if pair.name in bending)
+    return next((words for words in found if words), "")
 
 
 def is_extensible(pair: TendonPair) -> bool:
@@ -127,6 +147,18 @@ def hinge_names(robot: CatheterRobot) -> list[str]:
         else:
             names.append(segment.name)
     return names
+
+
+def hinge_heights_m(segment: CatheterSegment) -> Array:
+    """Return the heights of a bending segment's hinges above its base end, shape (rings + 1,) [m].
+
+    Evenly spaced, the ends so that the mean square of the turn about the joint's middle is the arc's,
+    1/12 of the squared bend: the chords of chain and arc then differ by the bend's fourth power.
+    """
+    gaps = segment.rings + 1
+    inner = float(((np.arange(1, gaps) / gaps - 0.5) ** 2).mean())
+    end = segment.length_m * (1.0 / 12.0 - inner) / (0.5 - 2.0 * inner)
+    return np.linspace(end, segment.length_m - end, gaps)
 
 
 def tube_stiffness_N_m2(robot: CatheterRobot, segment: CatheterSegment) -> float:

@@ -21,7 +21,7 @@ MODELS: tuple[StaticModel[CatheterRobot], ...] = (
     ),
     StaticModel(
         "balance",
-        "pk with the joints' balance: friction, tendons' and joints' measured laws (Nayar 2023), history",
+        "pk with the joints' balance: friction, measured laws (Nayar 2023), history; springs under load",
         balance,
     ),
     StaticModel(

@@ -72,14 +72,19 @@ def test_a_batch_is_the_static_models_one_by_one(name, stretching, mu):
 
 
 def test_a_robot_out_of_range_is_nan_and_leaves_the_others():
-    """A displacement beyond a joint's range, or a force on the tip, gives NaN for that robot alone."""
+    """A displacement beyond a joint's range, or a force beside a measured law, is NaN, each alone."""
     generator = np.random.default_rng(22)
     robot = load_robot("mitral_transseptal")
     good = history(robot, generator)
     far = replace(good, tendon=good.tendon + np.array([0.1, 0.0, 0.0, 0.0]))
     pushed = replace(good, force_tip=np.ones((len(good), 3)))
-    values, tension, _ = batch_joints([robot] * 3, [good, far, pushed], NO_GRAVITY)
-    p_w, _ = batch_frames([robot] * 3, values, [0, len(elements(robot)) - 1])
+    robots = [
+        robot,
+        robot,
+        load_robot("mitral_transseptal", ["tendons.bending.law=uhmwpe", "tendons.bending.length_mm=350"]),
+    ]
+    values, tension, _ = batch_joints(robots, [good, far, pushed], NO_GRAVITY)
+    p_w, _ = batch_frames(robots, values, [0, len(elements(robot)) - 1])
     for found in (values, tension, p_w):
         assert np.isfinite(found[0]).all()
     for found in (values, tension, p_w[:, :, 1]):

@@ -9,8 +9,7 @@ import pytest
 
 from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.layout import joint_stiffness
-from catheter_sim.kinds.catheter.mjcf.pieces import hinge_heights_m
+from catheter_sim.kinds.catheter.layout import hinge_heights_m, joint_stiffness
 from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal, mitral_transseptal_tube
 from catheter_sim.kinds.catheter.theory.calibrate import calibrate_bending, calibrate_torsion
 from catheter_sim.kinds.catheter.theory.modified import BENDING, TORSION_DISTAL, bending_rad, torsion_rad

@@ -11,9 +11,8 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import joint_names
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.layout import base_heights_m, elements
+from catheter_sim.kinds.catheter.layout import base_heights_m, elements, hinge_heights_m
 from catheter_sim.kinds.catheter.mjcf.implant import ARMS
-from catheter_sim.kinds.catheter.mjcf.pieces import hinge_heights_m
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.kinds.catheter.theory.tendons import angle_rad
 from catheter_sim.modelling.build import build_mjcf

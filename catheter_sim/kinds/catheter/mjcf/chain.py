@@ -16,7 +16,7 @@ Hinges. One stands for each gap of a bending joint, and the pair runs straight b
 its arm, half a gap below and above the hinge: Nayar 2022, Eqs 1-2, exactly. The hinges lie evenly
 spaced, but not in the middles of the gaps: that would be rigid rings, with a chord up to 0.6 mm (2022
 robot at 120 deg) longer than that of the arc that both papers take the joint for.
-`catheter_pieces.hinge_heights_m` places them so that the chords agree but for the bend's fourth power.
+`kinds.catheter.layout.hinge_heights_m` places them so that the chords agree but for the bend's fourth power.
 """
 
 from __future__ import annotations

@@ -1,14 +1,11 @@
-"""The rigid pieces of a catheter's model, and where a bending joint's hinges lie."""
+"""The rigid pieces of a catheter's model."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from catheter_sim.core.posture import Array
-from catheter_sim.kinds.catheter.layout import elements
-from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
+from catheter_sim.kinds.catheter.layout import elements, hinge_heights_m
+from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.mjcf.names import link
 
 
@@ -46,15 +43,3 @@ def pieces(robot: CatheterRobot) -> list[Piece]:
             result.append(Piece(link(number), index, number, gap, heights[gap - 1]))
         result.append(Piece(f"end_{segment.name}", index, 0, len(heights), heights[-1]))
     return result
-
-
-def hinge_heights_m(segment: CatheterSegment) -> Array:
-    """Return the heights of a bending segment's hinges above its base end, shape (rings + 1,) [m].
-
-    Evenly spaced, the ends so that the mean square of the turn about the joint's middle is the arc's,
-    1/12 of the squared bend: the chords of chain and arc then differ by the bend's fourth power.
-    """
-    gaps = segment.rings + 1
-    inner = float(((np.arange(1, gaps) / gaps - 0.5) ** 2).mean())
-    end = segment.length_m * (1.0 / 12.0 - inner) / (0.5 - 2.0 * inner)
-    return np.linspace(end, segment.length_m - end, gaps)

@@ -16,10 +16,10 @@ import math
 import numpy as np
 import trimesh
 
-from catheter_sim.kinds.catheter.layout import elements, ring_length_m
+from catheter_sim.kinds.catheter.layout import elements, hinge_heights_m, ring_length_m
 from catheter_sim.kinds.catheter.mjcf.implant import COLOUR as IMPLANT_COLOUR
 from catheter_sim.kinds.catheter.mjcf.implant import has_implant, holder_length_m, post_mesh
-from catheter_sim.kinds.catheter.mjcf.pieces import Piece, hinge_heights_m, pieces
+from catheter_sim.kinds.catheter.mjcf.pieces import Piece, pieces
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.mjcf.colours import FIXED, NITI, PEEK, PEEK_NEXT, Colour, tendon_colour
 from catheter_sim.mjcf.parts import Part

@@ -1,7 +1,8 @@
 """The joints' balance, with all that a catheter's tendons and joints were measured to do, as a static model.
 
 Beyond `pure`, of robots on a rigid mount: capstan friction of a bending joint's tendons, tendons that
-stretch by Nayar 2023, Algorithm 1, and joints that resist by its Algorithm 2. A bending joint keeps its
+stretch by Nayar 2023, Algorithm 1, and joints that resist by its Algorithm 2; of springs, which may rub,
+loads on the tip and weight (`loaded`). A bending joint keeps its
 angle as long as the tension at its drive lies between the one that bends it further and the one at which
 it comes back.
 
@@ -31,7 +32,13 @@ from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.kinds.catheter.theory.drive import arriving_m
 from catheter_sim.kinds.catheter.theory.elongation import PRINTED
 from catheter_sim.kinds.catheter.theory.joint_force import LAWS
-from catheter_sim.kinds.catheter.theory.pure import beyond, pure_joint, require_unloaded, run_of, sunk_along
+from catheter_sim.kinds.catheter.theory.loaded import (
+    loaded_rows,
+    require_no_law,
+    under_load,
+    yielded,
+)
+from catheter_sim.kinds.catheter.theory.pure import beyond, pure_joint, run_of, sunk_along
 from catheter_sim.kinds.catheter.theory.stretching import StretchingJoint, bent_along, named_rows
 from catheter_sim.kinds.catheter.theory.tendons import arm_m, largest_angle_rad, pulled_m
 from catheter_sim.mechanics.play import play
@@ -47,17 +54,22 @@ def balance(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> Static
 
     Args:
         robot: a catheter.
-        inputs: displacements and advance; no tip force or moment.
-        gravity_mps2: none where the robot has a mass, shape (3,) [m/s^2].
+        inputs: displacements and advance, forces and moments on the tip.
+        gravity_mps2: shape (3,) [m/s^2].
 
     Raises:
-        InputError: a load that the model does not have, a displacement out of range, or laws that it
-            cannot combine.
+        InputError: a displacement out of range, a load under which no balance is found, or what the model
+            cannot combine: some laws, and a load beside a law that was measured.
     """
-    require_unloaded(robot, inputs, gravity_mps2, MODEL)
+    rows = loaded_rows(robot, inputs, gravity_mps2)
+    require_no_law(robot, inputs, rows, MODEL)
     sunk_m = sunk_along(robot, inputs, MODEL)
     values, tension, residual = balanced_joints(robot, inputs, sunk_m)
-    return run_of(robot, inputs, gravity_mps2, MODEL, list(values.T), residual, tension, sunk_m)
+    run = run_of(robot, inputs, gravity_mps2, MODEL, list(values.T), residual, tension, sunk_m)
+    if not len(rows):
+        return run
+    there = values[rows], tension[rows], sunk_m[rows]
+    return under_load(run, rows, yielded(robot, inputs, gravity_mps2, rows, *there))
 
 
 def balanced_joints(

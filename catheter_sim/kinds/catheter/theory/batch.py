@@ -1,7 +1,7 @@
 """Many catheters at once, alike but for their numbers: joint values and frames, for a twin.
 
 What `pure` knows of a robot on a rigid mount goes through compiled loops; a robot of which `balance` knows
-more, or whose mount gives way, goes through that.
+more, or whose mount gives way, goes through that. What a load adds is found robot by robot, all rows at once.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from catheter_sim.kinds.catheter.theory.batch_kernel import (
     element_frames,
     pure_values,
 )
-from catheter_sim.kinds.catheter.theory.pure import elastic_tension_N, require_unloaded, sunk_along
+from catheter_sim.kinds.catheter.theory.loaded import Yielded, loaded_rows, require_no_law, yielded
+from catheter_sim.kinds.catheter.theory.pure import elastic_tension_N, sunk_along
 from catheter_sim.kinds.catheter.theory.tendons import largest_angle_rad
 
 MODEL = "balance"
@@ -35,7 +36,9 @@ _KINDS = {"bending": BENDING, "torsion": TORSION, "prismatic": PRISMATIC, "rigid
 def batch_joints(
     robots: Sequence[CatheterRobot], inputs: Sequence[Inputs], gravity_mps2: Array
 ) -> tuple[Array, Array, Array]:
-    """Return what each pair's joint does along each robot's own inputs: `pure`'s, or `balance`'s if it must.
+    """Return what each pair's joint does along each robot's own inputs, before any load moves it.
+
+    It is `pure`'s, or `balance`'s if it must be. What a load adds is `batch_loads`'.
 
     Returns:
         Angles [rad] and advances [m], shape (B, r, t), tensions, shape (B, r, t) [N], and how far the mount
@@ -54,7 +57,7 @@ def batch_joints(
     pure_values(joint, numbers, np.ascontiguousarray(ways), values)
     for place, (robot, driven) in enumerate(zip(robots, inputs, strict=True)):
         try:
-            require_unloaded(robot, driven, gravity_mps2, MODEL)
+            require_no_law(robot, driven, loaded_rows(robot, driven, gravity_mps2), MODEL)
             if has_laws(robot) or has_mount_slide(robot):
                 sunk_m[place] = sunk_along(robot, driven, MODEL)
                 values[place], tension[place], _ = balanced_joints(robot, driven, sunk_m[place])
@@ -66,6 +69,33 @@ def batch_joints(
         if np.isnan(values[place]).any():
             values[place], tension[place] = np.nan, np.nan
     return values, tension, sunk_m
+
+
+def batch_loads(
+    robots: Sequence[CatheterRobot],
+    inputs: Sequence[Inputs],
+    gravity_mps2: Array,
+    values: Array,
+    tension: Array,
+    sunk_m: Array,
+    every: int,
+) -> list[tuple[int, np.ndarray, Yielded]]:
+    """Return what loads do to robots at each `every`-th row: a robot's index, which of these rows, and what.
+
+    Args:
+        robots, inputs, gravity_mps2: as of `batch_joints`.
+        values, tension, sunk_m: of all rows, as it returns them; at a robot of NaN none is looked for.
+        every: 1 or more.
+    """
+    found = []
+    for place, (robot, driven) in enumerate(zip(robots, inputs, strict=True)):
+        rows = loaded_rows(robot, driven, gravity_mps2)
+        rows = rows[rows % every == 0]
+        if len(rows) and not np.isnan(values[place]).any():
+            there = (item[place, rows] for item in (values, tension, sunk_m))
+            own = yielded(robot, driven, gravity_mps2, rows, *there)
+            found.append((place, rows // every, own))
+    return found
 
 
 def batch_frames(

@@ -13,15 +13,22 @@ from catheter_sim.kinds.catheter.theory.tendons import largest_angle_rad, pulled
 from catheter_sim.mechanics.play import play
 
 
+def played_m(pair: TendonPair, displacement_m: Array) -> Array:
+    """Return where a pair's pulley is along displacements from rest, shape (r,) [m].
+
+    The drive's play follows with the pair's whole `play_m`, centred at rest (Nayar 2022, Eqs 29-31).
+    """
+    if pair.play_m > 0.0:
+        return play(displacement_m[:, np.newaxis], pair.play_m)[:, 0]
+    return displacement_m
+
+
 def arriving_m(pair: TendonPair, displacement_m: Array) -> Array:
     """Return how far a pair's tendons are drawn along displacements from rest, shape (r,) [m].
 
-    The drive's play follows with the pair's whole `play_m`, centred at rest (Nayar 2022, Eqs 29-31). Of a
-    bending joint's pair each tendon draws only what is left of its `slack_m`; in between neither does.
+    Of a bending joint's pair each tendon draws only what is left of its `slack_m`; in between neither does.
     """
-    drawn = displacement_m
-    if pair.play_m > 0.0:
-        drawn = play(displacement_m[:, np.newaxis], pair.play_m)[:, 0]
+    drawn = played_m(pair, displacement_m)
     return np.copysign(np.maximum(np.abs(drawn) - pair.slack_m, 0.0), drawn)
 
 
