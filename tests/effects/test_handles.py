@@ -167,7 +167,7 @@ def test_loads_on_catheters_are_offered_where_their_statics_carry_them() -> None
         ("mitral_4dof@measured", []),
     ):
         robot = of(reference)
-        assert [item.parameter for item in places(robot, TIP_FORCE)] == names
+        assert [item.parameter for item in places(robot, Role.TIP_FORCE)] == names
         assert len(places(robot, Role.TIP_MASS)) == bool(names)
         unit = kind_of(robot).handles.sizes(robot).tip_force_N
         assert 0.01 < unit < 1.0

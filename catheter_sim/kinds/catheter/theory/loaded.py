@@ -209,7 +209,10 @@ def _newton(held: Held, state: State, load: Load) -> tuple[State, Array]:
             break
         step = np.zeros_like(residual)
         inner = slopes[:, free[:, np.newaxis], free]
-        step[:, free] = -np.linalg.solve(inner, residual[:, free, np.newaxis])[..., 0]
+        try:
+            step[:, free] = -np.linalg.solve(inner, residual[:, free, np.newaxis])[..., 0]
+        except np.linalg.LinAlgError:  # at some row any step would do
+            return state, np.where(met, left, np.nan)
         most = np.abs(step[:, :hinges]).max(axis=1, initial=0.0)
         step *= np.minimum(1.0, _LARGEST_STEP_RAD / np.maximum(most, 1e-300))[:, np.newaxis]
         state = State(
