@@ -26,6 +26,7 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds import check_robot
 
 _SCALE = 0.125  # of a change that matters, of a number's range
+_READ_WITH = ".channel_gain"  # end of the keys by which columns of inputs become those of tendons
 _RANGE_PARTS = 20.0  # of a calibrated number's whole range
 
 
@@ -100,6 +101,8 @@ def calibration_numbers(table: Any, robot: RobotSpec, where: str) -> tuple[Nuisa
         place = f"{where}: calibration.{key}"
         if key not in specified:
             raise unknown("number", key, specified, f"{where}: calibration")
+        if key.endswith(_READ_WITH):
+            raise InputError(f"{place}: inputs are read with it, it cannot be calibrated")
         if (
             not isinstance(ends, list)
             or len(ends) != 2
