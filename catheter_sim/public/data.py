@@ -178,7 +178,7 @@ def dataset(
     outputs: Sequence[str] | None = None,
     gravity_mps2: Sequence[float] = AT_REST,
     roles: Mapping[str, str] | Sequence[str] = (),
-    calibration: Mapping[str, Sequence[float]] | None = None,
+    calibration: Mapping[str, Sequence[float] | Mapping[str, Any]] | None = None,
     name: str = "data",
     motion: str = "held",
 ) -> Dataset:

@@ -167,8 +167,8 @@ def test_what_ik_says_is_what_the_motors_are_given() -> None:
     robot = replace(with_motors(), friction=Friction(0.0))
     target = {"tip_x_mm": [15.0], "tip_y_mm": [-8.0]}
     found = cs.inverse_kinematics(robot, target, corrections=None)
-    assert set(found.inputs_table().columns) == {"displacement_bend_mm", "displacement_turn_mm"}
-    reached = cs.simulate(robot, cs.inputs(robot, found.inputs_table())).to_table(list(target)).columns
+    assert set(found.to_table().columns) == {"displacement_bend_mm", "displacement_turn_mm"}
+    reached = cs.simulate(robot, cs.inputs(robot, found.to_table())).to_table(list(target)).columns
     assert reached["tip_x_mm"][0] == pytest.approx(15.0, abs=1.0)
     assert reached["tip_y_mm"][0] == pytest.approx(-8.0, abs=1.0)
 
