@@ -165,6 +165,18 @@ def test_markers_stand_in_files_and_are_targets(tmp_path: Path) -> None:
     assert math.hypot(*(at[name][0] - target[name][0] for name in target)) < 1.0
 
 
+@pytest.mark.slow
+def test_a_marker_is_sensed_within_its_tolerance() -> None:
+    """A ring whose offset is known to 0.5 mm lies within 0.475 mm, 19 times of 20; the tip within nothing."""
+    robot = marked("continuum")
+    pulled = {"time_s": [0.0, 1.0], "displacement_upper_1_mm": [0.0, 3.0]}
+    names = ["marker_tool_x_mm", "tip_x_mm"]
+    found = cs.sense(robot, pulled, uncertain={"markers.tool.offset_x_mm": 0.5}, columns=names)
+    table = found.to_table().columns
+    assert table["marker_tool_x_mm_high"][0] - table["marker_tool_x_mm"][0] == pytest.approx(0.475, abs=0.03)
+    assert table["tip_x_mm_high"][0] == pytest.approx(table["tip_x_mm"][0], abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [

@@ -14,6 +14,8 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.remembered import by_identity
 from catheter_sim.core.robot import R
 
+READ_WITH = ".channel_gain"  # ends the keys of numbers by which columns of inputs become those of tendons
+
 
 class Quantity(Enum):
     """What an input column gives, in SI units."""

@@ -16,6 +16,7 @@ from typing import Any
 
 from catheter_sim.catalogue import PUBLISHED
 from catheter_sim.core.document import leaves, number_at, to_document, with_number
+from catheter_sim.core.drive import READ_WITH
 from catheter_sim.core.effect import Parameter
 from catheter_sim.core.numbers import from_file, number, with_values
 from catheter_sim.core.posture import Array
@@ -27,7 +28,6 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds import check_robot
 
 _SCALE = 0.125  # of a change that matters, of a number's range
-_READ_WITH = ".channel_gain"  # end of the keys by which columns of inputs become those of tendons
 _TIED_BY = ("range", "factor")  # what a data set gives of several numbers that are one
 _RANGE_PARTS = 20.0  # of a calibrated number's whole range
 
@@ -119,7 +119,7 @@ def calibration_numbers(table: Any, robot: RobotSpec, where: str) -> tuple[Nuisa
 def _check_key(key: str, specified: Mapping[str, float], where: str, place: str) -> None:
     if key not in specified:
         raise unknown("number", key, specified, where)
-    if key.endswith(_READ_WITH):
+    if key.endswith(READ_WITH):
         raise InputError(f"{place}: inputs are read with {key}, it cannot be calibrated")
 
 
