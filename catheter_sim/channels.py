@@ -57,6 +57,20 @@ def _channel_of(drives: tuple[Drive, ...]) -> tuple[str, ...]:
     return tuple(names[index] for index in range(len(names)))
 
 
+def channel_gains(robot: RobotSpec) -> Array:
+    """Return how far each tendon is pulled while its channel is pulled by 1, shape (t,); below 0: let out."""
+    return _channel_gains(drives_of(robot))
+
+
+@by_identity(1)
+def _channel_gains(drives: tuple[Drive, ...]) -> Array:
+    found = np.ones(sum(len(drive.tendons) for drive in drives))
+    for drive in drives:
+        if drive.gains:
+            found[list(drive.tendons)] = drive.gains
+    return found
+
+
 def channel_names(robot: RobotSpec) -> list[str]:
     """Return the robot's channels, each once, in the order of its input columns."""
     return [drive.channel for drive in drives_of(robot)]
@@ -100,6 +114,7 @@ def output_channels(robot: RobotSpec) -> list[str]:
         *(f"tip_{axis}_mm" for axis in "xyz"),
         *QUATERNION,
         *(f"body_{k}_{axis}_mm" for k in range(1, outputs.elements + 1) for axis in "xyz"),
+        *(f"marker_{marker.name}_{axis}_mm" for marker in robot.markers for axis in "xyz"),
         *outputs.angles,
         *(f"joint_{name}_deg" for name in outputs.joints),
         *(f"tension_{name}_N" for name in outputs.tensions.values()),
@@ -145,7 +160,7 @@ def read_inputs(robot: RobotSpec, table: Table) -> Inputs:
     for drive in by_kind[kind]:
         values = column(drive.column)
         _check_range(drive, values, table)
-        tendon[:, drive.tendons] = (values * drive.share)[:, np.newaxis]
+        tendon[:, drive.tendons] = values[:, np.newaxis] * np.array(drive.parts)
     return Inputs(
         time_s=own_clock(table.time_s),
         actuation=kind,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.channels import QUATERNION, output_channels, outputs_of
+from catheter_sim.core.markers import marker_points, offsets_of, points_beside
 from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.tables import Table
@@ -27,10 +28,13 @@ class Shown:
 
     Attributes:
         columns: their names.
-        elements: indices of the elements whose positions are shown, or whose orientation, rising.
+        elements: indices of the elements whose positions are shown, or whose orientation, or beside which
+            there is a marker that is, rising.
         tip: place among `elements` of the one whose orientation is shown; None: no orientation is.
-        coordinates: of every coordinate its place among `columns`, its element's among `elements` and its
-            axis, shape (n,) each.
+        markers: of every marker that is shown, its element's place among `elements`, and its own among the
+            robot's markers.
+        coordinates: of every coordinate its place among `columns`, its point's among `elements` and then
+            `markers`, and its axis, shape (n,) each.
         quaternion: places of columns, and which of (w, x, y, z) each is.
         joints: places of columns, and which joint's angle each is.
         angles: places of columns, and the joints whose angles' sum each is.
@@ -40,6 +44,7 @@ class Shown:
     columns: tuple[str, ...]
     elements: tuple[int, ...]
     tip: int | None
+    markers: Places
     coordinates: tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]
     quaternion: Places
     joints: Places
@@ -50,23 +55,29 @@ class Shown:
 def shown_by(robot: RobotSpec, columns: Sequence[str]) -> Shown:
     """Return what `columns` show of `robot`, or of any robot like it."""
     outputs = outputs_of(robot)
-    last = outputs.elements - 1
-    element = {f"body_{k + 1}": k for k in range(outputs.elements)} | {"tip": last}
+    count = outputs.elements
+    last = count - 1
+    place = {f"body_{k + 1}": k for k in range(count)} | {"tip": last}
+    place |= {f"marker_{marker.name}": count + k for k, marker in enumerate(robot.markers)}
     coordinate = {
-        f"{body}_{letter}_mm": (k, axis) for body, k in element.items() for axis, letter in enumerate("xyz")
+        f"{point}_{letter}_mm": (k, axis) for point, k in place.items() for axis, letter in enumerate("xyz")
     }
     found = [(at, *coordinate[name]) for at, name in enumerate(columns) if name in coordinate]
     joints = {f"joint_{name}_deg": k for k, name in enumerate(outputs.joints)}
     tensions = {f"tension_{name}_N": k for k, name in outputs.tensions.items()}
     components = {name: k for k, name in enumerate(QUATERNION)}
     quaternion = _places(columns, components)
-    elements = sorted({k for _, k, _ in found} | ({last} if quaternion else set()))
+    wanted = {k for _, k, _ in found}
+    markers = sorted(k - count for k in wanted if k >= count)
+    holding = [robot.markers[k].element - 1 for k in markers]
+    elements = sorted({k for k in wanted if k < count} | {*holding} | ({last} if quaternion else set()))
     at, of, axis = np.array(found, dtype=np.intp).reshape(-1, 3).T
     return Shown(
         columns=tuple(columns),
         elements=tuple(elements),
         tip=elements.index(last) if quaternion else None,
-        coordinates=(at, np.searchsorted(elements, of), axis),
+        markers=tuple((elements.index(element), k) for element, k in zip(holding, markers, strict=True)),
+        coordinates=(at, np.searchsorted([*elements, *(count + k for k in markers)], of), axis),
         quaternion=quaternion,
         joints=_places(columns, joints),
         angles=tuple(
@@ -83,15 +94,15 @@ def write_columns(
 
     Args:
         shown: the columns.
-        p_w: positions of `shown.elements`, shape (..., k, 3) [m].
+        p_w: positions of `shown.elements`, then of `shown.markers`, shape (..., k, 3) [m].
         R_w: the tip's orientation, shape (..., 3, 3); None where none is shown.
         joint_angles: gives the joints' angles, shape (..., j) [rad]; asked only where a column shows them.
         tension: at the actuators, shape (..., t) [N].
     """
     result = np.empty((*tension.shape[:-1], len(shown.columns)))
-    at, element, axis = shown.coordinates
+    at, point, axis = shown.coordinates
     if len(at):
-        result[..., at] = p_w[..., element, axis] * 1e3
+        result[..., at] = p_w[..., point, axis] * 1e3
     if R_w is not None:
         components = _quaternions(R_w)
         for column, component in shown.quaternion:
@@ -107,6 +118,22 @@ def write_columns(
     return result
 
 
+def with_markers(shown: Shown, robots: Sequence[RobotSpec], p_w: Array, R_w: Array) -> Array:
+    """Return positions of the elements that are shown, then of the markers, shape (B, r, k + m, 3) [m].
+
+    Args:
+        shown: the columns.
+        robots: of which the states are, B of them: their markers are the same but for where they lie.
+        p_w: positions of `shown.elements`, shape (B, r, k, 3) [m].
+        R_w: their orientations, shape (B, r, k, 3, 3).
+    """
+    if not shown.markers:
+        return p_w
+    at, numbers = (list(part) for part in zip(*shown.markers, strict=True))
+    offset = np.array([offsets_of(robot.markers)[numbers] for robot in robots])[:, np.newaxis]
+    return np.concatenate([p_w, points_beside(p_w[:, :, at], R_w[:, :, at], offset)], axis=2)
+
+
 def posture_columns(
     robot: RobotSpec, postures: Sequence[Posture], names: Sequence[str] | None = None
 ) -> dict[str, Array]:
@@ -115,9 +142,13 @@ def posture_columns(
     if not postures:
         return {name: np.zeros(0) for name in chosen}
     shown = shown_by(robot, chosen)
+    p_w = np.array([posture.p_w for posture in postures])[:, list(shown.elements)]
+    if shown.markers:
+        seen = [number for _, number in shown.markers]
+        p_w = np.concatenate([p_w, np.array([_markers(robot, item)[seen] for item in postures])], axis=1)
     values = write_columns(
         shown,
-        np.array([posture.p_w for posture in postures])[:, list(shown.elements)],
+        p_w,
         None if shown.tip is None else np.array([posture.R_w[-1] for posture in postures]),
         lambda: np.array([posture.joint_angles for posture in postures]),
         np.array([posture.actuator_tension for posture in postures]),
@@ -130,6 +161,13 @@ def output_table(
 ) -> Table:
     """Return the columns `names` (default: all) of `postures`, one row each, in the columns' units."""
     return Table(time_s=time_s[: len(postures)], columns=posture_columns(robot, postures, names))
+
+
+def _markers(robot: RobotSpec, posture: Posture) -> Array:
+    """Return where all markers of a robot are seen, shape (m, 3) [m]."""
+    if posture.markers_w is not None:
+        return posture.markers_w
+    return marker_points(robot.markers, posture.p_w, posture.R_w)
 
 
 def _places(columns: Sequence[str], indices: dict[str, int]) -> Places:

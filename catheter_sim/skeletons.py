@@ -56,7 +56,7 @@ motion = "held"                      # each row was held until at rest; or "dyna
 
 [channels]                           # columns of the CSVs; others are ignored, with a note
 inputs = {_listed(inputs)}
-outputs = ["tip_x_mm", "tip_y_mm", "tip_z_mm"]   # also body_<k>_x_mm, joint_<name>_deg; `list ROBOT` has all
+outputs = ["tip_x_mm", "tip_y_mm", "tip_z_mm"]   # also body_<k>_x_mm, marker_<name>_x_mm; `list` has all
 
 [[trials]]                           # one such entry for each CSV
 file = "trial_01.csv"

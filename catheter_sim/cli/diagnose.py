@@ -17,7 +17,8 @@ and may have:
   [[trials]]    role: "train" or "heldout". If no trial is held out, the last trials without a role are,
                 about 30 % of the rows; a single trial is cut between two of its cycles
   [calibration] numbers of the robot with bounds, friction.mu = [0.0, 0.5] say: fitted within them
-                before anything is called wrong; their 95 % intervals are reported
+                before anything is called wrong; their 95 % intervals are reported. Several as one:
+                NAME = { keys = [...], range = [lower, upper] }, or factor = [lower, upper] on each
   [map]         which column of a tracker's or a logger's own file is which channel; `catheter-sim import`
                 proposes it, docs/reference/dataset_toml.md has its keys
 A file has at most 100000 rows. Stamps in epoch seconds will do: each trial's clock starts at its first row.

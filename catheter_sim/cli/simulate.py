@@ -13,7 +13,7 @@ A row is held until the robot has come to rest. With --dynamic only the first on
 moves by its masses' inertia and its own damping (dynamics.damping_time_s = eta / E of its material,
 dynamics.tendon_damping_N_s_per_m, dynamics.servo_lag_s), and time_s is the motion's time. Two rows that are
 a microsecond apart are a jump.
-outputs: time_s and tip [mm], tip_qw.. (quaternion), body_<k> [mm], joint_<name> [deg],
+outputs: time_s and tip [mm], tip_qw.. (quaternion), body_<k> [mm], marker_<name> [mm], joint_<name> [deg],
 tension_<tendon> [N]; `catheter-sim list ROBOT` shows the inputs and outputs of a robot.
 settings: --set KEY=VALUE with the dotted keys of the robot's .toml form, or of an effect:
 effects.tendon_friction.mu=0.1. A simulation that diverges leaves the rows before it.

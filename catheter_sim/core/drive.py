@@ -14,6 +14,8 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.remembered import by_identity
 from catheter_sim.core.robot import R
 
+READ_WITH = ".channel_gain"  # ends the keys of numbers by which columns of inputs become those of tendons
+
 
 class Quantity(Enum):
     """What an input column gives, in SI units."""
@@ -56,6 +58,8 @@ class Drive:
         side: unit vector in the xy plane toward which it bends what it moves; (0, 0): it moves a joint of
             its own, to either side.
         least, most: what a file may ask of it, SI.
+        gains: how far each of its tendons is pulled while the column is pulled by 1; below zero: let out.
+            (): as far, each of them.
     """
 
     column: str
@@ -66,11 +70,18 @@ class Drive:
     side: tuple[float, float] = (0.0, 0.0)
     least: float = -math.inf
     most: float = math.inf
+    gains: tuple[float, ...] = ()
 
     @property
     def share(self) -> float:
         """What of the column's input each of its tendons gets: a tension is their sum."""
         return 1.0 / len(self.tendons) if self.quantity is Quantity.TENSION else 1.0
+
+    @property
+    def parts(self) -> tuple[float, ...]:
+        """What of the column's input each of its tendons gets, `gains` included."""
+        share = self.share
+        return tuple(share * gain for gain in self.gains) if self.gains else (share,) * len(self.tendons)
 
 
 @dataclass(frozen=True)
@@ -91,32 +102,36 @@ class Outputs:
 
 
 def of_tendons(
-    tendons: tuple[tuple[str, str, tuple[float, float]], ...], actuation: str
+    tendons: tuple[tuple[str, str, tuple[float, float]], ...], actuation: str, gains: tuple[float, ...] = ()
 ) -> tuple[Drive, ...]:
     """Return the drives of a robot whose tendons are pulled: one for those that share a channel's name.
 
     Args:
         tendons: the channel of each, what it moves, and the unit vector toward which it bends that.
         actuation: "tension" or "displacement".
+        gains: of each in its channel (`Drive.gains`); (): 1 each.
     """
-    return _of_tendons(tendons, quantity_of(actuation))
+    return _of_tendons(tendons, quantity_of(actuation), gains)
 
 
 @lru_cache(maxsize=256)  # a fit asks for the same of every robot
 def _of_tendons(
-    tendons: tuple[tuple[str, str, tuple[float, float]], ...], quantity: Quantity
+    tendons: tuple[tuple[str, str, tuple[float, float]], ...], quantity: Quantity, gains: tuple[float, ...]
 ) -> tuple[Drive, ...]:
     places: dict[str, list[int]] = {}
     for index, (channel, _, _) in enumerate(tendons):
         places.setdefault(channel, []).append(index)
     found = []
     for channel, own in places.items():
-        toward = sum((np.array(tendons[index][2]) for index in own), np.zeros(2))
+        parts = tuple(gains[index] for index in own) if gains else ()
+        pulled = zip(own, parts or (1.0,) * len(own), strict=True)
+        toward = sum((gain * np.array(tendons[index][2]) for index, gain in pulled), np.zeros(2))
         x, y = (toward / max(float(np.linalg.norm(toward)), 1e-12)).tolist()
         pulls = quantity is Quantity.TENSION
         column = f"tension_{channel}_N" if pulls else f"displacement_{channel}_mm"
         least = 0.0 if pulls else -math.inf
-        found.append(Drive(column, channel, quantity, tuple(own), tendons[own[-1]][1], (x, y), least))
+        moves = tendons[own[-1]][1]
+        found.append(Drive(column, channel, quantity, tuple(own), moves, (x, y), least, gains=parts))
     return tuple(found)
 
 
@@ -130,7 +145,7 @@ def shares(drives: tuple[Drive, ...], tendons: int) -> Array:
     """Return what of 1 in each column each tendon gets, shape (tendons, drives): a tension is their sum."""
     found = np.zeros((tendons, len(drives)))
     for column, drive in enumerate(drives):
-        found[list(drive.tendons), column] = drive.share
+        found[list(drive.tendons), column] = drive.parts
     return found
 
 
@@ -138,9 +153,9 @@ def shares(drives: tuple[Drive, ...], tendons: int) -> Array:
 def sums(drives: tuple[Drive, ...], tendons: int) -> Array:
     """Return what makes columns' values of tendons', inputs @ it, shape (tendons, drives).
 
-    That is the sum of tensions that share a column, and the mean of what else shares one.
+    That is the sum of tensions that share a column, and the mean of what else shares one, by its gains.
     """
     found = np.zeros((tendons, len(drives)))
     for column, drive in enumerate(drives):
-        found[list(drive.tendons), column] = 1.0 / (len(drive.tendons) * drive.share)
+        found[list(drive.tendons), column] = 1.0 / (len(drive.tendons) * np.array(drive.parts))
     return found

@@ -22,6 +22,8 @@ class Posture:
         actuator_tension: per tendon, in the robot's order, at the actuator, shape (t,) [N].
         tendon_tension: per tendon and subsegment, base to tip, shape (t, n) [N]; NaN beyond a
             tendon's end.
+        markers_w: positions of the robot's markers, shape (m, 3) [m], where they are seen elsewhere than
+            their elements' frames say; None: they are there.
     """
 
     p_w: Array
@@ -29,6 +31,7 @@ class Posture:
     joint_angles: Array
     actuator_tension: Array
     tendon_tension: Array
+    markers_w: Array | None = None
 
 
 def finite_rows(postures: Sequence[Posture]) -> int:

@@ -54,6 +54,22 @@ class Dynamics:
     motion_timestep_s: float = 0.0005  # longest step in motion; `timestep_s` where that is shorter
 
 
+@dataclass(frozen=True)
+class Marker:
+    """A point that is measured: fixed to an element, where its frame's axes say.
+
+    The frame lies at the centre of the element's distal face; z points along the robot, x and y are those of
+    the base while the robot is straight. The point may lie outside: a marker beside a disk, the end of a
+    rigid tool below the last one. It has no mass, and nothing pulls at it.
+    """
+
+    name: str
+    element: int  # cell, link, ring or disk, from 1 at the base: that of `body_<element>_x_mm`
+    offset_x_m: float = 0.0
+    offset_y_m: float = 0.0
+    offset_z_m: float = 0.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class RobotSpec:
     """A robot of any kind: what all kinds have."""
@@ -69,6 +85,7 @@ class RobotSpec:
     channel_radius_m: float = 0.0  # of the free inner channel or lumen; 0: none
     tip_mass_kg: float = 0.0  # of a point-like load that is fixed to the tip
     stiffness_scale: float = 1.0  # multiplies every elastic constant that the kind says it does
+    markers: tuple[Marker, ...] = ()  # points that are measured besides the elements' own
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # in file units
     sources: Mapping[str, str] = field(default_factory=dict)  # dotted file name -> source
 

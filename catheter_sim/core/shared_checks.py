@@ -1,8 +1,8 @@
-"""What every kind of robot must meet: friction, mount, stiffness scale, free channel, dynamics."""
+"""What every kind of robot must meet: friction, mount, stiffness scale, free channel, dynamics, markers."""
 
 from __future__ import annotations
 
-from catheter_sim.core.requirements import need, positive
+from catheter_sim.core.requirements import check_name, need, positive
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, shown
 
@@ -11,6 +11,8 @@ _TIMESTEP_S = (1e-5, 0.1)  # a held row takes 2 s and more: 200,000 steps, or 20
 _MOST_N_S_PER_M = 1e6  # a tendon that cannot be moved
 _MOST_AT_TIP_KG = 100.0  # no robot of these kinds holds as much
 _SLOWEST_S = 1000.0  # a robot this slow never comes to rest
+_MOST_MARKERS = 100
+_FARTHEST_M = 10.0  # of a marker from its element
 
 
 def check_shared(robot: RobotSpec, where: str) -> None:
@@ -48,3 +50,26 @@ def check_shared(robot: RobotSpec, where: str) -> None:
     what = f"must lie in 0 to {_MOST_N_S_PER_M:g}"
     name = "tendon_damping_N_s_per_m"
     need(robot.dynamics, name, f"{top}dynamics.", lambda damping: 0.0 <= damping <= _MOST_N_S_PER_M, what)
+
+
+def check_markers(robot: RobotSpec, elements: int, where: str) -> None:
+    """Raise `InputError` where a marker is impossible.
+
+    Args:
+        robot: the robot.
+        elements: how many cells, links, rings or disks it has.
+        where: what to call it in the message (file or robot id).
+    """
+    if len(robot.markers) > _MOST_MARKERS:
+        raise InputError(f"{where}: {len(robot.markers)} markers: more than {_MOST_MARKERS}")
+    names = [marker.name for marker in robot.markers]
+    for marker in robot.markers:
+        check_name(marker.name, f"{where}: marker")
+        if names.count(marker.name) > 1:
+            raise InputError(f"{where}: marker {marker.name!r} stands twice")
+        prefix = f"{where}: markers.{marker.name}."
+        what = f"the robot's elements are 1 to {elements}"
+        need(marker, "element", prefix, lambda element: 1 <= element <= elements, what)
+        what = f"must lie within {1e3 * _FARTHEST_M:g} mm"
+        for name in ("offset_x_m", "offset_y_m", "offset_z_m"):
+            need(marker, name, prefix, lambda offset: abs(offset) <= _FARTHEST_M, what)

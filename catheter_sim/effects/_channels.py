@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from catheter_sim.channels import channel_of
+from catheter_sim.channels import channel_gains, channel_of
 from catheter_sim.core.drive import Quantity, quantity_of
 from catheter_sim.core.effect import Parameter, Values
 from catheter_sim.core.posture import Array
@@ -84,10 +84,13 @@ def sized_parameter(robot: RobotSpec, name: str, size: Mapping[str, tuple[float,
 def in_si(robot: RobotSpec, names: tuple[str, str], values: Values) -> Array:
     """Return each tendon's value, the common one and its channel's own added up, SI, shape (t,).
 
+    It is as the channel's gain hands it on: a tendon that its channel lets out gets it with the other sign.
+
     Args:
         robot: in whose actuator inputs' unit the values are.
         names: of the common parameter, and of each channel's (with `{}`).
         values: of the parameters; what is not given is zero.
     """
     common, each = names
-    return (values.get(common, 0.0) + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)]
+    own = (values.get(common, 0.0) + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)]
+    return np.asarray(own * channel_gains(robot))

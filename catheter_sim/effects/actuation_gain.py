@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.channels import channel_gains
 from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Values
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
@@ -52,7 +53,7 @@ def _curve_parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
 def _curved(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
     common, each = _curves(robot)
     curve = (values.get(common, 0.0) + per_tendon(robot, each, values, 0.0)) / TO_SI[scale_of(robot)]
-    share: Array = curve * np.abs(inputs.tendon)
+    share: Array = curve * np.abs(inputs.tendon / channel_gains(robot))
     return replace(inputs, tendon=inputs.tendon * (1.0 + share))
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from catheter_sim.core.drive import driven_by, pulls_alone, quantity_of
 from catheter_sim.core.effect import Form, Memory, Stage, Values
 from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.markers import marker_points
 from catheter_sim.core.posture import Array, Observed, Posture
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects import EFFECTS
@@ -236,9 +237,19 @@ def observed(robot: RobotSpec, time_s: Array, postures: tuple[Posture, ...]) -> 
         return postures
     names = ("p_w", "R_w", "joint_angles", "actuator_tension")
     p_w, R_w, *others = (np.array([getattr(posture, name) for posture in postures]) for name in names)
-    now = seen(robot, Observed(time_s[: len(postures)], *shaped(robot, p_w, R_w), *others))
+    p_w, R_w = shaped(robot, p_w, R_w)
+    count = p_w.shape[1]
+    if robot.markers:  # points like the others
+        p_w = np.concatenate([p_w, marker_points(robot.markers, p_w, R_w)], axis=1)
+    now = seen(robot, Observed(time_s[: len(postures)], p_w, R_w, *others))
     return tuple(
-        replace(posture, p_w=now.p_w[row], R_w=now.R_w[row], joint_angles=now.joint_angles[row])
+        replace(
+            posture,
+            p_w=now.p_w[row, :count],
+            R_w=now.R_w[row],
+            joint_angles=now.joint_angles[row],
+            markers_w=now.p_w[row, count:] if robot.markers else None,
+        )
         for row, posture in enumerate(postures)
     )
 

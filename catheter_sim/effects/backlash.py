@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
@@ -91,7 +93,7 @@ class _Play:
 
     def start(self, robot: RobotSpec, values: Values, rest: Array) -> _Playing | None:
         """Return the state at rest, the plays centred; None without dead-band."""
-        width = in_si(robot, self.names(robot), values)
+        width = self._widths(robot, values)
         return _Playing(width, rest, values.get(self.through, 0.0)) if width.any() else None
 
     def step(self, state: _Playing, before: Array, after: Array, dt_s: float) -> tuple[_Playing, Array]:
@@ -101,8 +103,12 @@ class _Play:
 
     def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
         """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
-        now = play(rows, in_si(robot, self.names(robot), values), rest)
+        now = play(rows, self._widths(robot, values), rest)
         return now + values.get(self.through, 0.0) * (rows - now)
+
+    def _widths(self, robot: RobotSpec, values: Values) -> Array:
+        """Return the whole dead-band of each tendon, shape (t,), SI, whichever way its channel moves it."""
+        return np.abs(in_si(robot, self.names(robot), values))
 
 
 _PLAY = _Play(_names)

@@ -217,7 +217,7 @@ def _finished(
     rows = command_actuators(root, own, affine_of(robot), timing_of(robot, Stage.COMMAND), tensions)
     add_springs(root, laws)
     add_friction(root, plain, laws, plastic=engine == "mujoco")
-    add_sensors(root, body_count(robot), view_of(robot))
+    add_sensors(root, body_count(robot), view_of(robot), robot.markers)
     count_samples(root, float(plain.opt.timestep))
     _rest(root, plain, shifts)
     if engine != "mujoco":

@@ -31,7 +31,7 @@ class Matched:
     Attributes:
         inputs: by channel, the column.
         outputs: by channel that is no position, the column.
-        points: by point ("tip", "body_3"), the columns along the file's x, y and z.
+        points: by point ("tip", "body_3", "marker_a"), the columns along the file's x, y and z.
         guesses: how sure each is.
     """
 
@@ -68,7 +68,7 @@ def match_outputs(robot: RobotSpec, heads: Heads, inputs: Iterable[str]) -> dict
 
 
 def match_points(
-    heads: Heads, elements: int, spreads: Mapping[str, float]
+    heads: Heads, elements: int, spreads: Mapping[str, float], markers: Sequence[str] = ()
 ) -> tuple[dict[str, tuple[str, str, str]], list[Guess]]:
     """Return which of a file's points are points of the robot's, and how sure each is.
 
@@ -76,13 +76,12 @@ def match_points(
         heads: what the file's head says.
         elements: how many bodies the robot has.
         spreads: how far each of the file's points moves, in the file's unit.
+        markers: names of the robot's markers.
     """
     found: dict[str, tuple[str, str, str]] = {}
     guesses: list[Guess] = []
     for stem, columns in heads.points.items():
-        body = _BODY.search(stem)
-        name = f"body_{int(body[1])}" if body and 1 <= int(body[1]) <= elements else ""
-        name = "tip" if not name and _TIP.search(stem.replace("_", " ")) else name
+        name = _point_of(stem, elements, markers)
         if name and name not in found:
             found[name] = columns
             guesses.append(Guess(f"map.{name}", f"columns {', '.join(columns)}", "their name", True))
@@ -97,6 +96,18 @@ def match_points(
         )
         guesses.append(Guess("map.tip", f"columns {', '.join(found['tip'])}", why, alone))
     return found, guesses
+
+
+def _point_of(stem: str, elements: int, markers: Sequence[str]) -> str:
+    """Return the robot's point that a file's point is by its name; "" where the name does not say."""
+    words = "_".join(re.findall(r"[a-z0-9]+", stem.lower()))
+    for marker in markers:
+        if words in (marker.lower(), f"marker_{marker.lower()}"):
+            return f"marker_{marker}"
+    body = _BODY.search(stem)
+    if body and 1 <= int(body[1]) <= elements:
+        return f"body_{int(body[1])}"
+    return "tip" if _TIP.search(stem.replace("_", " ")) else ""
 
 
 def _by_words(channels: Sequence[str], heads: Heads) -> dict[str, str]:

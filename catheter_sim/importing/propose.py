@@ -212,7 +212,7 @@ def _points(
     robot: RobotSpec, raw: RawFile, heads: Heads
 ) -> tuple[dict[str, tuple[str, str, str]], list[Guess]]:
     spreads = {stem: spread(_values(raw, columns)) for stem, columns in heads.points.items()}
-    return match_points(heads, body_count(robot), spreads)
+    return match_points(heads, body_count(robot), spreads, [marker.name for marker in robot.markers])
 
 
 def _values(raw: RawFile, columns: Sequence[str]) -> Array:

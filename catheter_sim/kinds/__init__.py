@@ -7,6 +7,7 @@ from typing import Any
 
 from catheter_sim.core.kind import Kind
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.core.shared_checks import check_markers
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter import KIND as _CATHETER
 from catheter_sim.kinds.continuum import KIND as _CONTINUUM
@@ -51,4 +52,7 @@ def check_robot(robot: RobotSpec, where: str) -> None:
         robot: of any kind.
         where: what to call it in the message (file or robot id).
     """
-    kind_of(robot).checks.check(robot, where)
+    kind = kind_of(robot)
+    kind.checks.check(robot, where)
+    if robot.markers:
+        check_markers(robot, kind.drives.outputs(robot).elements, where)

@@ -21,6 +21,11 @@ def face(number: int) -> str:
     return f"face_{number}"
 
 
+def marker(name: str) -> str:
+    """Return the name of the site of a marker."""
+    return f"marker_{name}"
+
+
 def tendon(name: str) -> str:
     """Return the name of a tendon in the model, and of the actuator that pulls it."""
     return f"tendon_{name}"

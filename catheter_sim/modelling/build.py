@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 import mujoco
 
+from catheter_sim.core.markers import elements_of, offsets_of
 from catheter_sim.core.motion import IMPLICIT_SPRINGS, in_motion
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
@@ -56,6 +57,7 @@ def build_mjcf(
     root.custom.add("numeric", name="friction_mu", data=[robot.friction.mu])
     add_scene(root, robot)
     kind_of(robot).model.add(root, robot, actuation)
+    _add_markers(root, robot)
     if robot.tip_mass_kg > 0.0:
         _hang_on_tip(root, robot.tip_mass_kg)
     if friction_tails:
@@ -69,6 +71,14 @@ def build_mjcf(
     except ValueError as error:
         raise InputError(f"{robot.name}: MuJoCo refuses the model: {' '.join(str(error).split())}") from None
     return text
+
+
+def _add_markers(root: mjcf.RootElement, robot: RobotSpec) -> None:
+    """Add a site for each marker, in the body of its element's face."""
+    offsets = offsets_of(robot.markers)
+    for marker, element, offset in zip(robot.markers, elements_of(robot.markers), offsets, strict=True):
+        face = root.find("site", names.face(element + 1))
+        face.parent.add("site", name=names.marker(marker.name), pos=face.pos + offset, size=(1e-4,), group=5)
 
 
 def _hang_on_tip(root: mjcf.RootElement, mass_kg: float) -> None:

@@ -91,7 +91,7 @@ def targets_of(robot: RobotSpec, table: Table, length_m: float) -> Targets:
     choices = [name for name in output_channels(robot) if name.endswith(("_mm", "_deg"))]
     for name in table.columns:
         if name not in choices and name not in DIRECTION:
-            shown = [item for item in choices if item.startswith(("tip_", "angle_"))]
+            shown = [item for item in choices if item.startswith(("tip_", "angle_", "marker_"))]
             raise unknown("target", name, [*shown, *DIRECTION, "body_<k>_x_mm ..."], table.where)
     check_output_channels(robot, [name for name in table.columns if name not in DIRECTION], table.where)
     table.require_increasing_time()

@@ -178,7 +178,7 @@ def dataset(
     outputs: Sequence[str] | None = None,
     gravity_mps2: Sequence[float] = AT_REST,
     roles: Mapping[str, str] | Sequence[str] = (),
-    calibration: Mapping[str, Sequence[float]] | None = None,
+    calibration: Mapping[str, Sequence[float] | Mapping[str, Any]] | None = None,
     name: str = "data",
     motion: str = "held",
 ) -> Dataset:
@@ -193,7 +193,8 @@ def dataset(
         roles: "train", "heldout" or "", by a trial's name or in order; default: the tool splits by whole
             trials, or by whole cycles of one trial.
         calibration: numbers of the robot with their bounds (`{"friction.mu": (0.0, 0.5)}`) that are fitted
-            before anything is called wrong, as under `[calibration]` of a `dataset.toml`.
+            before anything is called wrong, as under `[calibration]` of a `dataset.toml`; numbers that are
+            one by a name (`{"hole_mm": {"keys": (...), "range": (4.0, 5.0)}}`).
         name: what reports call the data.
         motion: "held": each row was held until the robot rested; "dynamic": it moved as the inputs did, from
             rest under each trial's first row.

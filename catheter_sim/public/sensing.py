@@ -175,6 +175,7 @@ def causes_of(robot: RobotSpec, uncertain: Mapping[str, float] | None, where: st
     """
     from catheter_sim.catalogue import PUBLISHED
     from catheter_sim.core.document import leaves, to_document
+    from catheter_sim.core.drive import READ_WITH
     from catheter_sim.planning.sensing import Cause as Value
     from catheter_sim.planning.sensing import within_factor, within_half
 
@@ -187,6 +188,8 @@ def causes_of(robot: RobotSpec, uncertain: Mapping[str, float] | None, where: st
     for key, half in uncertain.items():
         if key not in choices:
             raise unknown("number", key, choices, where)
+        if key.endswith(READ_WITH):
+            raise InputError(f"{where}: {key}: inputs are read with it, it has no range")
         if (
             not isinstance(half, int | float)
             or not 0.0 < half < float("inf")

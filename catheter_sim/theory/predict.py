@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.channels import outputs_of
-from catheter_sim.columns import Shown, shown_by, write_columns
+from catheter_sim.columns import Shown, shown_by, with_markers, write_columns
 from catheter_sim.core.inputs import Inputs, numbers_of
 from catheter_sim.core.loads import with_tip_weight
 from catheter_sim.core.posture import Array, Observed
@@ -107,6 +107,8 @@ class Prediction:
             states = _repeated(states, which)
         if any(reshapes(robot) for robot in robots):
             states = _shaped(robots, states, self.shown.elements)
+        if self.shown.markers:
+            states = replace(states, p_w=with_markers(self.shown, robots, states.p_w, states.R_w))
         if any(sees_otherwise(robot) for robot in robots):
             states = _observed(robots, states, inputs.time_s[::step], self.shown.tip)
         R_w = None if self.shown.tip is None else states.R_w[:, :, self.shown.tip]
@@ -154,10 +156,12 @@ def _step(robots: Sequence[RobotSpec], every: int) -> int:
 
 
 def _built_in(robots: Sequence[RobotSpec]) -> list[RobotSpec]:
-    """Return robots with their effects built in; of equal ones the same object."""
+    """Return robots with their effects built in, without markers; of equal ones the same object."""
     found: list[RobotSpec] = []
     for robot in robots:
         own = embodied(robot)
+        if own.markers:  # they are only seen
+            own = replace(own, markers=())
         found.append(next((item for item in found if item == own), own))
     return found
 

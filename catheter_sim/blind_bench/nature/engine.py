@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from catheter_sim.channels import tendon_inputs
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.drive import Quantity
 from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.markers import marker_points
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
@@ -130,6 +132,9 @@ def looked_at(
     for item in planted:
         if item.form.shape is not None:
             shapes = item.form.shape(item.acting(specimen, scale), course, shapes)
+    if specimen.robot.markers:  # a tracker sees them as it sees any point
+        points = marker_points(specimen.robot.markers, shapes.p, shapes.R)
+        shapes = replace(shapes, p=np.concatenate([shapes.p, points], axis=1))
     for item in planted:
         if item.form.seen is not None:
             shapes = item.form.seen(item.acting(specimen, scale), course, shapes)

@@ -16,7 +16,8 @@ class Shapes:
     """Postures of a trial.
 
     Attributes:
-        p: distal faces, base to tip, base frame, shape (r, n, 3) [m].
+        p: distal faces, base to tip, base frame, shape (r, n, 3) [m]; as they are seen, with the robot's
+            markers behind them.
         R: their orientations, shape (r, n, 3, 3).
         angles: of the joints, shape (r, j) [rad].
         tension: at the actuators, shape (r, t) [N].
@@ -37,9 +38,13 @@ class Shapes:
 
     def postures(self) -> tuple[Posture, ...]:
         """Return them as the package's postures, for writing columns."""
-        nothing = np.zeros((self.tension.shape[1], self.p.shape[1]))
+        n = self.R.shape[1]
+        nothing = np.zeros((self.tension.shape[1], n))
         rows = zip(self.p, self.R, self.angles, self.tension, strict=True)
-        return tuple(Posture(p, R, angles, tension, nothing) for p, R, angles, tension in rows)
+        return tuple(
+            Posture(p[:n], R, angles, tension, nothing, p[n:] if len(p) > n else None)
+            for p, R, angles, tension in rows
+        )
 
 
 def shapes_of(postures: Sequence[Posture]) -> Shapes:

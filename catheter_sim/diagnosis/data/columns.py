@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-POINT = re.compile(r"(tip|body_\d+)_([xyz])_mm")
+POINT = re.compile(r"(tip|body_\d+|marker_\w+)_([xyz])_mm")
 QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
 TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 
@@ -17,7 +17,7 @@ def unit_of(column: str) -> str:
 
 
 def points_of(columns: Sequence[str]) -> dict[str, dict[str, int]]:
-    """Return the index of every measured coordinate by point ("tip", "body_3") and axis."""
+    """Return the index of every measured coordinate by point ("tip", "body_3", "marker_a") and axis."""
     found: dict[str, dict[str, int]] = {}
     for index, name in enumerate(columns):
         match = POINT.fullmatch(name)

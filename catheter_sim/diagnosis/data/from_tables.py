@@ -35,7 +35,7 @@ def dataset_of(
     tables: Sequence[tuple[str, str, Table]],
     outputs: Sequence[str] | None,
     gravity_mps2: Array,
-    calibration: Mapping[str, Sequence[float]],
+    calibration: Mapping[str, Sequence[float] | Mapping[str, Any]],
     name: str,
     motion: str = HELD.name,
 ) -> Dataset:
@@ -118,8 +118,10 @@ def _trial_of(
 
 
 def _listed(value: Any) -> Any:
-    """Return a sequence as a list, as files hold it; what is none stays what it is."""
-    return value if isinstance(value, str | Mapping) or not isinstance(value, Iterable) else list(value)
+    """Return a sequence as a list, as files hold it, in a mapping too; what is none stays what it is."""
+    if isinstance(value, Mapping):
+        return {key: _listed(item) for key, item in value.items()}
+    return value if isinstance(value, str) or not isinstance(value, Iterable) else list(value)
 
 
 def _content(trial: Trial) -> bytes:

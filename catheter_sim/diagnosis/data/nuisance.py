@@ -15,17 +15,20 @@ from functools import lru_cache, partial
 from typing import Any
 
 from catheter_sim.catalogue import PUBLISHED
-from catheter_sim.core.document import leaves, to_document, with_number
+from catheter_sim.core.document import leaves, number_at, to_document, with_number
+from catheter_sim.core.drive import READ_WITH
 from catheter_sim.core.effect import Parameter
 from catheter_sim.core.numbers import from_file, number, with_values
 from catheter_sim.core.posture import Array
 from catheter_sim.core.published import Uncertain
+from catheter_sim.core.requirements import check_name
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.calibrated import causes_same_as
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds import check_robot
 
 _SCALE = 0.125  # of a change that matters, of a number's range
+_TIED_BY = ("range", "factor")  # what a data set gives of several numbers that are one
 _RANGE_PARTS = 20.0  # of a calibrated number's whole range
 
 
@@ -84,46 +87,126 @@ def calibration_numbers(table: Any, robot: RobotSpec, where: str) -> tuple[Nuisa
     Args:
         table: dotted key of the robot's specification -> [lower, upper], in file units, nested or
             flat; the fit starts at the specified value. The upper end may be inf, and so may the
-            specified value.
+            specified value. Or a name of its own -> `keys` of several numbers that are one, with the
+            `range` of what they all are, or of a `factor` on them.
         robot: as specified.
         where: the table's file, for errors.
 
     Raises:
-        InputError: a key that the robot does not have, a range that is none, or one whose ends are
-            impossible for the robot.
+        InputError: a key that the robot does not have, or that stands twice, a range that is none, or one
+            whose ends are impossible for the robot.
     """
     if not isinstance(table, Mapping):
         raise InputError(f"{where}: calibration: a table is needed, not {table!r}")
     specified = dict(leaves(to_document(robot)))
     found = []
-    for key, ends in _flat(table):
-        place = f"{where}: calibration.{key}"
-        if key not in specified:
-            raise unknown("number", key, specified, f"{where}: calibration")
-        if (
-            not isinstance(ends, list)
-            or len(ends) != 2
-            or not all(isinstance(end, int | float) and not isinstance(end, bool) for end in ends)
-            or not ends[0] < ends[1]
-        ):
-            raise InputError(f"{place}: [lower, upper] is needed, lower below upper, not {ends!r}")
-        low, high, value = float(ends[0]), float(ends[1]), specified[key]
-        if not low <= value <= high:
-            raise InputError(f"{place}: the specified value, {value:g}, lies outside {low:g} to {high:g}")
-        try:
-            for end in (low, high):
-                check_robot(with_number(robot, key, end), f"{place} = {end:g}")
-        except KeyError:
-            raise InputError(f"{place}: is a whole number, it cannot be calibrated") from None
-        same = causes_same_as(robot, [key])
-        found.append(_calibrated(key, (low, high), value, place, same))
+    taken: set[str] = set()
+    for name, entry in _flat(table):
+        place = f"{where}: calibration.{name}"
+        if isinstance(entry, Mapping):
+            keys, number = _tied(name, entry, robot, specified, place)
+        else:
+            _check_key(name, specified, f"{where}: calibration", place)
+            keys, number = (name,), _single(name, entry, robot, specified[name], place)
+        for key in keys:
+            if key in taken:
+                raise InputError(f"{place}: {key} is calibrated already")
+            taken.add(key)
+        found.append(number)
     return tuple(found)
+
+
+def _check_key(key: str, specified: Mapping[str, float], where: str, place: str) -> None:
+    if key not in specified:
+        raise unknown("number", key, specified, where)
+    if key.endswith(READ_WITH):
+        raise InputError(f"{place}: inputs are read with {key}, it cannot be calibrated")
+
+
+def _single(key: str, ends: Any, robot: RobotSpec, value: float, place: str) -> Nuisance:
+    low, high = _range(ends, value, place)
+    _check_ends(robot, (low, high), lambda end: with_number(robot, key, end), place)
+    return _calibrated(key, (low, high), value, place, causes_same_as(robot, [key]))
+
+
+def _tied(
+    name: str, entry: Mapping[str, Any], robot: RobotSpec, specified: Mapping[str, float], place: str
+) -> tuple[tuple[str, ...], Nuisance]:
+    """Return the keys of several numbers that are one, and that one."""
+    check_name(name, f"{place}:")
+    if name in specified:
+        raise InputError(f"{place}: is a number of the robot; a name of its own is needed")
+    for key in entry:
+        if key not in ("keys", *_TIED_BY):
+            raise unknown("key", str(key), ("keys", *_TIED_BY), place)
+    given = entry["keys"]
+    if not isinstance(given, list) or len(given) < 2 or not all(isinstance(key, str) for key in given):
+        raise InputError(f"{place}.keys: a list of two numbers of the robot or more is needed, not {given!r}")
+    keys = tuple(given)
+    for key in keys:
+        _check_key(key, specified, f"{place}.keys", place)
+        try:
+            number_at(robot, key)
+        except KeyError:
+            raise InputError(f"{place}.keys: {key} is a whole number, it cannot be calibrated") from None
+    ways = [way for way in _TIED_BY if way in entry]
+    if len(ways) != 1:
+        raise InputError(f"{place}: range = [lower, upper] or factor = [lower, upper] is needed, one of them")
+    value, change = 1.0, partial(_scaled, keys)
+    if ways == ["range"]:
+        value, change = _one_value(keys, specified, place), partial(_with_all, keys)
+    elif not all(math.isfinite(specified[key]) for key in keys):
+        raise InputError(f"{place}.factor: a number among them is inf")
+    ends = _range(entry[ways[0]], value, f"{place}.{ways[0]}")
+    if math.isinf(ends[1]):
+        raise InputError(f"{place}.{ways[0]}: must be finite")
+    _check_ends(robot, ends, lambda end: change(robot, end), place)
+    parameter = Parameter(name, value, *ends, scale=(ends[1] - ends[0]) / _RANGE_PARTS, start=value)
+    return keys, Nuisance(parameter, change, stands_for=causes_same_as(robot, keys))
+
+
+def _one_value(keys: Sequence[str], specified: Mapping[str, float], place: str) -> float:
+    """Return the value that several numbers of one unit have, in their file's unit."""
+    first = keys[0]
+    for key in keys:
+        if key.rpartition(".")[2] != first.rpartition(".")[2]:
+            raise InputError(f"{place}.keys: {first} and {key} are no numbers of one sort; factor takes such")
+        if specified[key] != specified[first]:
+            differ = f"{first} = {specified[first]:g} and {key} = {specified[key]:g}"
+            raise InputError(f"{place}.keys: {differ} are specified; factor takes numbers that differ")
+    return specified[first]
+
+
+def _range(ends: Any, value: float, place: str) -> tuple[float, float]:
+    """Return [lower, upper] as given, checked: the specified value lies within."""
+    if (
+        not isinstance(ends, list)
+        or len(ends) != 2
+        or not all(isinstance(end, int | float) and not isinstance(end, bool) for end in ends)
+        or not ends[0] < ends[1]
+    ):
+        raise InputError(f"{place}: [lower, upper] is needed, lower below upper, not {ends!r}")
+    low, high = float(ends[0]), float(ends[1])
+    if not low <= value <= high:
+        raise InputError(f"{place}: the specified value, {value:g}, lies outside {low:g} to {high:g}")
+    return low, high
+
+
+def _check_ends(
+    robot: RobotSpec, ends: tuple[float, float], changed: Callable[[float], RobotSpec], place: str
+) -> None:
+    """Raise `InputError` where the robot is impossible at an end of a range."""
+    try:
+        for end in ends:
+            check_robot(changed(end), f"{place} = {end:g}")
+    except KeyError:
+        raise InputError(f"{place}: is a whole number, it cannot be calibrated") from None
 
 
 def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield dotted keys and values: in TOML, `friction.mu = ...` without quotes is a nested table."""
     for key, value in table.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and "keys" not in value:
             yield from _flat(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value
@@ -139,6 +222,10 @@ def _calibrated(
     width = 1.0 / low if inverse else high - low
     parameter = Parameter(key, value, low, high, scale=width / _RANGE_PARTS, start=value, inverse=inverse)
     return Nuisance(parameter, partial(_with_number, key), stands_for=same)
+
+
+def _with_all(keys: Sequence[str], robot: RobotSpec, value: float) -> RobotSpec:
+    return with_values(robot, {key: from_file(robot, key, value) for key in keys})
 
 
 def _with_number(key: str, robot: RobotSpec, value: float) -> RobotSpec:

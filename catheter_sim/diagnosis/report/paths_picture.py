@@ -50,12 +50,22 @@ def paths_figure(fit: TrialFit) -> Figure | None:
 
 
 def shown_points(columns: Sequence[str]) -> list[str]:
-    """Return up to three points with two coordinates or more, evenly chosen, the farthest last."""
+    """Return up to three points with two coordinates or more, evenly chosen, the farthest last.
+
+    Markers, of which the names do not say where they are, come first.
+    """
     found = [name for name, axes in points_of(columns).items() if len(axes) > 1]
-    ordered = sorted(found, key=lambda name: np.inf if name == "tip" else int(name.removeprefix("body_")))
+    ordered = sorted(found, key=_place_of)
     if len(ordered) <= _MOST_POINTS:
         return ordered
     return [ordered[round(k * len(ordered) / _MOST_POINTS) - 1] for k in range(1, _MOST_POINTS + 1)]
+
+
+def _place_of(point: str) -> float:
+    """Return a number that rises along the robot with bodies and the tip, and is 0 for markers."""
+    if point == "tip":
+        return np.inf
+    return float(point.removeprefix("body_")) if point.startswith("body_") else 0.0
 
 
 def shown_planes(fit: TrialFit, points: Sequence[str]) -> list[tuple[str, str]]:

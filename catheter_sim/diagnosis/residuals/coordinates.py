@@ -132,9 +132,9 @@ def input_columns(dataset: Dataset, trial: Trial) -> dict[str, Array]:
 
 
 def _in_file_units(drive: Drive) -> float:
-    """Return by what the input of one of a drive's tendons, SI, is multiplied to give the drive's column."""
+    """Return by what the input of a drive's first tendon, SI, is multiplied to give the drive's column."""
     per_si = 1.0 if drive.quantity is Quantity.TENSION else 1e3
-    return per_si * (1.0 / drive.share)
+    return per_si * (1.0 / drive.parts[0])
 
 
 def _blocks(trial: Trial, keep: np.ndarray) -> np.ndarray:

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.core.drive import Drive, shares, sums
 from catheter_sim.core.posture import Array
 from catheter_sim.core.quick_model import DriveLevels, bend_of_link, bends_nothing, tension_shares
-from catheter_sim.kinds.continuum.drives import ACTUATIONS, drives
+from catheter_sim.errors import InputError
+from catheter_sim.kinds.continuum.drives import ACTUATIONS, drives, has_gains
 from catheter_sim.kinds.continuum.layout import disks, is_planar
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots
@@ -22,6 +24,7 @@ from catheter_sim.mechanics.arcs import segment_frames
 
 _NO_ARM_M = 1e-9  # a tendon nearer to the neutral plane bends nothing
 _DIFFERENCE_RAD = 1e-5
+_FOLLOWS = 1e-3  # of the largest way: what a tendon may be off its channel's gain
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ def _drives(robot: ContinuumRobot, actuation: str, largest_bend_rad: float) -> D
     arm = np.where(arcs.free, arcs.arm[0], 0.0)  # (t, s, 2)
     arm[np.abs(arm) < _NO_ARM_M] = 0.0
     compliance = (arcs.length / arcs.bending)[0, :, np.newaxis]  # (s, 1) [rad per N m]
-    columns = drives(robot, ACTUATIONS[0])
+    columns = drives(_pulled_one_by_one(robot), ACTUATIONS[0])
     share = tension_shares(robot, columns)
     per_newton = np.einsum("tsa,td->sad", arm * compliance, share)  # bend by 1 N in a channel
     largest = np.sqrt((per_newton**2).sum(axis=1)).max(axis=0, initial=0.0)
@@ -126,14 +129,45 @@ def _drives(robot: ContinuumRobot, actuation: str, largest_bend_rad: float) -> D
             tension=tension.sum(axis=1),
         )
     names, bends = _segment_bends(robot, arcs.length[0], arm, largest_bend_rad)
+    drawn = np.einsum("tsa,sad->td", arm, bends)
+    if has_gains(robot.tendons):
+        _check_gains(robot, drives(robot, actuation), drawn)
     return DriveLevels(
         actuation=actuation,
         names=names,
         lowest=-np.ones(len(names)),
-        tendon=np.einsum("tsa,sad->td", arm, bends),
+        tendon=drawn,
         bend=bends,
         tension=tension.sum(axis=1),
     )
+
+
+def _pulled_one_by_one(robot: ContinuumRobot) -> ContinuumRobot:
+    """Return `robot`; where channels have gains, with each tendon in a channel of its own."""
+    if not has_gains(robot.tendons):
+        return robot
+    alone = (replace(tendon, channel="", channel_gain=1.0) for tendon in robot.tendons)
+    return replace(robot, tendons=tuple(alone))
+
+
+def _check_gains(robot: ContinuumRobot, columns: tuple[Drive, ...], drawn: Array) -> None:
+    """Raise `InputError` where a channel's tendons are not drawn as their gains say when segments bend.
+
+    Args:
+        robot: the robot.
+        columns: its drives by displacement.
+        drawn: by how much each tendon is drawn as each segment bends, shape (t, d) [m].
+    """
+    count = len(robot.tendons)
+    followed = shares(columns, count) @ (sums(columns, count).T @ drawn)
+    off = np.abs(followed - drawn).max(axis=1, initial=0.0) > _FOLLOWS * np.abs(drawn).max()
+    if off.any():
+        others = [item for item, wrong in zip(robot.tendons, off, strict=True) if wrong]
+        tendon = next((item for item in others if item.channel_gain != 1.0), others[0])
+        raise InputError(
+            f"{robot.name}: tendons.{tendon.name}.channel_gain = {tendon.channel_gain:g}: when segments bend "
+            "as arcs, the tendon does not move so beside its channel's others (radius_mm, angle_deg, ends_at)"
+        )
 
 
 def _segment_bends(

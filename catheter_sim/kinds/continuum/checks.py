@@ -7,10 +7,11 @@ import math
 from catheter_sim.core.requirements import MAX_LINKS, check_counts, check_name, need, positive
 from catheter_sim.core.shared_checks import check_shared
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds.continuum.drives import ACTUATIONS
+from catheter_sim.kinds.continuum.drives import ACTUATIONS, actuations
 from catheter_sim.kinds.continuum.layout import disks
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 
+_GAINS = (1e-3, 1e3)  # sizes of a tendon's displacement over its channel's
 _MAX_HOLES = 10_000  # of all tendons in all links; beyond it the model takes minutes to build
 
 
@@ -48,6 +49,12 @@ def check(robot: ContinuumRobot, where: str) -> None:
     ):
         if value not in choices:
             raise unknown(key, value, choices, where)
+    if robot.actuation not in actuations(robot):
+        other = next(tendon for tendon in robot.tendons if tendon.channel_gain != 1.0)
+        raise InputError(
+            f"{top}tendons.{other.name}.channel_gain = {other.channel_gain:g}: takes displacements, "
+            f'not tensions; actuation = "displacement" is needed'
+        )
 
 
 def _check_names(robot: ContinuumRobot, where: str) -> None:
@@ -93,6 +100,9 @@ def _check_tendon(tendon: Tendon, robot: ContinuumRobot, prefix: str) -> None:
     need(tendon, "angle_rad", prefix, math.isfinite, "must be finite")
     positive(tendon, "stiffness_N_per_m", prefix, finite=False)
     need(tendon, "pretension_N", prefix, lambda force: 0 <= force < math.inf, "must not be negative")
+    low, high = _GAINS
+    what = f"a size of {low:g} to {high:g} is needed, -1 for a tendon that its channel lets out"
+    need(tendon, "channel_gain", prefix, lambda gain: low <= abs(gain) <= high, what)
     channel_m = robot.channel_radius_m
     need(
         tendon,

@@ -13,8 +13,13 @@ ACTUATIONS = ("tension", "displacement")
 
 
 def actuations(robot: ContinuumRobot) -> tuple[str, ...]:
-    """Return the kinds of actuator inputs that `robot` takes."""
-    return ACTUATIONS
+    """Return the kinds of actuator inputs that `robot` takes: no tensions where a channel has gains."""
+    return ACTUATIONS[1:] if has_gains(robot.tendons) else ACTUATIONS
+
+
+def has_gains(tendons: tuple[Tendon, ...]) -> bool:
+    """Return whether a tendon moves otherwise than its channel: farther, less far, or the other way."""
+    return any(tendon.channel_gain != 1.0 for tendon in tendons)
 
 
 def drives(robot: ContinuumRobot, actuation: str) -> tuple[Drive, ...]:
@@ -39,6 +44,7 @@ def _drives(tendons: tuple[Tendon, ...], actuation: str) -> tuple[Drive, ...]:
             for tendon in tendons
         ),
         actuation,
+        tuple(tendon.channel_gain for tendon in tendons) if has_gains(tendons) else (),
     )
 
 

@@ -59,7 +59,8 @@ def _movers(tendons: tuple[Tendon, ...]) -> tuple[Mover, ...]:
     for tendon in tendons:
         channel = tendon.channel or tendon.name
         x, y = sides.get(channel, (0.0, 0.0))
-        sides[channel] = x + math.cos(tendon.angle_rad), y + math.sin(tendon.angle_rad)
+        gain = tendon.channel_gain
+        sides[channel] = x + gain * math.cos(tendon.angle_rad), y + gain * math.sin(tendon.angle_rad)
         parts[channel] = tendon.ends_at
     return tuple(Mover(channel, parts[channel], side) for channel, side in sides.items())
 

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.blind_bench.nature.engine import columns_of, looked_at
 from catheter_sim.blind_bench.nature.shapes import Shapes, bends_of, rebent, shortened
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.robot import Marker
 
 COUNT, LENGTH = 40, 1.5
 
@@ -52,3 +59,21 @@ def test_shortened_shapes_are_shorter_by_their_share():
     less = shortened(whole, np.full((1, COUNT), 0.03))
     lengths = [np.linalg.norm(np.diff(shape.p[0], axis=0), axis=1) for shape in (whole, less)]
     np.testing.assert_allclose(lengths[1], 0.97 * lengths[0])
+
+
+def test_a_tracker_sees_a_marker_as_it_sees_any_point():
+    """A tracker with another scale takes the marker, offset and all, twice as far from its zero."""
+    robot = replace(load_robot("neuroendoscope_section"), markers=(Marker("ring", 10, offset_x_m=2e-3),))
+    columns = ("tip_x_mm", "marker_ring_x_mm", "marker_ring_z_mm")
+    specimen: Any = SimpleNamespace(robot=robot, columns=columns)
+    p = np.zeros((1, 30, 3))
+    p[0, :, 2] = 1e-3 * np.arange(1, 31)
+    turn = Rotation.from_rotvec([0.0, np.pi / 2, 0.0]).as_matrix()  # x points down
+    shapes = Shapes(p, np.tile(turn, (1, 30, 1, 1)), np.zeros((1, 30)), np.zeros((1, 2)))
+    form = SimpleNamespace(shape=None, seen=lambda acting, course, seen: replace(seen, p=2.0 * seen.p))
+    tracker: Any = SimpleNamespace(form=form, acting=lambda specimen, scale: None)
+    nothing: Any = None
+    plain = columns_of(specimen, looked_at(specimen, nothing, [], nothing, shapes))
+    np.testing.assert_allclose(plain, [[0.0, 0.0, 8.0]], atol=1e-12)
+    stretched = columns_of(specimen, looked_at(specimen, nothing, [tracker], nothing, shapes))
+    np.testing.assert_allclose(stretched, 2.0 * plain, atol=1e-12)

@@ -32,7 +32,7 @@ from catheter_sim.errors import InputError, shown, unknown
 FIRST_ROW = "first row"
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 TIMES = ("time_s", "inputs_time_s")
-_POINT = re.compile(r"tip|body_\d+")
+_POINT = re.compile(r"tip|body_\d+|marker_\w+")
 _SIZES = ("column", "unit", "scale", "sign", "zero", "spool_radius_mm")
 _CLOCK = ("column", "unit", "rate_Hz", "origin", "shift_s")
 _MOST_EVERY = 10_000
@@ -81,7 +81,7 @@ class FileMap:
         time: the file's clock.
         inputs_time: the clock of a trial's second file, which has its inputs.
         columns: by channel.
-        points: of each point ("tip", "body_3") its three columns in the tracker's axes.
+        points: of each point ("tip", "body_3", "marker_a") its three columns in the tracker's axes.
         R_bt: from the tracker's axes to the base's, shape (3, 3), signed exchanges.
         every: every how many rows one is taken.
         where: the file of the table, for errors.

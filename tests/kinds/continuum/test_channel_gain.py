@@ -1,0 +1,246 @@
+"""A channel with gains: one motor that pulls a tendon and lets its opposite out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import catheter_sim as cs
+from catheter_sim.catalogue import load_robot, robot_toml
+from catheter_sim.channels import actuations, channel_inputs, input_channels, read_inputs
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.robot import Friction
+from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.data.nuisance import calibration_numbers
+from catheter_sim.effects.apply import arriving_inputs, with_effects
+from catheter_sim.effects.steps import Commands
+from catheter_sim.envs.quick_model import quick_model
+from catheter_sim.errors import InputError
+from catheter_sim.exporting.write import write_model
+from catheter_sim.kinds import check_robot, kind_of
+from catheter_sim.kinds.continuum.drives import drives
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.simulation.replay import simulate
+from catheter_sim.tables import Table
+from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.run import STATIC_MODELS
+
+NO_GRAVITY = np.zeros(3)
+WAY_MM = np.array([0.0, 1.5, 3.0, -2.0, 0.0])
+TURN_MM = np.array([0.0, 0.5, -1.0, 1.0, 0.0])
+# The same cause on one motor, and on each of its two tendons.
+CAUSES = [
+    ("actuation_offset", {"offset_bend_mm": 0.4}, {"offset_up_mm": 0.4, "offset_down_mm": -0.4}),
+    ("actuation_gain", {"scale_bend": 1.2}, {"scale_up": 1.2, "scale_down": 1.2}),
+    ("actuation_gain", {"curve_bend_per_mm": 0.1}, {"curve_up_per_mm": 0.1, "curve_down_per_mm": 0.1}),
+    ("backlash", {"width_mm": 0.6}, {"width_mm": 0.6}),
+    ("backlash", {"width_bend_mm": 0.6}, {"width_up_mm": 0.6, "width_down_mm": 0.6}),
+    ("drift", {"zero_bend_mm_per_min": 3.0}, {"zero_up_mm_per_min": 3.0, "zero_down_mm_per_min": -3.0}),
+    ("rate", {"lag_s": 0.7}, {"lag_s": 0.7}),
+]
+
+
+def tendon(name: str, degrees: float, **more: float | str) -> Tendon:
+    return Tendon(name, 4e-3, np.radians(degrees), "arm", stiffness_N_per_m=2e4, pretension_N=2.0, **more)  # type: ignore[arg-type]
+
+
+def one_by_one() -> ContinuumRobot:
+    """Return a robot whose four tendons have a channel each."""
+    return ContinuumRobot(
+        name="four",
+        description="",
+        segments=(Segment("arm", 0.06, 6, 5e-3, 1.5e-3, 3e-3),),
+        tendons=(tendon("up", 0.0), tendon("down", 180.0), tendon("left", 90.0), tendon("right", 270.0)),
+        friction=Friction(0.1),
+        actuation="displacement",
+    )
+
+
+def with_motors() -> ContinuumRobot:
+    """Return the same robot, whose motors "bend" and "turn" pull one tendon and let the opposite one out."""
+    up, down, left, right = one_by_one().tendons
+    pulled = (replace(up, channel="bend"), replace(left, channel="turn"))
+    let_out = (
+        replace(down, channel="bend", channel_gain=-1.0),
+        replace(right, channel="turn", channel_gain=-1.0),
+    )
+    return replace(one_by_one(), tendons=(pulled[0], let_out[0], pulled[1], let_out[1]))
+
+
+def given(robot: ContinuumRobot, **columns: np.ndarray) -> Inputs:
+    return read_inputs(robot, Table(np.arange(float(len(WAY_MM))), columns))
+
+
+def both() -> tuple[Inputs, Inputs]:
+    """Return two motors' ways, and the four tendons' that are the same."""
+    one = given(with_motors(), displacement_bend_mm=WAY_MM, displacement_turn_mm=TURN_MM)
+    four = given(
+        one_by_one(),
+        displacement_up_mm=WAY_MM,
+        displacement_down_mm=-WAY_MM,
+        displacement_left_mm=TURN_MM,
+        displacement_right_mm=-TURN_MM,
+    )
+    return one, four
+
+
+@pytest.mark.slow
+def test_a_motor_moves_its_tendons_as_opposite_commands_do() -> None:
+    """In the simulation, a static model and the twin, to the last bit."""
+    one, four = both()
+    np.testing.assert_array_equal(one.tendon, four.tendon)
+    np.testing.assert_array_equal(
+        channel_inputs(with_motors(), one), np.stack([WAY_MM, TURN_MM], axis=1) / 1e3
+    )
+    runs = [
+        (
+            simulate(robot, inputs, NO_GRAVITY).postures,
+            STATIC_MODELS["CC_sub"].solve(robot, inputs, NO_GRAVITY).postures,
+        )
+        for robot, inputs in ((with_motors(), one), (one_by_one(), four))
+    ]
+    for mine, other in zip(*runs, strict=True):
+        for row, same in zip(mine, other, strict=True):
+            np.testing.assert_array_equal(row.p_w, same.p_w)
+            np.testing.assert_array_equal(row.actuator_tension, same.actuator_tension)
+        assert np.linalg.norm(mine[2].p_w[-1] - mine[0].p_w[-1]) > 10e-3
+    columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+    twins = [
+        twin_for(robot, "displacement", columns, NO_GRAVITY)([robot], inputs)
+        for robot, inputs in ((with_motors(), one), (one_by_one(), four))
+    ]
+    np.testing.assert_array_equal(*twins)
+
+
+@pytest.mark.parametrize(("name", "of_motor", "of_tendons"), CAUSES)
+def test_a_cause_of_a_channel_acts_on_what_the_channel_moves(
+    name: str, of_motor: dict[str, float], of_tendons: dict[str, float]
+) -> None:
+    """A motor's wrong zero pulls one tendon and lets the other out; along a history and step by step."""
+    motors, four = (
+        with_effects(robot, {name: values})
+        for robot, values in ((with_motors(), of_motor), (one_by_one(), of_tendons))
+    )
+    one, other = both()
+    arrived = arriving_inputs(motors, one).tendon
+    np.testing.assert_allclose(arrived[:, :2], arriving_inputs(four, other).tendon[:, :2], atol=1e-15)
+    np.testing.assert_allclose(arrived[:, 1], -arrived[:, 0], atol=1e-15)
+    assert np.abs(arrived - one.tendon).max() > 1e-4
+    commands = Commands(motors)
+    stepped = [commands.step(row, float(k > 0))[0] for k, row in enumerate(one.tendon)]
+    np.testing.assert_allclose(stepped, arrived, atol=1e-9)
+
+
+def test_coupling_reaches_both_tendons_of_a_motor() -> None:
+    """Another section's input adds to a motor's, which pulls one of its tendons and lets the other out."""
+    robot = with_motors()
+    arm = robot.segments[0]
+    ends = [
+        replace(item, ends_at="end", angle_rad=angle)
+        for item, angle in zip(robot.tendons[2:], (0.0, np.pi), strict=True)
+    ]
+    long = replace(robot, segments=(arm, replace(arm, name="end")), tendons=(*robot.tendons[:2], *ends))
+    assert [mover.toward for mover in kind_of(long).handles.movers(long)] == [
+        pytest.approx((2.0, 0.0)),
+        pytest.approx((2.0, 0.0)),
+    ]
+    coupled = with_effects(long, {"coupling": {"arm_to_end": 0.1}})
+    inputs = given(long, displacement_bend_mm=WAY_MM)
+    arrived = arriving_inputs(coupled, inputs).tendon
+    np.testing.assert_allclose(arrived[:, 2:], 1e-4 * np.stack([WAY_MM, -WAY_MM], axis=1), atol=1e-12)
+
+
+def test_a_motor_bends_toward_the_tendon_that_it_pulls() -> None:
+    """Without the gain the two sides would cancel."""
+    assert [drive.side for drive in drives(with_motors(), "displacement")] == [
+        pytest.approx((1.0, 0.0)),
+        pytest.approx((0.0, 1.0)),
+    ]
+
+
+@pytest.mark.slow
+def test_what_ik_says_is_what_the_motors_are_given() -> None:
+    """The file's two columns bring the tip where the plan said, by the simulation of the same table."""
+    robot = replace(with_motors(), friction=Friction(0.0))
+    target = {"tip_x_mm": [15.0], "tip_y_mm": [-8.0]}
+    found = cs.inverse_kinematics(robot, target, corrections=None)
+    assert set(found.to_table().columns) == {"displacement_bend_mm", "displacement_turn_mm"}
+    reached = cs.simulate(robot, cs.inputs(robot, found.to_table())).to_table(list(target)).columns
+    assert reached["tip_x_mm"][0] == pytest.approx(15.0, abs=1.0)
+    assert reached["tip_y_mm"][0] == pytest.approx(-8.0, abs=1.0)
+
+
+def test_steering_refuses_gains_that_no_arc_has() -> None:
+    """A tendon on half the radius is let out half as far, not as far: the line names it."""
+    robot = with_motors()
+    nearer = tuple(replace(item, radius_m=2e-3) if item.name == "down" else item for item in robot.tendons)
+    with pytest.raises(InputError, match=r"four: tendons\.down\.channel_gain = -1: .* does not move so"):
+        quick_model(replace(robot, tendons=nearer), "displacement")
+    right = tuple(replace(item, channel_gain=-0.5) if item.name == "down" else item for item in nearer)
+    assert quick_model(replace(robot, tendons=right), "displacement").drives.tendon.shape == (4, 2)
+
+
+@pytest.mark.slow
+def test_an_exported_file_says_what_each_actuator_follows() -> None:
+    """Two columns drive four actuators, two of them the other way."""
+    robot = replace(with_motors(), friction=Friction(0.0))
+    controls = {item.actuator: (item.column, item.share) for item in write_model(robot).controls}
+    assert controls == {
+        "tendon_up": ("displacement_bend_mm", pytest.approx(1.0)),
+        "tendon_down": ("displacement_bend_mm", pytest.approx(-1.0)),
+        "tendon_left": ("displacement_turn_mm", pytest.approx(1.0)),
+        "tendon_right": ("displacement_turn_mm", pytest.approx(-1.0)),
+    }
+
+
+def test_a_motors_angle_on_a_spool_is_such_a_channel(tmp_path: Path) -> None:
+    """In [map]: 90 deg on a spool of 10 mm pull one tendon by 15.7 mm and let out its opposite."""
+    (tmp_path / "robot.toml").write_text(robot_toml(with_motors()))
+    (tmp_path / "take.csv").write_text("time_s,motor,tip_x_mm\n0,0,0\n1,90,1\n2,0,0\n3,-90,1\n")
+    (tmp_path / "dataset.toml").write_text(
+        '[dataset]\nname = "take"\nrobot = "robot.toml"\nsource = "made up"\nlicence = "MIT"\n'
+        "[conditions]\ngravity_mps2 = [0.0, 0.0, 0.0]\n"
+        '[channels]\ninputs = ["displacement_bend_mm"]\noutputs = ["tip_x_mm"]\n'
+        '[[trials]]\nfile = "take.csv"\n'
+        '[map]\ndisplacement_bend_mm = { column = "motor", unit = "deg", spool_radius_mm = 10.0 }\n'
+    )
+    (trial,) = load_dataset(tmp_path).trials
+    way = 0.01 * np.pi / 2
+    np.testing.assert_allclose(trial.inputs.tendon[1], [way, -way, 0.0, 0.0], rtol=1e-12)
+
+
+def test_such_a_robot_takes_no_tensions() -> None:
+    """A tendon cannot push: tensions are refused by the robot's file, and as columns."""
+    robot = with_motors()
+    assert actuations(robot) == ("displacement",)
+    assert input_channels(robot, "tension") == []
+    with pytest.raises(
+        InputError, match="unknown input channel 'tension_bend_N'; choices: displacement_bend_mm"
+    ):
+        given(robot, tension_bend_N=WAY_MM)
+    with pytest.raises(InputError, match=r"four: tendons\.down\.channel_gain = -1: takes displacements"):
+        check_robot(replace(robot, actuation="tension"), "four")
+
+
+@pytest.mark.parametrize("gain", ["0", "inf", "1e9"])
+def test_impossible_gains_are_named(gain: str, tmp_path: Path) -> None:
+    """One line names the file, the tendon and the key."""
+    path = tmp_path / "robot.toml"
+    path.write_text(robot_toml(with_motors()))
+    with pytest.raises(InputError, match=r"tendons\.down\.channel_gain = .*: a size of 0.001 to 1000"):
+        load_robot(path, [f"tendons.down.channel_gain={gain}"])
+    path.write_text(path.read_text().replace("channel_gain = -1.0", "channel_gain = nan"))
+    with pytest.raises(InputError, match=r"tendons\.down: channel_gain: a number is needed, not nan"):
+        load_robot(path)
+
+
+def test_a_gain_is_neither_calibrated_nor_uncertain() -> None:
+    """Inputs are read with it; a wrong one is the cause `actuation_gain`."""
+    with pytest.raises(InputError, match="inputs are read with tendons"):
+        calibration_numbers({"tendons.down.channel_gain": [-2.0, -0.5]}, with_motors(), "here")
+    pulled = {"time_s": [0.0], "displacement_bend_mm": [1.0]}
+    with pytest.raises(InputError, match="channel_gain: inputs are read with it"):
+        cs.sense(with_motors(), pulled, uncertain={"tendons.down.channel_gain": 0.1})
