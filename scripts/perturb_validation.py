@@ -7,7 +7,8 @@ check is run again: its stiffness, its friction, the gain of its inputs (as a mo
 length, each by 20 %. What it is judged against stays as it is: where the simulation is judged, statics and
 the nested reference are not changed; where static models are judged, those that they are compared with are
 not. Two more changes are for lines that none of these touches: damping of a fifth of a polymer's, and a
-rest curvature of a fifth over the length.
+rest curvature of a fifth over the length. What is said of solvers' times no robot changes: there
+each model takes the times of the next one, or each number of disks those of another, in the opposite order.
 
 Each change is made of the simulation, then of static models, then of models that others are compared
 with (not where a line's source names them). A line that has turned red is left; `--all` makes every change
@@ -39,7 +40,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.theory import modified
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.theory.run import STATIC_MODELS, TheoryModel
-from catheter_sim.validation import mitral_elongation, rod_motion, tdcr_readings
+from catheter_sim.validation import mitral_elongation, rod_motion, tdcr_readings, tdcr_times
 from catheter_sim.validation.lines import Line
 from catheter_sim.validation.run import CHECKS
 
@@ -190,6 +191,25 @@ def changed_statics(change: Change, names: Sequence[str], called: list[str]) -> 
         yield
 
 
+def of_the_next_model(times: Mapping[int, tdcr_times.Times]) -> dict[int, tdcr_times.Times]:
+    """Return solvers' times by numbers of disks, each model with the next one's, the last the first's."""
+    following = dict(zip(tdcr_times.MODELS, (*tdcr_times.MODELS[1:], tdcr_times.MODELS[0]), strict=True))
+    return {disks: {model: found[following[model]] for model in found} for disks, found in times.items()}
+
+
+def in_opposite_order(times: Mapping[int, tdcr_times.Times]) -> dict[int, tdcr_times.Times]:
+    """Return solvers' times in which the most disks have those of the fewest, and so on."""
+    return dict(zip(times, reversed(list(times.values())), strict=True))
+
+
+@contextmanager
+def changed_times(change: Callable[[Any], Any]) -> Iterator[None]:
+    """Let the times that are told be changed ones."""
+    measured = tdcr_times.times_by_disks
+    with patch.object(tdcr_times, "times_by_disks", lambda: change(measured())):
+        yield
+
+
 def _with(change: Change, robot: RobotSpec) -> RobotSpec:
     return robot if change.robot is None else change.robot(robot)
 
@@ -295,6 +315,10 @@ def perturb(robot: str, check: Callable[[Path], Any], results: Results, every: b
         made = still_green() and once(f"{models}: {what}", changed_statics(CHANGES[what], names, called))
         return not made or bool(called)
 
+    if check is tdcr_times.validate_solver_times:
+        once("times: of the next model", changed_times(of_the_next_model))
+        once("times: disks in the opposite order", changed_times(in_opposite_order))
+        return
     (models, names), *references = runs_of_statics(robot)
     asked = True
     for what, change in CHANGES.items():

@@ -170,9 +170,20 @@ class Rows:
                 yield item
 
     def _by_another_way(self, asked: Array, found: Sequence[Found], row: int) -> list[Found] | None:
-        """Return the inputs of the row before and of a row, such that both are reached; None: not found."""
+        """Return the inputs of the row before and of a row, such that both are reached; None: not found.
+
+        After each other way to the row before searches go on from where the row was nearest; then, where none
+        of them ends at it, from inputs at rest: what was pulled may have to be let go.
+        """
+        at_rest = np.clip(0.0, self.drives.least, self.drives.most)
+        tried: list[Found] = []
         for before in self._others(asked, found, row - 1):
             item = self._search(asked, [*found[: row - 1], before], row, found[row].point)
+            if item.size <= self._near:
+                return [before, item]
+            tried.append(before)
+        for before in tried:
+            item = self._search(asked, [*found[: row - 1], before], row, at_rest)
             if item.size <= self._near:
                 return [before, item]
         return None
