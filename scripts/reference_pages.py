@@ -49,6 +49,10 @@ Of each kind, the forms that a diagnosis tries on at least one robot of the cata
 displacement. A number in brackets leads to the reason, below the table, why there are none."""
 _GAPS = {
     ("coupling", "notched_tube"): "It has one channel, which nothing else can move with.",
+    (
+        "payload",
+        "catheter",
+    ): "It can be set, beside springs that may rub; a search with it would take a quarter of an hour.",
     ("tendon_elongation", "rolling"): "Its rods are driven by tension, which arrives whatever their length.",
     (
         "nonlinear_stiffness",

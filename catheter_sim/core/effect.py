@@ -114,6 +114,7 @@ class Handle:
         size: a change that matters, where the kind gives it, in the parameter's unit.
         lower, upper: bounds of such a change.
         along: what else is set with it, by key.
+        tried: False where a diagnosis does not try it: it costs too much to search with.
     """
 
     role: Role
@@ -124,6 +125,7 @@ class Handle:
     lower: float = 0.0
     upper: float = 0.0
     along: Mapping[str, str] = field(default_factory=dict)
+    tried: bool = True
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +28,18 @@ def _forces(robot: RobotSpec) -> tuple[Parameter, ...]:
         Parameter(item.parameter, 0.0, -_MOST * unit, _MOST * unit, scale=_MATTERS * unit, start=0.0)
         for item in axes
     )
+
+
+def _tried(
+    role: Role, parameters: Callable[[RobotSpec], tuple[Parameter, ...]]
+) -> Callable[[RobotSpec], tuple[tuple[str, ...], ...]]:
+    """Return what gives the parameters that a diagnosis frees together: those of places that it tries."""
+
+    def groups(robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
+        names = tuple(item.name for item in parameters(robot))
+        return (names,) if names and all(item.tried for item in places(robot, role)) else ()
+
+    return groups
 
 
 def _loaded(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
@@ -63,6 +76,7 @@ EFFECT = Effect(
             equation="a constant force on the tip, in the base frame",
             stage=Stage.COMMAND,
             parameters=_forces,
+            groups=_tried(Role.TIP_FORCE, _forces),
             command=_loaded,
         ),
         Form(
@@ -70,6 +84,7 @@ EFFECT = Effect(
             equation="a mass fixed to the tip: weight m g, and inertia where the robot moves",
             stage=Stage.SPECIFICATION,
             parameters=_masses,
+            groups=_tried(Role.TIP_MASS, _masses),
             specify=_weighted,
             in_motion=True,
         ),

@@ -11,6 +11,7 @@ from catheter_sim.diagnosis.causes.choose import candidates_for
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.report.wording import name_and_unit
+from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
 from catheter_sim.theory.predict import twin_for
 
@@ -45,3 +46,12 @@ def test_rates_have_their_units() -> None:
     assert name_and_unit("zero_N_per_min") == ("zero", "N/min")
     assert name_and_unit("lag_s") == ("lag", "s")
     assert name_and_unit("distal_to_proximal") == ("distal to proximal", "")
+
+
+def test_a_load_on_a_catheter_can_be_set_and_is_not_tried() -> None:
+    """Its statics carry it, and a search with it would take too long."""
+    robot = load_robot("mitral_transseptal")
+    assert EFFECTS["payload"].parameters(robot)
+    assert EFFECTS["payload"].variants(robot, moving=True) == ()
+    assert "payload" not in candidates_for(problem(robot, 2))
+    assert EFFECTS["payload"].variants(load_robot("spacer_disk"))

@@ -91,16 +91,3 @@ def test_a_mount_that_gives_way_is_found() -> None:
     low, high = found.causes[0].parameters["stiffness_N_per_mm"].ci95
     assert low < 8.0 < high
     assert found.headline.rmse_after < 1.3 * found.headline.noise_floor
-
-
-@pytest.mark.long
-def test_a_force_on_the_tip_is_found() -> None:
-    """Named alone, told from every other cause, each of its parts inside its interval or 2 mN from it."""
-    planted = {"force_x_N": 0.08, "force_y_N": -0.03, "force_z_N": 0.05}
-    found = diagnosed({"payload": planted})
-    assert [cause.name for cause in found.causes] == ["payload"]
-    assert found.indistinguishable == ()
-    for name, value in planted.items():
-        low, high = found.causes[0].parameters[name].ci95
-        assert low - 2e-3 < value < high + 2e-3
-    assert found.headline.rmse_after < 1.3 * found.headline.noise_floor

@@ -73,14 +73,14 @@ class Selection:
 def candidates_for(problem: Problem) -> tuple[str, ...]:
     """Return the effects that a diagnosis tries: those that make sense for the robot and its trials.
 
-    Left out are those whose number is calibrated already.
+    Left out are those whose number is calibrated already, and those that are set and never fitted.
     """
     left_out = {name for item in problem.nuisances for name in item.stands_for}
     return tuple(
         name
         for name, effect in EFFECTS.items()
         if name not in left_out
-        and effect.parameters(problem.robot)
+        and terms_for(problem.robot, name, problem.moving)
         and len(problem.trials) >= effect.least_trials
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 
 from catheter_sim.core.bends import DAMPING, curvature_handle, tip_forces
@@ -29,7 +30,8 @@ def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
 
     Its joints' angles follow its tendons' lengths, so that an elastic law does nothing else than its scale;
     its statics carry a mount that gives way beside springs alone, and a load on the tip beside springs that
-    may rub, but beside no law that was measured; and inextensible tendons move their joints whether they rub
+    may rub, but beside no law that was measured, and a search with it would take a quarter of an hour; and
+    inextensible tendons move their joints whether they rub
     or not.
     """
     bending = bent_by(robot)
@@ -57,7 +59,7 @@ def _handles(
     if gives_way:
         found.append(Handle(Role.MOUNT, "mount.axial_stiffness_N_per_mm"))
     if loaded:
-        found += tip_forces([("", 0.0, "x" if planar else "xy")])
+        found += [replace(item, tried=False) for item in tip_forces([("", 0.0, "x" if planar else "xy")])]
     if extensible:
         found += [Handle(Role.FRICTION, "friction.mu"), Handle(Role.PATH, "path_deg", "path_deg")]
     stroke = max((length for _, length in tubes), default=0.0)

@@ -266,7 +266,7 @@ def test_the_moment_about_a_hinge_is_the_work_of_turning_it() -> None:
 
     def work(angle: Array) -> Array:
         standing = stand(hinges, angle, state.advance)
-        own = np.einsum("mi,mi->m", load.force, standing.tip)
+        own = np.einsum("mi,mi->m", load.force, standing.place[:, -1])
         return own + np.einsum("n,mni,i->m", hinges.mass_kg, standing.centre, DOWN)
 
     torque, _ = moments(hinges, stand(hinges, state.angle, state.advance), load)

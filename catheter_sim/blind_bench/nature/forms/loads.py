@@ -9,7 +9,6 @@ import numpy as np
 
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.form import Acting, Form, Numbers, Scale
-from catheter_sim.blind_bench.nature.forms.hysteresis import bends_joints
 from catheter_sim.blind_bench.nature.shapes import Shapes
 from catheter_sim.blind_bench.nature.specimen import Specimen
 from catheter_sim.core.posture import Array
@@ -19,12 +18,8 @@ _EARTH_MPS2 = 9.81
 
 
 def _loadable(specimen: Specimen) -> bool:
-    """Whether a force on it shows; on a robot of joints only where these bend, and by springs alone."""
-    robot = specimen.bench.robot
-    by_springs = all(getattr(item, "law", "linear") == "linear" for item in robot.tendons) and all(
-        getattr(item, "resistance", "elastic") == "elastic" for item in robot.segments
-    )
-    return not specimen.jointed or (bends_joints(specimen) and by_springs)
+    """Whether a load is drawn; not on a robot of joints: no diagnosis tries one there."""
+    return not specimen.jointed
 
 
 def _softness(acting: Acting) -> float:

@@ -33,6 +33,7 @@ from catheter_sim.kinds.catheter.theory.drive import arriving_m
 from catheter_sim.kinds.catheter.theory.elongation import PRINTED
 from catheter_sim.kinds.catheter.theory.joint_force import LAWS
 from catheter_sim.kinds.catheter.theory.loaded import (
+    Unloaded,
     loaded_rows,
     require_no_law,
     under_load,
@@ -69,7 +70,7 @@ def balance(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> Static
     if not len(rows):
         return run
     there = values[rows], tension[rows], sunk_m[rows]
-    return under_load(run, rows, yielded(robot, inputs, gravity_mps2, rows, *there))
+    return under_load(run, rows, yielded(Unloaded(robot, inputs, rows, *there), gravity_mps2))
 
 
 def balanced_joints(

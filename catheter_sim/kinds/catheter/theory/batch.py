@@ -25,7 +25,13 @@ from catheter_sim.kinds.catheter.theory.batch_kernel import (
     element_frames,
     pure_values,
 )
-from catheter_sim.kinds.catheter.theory.loaded import Yielded, loaded_rows, require_no_law, yielded
+from catheter_sim.kinds.catheter.theory.loaded import (
+    Unloaded,
+    Yielded,
+    loaded_rows,
+    require_no_law,
+    yielded_together,
+)
 from catheter_sim.kinds.catheter.theory.pure import elastic_tension_N, sunk_along
 from catheter_sim.kinds.catheter.theory.tendons import largest_angle_rad
 
@@ -87,15 +93,15 @@ def batch_loads(
         values, tension, sunk_m: of all rows, as it returns them; at a robot of NaN none is looked for.
         every: 1 or more.
     """
-    found = []
+    asked = []
     for place, (robot, driven) in enumerate(zip(robots, inputs, strict=True)):
         rows = loaded_rows(robot, driven, gravity_mps2)
         rows = rows[rows % every == 0]
         if len(rows) and not np.isnan(values[place]).any():
             there = (item[place, rows] for item in (values, tension, sunk_m))
-            own = yielded(robot, driven, gravity_mps2, rows, *there)
-            found.append((place, rows // every, own))
-    return found
+            asked.append((place, Unloaded(robot, driven, rows, *there)))
+    found = yielded_together([item for _, item in asked], gravity_mps2)
+    return [(place, item.rows // every, own) for (place, item), own in zip(asked, found, strict=True)]
 
 
 def batch_frames(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +21,8 @@ from catheter_sim.kinds.catheter.layout import (
 )
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.kinds.catheter.theory.drive import played_m
+from catheter_sim.kinds.catheter.theory.hinge_kernel import AROUND_Z, TOWARD_X
 from catheter_sim.kinds.catheter.theory.hinges import (
-    AROUND_Z,
-    TOWARD_X,
     TUBE_HINGES,
     Hinges,
     Load,
@@ -34,6 +35,8 @@ from catheter_sim.kinds.catheter.theory.tendons import arm_m, drawn_at_rest_m, p
 TOWARD = (1.0, -1.0)  # the sides of a pair's two tendons
 _RIM_RATIO = 1e4  # of rims that touch, over their gap's stiffness
 _SHORTEST_M = 1e-5  # of a tube, for its stiffness
+# What of `Held`, and of `Pull`, is given row by row.
+_HELDS_ROWS, _PULLS_ROWS = ("stiffness", "rest", "drawn_m"), ("compliance", "firmness", "drawn_m")
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class Pull:
         gaps: its hinges.
         half_gap_m, arm_m: of the segment.
         compliance: of each tendon, as the joint feels it, shape (m,) [m/N].
-        firmness: by which a tendon's lack of length is weighed against a tension [N/m].
+        firmness: by which a tendon's lack of length is weighed against a tension, shape (m,) [N/m].
         drawn_m: by how much the tendon toward + and the one toward - may be no longer than straight,
             shape (m, 2) [m].
     """
@@ -55,12 +58,13 @@ class Pull:
     half_gap_m: float
     arm_m: float
     compliance: Array
-    firmness: float
+    firmness: Array
     drawn_m: Array
 
     def part(self, rows: np.ndarray) -> Pull:
         """Return it at some of the rows."""
-        return replace(self, compliance=self.compliance[rows], drawn_m=self.drawn_m[rows])
+        numbers = {name: getattr(self, name)[rows] for name in _PULLS_ROWS}
+        return replace(self, **numbers)
 
     def shortened(self, angle: Array, side: int) -> tuple[Array, Array, Array]:
         """Return how much shorter than straight a side's tendon is at all hinges' angles (m, h).
@@ -109,8 +113,16 @@ class Held:
     def part(self, rows: np.ndarray) -> Held:
         """Return it at some of the rows."""
         pulls = tuple(pull.part(rows) for pull in self.pulls)
-        numbers = {name: getattr(self, name)[rows] for name in ("stiffness", "rest", "drawn_m")}
+        numbers = {name: getattr(self, name)[rows] for name in _HELDS_ROWS}
         return replace(self, pulls=pulls, **numbers)
+
+    @property
+    def frame(self) -> tuple[object, ...]:
+        """What is one number for all rows, as a key: robots that have the same may be balanced together."""
+        hinges = vars(self.hinges).values()
+        pulls = [(pull.pair, pull.gaps.start, pull.half_gap_m, pull.arm_m) for pull in self.pulls]
+        parts = (*hinges, self.free, self.rim, pulls, self.pushes)
+        return (*(np.asarray(part, dtype=float).tobytes() for part in parts), self.turns, self.mount)
 
 
 @dataclass(frozen=True)
@@ -136,6 +148,20 @@ class State:
         return State(
             self.angle[rows], self.advance[rows], self.tension[rows], self.taut[rows], self.sunk[rows]
         )
+
+
+def together(parts: Sequence[Held]) -> Held:
+    """Return what holds several robots of the same `frame`, the rows of one after those of another."""
+    pulls = tuple(
+        replace(own[0], **_joined(own, _PULLS_ROWS))
+        for own in zip(*(part.pulls for part in parts), strict=True)
+    )
+    return replace(parts[0], pulls=pulls, **_joined(parts, _HELDS_ROWS))
+
+
+def _joined(parts: Sequence[Any], names: Sequence[str]) -> dict[str, Any]:
+    """Return what parts give row by row, those of one after those of another."""
+    return {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
 
 
 def held_by(robot: CatheterRobot, inputs: Inputs, rows: np.ndarray, values: Array, rubbed: Array) -> Held:
@@ -200,7 +226,7 @@ def _pull(
         segment.half_gap_m,
         segment.arm_m,
         rubbed / item.stiffness_N_per_m,
-        joint_stiffness(robot, segment) / segment.arm_m**2,
+        np.full(len(rows), joint_stiffness(robot, segment) / segment.arm_m**2),
         np.stack([played + home[0], -played + home[1]], axis=1),
     )
 

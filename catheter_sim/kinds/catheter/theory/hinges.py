@@ -16,12 +16,15 @@ import numpy as np
 from catheter_sim.core.posture import Array
 from catheter_sim.kinds.catheter.layout import bending_tubes, elements, hinge_heights_m, ring_length_m
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
+from catheter_sim.kinds.catheter.theory.hinge_kernel import (
+    AROUND_Z,
+    TOWARD_X,
+    TOWARD_Y,
+    moment_rows,
+    stand_rows,
+)
 
 TUBE_HINGES = 6  # even: x and y take turns in being first, so that a bend in both does not twist the tube
-TOWARD_X, TOWARD_Y, AROUND_Z = 0, 1, 2
-# Which two columns of a rotation a hinge mixes, first' = cos first - sin second; and its axis.
-_MIXES = {TOWARD_X: (0, 2), TOWARD_Y: (1, 2), AROUND_Z: (1, 0)}
-_AXIS = {TOWARD_X: (1, 1.0), TOWARD_Y: (0, -1.0), AROUND_Z: (2, 1.0)}  # column, sign
 
 
 @dataclass(frozen=True)
@@ -57,9 +60,9 @@ class Standing:
     """Where m rows of hinges are in the base frame.
 
     Attributes:
-        axis, place: of each hinge, shape (m, h, 3) each, places in [m].
+        axis: of each hinge, shape (m, h, 3).
+        place: of each hinge, and last the tip, shape (m, h + 1, 3) [m].
         along: direction of each link, shape (m, h + 1, 3).
-        tip: shape (m, 3) [m].
         face: the elements' distal faces, shape (m, n, 3) [m].
         turned: their orientations, shape (m, n, 3, 3).
         centre: their centres of mass, shape (m, n, 3) [m].
@@ -68,7 +71,6 @@ class Standing:
     axis: Array
     place: Array
     along: Array
-    tip: Array
     face: Array
     turned: Array
     centre: Array
@@ -195,22 +197,9 @@ def stand(hinges: Hinges, angle: Array, advance: Array) -> Standing:
     """
     rows, count = angle.shape
     link = hinges.link_m + advance @ hinges.link_share.T
-    sine, cosine = np.sin(angle)[..., np.newaxis], np.cos(angle)[..., np.newaxis]
-    turned = np.empty((rows, count + 1, 3, 3))  # before each hinge, and beyond the last; columns second
     place, axis = np.empty((rows, count + 1, 3)), np.empty((rows, count, 3))
-    here, columns = np.zeros((rows, 3)), np.broadcast_to(np.eye(3), (rows, 3, 3)).copy()
-    for k, kind in enumerate(hinges.kind):
-        turned[:, k] = columns
-        here = here + link[:, k, np.newaxis] * columns[:, 2]
-        place[:, k] = here
-        which, sign = _AXIS[int(kind)]
-        axis[:, k] = sign * columns[:, which]
-        first, second = _MIXES[int(kind)]
-        one, other = columns[:, first].copy(), columns[:, second].copy()
-        columns[:, second] = sine[:, k] * one + cosine[:, k] * other
-        columns[:, first] = cosine[:, k] * one - sine[:, k] * other
-    turned[:, count] = columns
-    place[:, count] = here + link[:, count, np.newaxis] * columns[:, 2]
+    turned = np.empty((rows, count + 1, 3, 3))  # before each hinge, and beyond the last; columns second
+    stand_rows(hinges.kind, link, np.ascontiguousarray(angle), place, axis, turned)
     along = turned[:, :, 2]
     base = np.concatenate([np.zeros((rows, 1, 3)), place[:, :-1]], axis=1)[:, hinges.after]
     way = hinges.face_m + advance @ hinges.face_share.T
@@ -218,9 +207,8 @@ def stand(hinges: Hinges, angle: Array, advance: Array) -> Standing:
     face = base + way[..., np.newaxis] * ahead
     return Standing(
         axis=axis,
-        place=place[:, :-1],
+        place=place,
         along=along,
-        tip=place[:, -1],
         face=face,
         turned=turned[:, hinges.after].swapaxes(-1, -2),
         centre=face - hinges.back_m[:, np.newaxis] * ahead,
@@ -232,19 +220,21 @@ def moments(hinges: Hinges, standing: Standing, load: Load) -> tuple[Array, Arra
 
     A hinge turns all that is beyond it: the arm of a farther hinge, and its axis, turn with a nearer one.
     """
-    axis = standing.axis
-    beyond = hinges.after > np.arange(len(hinges.kind))[:, np.newaxis]  # (h, n)
-    masses = beyond * hinges.mass_kg
-    arm = standing.tip[:, np.newaxis] - standing.place
-    heavy = np.einsum("hn,mni->mhi", masses, standing.centre)
-    heavy -= masses.sum(axis=1)[:, np.newaxis] * standing.place
-    symmetric = np.zeros((*axis.shape[:2], axis.shape[1]))
-    torque = np.einsum("mhi,mi->mh", axis, load.moment)
-    gravity = np.broadcast_to(load.gravity, load.force.shape)
-    for lever, force in ((arm, load.force), (heavy, gravity)):
-        moved = np.cross(axis, lever)
-        torque += np.einsum("mhi,mi->mh", moved, force)
-        symmetric += moved @ np.cross(force[:, np.newaxis], axis).swapaxes(-1, -2)
-    turned = axis @ np.cross(load.moment[:, np.newaxis], axis).swapaxes(-1, -2)
-    lower = np.tril(symmetric)
-    return torque, lower + np.tril(symmetric, -1).swapaxes(-1, -2) + np.tril(turned, -1)
+    rows, count = standing.axis.shape[:2]
+    torque, slopes = np.empty((rows, count)), np.empty((rows, count, count))
+    scratch = np.empty((2, 2, max(count, 2), 3))
+    moment_rows(
+        standing.axis,
+        standing.place,
+        np.ascontiguousarray(standing.centre),
+        hinges.after,
+        hinges.mass_kg,
+        np.ascontiguousarray(load.force),
+        np.ascontiguousarray(load.moment),
+        np.ascontiguousarray(load.gravity),
+        scratch[0],
+        scratch[1],
+        torque,
+        slopes,
+    )
+    return torque, slopes

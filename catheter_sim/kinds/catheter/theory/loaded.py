@@ -32,6 +32,7 @@ the weight, is left out.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,10 +43,20 @@ from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import bent_by, beside_friction, joint_stiffness, moved_segment
 from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.held import TOWARD, Held, State, at_values, held_by, sided, unbalanced
+from catheter_sim.kinds.catheter.theory.held import (
+    TOWARD,
+    Held,
+    State,
+    at_values,
+    held_by,
+    sided,
+    together,
+    unbalanced,
+)
 from catheter_sim.kinds.catheter.theory.hinges import Load, Standing, moments, stand
 from catheter_sim.kinds.catheter.theory.tendons import arm_m
 
+_PARTS = ("moved_m", "turn", "joint_angles", "tension", "left")  # of `Yielded`
 _MOST_STEPS = 40
 _LARGEST_STEP_RAD = 0.15  # of any hinge; gaps close at 0.4 or so
 _BALANCED_N_M = 1e-13
@@ -92,41 +103,82 @@ def require_no_law(robot: CatheterRobot, inputs: Inputs, rows: np.ndarray, model
         )
 
 
-def yielded(
-    robot: CatheterRobot,
-    inputs: Inputs,
-    gravity_mps2: Array,
-    rows: np.ndarray,
-    values: Array,
-    tension_N: Array,
-    sunk_m: Array,
-) -> Yielded:
-    """Return what the load does at some rows.
+@dataclass(frozen=True)
+class Unloaded:
+    """A catheter along some rows without its load.
 
-    Args:
+    Attributes:
         robot: whose joints and tendons are springs, which may rub.
         inputs: all rows; these make the drives' history.
-        gravity_mps2: shape (3,) [m/s^2].
         rows: indices of the m rows to be balanced.
-        values: of each pair's joint without the load, at these rows, shape (m, t) [rad or m].
+        values: of each pair's joint at these rows, shape (m, t) [rad or m].
         tension_N: of each pair at its drive, the same; needed where tendons rub.
         sunk_m: how far the mount gives way there, shape (m,) [m].
     """
-    rubbed = _rubbed(robot, values, tension_N)
-    held = held_by(robot, inputs, rows, values, rubbed)
-    load = Load(inputs.force_tip[rows], inputs.moment_tip[rows], np.asarray(gravity_mps2, dtype=float))
-    none = load.part(np.arange(len(rows)), 0.0)
+
+    robot: CatheterRobot
+    inputs: Inputs
+    rows: np.ndarray
+    values: Array
+    tension_N: Array
+    sunk_m: Array
+
+
+def yielded(one: Unloaded, gravity_mps2: Array) -> Yielded:
+    """Return what the load does to a robot; `gravity_mps2` has shape (3,) [m/s^2]."""
+    return yielded_together([one], gravity_mps2)[0]
+
+
+def yielded_together(many: Sequence[Unloaded], gravity_mps2: Array) -> list[Yielded]:
+    """Return what their loads do to several robots, in order; those of one `Held.frame` go together."""
+    rubbed = [_rubbed(item.robot, item.values, item.tension_N) for item in many]
+    held = [
+        held_by(item.robot, item.inputs, item.rows, item.values, own)
+        for item, own in zip(many, rubbed, strict=True)
+    ]
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for place, item in enumerate(held):
+        groups.setdefault(item.frame, []).append(place)
+    found: dict[int, Yielded] = {}
+    for group in groups.values():
+        own = [many[place] for place in group]
+        whole = _yielded(
+            together([held[place] for place in group]),
+            np.concatenate([item.inputs.force_tip[item.rows] for item in own]),
+            np.concatenate([item.inputs.moment_tip[item.rows] for item in own]),
+            np.concatenate([item.values for item in own]),
+            np.concatenate([item.sunk_m for item in own]),
+            np.concatenate([rubbed[place] for place in group]),
+            np.asarray(gravity_mps2, dtype=float),
+        )
+        ends = np.cumsum([0, *(len(many[place].rows) for place in group)])
+        for place, start, end in zip(group, ends, ends[1:], strict=False):
+            found[place] = Yielded(*(getattr(whole, name)[start:end] for name in _PARTS))
+    return [found[place] for place in range(len(many))]
+
+
+def _yielded(
+    held: Held,
+    force: Array,
+    moment: Array,
+    values: Array,
+    sunk_m: Array,
+    rubbed: Array,
+    gravity_mps2: Array,
+) -> Yielded:
+    load = Load(force, moment, gravity_mps2)
+    none = load.part(np.arange(len(force)), 0.0)
     before, _ = _found(held, at_values(held, values, sunk_m), none)
     after, left = _found(held, before, load)
     was, now = (stand(held.hinges, state.angle, state.advance) for state in (before, after))
     moved = now.face - was.face
     moved[..., 2] -= (after.sunk - before.sunk)[:, np.newaxis]
     tension = _tension(held, after, now, load) - _tension(held, before, was, none)
-    jointed = [robot.segments[index].joint != "prismatic" for index in held.hinges.segment]
+    jointed = ~np.isin(held.hinges.segment, held.hinges.tubes)
     return Yielded(
         moved_m=moved,
         turn=now.turned @ was.turned.swapaxes(-1, -2),
-        joint_angles=(after.angle - before.angle)[:, np.array(jointed, bool)],
+        joint_angles=(after.angle - before.angle)[:, jointed],
         tension=rubbed * tension,
         left=left,
     )
@@ -211,8 +263,9 @@ def _newton(held: Held, state: State, load: Load) -> tuple[State, Array]:
         inner = slopes[:, free[:, np.newaxis], free]
         try:
             step[:, free] = -np.linalg.solve(inner, residual[:, free, np.newaxis])[..., 0]
-        except np.linalg.LinAlgError:  # at some row any step would do
-            return state, np.where(met, left, np.nan)
+        except np.linalg.LinAlgError:  # at some row several steps would do: the shortest
+            shortest = np.linalg.pinv(np.nan_to_num(inner))
+            step[:, free] = -(shortest @ np.nan_to_num(residual[:, free, np.newaxis]))[..., 0]
         most = np.abs(step[:, :hinges]).max(axis=1, initial=0.0)
         step *= np.minimum(1.0, _LARGEST_STEP_RAD / np.maximum(most, 1e-300))[:, np.newaxis]
         state = State(
