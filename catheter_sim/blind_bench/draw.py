@@ -169,7 +169,7 @@ def hidden_of(key: Sequence[int], story: str, setting: Setting, nothing: Sequenc
     if story == "outside":
         return _outside(setting, generator, nothing)
     wanted = 1 if story == "single" else 2
-    names = [name for name in EFFECTS if EFFECTS[name].parameters(setting.bench.robot)]
+    names = [name for name in EFFECTS if EFFECTS[name].variants(setting.bench.robot)]
     refused: list[str] = []
     for _ in range(_ATTEMPTS):
         chosen = [names[int(k)] for k in generator.choice(len(names), wanted, replace=False)]

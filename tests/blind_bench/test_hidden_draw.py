@@ -107,7 +107,7 @@ def test_directions_leave_the_value_that_does_nothing(name):
     """Every effect of every robot moves off the value that does nothing without leaving its bounds."""
     generator = np.random.default_rng(0)
     robot = bench_robot(name, generator).robot
-    for effect in (item for item in EFFECTS if EFFECTS[item].parameters(robot)):
+    for effect in (item for item in EFFECTS if EFFECTS[item].variants(robot)):
         direction = drawn_direction(robot, effect, generator)
         values = direction.values(1e-3)
         assert values is not None, effect
