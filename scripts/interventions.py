@@ -14,16 +14,14 @@ those that scored it.
 
 from __future__ import annotations
 
-import argparse
 import sys
-from functools import partial
 from pathlib import Path
 
 from catheter_sim.blind_bench.interventions.run import run_bench, scoring_code
 from catheter_sim.blind_bench.interventions.table import as_text, draw_text, is_miss, summary
 from catheter_sim.blind_bench.nature.run import CHANGED
 from catheter_sim.blind_bench.robots import named_robots
-from catheter_sim.cli.nature_bench import draws_of, ended, hand_on, parser_of, take_up
+from catheter_sim.cli.nature_bench import draws_of, ended, keeping, parser_of
 from catheter_sim.errors import InputError
 
 
@@ -33,8 +31,7 @@ def main() -> int:
     root = Path(options.output)
     try:
         robots = named_robots(options.robots, "--robots")
-        draws = draws_of(options, scoring_code())
-        take_up(options, root)
+        draws = draws_of(options, root, scoring_code())
         scores = run_bench(
             options.purpose,
             options.seed,
@@ -43,7 +40,7 @@ def main() -> int:
             options.jobs,
             robots,
             options.limit,
-            on_score=partial(_say, options, root),
+            on_score=keeping(options, root, scoring_code(), _say),
         )
     except InputError as error:
         print(f"interventions: error: {error}", file=sys.stderr)
@@ -51,11 +48,10 @@ def main() -> int:
     return ended(root, scores, summary, as_text, scoring_code())
 
 
-def _say(options: argparse.Namespace, root: Path, score: dict) -> None:
+def _say(score: dict) -> None:
     mark = "MISS" if is_miss(score) else "hit "
     changed = f" ({CHANGED})" if score["code"] == CHANGED else ""
     print(f"{mark} {draw_text(score)} [{score['seconds']:.0f} s]{changed}", flush=True)
-    hand_on(options, root, scoring_code())
 
 
 if __name__ == "__main__":

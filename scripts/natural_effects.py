@@ -16,16 +16,14 @@ makes them.
 
 from __future__ import annotations
 
-import argparse
 import sys
-from functools import partial
 from pathlib import Path
 
 from catheter_sim.blind_bench.nature.code import judging_code
 from catheter_sim.blind_bench.nature.run import CHANGED, run_bench
 from catheter_sim.blind_bench.nature.table import NOT_MADE, as_text, miss_text, summary
 from catheter_sim.blind_bench.robots import named_robots
-from catheter_sim.cli.nature_bench import draws_of, ended, hand_on, parser_of, take_up
+from catheter_sim.cli.nature_bench import draws_of, ended, keeping, parser_of
 from catheter_sim.errors import InputError
 
 
@@ -37,8 +35,7 @@ def main() -> int:
     root = Path(options.output)
     try:
         robots = named_robots(options.robots, "--robots")
-        draws = draws_of(options, judging_code())
-        take_up(options, root)
+        draws = draws_of(options, root, judging_code())
         scores = run_bench(
             options.purpose,
             options.seed,
@@ -48,7 +45,7 @@ def main() -> int:
             robots,
             options.limit,
             options.make_only,
-            on_score=_say_made if options.make_only else partial(_say, options, root),
+            on_score=_say_made if options.make_only else keeping(options, root, judging_code(), _say),
         )
     except InputError as error:
         print(f"natural_effects: error: {error}", file=sys.stderr)
@@ -58,11 +55,10 @@ def main() -> int:
     return ended(root, scores, summary, as_text, judging_code())
 
 
-def _say(options: argparse.Namespace, root: Path, score: dict) -> None:
+def _say(score: dict) -> None:
     mark = "hit " if score["right"] else "MISS"
     changed = f" ({CHANGED})" if score["code"] == CHANGED else ""
     print(f"{mark} {miss_text(score)} [{score['seconds']:.0f} s]{changed}", flush=True)
-    hand_on(options, root, judging_code())
 
 
 def _say_made(answer: dict) -> None:

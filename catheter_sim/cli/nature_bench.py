@@ -50,6 +50,18 @@ def parser_of(description: str | None, draws: int) -> argparse.ArgumentParser:
     return parser
 
 
+def keeping(
+    options: argparse.Namespace, root: Path, code: str, say: Callable[[dict[str, Any]], None]
+) -> Callable[[dict[str, Any]], None]:
+    """Return what to call with each score: it is said, and the scores of `code` go to the file `--scores`."""
+
+    def on_score(score: dict[str, Any]) -> None:
+        say(score)
+        hand_on(options, root, code)
+
+    return on_score
+
+
 def take_up(options: argparse.Namespace, root: Path) -> None:
     """Put the scores of the file `--scores`, if there is one, into the bench's folder where it has none.
 
@@ -85,8 +97,15 @@ def hand_on(options: argparse.Namespace, root: Path, code: str) -> None:
             file.write(json.dumps(score, sort_keys=True) + "\n")
 
 
-def draws_of(options: argparse.Namespace, code: str) -> Sequence[int]:
-    """Return the numbers of the draws that are asked for, and say which code will score them."""
+def draws_of(options: argparse.Namespace, root: Path, code: str) -> Sequence[int]:
+    """Return the numbers of the draws that are asked for, and say which code will score them.
+
+    Scores of the file `--scores` are taken up before.
+
+    Raises:
+        InputError: as of `take_up`.
+    """
+    take_up(options, root)
     draws: Sequence[int] = options.only or range(options.draws)
     about = f"{options.purpose}, seed {options.seed}, {len(draws)} draws"
     print(f"{about}, commit {commit()}, code {code}", flush=True)

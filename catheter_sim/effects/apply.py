@@ -155,11 +155,18 @@ def _elapsed_s(time_s: Array, effect: str) -> Array:
     return time_s - time_s[0]
 
 
+def reshaping(robot: RobotSpec) -> list[str]:
+    """Return the effects that act on the shape of `robot`."""
+    return [
+        act.effect
+        for act in acts(robot, Stage.SHAPE)
+        if any(item.name in act.values for item in act.form.parameters(robot))
+    ]
+
+
 def reshapes(robot: RobotSpec) -> bool:
     """Return whether an effect acts on the shape of `robot`: it then takes all elements to know one."""
-    return any(
-        item.name in act.values for act in acts(robot, Stage.SHAPE) for item in act.form.parameters(robot)
-    )
+    return bool(reshaping(robot))
 
 
 def shaped(robot: RobotSpec, p_w: Array, R_w: Array) -> tuple[Array, Array]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects.apply import check_effects, embodied, remembers_what_was_seen, reshapes
+from catheter_sim.effects.apply import check_effects, embodied, remembers_what_was_seen, reshaping
 from catheter_sim.effects.steps import Commands, Sight
 from catheter_sim.envs.quick_model import input_range, quick_model
 from catheter_sim.envs.surroundings import Surround
@@ -65,7 +65,7 @@ class Plant:
                 without overshoot, its masses have weight alone.
 
         Raises:
-            InputError: the robot knows no such actuation, an effect is unknown or turns the elements,
+            InputError: the robot knows no such actuation, an effect is unknown or acts on the shape,
                 there is nothing to drive, or it is inertial and in surroundings.
         """
         if inertial and surround is not None:
@@ -76,10 +76,11 @@ class Plant:
         self.drives = self.quick.drives
         self.specified = replace(robot, actuation=actuation)
         check_effects(self.specified)
-        if reshapes(self.specified):
+        outside = reshaping(self.specified)
+        if outside:
             raise InputError(
-                f"{robot.name}: effects.twist: turns each element between its faces, which `simulate` shows "
-                "and an environment does not; leave it out"
+                f"{robot.name}: {', '.join(f'effects.{name}' for name in outside)}: acts on the shape of the "
+                "whole robot, which `simulate` shows and an environment does not; leave it out"
             )
         built_in = embodied(self.specified)
         check_robot(built_in, robot.name)

@@ -103,7 +103,10 @@ def test_elements_that_are_not_turned_stay_where_they_are() -> None:
 
 @pytest.mark.parametrize("name", PLANAR)
 def test_simulation_statics_and_twin_show_the_same(name: str) -> None:
-    """The tip leaves the plane by half a millimetre or more, and all three agree as they do without."""
+    """The tip leaves the plane by half a millimetre or more, and all three agree as they do without.
+
+    All three get the turn from one function, which the helix and the data of another law judge.
+    """
     plain = load_robot(name)
     robot, inputs = turned(plain, 25.0), pulled(plain)
     before, now = twin_for(plain, "tension", COLUMNS, STILL)([plain, robot], inputs)
@@ -145,5 +148,5 @@ def test_what_does_not_carry_it_says_so() -> None:
     assert outside_the_robot(robot) == ["twist"]
     with pytest.raises(InputError, match=r"effects.twist: acts on"):
         wholly_built_in(robot)
-    with pytest.raises(InputError, match=r"effects.twist: turns each element.*leave it out"):
+    with pytest.raises(InputError, match=r"effects.twist: acts on the shape.*leave it out"):
         ReachEnv("neuroendoscope_section", ["effects.twist.cells_rate_deg_per_m=100"])
