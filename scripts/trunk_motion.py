@@ -36,7 +36,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.simulation.replay import simulate
 
 GRAVITY_MPS2 = np.array([0.0, 0.0, 9.81])
-DAMPING_S = (0.0, 0.01, 0.02)  # of the stiffness, beside what the robot's file has
+DAMPING_S = (0.0, 0.01, 0.02)  # of the stiffness
 STEP_ROWS, SMOOTHED_ROWS = 4, 9
 AWAY_S = 2.0  # at the start, which the motion before it still moves
 SLOWEST_SWING_HZ = 1.2  # what is slower follows the commands
@@ -111,10 +111,10 @@ def tip_of(recording: np.ndarray) -> Array:
 
 
 def trunk(weight_g: float, damping_s: float) -> RobotSpec:
-    """Return the trunk with a weight at its tip."""
+    """Return the trunk with a weight at its tip and a damping in the place of its file's."""
     file = DEFAULT_OUTPUT / "trunk.toml"
     own_g = tomllib.loads(file.read_text(encoding="utf-8"))["tip_mass_g"]
-    return load_robot(file, {"tip_mass_g": own_g + weight_g, "effects.rate.damping_time_s": damping_s})
+    return load_robot(file, {"tip_mass_g": own_g + weight_g, "dynamics.damping_time_s": damping_s})
 
 
 def computed_tip(robot: RobotSpec, inputs: Inputs, dynamic: bool) -> Array:

@@ -13,7 +13,8 @@ dataset.toml needs (texts, unless said otherwise):
 and may have:
   [conditions]  motion: "held", each row was held until the robot rested, or "dynamic": it moved as time_s
                 says, from rest under each trial's first row; fits then go by the simulation, which takes
-                minutes
+                minutes. warm_up_s: so long each trial is played and not judged, as a stretch of a longer
+                recording does not begin at rest
   [[trials]]    role: "train" or "heldout". If no trial is held out, the last trials without a role are,
                 about 30 % of the rows; a single trial is cut between two of its cycles
   [calibration] numbers of the robot with bounds, friction.mu = [0.0, 0.5] say: fitted within them

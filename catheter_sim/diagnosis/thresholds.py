@@ -301,6 +301,9 @@ some hundred times what an analytic twin costs; a cause that does much alone is 
 SECONDS_TO_CHOOSE_BY = 10.0
 """[s] The same of data taken in motion, of the trials' beginnings together. Why: a simulated second costs
 time, not a row; a few seconds of each trial hold several swings of a robot."""
+SECONDS_BESIDE_SWINGS = 36.0
+"""[s] The same of two recordings whose difference is mostly what no command tells. Why: of a real trunk's,
+10 s told a weight from a gain by chance, 36 s told 100 g from it by a tenth of the error."""
 LONGER_STEPS = (2, 4)
 """[times the robot's own step in motion] Tried for fits, in this order. Why: each halves the time; four times
 half a millisecond still is a hundredth of the period of a fast swing."""
@@ -524,6 +527,10 @@ MODEL_SHARE = 0.35
 """[share of the error before] So much of a change may be left, beside the noise, by a model that does not
 explain the earlier recording either. Why: such a model is wrong about how much a change does, too: on a real
 trunk with known weights by 0.21 and 0.28; more causes would only mend the model."""
+MOST_MODEL_SHARE = 0.85
+"""[share of the change] The same of a robot in motion, where nothing that follows from the commands tells the
+rest, at most. Why: learned from a real trunk, whose swings differ by as much as 100 g move it (0.79 left);
+a quarter of the squares must be told."""
 BASELINE_BUDGET = 0.4
 """[share of the budget] For explaining the earlier recording. Why: assumed; the later one's search is the
 longer one where the earlier robot fits."""

@@ -181,6 +181,7 @@ def dataset(
     calibration: Mapping[str, Sequence[float] | Mapping[str, Any]] | None = None,
     name: str = "data",
     motion: str = "held",
+    warm_up_s: float = 0.0,
 ) -> Dataset:
     """Return measured data from mappings or data frames, one a trial, checked as those in a folder are.
 
@@ -198,6 +199,8 @@ def dataset(
         name: what reports call the data.
         motion: "held": each row was held until the robot rested; "dynamic": it moved as the inputs did, from
             rest under each trial's first row.
+        warm_up_s: so long each trial is played and not judged: a stretch of a longer recording does not
+            begin at rest.
 
     Raises:
         InputError: anything is missing, unknown or impossible; the message names the trial.
@@ -222,7 +225,8 @@ def dataset(
     given = _roles(roles, list(named))
     trials = [(trial, given.get(trial, ""), table) for trial, table in named.items()]
     gravity = gravity_of(gravity_mps2)
-    return dataset_of(value, reference, trials, outputs, gravity, dict(calibration or {}), name, motion)
+    free = dict(calibration or {})
+    return dataset_of(value, reference, trials, outputs, gravity, free, name, motion, warm_up_s)
 
 
 def _named(tables: Any, name: str) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,8 @@ import pytest
 import catheter_sim as cs
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.data.motion import DYNAMIC, HELD
-from catheter_sim.diagnosis.data.trials import Dataset, Trial, beginnings
+from catheter_sim.diagnosis.data.trials import Dataset, Trial, beginnings, measured_from
+from catheter_sim.diagnosis.data.warm_up import judged_after
 from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
 from catheter_sim.diagnosis.fitting.noise import noise_from_row_to_row
 from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
@@ -84,6 +86,48 @@ def test_tables_may_say_it_too() -> None:
     assert cs.dataset("neuroendoscope_section", tables).motion == HELD
     with pytest.raises(InputError, match="choices: held, dynamic"):
         cs.dataset("neuroendoscope_section", tables, motion="fast")
+
+
+def test_a_stretch_of_a_longer_recording_is_played_from_before_and_judged_later(tmp_path: Path) -> None:
+    """In a file and from tables; rows before it are commands without measurements."""
+    found = load_dataset(folder(tmp_path, "warm_up_s = 2")).trials[0]
+    assert np.array_equal(np.isnan(found.outputs.columns["tip_x_mm"]), [True, True, False, False])
+    assert found.inputs.tendon.max() == pytest.approx(0.3)
+    assert measured_from(found) == 2
+    t = 7.0 + np.arange(4.0)
+    tables = [{"time_s": t, "tension_right_N": 0.1 * t, "tip_x_mm": k * t} for k in (1.0, 2.0)]
+    made = cs.dataset("neuroendoscope_section", tables, warm_up_s=1.5)
+    assert [measured_from(item) for item in made.trials] == [2, 2]
+    assert measured_from(cs.dataset("neuroendoscope_section", tables).trials[0]) == 0
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ("-1", "0 or more, is needed, not -1"),
+        ("nan", "finite number of seconds"),
+        ('"2 s"', "a number of seconds is needed, not '2 s'"),
+        ("true", "a number of seconds is needed"),
+        ("4", "4 s leave no measured value of trial.csv, which lasts 3 s"),
+    ],
+)
+def test_a_warm_up_that_cannot_be_is_refused(tmp_path: Path, value: str, said: str) -> None:
+    with pytest.raises(InputError, match=rf"dataset\.toml: conditions\.warm_up_s: .*{re.escape(said)}"):
+        load_dataset(folder(tmp_path, f"warm_up_s = {value}"))
+
+
+def test_what_is_judged_later_counts_from_there() -> None:
+    """Beginnings to choose by and stretches of chance are as long as what was measured, not as the trial."""
+    whole = trial(0, 3.0)
+    late = judged_after(whole, 1.0, "here")
+    (short,) = beginnings((late,), 0.5)
+    assert short.inputs.time_s[-1] == pytest.approx(1.5)
+    assert np.isfinite(short.outputs.columns["tip_x_mm"]).sum() == 51
+    assert len(equal_stretches(late)) == 2
+    assert equal_stretches(late)[0].start == 0
+    problem = Problem(ROBOT, (), (late,), COLUMNS, np.ones(2), lambda *_: np.zeros(0), moving=True)
+    counts = np.unique(blocks_of(problem), return_counts=True)[1]
+    assert counts.max() <= 1.1 * counts.min()
 
 
 def test_beginnings_are_prefixes_alike_in_length() -> None:

@@ -29,7 +29,11 @@ def in_best_forms(problem: Problem, chosen: Fit, thorough: bool = False, pool: W
         chosen: the hypothesis, fitted to all training rows.
         thorough: as for `fit`.
         pool: where to fit.
+
+    Of a model in motion that is known to be wrong other forms would only mend the model, at minutes for each.
     """
+    if problem.moving and problem.model_share:
+        return chosen
     for _ in chosen.terms:  # one cause changes its form at a time, each once at most
         now, others = _fitted(problem, chosen, pool, fewer=True)
         fits = [item for _, _, item in others]
@@ -63,7 +67,8 @@ def with_forms(
     """
     if not causes:
         return ()
-    now, others = _fitted(problem, chosen, pool)
+    tried = not (problem.moving and problem.model_share)  # as of `in_best_forms`
+    now, others = _fitted(problem, chosen, pool) if tried else (chosen, [])
     equal = [(cause, form) for cause, form, item in others if as_good(now, item)]
     own = {term.effect: EFFECTS[term.effect].form_of(problem.robot, term.free).name for term in chosen.terms}
     return tuple(

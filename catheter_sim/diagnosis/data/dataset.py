@@ -34,6 +34,7 @@ from catheter_sim.diagnosis.data.mapping.mapped import read_mapped
 from catheter_sim.diagnosis.data.motion import HELD, motion_named
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.data.warm_up import judged_after, warm_up_time
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.tables import Table, read_table
@@ -46,7 +47,7 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     "conditions": ("gravity_mps2",),
     "channels": ("inputs", "outputs"),
 }
-_OPTIONAL: Mapping[str, tuple[str, ...]] = {"conditions": ("motion",)}
+_OPTIONAL: Mapping[str, tuple[str, ...]] = {"conditions": ("motion", "warm_up_s")}
 _OPTIONAL_TABLES = ("calibration", "map")
 
 
@@ -69,14 +70,17 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     )
     robot = load_robot(_robot_path(root, reference))
     gravity = _gravity(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
-    motion = motion_named(document["conditions"].get("motion", HELD.name), f"{path}: conditions.motion")
+    conditions = document["conditions"]
+    motion = motion_named(conditions.get("motion", HELD.name), f"{path}: conditions.motion")
+    where = f"{path}: conditions.warm_up_s"
+    warm_up_s = warm_up_time(conditions.get("warm_up_s", 0.0), where)
     inputs = channel_list(document["channels"]["inputs"], f"{path}: channels.inputs")
     outputs = channel_list(document["channels"]["outputs"], f"{path}: channels.outputs")
     check_channels(robot, inputs, outputs, str(path))
     mapping = file_map(document.get("map"), inputs, outputs, str(path))
     entries = _trial_entries(document["trials"], root, str(path), mapping is not None)
     read = [_read_trial(robot, root, entry, inputs, outputs, mapping) for entry in entries]
-    trials = tuple(trial for trial, _ in read)
+    trials = tuple(judged_after(trial, warm_up_s, where) for trial, _ in read)
     check_outputs(robot, trials, outputs, str(path))
     dataset = Dataset(
         folder=root,

@@ -25,6 +25,7 @@ from catheter_sim.diagnosis.data.dataset import (
 from catheter_sim.diagnosis.data.motion import HELD, motion_named
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.data.warm_up import judged_after, warm_up_time
 from catheter_sim.errors import InputError, cut, unknown
 from catheter_sim.tables import Table
 
@@ -38,6 +39,7 @@ def dataset_of(
     calibration: Mapping[str, Sequence[float] | Mapping[str, Any]],
     name: str,
     motion: str = HELD.name,
+    warm_up_s: float = 0.0,
 ) -> Dataset:
     """Return measured data that lie in no folder, checked as those in one are.
 
@@ -46,7 +48,7 @@ def dataset_of(
         tables: of each trial its name, its role ("train", "heldout" or "") and its columns.
         outputs: columns that were measured; None: every output column that all tables have.
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
-        calibration, motion: as `[calibration]` and `[conditions] motion` of a `dataset.toml`.
+        calibration, motion, warm_up_s: as `[calibration]` and `[conditions]` of a `dataset.toml`.
         name: of the data.
 
     Raises:
@@ -68,7 +70,9 @@ def dataset_of(
     if all(role == "heldout" for _, role, _ in tables):
         raise InputError(f"{name}: every trial is held out; at least one must train")
     read = [_trial_of(robot, trial, role, table, inputs, measured) for trial, role, table in tables]
-    trials = tuple(trial for trial, _ in read)
+    where = f"{name}: warm_up_s"
+    seconds = warm_up_time(warm_up_s, where)
+    trials = tuple(judged_after(trial, seconds, where) for trial, _ in read)
     check_outputs(robot, trials, measured, name)
     bounds = {key: _listed(item) for key, item in calibration.items()}
     dataset = Dataset(

@@ -80,10 +80,17 @@ def all_inputs(inputs: Inputs) -> Array:
     return np.hstack([inputs.tendon, inputs.force_tip, inputs.moment_tip])
 
 
+def measured_from(trial: Trial) -> int:
+    """Return the first row of a trial that has a measured value; 0 where none has."""
+    if not trial.outputs.columns:
+        return 0
+    return int(np.argmax(np.isfinite(measured_of(trial, tuple(trial.outputs.columns))).any(axis=1)))
+
+
 def beginnings(trials: Sequence[Trial], seconds: float) -> tuple[Trial, ...]:
-    """Return the trials' beginnings, alike in length, which together last `seconds`, or less."""
+    """Return the trials' beginnings, measured alike long, which together hold measurements of `seconds`."""
     each_s = seconds / max(len(trials), 1)
-    return tuple(_until(trial, trial.inputs.time_s[0] + each_s) for trial in trials)
+    return tuple(_until(trial, trial.inputs.time_s[measured_from(trial)] + each_s) for trial in trials)
 
 
 def _until(trial: Trial, time_s: float) -> Trial:

@@ -18,7 +18,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.nuisance import Nuisance
 from catheter_sim.diagnosis.data.trials import Trial, beginnings
-from catheter_sim.diagnosis.thresholds import ROWS_TO_CHOOSE_BY, SECONDS_TO_CHOOSE_BY
+from catheter_sim.diagnosis.thresholds import ROWS_TO_CHOOSE_BY, SECONDS_BESIDE_SWINGS, SECONDS_TO_CHOOSE_BY
 from catheter_sim.effects import EFFECTS
 from catheter_sim.theory.predict import Predict
 
@@ -151,10 +151,11 @@ def with_fewer_rows(problem: Problem) -> Problem:
     """Return `problem` with as few rows compared as a choice of hypotheses needs (`ROWS_TO_CHOOSE_BY`).
 
     Where the robot moves, time costs, not rows: only the beginnings of the trials are left
-    (`SECONDS_TO_CHOOSE_BY`).
+    (`SECONDS_TO_CHOOSE_BY`; of a model known to be wrong `SECONDS_BESIDE_SWINGS`).
     """
     if problem.moving:
-        problem = replace(problem, trials=beginnings(problem.trials, SECONDS_TO_CHOOSE_BY))
+        seconds = SECONDS_BESIDE_SWINGS if problem.model_share else SECONDS_TO_CHOOSE_BY
+        problem = replace(problem, trials=beginnings(problem.trials, seconds))
     rows = sum(len(trial.inputs) for trial in problem.trials)
     return replace(problem, every=max(1, round(rows / ROWS_TO_CHOOSE_BY)))
 

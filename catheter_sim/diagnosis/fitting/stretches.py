@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from catheter_sim.diagnosis.data.cycles import cycles
-from catheter_sim.diagnosis.data.trials import Trial, measured_of
+from catheter_sim.diagnosis.data.trials import Trial, measured_from, measured_of
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.thresholds import FOLDS, LEAST_BLOCK_S
 
@@ -49,10 +49,14 @@ def fold_of(block: np.ndarray, folds: int = FOLDS) -> np.ndarray:
 
 
 def equal_stretches(trial: Trial) -> list[slice]:
-    """Return stretches of a trial in motion, alike in time and none shorter than `LEAST_BLOCK_S`."""
+    """Return stretches of a trial in motion, measured alike long, none shorter than `LEAST_BLOCK_S`.
+
+    Rows before the first measured one belong to the first stretch.
+    """
     time_s = trial.inputs.time_s
-    count = max(1, int((time_s[-1] - time_s[0]) / LEAST_BLOCK_S))
-    ends = np.searchsorted(time_s, np.linspace(time_s[0], time_s[-1], count + 1)[1:-1])
+    begun_s = time_s[measured_from(trial)]
+    count = max(1, int((time_s[-1] - begun_s) / LEAST_BLOCK_S))
+    ends = np.searchsorted(time_s, np.linspace(begun_s, time_s[-1], count + 1)[1:-1])
     return [slice(int(a), int(b)) for a, b in pairwise((0, *ends, len(time_s))) if b > a]
 
 

@@ -69,11 +69,8 @@ def next_experiment(
     if not playable:  # the twin follows none of them
         words = [advice(group, f"To tell {_said(group)} apart: ") for group in groups]
         return NextExperiment(" ".join(item for item in words if item))
-    work = [
-        (with_fewer_rows(problem), chosen, rival, item, noise)
-        for item in playable
-        for rival in rivals.values()
-    ]
+    few = with_fewer_rows(replace(problem, model_share=0.0))  # a plan needs no more of a motion than that
+    work = [(few, chosen, rival, item, noise) for item in playable for rival in rivals.values()]
     found = map_calls(pool, _refitted, work)
     apart = np.array([size for _, size in found]).reshape(len(playable), len(rivals))
     best = int(np.argmax(np.minimum(apart, ENOUGH_APART_NOISE).sum(axis=1)))

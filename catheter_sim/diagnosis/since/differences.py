@@ -15,6 +15,7 @@ from catheter_sim.diagnosis.data.parting import split
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, measured_of
 from catheter_sim.diagnosis.since.baseline import Baseline, by_unit, smooth_errors
 from catheter_sim.diagnosis.since.pairing import Pairs, paired
+from catheter_sim.diagnosis.since.reachable import untold_share
 from catheter_sim.diagnosis.stages.prepare import Prepared
 from catheter_sim.diagnosis.thresholds import MODEL_SHARE, NEAR_NOISE
 from catheter_sim.errors import InputError
@@ -68,6 +69,9 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
         model_share=MODEL_SHARE if base.misfit > NEAR_NOISE else 0.0,
     )
     train, heldout = split(made)
+    if moving and made.model_share:
+        change = replace(base.problem, trials=train, every=1)
+        made = replace(made, model_share=max(made.model_share, untold_share(change, base.robot)))
     prepared = Prepared(
         made, train, heldout, unmoved(base.registration), base.twin, (*readings.notes, *frozen)
     )

@@ -86,7 +86,7 @@ def conclude(
     }
     notes = [
         *registration_notes(posed.registration, frame),
-        *_notes_on_causes(choice, settled, verdict, replayed),
+        *_notes_on_causes(posed, choice, settled, verdict, replayed),
     ]
     further, said = further_numbers(posed.train, fits, shown)
     if verdict.names_causes:
@@ -121,7 +121,9 @@ def _equals(run: Run, posed: Posed, choice: Choice, settled: Settled) -> tuple[F
     return also_equal_on_heldout(posed.train, posed.heldout, weighed.after, equals, posed.thorough, run.pool)
 
 
-def _notes_on_causes(choice: Choice, settled: Settled, verdict: Verdict, replayed: Replayed) -> list[Note]:
+def _notes_on_causes(
+    posed: Posed, choice: Choice, settled: Settled, verdict: Verdict, replayed: Replayed
+) -> list[Note]:
     """Return what to say of causes that are named, of those that are not, and why."""
     weighed = settled.weighed
     result = weighed.by_unit[settled.unit]
@@ -135,7 +137,8 @@ def _notes_on_causes(choice: Choice, settled: Settled, verdict: Verdict, replaye
         )
     if set(weighed.after.causes) - set(choice.fit.causes) and verdict.names_causes:
         notes.append(heldout_choice_note(choice.fit, weighed.after))
-    if weighed.after.terms and (verdict.remainder is not None or most_error_remains(result)):
+    much_left = most_error_remains(result, posed.train.model_share)
+    if weighed.after.terms and (verdict.remainder is not None or much_left):
         notes.append(remainder_note(weighed.after, result, verdict.remainder, verdict.in_part))
     if weighed.after.terms and verdict.harms and not verdict.names_causes:
         notes.append(harm_note(weighed.after, verdict.harms))

@@ -53,7 +53,8 @@ def verdict_of(
     """
     gains = any(gains_surely(item) for item in by_unit.values())
     believed = set(after.causes) - set(implausible(after))
-    if believed and left is None and not harmful and not most_error_remains(by_unit[unit]) and gains:
+    much_left = most_error_remains(by_unit[unit], problem.model_share)
+    if believed and left is None and not harmful and not much_left and gains:
         return CAUSE_FOUND
     times = max(result.rmse_before / max(result.noise_floor, 1e-12) for result in by_unit.values())
     white = not structured and all(is_white(series) for series in residual_series(problem, before).values())
@@ -96,13 +97,14 @@ def strongest_structure(tests: Sequence[StructureTest]) -> StructureTest | None:
     return max(hanging, key=lambda test: test.share_percent, default=None)
 
 
-def most_error_remains(result: UnitResult) -> bool:
+def most_error_remains(result: UnitResult, model_share: float = 0.0) -> bool:
     """Return whether most of an error far above the noise is still there after correction.
 
     Then the model is mainly wrong about something else, and the causes only imitate a part of that.
+    `model_share` as of `structured_remainder`.
     """
     near = result.rmse_after <= MUCH_LEFT_NOISE * result.noise_floor
-    return not near and result.rmse_after > (1.0 - LEAST_TAKEN_SHARE) * result.rmse_before
+    return not near and result.rmse_after > max(1.0 - LEAST_TAKEN_SHARE, model_share) * result.rmse_before
 
 
 def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None, in_part: bool = False) -> Note:
