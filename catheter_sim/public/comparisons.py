@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from catheter_sim.errors import InputError
 from catheter_sim.public.arguments import path_of
-from catheter_sim.public.diagnoses import Diagnosis, number_of_jobs, parameter_listing
+from catheter_sim.public.diagnoses import Diagnosis, number_of_jobs, parameter_listing, seconds_of
 from catheter_sim.public.listing import Listing
 
 if TYPE_CHECKING:
@@ -158,6 +159,7 @@ def compare(
     after: Dataset | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
+    budget_s: float = math.inf,
 ) -> Comparison:
     """Say what changed between two data sets of one robot.
 
@@ -171,6 +173,7 @@ def compare(
         after: the later one.
         out: a folder for the report; default: nothing is written.
         jobs: processes to fit with.
+        budget_s: time after which the search for causes ends with the best so far [s].
 
     Raises:
         InputError: the data are not what they must be or not of one robot, or the folder cannot be written.
@@ -200,7 +203,7 @@ def compare(
     from catheter_sim.files import check_output_folder
     from catheter_sim.public.data import load_dataset
 
-    place = Workers(number_of_jobs(jobs))
+    place, budget_s = Workers(number_of_jobs(jobs)), seconds_of(budget_s)
     folder = None if out is None else check_output_folder(path_of(out, "out"))
     later = after if isinstance(after, Data) else load_dataset(after)
     given = [before] if isinstance(before, Data | str | os.PathLike) else list(before)
@@ -208,7 +211,7 @@ def compare(
         earlier_recording(item if isinstance(item, Data) else Path(path_of(item, "before")), later)
         for item in given
     ]
-    series = compare_series(earlier, later, place)
+    series = compare_series(earlier, later, place, budget_s=budget_s)
     found = Comparison(series.last, series if len(earlier) > 1 else None)
     if folder is not None:
         found.save(folder)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -137,6 +138,7 @@ def diagnose(
     dataset: Dataset | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
+    budget_s: float = math.inf,
 ) -> Diagnosis:
     """Say what a simulation gets wrong about measured data, name the cause and extend the model by it.
 
@@ -145,6 +147,7 @@ def diagnose(
         out: a folder for the report; default: nothing is written. With it, a run that was stopped goes on
             where it was when it is started again.
         jobs: processes to fit with.
+        budget_s: time after which the search for causes ends with the best so far [s].
 
     Raises:
         InputError: the data are not what they must be, or the folder cannot be written.
@@ -171,12 +174,12 @@ def diagnose(
     from catheter_sim.files import check_output_folder
     from catheter_sim.public.data import load_dataset
 
-    jobs = number_of_jobs(jobs)
+    jobs, budget_s = number_of_jobs(jobs), seconds_of(budget_s)
     folder = None if out is None else check_output_folder(path_of(out, "out"))
     data = dataset if isinstance(dataset, Data) else load_dataset(dataset)
     if folder is None:
-        return Diagnosis(diagnose_dataset(data, Workers(jobs)))
-    return Diagnosis(diagnose_into(data, folder, jobs))
+        return Diagnosis(diagnose_dataset(data, Workers(jobs), budget_s=budget_s))
+    return Diagnosis(diagnose_into(data, folder, jobs, budget_s=budget_s))
 
 
 def parameter_listing(verdict: str, causes: Sequence[Cause], first: str, last: str) -> Listing:
@@ -202,6 +205,18 @@ def parameter_listing(verdict: str, causes: Sequence[Cause], first: str, last: s
     )
     columns = (first, "parameter", "value", "low", "high", last)
     return Listing(verdict.replace("_", " "), columns, rows)
+
+
+def seconds_of(budget_s: float) -> float:
+    """Return how long a search may take [s].
+
+    Raises:
+        InputError: it is no number above zero.
+    """
+    is_number = isinstance(budget_s, int | float) and not isinstance(budget_s, bool)
+    if not is_number or not budget_s > 0.0:
+        raise InputError(f"budget_s = {shown(budget_s)}: a number of seconds above 0 is needed")
+    return float(budget_s)
 
 
 def number_of_jobs(jobs: int) -> int:

@@ -111,6 +111,17 @@ def test_where_no_inputs_tell_them_apart_it_is_said():
     assert "No inputs that were tried tell nonlinear stiffness from twist." in found.words
 
 
+def test_where_time_is_up_words_are_left():
+    """A search without end has none, and a budget that is spent ends what would try inputs, too."""
+    problem, (first, second) = rivals(1.0)
+    groups = (("backlash", "tendon_friction"),)
+    kept = next_experiment(
+        problem, first, [second], groups, np.full(1, 0.1), np.zeros(3), simulation=False, deadline=0.0
+    )
+    assert kept.inputs is None
+    assert "pretension" in kept.words
+
+
 def test_without_rivals_loops_are_proposed():
     """To check what was named, and what repeats."""
     problem, (first, _) = rivals(0.0)

@@ -44,6 +44,23 @@ def test_a_weight_that_is_taken_off_pulls_up() -> None:
     assert mass < 0.0
 
 
+@pytest.mark.parametrize(("mass", "least_N", "most_N"), [("100g", 0.49, 1.47), ("300g", 1.96, 3.92)])
+def test_a_weight_is_told_of_a_moving_trunk(mass: str, least_N: float, most_N: float) -> None:
+    """Alone, or as what cannot be told from the first change: a lower gain does much the same in motion."""
+    found = cs.compare(TRUNK / "moving_000g", TRUNK / f"moving_{mass}", jobs=2, budget_s=400.0)
+    diagnosis = found.result.diagnosis
+    assert found.verdict == "changed"
+    first = found.changes[0].name
+    assert len(found.changes) == 1
+    if first == "payload":
+        force = [found.changes[0].parameters[f"force_{axis}_N"].value for axis in "xyz"]
+        assert least_N < force[2] < most_N
+        assert np.hypot(force[0], force[1]) < 0.3 * force[2]
+    else:
+        assert mass == "300g"
+        assert {first, "payload"} <= set(diagnosis.indistinguishable[0])
+
+
 @pytest.mark.parametrize("mass", MASSES)
 def test_halves_of_one_recording_are_unchanged(mass: str) -> None:
     """Two of its five trials against two others."""

@@ -129,6 +129,8 @@ def test_a_tension_that_is_commanded_is_no_output() -> None:
         (lambda: cs.diagnose(5), "dataset: a path is needed, not 5"),
         (lambda: cs.diagnose(cs.dataset(ROBOT, trial(1)), out=5), "out: a path is needed, not 5"),
         (lambda: cs.diagnose(cs.dataset(ROBOT, trial(1)), jobs=0), "jobs = 0: a whole number of 1 to"),
+        (lambda: cs.diagnose(cs.dataset(ROBOT, trial(1)), budget_s=0), "budget_s = 0: a number of seconds"),
+        (lambda: cs.compare([], cs.dataset(ROBOT, trial(1)), budget_s=True), "budget_s = True: a number of"),
         (lambda: cs.diagnose(cs.dataset(ROBOT, trial(1)), out=__file__), "cannot be made a folder"),
     ],
 )

@@ -8,6 +8,7 @@ both are simulated on it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -21,7 +22,7 @@ from catheter_sim.diagnosis.fitting.evidence import outputs_of
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.prediction import robot_with
 from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
-from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls
+from catheter_sim.diagnosis.fitting.workers import SERIAL, OutOfTime, Workers, map_calls
 from catheter_sim.diagnosis.next_experiment.in_motion import moving_programmes
 from catheter_sim.diagnosis.next_experiment.programmes import Programme, loops, programmes
 from catheter_sim.diagnosis.report.result import NEXT_EXPERIMENT_FILE, NextExperiment, Separation
@@ -46,6 +47,7 @@ def next_experiment(
     gravity_mps2: Array,
     simulation: bool = True,
     pool: Workers = SERIAL,
+    deadline: float = math.inf,
 ) -> NextExperiment:
     """Return what to measure next.
 
@@ -58,6 +60,7 @@ def next_experiment(
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
         simulation: whether to try the proposal in the simulation too.
         pool: where to fit and simulate.
+        deadline: on the clock of `time.monotonic`, after which no inputs are tried any more [s].
     """
     if not groups:
         checking = advice(chosen.causes[:1], f"To check {_said(chosen.causes[:1])} by itself: ")
@@ -67,11 +70,13 @@ def next_experiment(
     choices = moving_programmes if problem.moving else programmes
     playable = [item for item in choices(problem.robot, problem.trials) if _played(problem, chosen, item)]
     if not playable:  # the twin follows none of them
-        words = [advice(group, f"To tell {_said(group)} apart: ") for group in groups]
-        return NextExperiment(" ".join(item for item in words if item))
+        return _in_words(groups)
     few = with_fewer_rows(replace(problem, model_share=0.0))  # a plan needs no more of a motion than that
     work = [(few, chosen, rival, item, noise) for item in playable for rival in rivals.values()]
-    found = map_calls(pool, _refitted, work)
+    try:
+        found = map_calls(pool, _refitted, work, deadline)
+    except OutOfTime:
+        return _in_words(groups)
     apart = np.array([size for _, size in found]).reshape(len(playable), len(rivals))
     best = int(np.argmax(np.minimum(apart, ENOUGH_APART_NOISE).sum(axis=1)))
     trial = _played(problem, chosen, playable[best])
@@ -90,6 +95,12 @@ def next_experiment(
     sentences = [f"Play the CSV: {playable[best].words}."] if apart[best].max() >= TELLS_APART_NOISE else []
     sentences += [_group_words(group, checked) for group in groups]
     return NextExperiment(" ".join(sentences), playable[best].table, checked)
+
+
+def _in_words(groups: Sequence[Sequence[str]]) -> NextExperiment:
+    """Return how groups of effects are told apart by other means than by inputs."""
+    words = [advice(group, f"To tell {_said(group)} apart: ") for group in groups]
+    return NextExperiment(" ".join(item for item in words if item))
 
 
 def advice(names: Sequence[str], before: str = "") -> str:

@@ -28,7 +28,7 @@ class Differences:
 
     Attributes:
         prepared: it, as it can be fitted; its robot is the earlier recording's.
-        rows: of the later recording.
+        rows: of the later recording, those with a measured value.
         paired_rows: of these, how many pair with rows of the earlier one.
     """
 
@@ -75,8 +75,13 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
     prepared = Prepared(
         made, train, heldout, unmoved(base.registration), base.twin, (*readings.notes, *frozen)
     )
-    rows = sum(len(trial.inputs) for trial in trials)
-    return Differences(prepared, rows, sum(int((item.count > 0).sum()) for item in pairs))
+    rows = _measured_rows(readings)
+    with_pair = [mine & (item.count > 0) for mine, item in zip(rows, pairs, strict=True)]
+    return Differences(prepared, _number(rows), _number(with_pair))
+
+
+def _number(rows: Sequence[np.ndarray]) -> int:
+    return sum(int(mine.sum()) for mine in rows)
 
 
 def _measured_rows(dataset: Dataset) -> list[np.ndarray]:

@@ -24,4 +24,5 @@ def plan_next_experiment(run: Run, posed: Posed, conclusion: Conclusion, simulat
         posed.dataset.gravity_mps2,
         simulation,
         run.pool,
+        run.deadline,
     )
