@@ -15,10 +15,11 @@ from catheter_sim.tables import Array
 COLUMN = ("tip_x_mm",)
 
 
-def share(changes: list[Array]) -> float:
+def share(changes: list[Array], driven: list[Array] | None = None) -> float:
     """Return the share of a change that is untold, of trials with these changes."""
     trials = tuple(
-        trial_of(pull, {"tip_x_mm": pull + change}) for pull, change in zip(PULLS, changes, strict=False)
+        trial_of(pull, {"tip_x_mm": pull + change})
+        for pull, change in zip(driven or PULLS, changes, strict=False)
     )
     problem = gain_problem(trials, 0.01, COLUMN)
     return untold_share(problem, problem.robot)
@@ -46,6 +47,13 @@ def test_swings_that_no_command_tells_are_not() -> None:
 def test_there_is_a_limit_to_it() -> None:
     """Noise alone is untold, and a cause has to tell a part of a change all the same."""
     assert share([noisy(0.0 * pull, seed) for seed, pull in enumerate(PULLS)]) == MOST_MODEL_SHARE
+
+
+def test_what_a_trial_alone_shows_is_not_told_by_the_others() -> None:
+    """Up where one trial pulls, down where the other does: by both together all of it, by either nothing."""
+    low, high = PULLS[0] - PULLS[0].min(), PULLS[1] - PULLS[1].min() + 2.0 * np.ptp(PULLS[0])
+    changes = [noisy(1.0 + 0.0 * low, 1), noisy(-1.0 + 0.0 * high, 2)]
+    assert share(changes, [low, high]) == MOST_MODEL_SHARE
 
 
 def test_one_trial_says_nothing_of_others() -> None:
