@@ -34,7 +34,7 @@ from catheter_sim.diagnosis.data.mapping.mapped import read_mapped
 from catheter_sim.diagnosis.data.motion import HELD, motion_named
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
-from catheter_sim.diagnosis.data.warm_up import judged_after, warm_up_time
+from catheter_sim.diagnosis.data.warm_up import judged_late
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.tables import Table, read_table
@@ -72,15 +72,14 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     gravity = _gravity(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
     conditions = document["conditions"]
     motion = motion_named(conditions.get("motion", HELD.name), f"{path}: conditions.motion")
-    where = f"{path}: conditions.warm_up_s"
-    warm_up_s = warm_up_time(conditions.get("warm_up_s", 0.0), where)
     inputs = channel_list(document["channels"]["inputs"], f"{path}: channels.inputs")
     outputs = channel_list(document["channels"]["outputs"], f"{path}: channels.outputs")
     check_channels(robot, inputs, outputs, str(path))
     mapping = file_map(document.get("map"), inputs, outputs, str(path))
     entries = _trial_entries(document["trials"], root, str(path), mapping is not None)
     read = [_read_trial(robot, root, entry, inputs, outputs, mapping) for entry in entries]
-    trials = tuple(judged_after(trial, warm_up_s, where) for trial, _ in read)
+    where = f"{path}: conditions.warm_up_s"
+    trials = judged_late([trial for trial, _ in read], conditions.get("warm_up_s", 0.0), where)
     check_outputs(robot, trials, outputs, str(path))
     dataset = Dataset(
         folder=root,

@@ -25,7 +25,7 @@ from catheter_sim.diagnosis.data.dataset import (
 from catheter_sim.diagnosis.data.motion import HELD, motion_named
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
-from catheter_sim.diagnosis.data.warm_up import judged_after, warm_up_time
+from catheter_sim.diagnosis.data.warm_up import judged_late
 from catheter_sim.errors import InputError, cut, unknown
 from catheter_sim.tables import Table
 
@@ -70,9 +70,7 @@ def dataset_of(
     if all(role == "heldout" for _, role, _ in tables):
         raise InputError(f"{name}: every trial is held out; at least one must train")
     read = [_trial_of(robot, trial, role, table, inputs, measured) for trial, role, table in tables]
-    where = f"{name}: warm_up_s"
-    seconds = warm_up_time(warm_up_s, where)
-    trials = tuple(judged_after(trial, seconds, where) for trial, _ in read)
+    trials = judged_late([trial for trial, _ in read], warm_up_s, f"{name}: warm_up_s")
     check_outputs(robot, trials, measured, name)
     bounds = {key: _listed(item) for key, item in calibration.items()}
     dataset = Dataset(

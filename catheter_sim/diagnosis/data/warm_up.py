@@ -8,6 +8,7 @@ forgotten its own beginning when the first measured row comes.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +16,16 @@ import numpy as np
 
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.errors import InputError, shown
+
+
+def judged_late(trials: Sequence[Trial], seconds: Any, where: str) -> tuple[Trial, ...]:
+    """Return trials that are judged from `seconds` after their first row on, a value from a file or a caller.
+
+    Raises:
+        InputError: it is no time, or leaves no measured value of a trial.
+    """
+    checked = warm_up_time(seconds, where)
+    return tuple(judged_after(trial, checked, where) for trial in trials)
 
 
 def warm_up_time(value: Any, where: str) -> float:
