@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 from types import ModuleType
 
 import mujoco
 import pytest
 
-pytestmark = pytest.mark.xdist_group("models")  # built once
+from tests.scripts_as_modules import script_module
 
-_SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "build_models.py"
+pytestmark = pytest.mark.xdist_group("models")  # built once
 
 
 @pytest.fixture(scope="module")
 def script() -> ModuleType:
     """The script that writes models/, as a module."""
-    spec = importlib.util.spec_from_file_location("build_models", _SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["build_models"] = module
-    spec.loader.exec_module(module)
-    return module
+    return script_module("build_models")
 
 
 @pytest.fixture(scope="module")

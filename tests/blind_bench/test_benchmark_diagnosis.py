@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -12,18 +11,13 @@ import pytest
 
 from catheter_sim.blind_bench.robots import bench_robot
 from catheter_sim.diagnosis.data.dataset import load_dataset
+from tests.scripts_as_modules import script_module
 
 
 @pytest.fixture(scope="module")
 def script() -> ModuleType:
     """The script as a module."""
-    path = Path(__file__).resolve().parents[2] / "scripts" / "benchmark_diagnosis.py"
-    spec = importlib.util.spec_from_file_location("benchmark_diagnosis", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return script_module("benchmark_diagnosis")
 
 
 @pytest.mark.slow

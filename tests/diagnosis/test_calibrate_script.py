@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "calibrate_probabilities.py"
+from tests.scripts_as_modules import script_module
 
 
 @pytest.fixture
-def script(monkeypatch):
+def script():
     """The script as a module."""
-    spec = importlib.util.spec_from_file_location("calibrate_script", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, "calibrate_script", module)
-    spec.loader.exec_module(module)
-    return module
+    return script_module("calibrate_probabilities")
 
 
 def test_counted_answers_promise_their_shares(script):

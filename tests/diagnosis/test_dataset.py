@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +23,7 @@ from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.errors import InputError
 from catheter_sim.resources import assets_folder
 from catheter_sim.tables import Table, read_table, write_table
+from tests.scripts_as_modules import script_module
 
 OPENCR = assets_folder() / "examples" / "opencr_v4"
 
@@ -416,12 +416,7 @@ def test_opencr_robot_states_the_source_of_every_number() -> None:
 
 def test_conversion_keeps_numbers_and_maps_servos(tmp_path: Path) -> None:
     """The conversion starts the clock at zero, renames servos to tendons and changes no digit."""
-    path = Path(__file__).resolve().parents[2] / "scripts" / "convert_opencr_v4.py"
-    spec = importlib.util.spec_from_file_location("convert_opencr_v4", path)
-    assert spec is not None
-    assert spec.loader is not None
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
+    script = script_module("convert_opencr_v4")
     servos = [4, 3, 9, 5, 2, 8, 6, 1, 7]
     header = ["timestamp", "pattern_label", *(f"servo_{k}_mm" for k in servos), "tip_x", "tip_y", "tip_z"]
     rows = [

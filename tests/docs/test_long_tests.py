@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+from tests.scripts_as_modules import script_module
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture
-def script(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    spec = importlib.util.spec_from_file_location("long_tests_script", ROOT / "scripts" / "long_tests.py")
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, spec.name, module)  # where a data class looks for its module
-    spec.loader.exec_module(module)
-    return module
+def script() -> ModuleType:
+    return script_module("long_tests")
 
 
 def counts(line: str) -> list[int]:

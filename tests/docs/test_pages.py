@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 import tomllib
 from pathlib import Path
-from types import ModuleType
 
 import pytest
+
+from tests.scripts_as_modules import script_module
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def script(name: str) -> ModuleType:
-    """Return one of the programs in scripts/ as a module."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "scripts" / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-run_pages = script("run_pages")
+run_pages = script_module("run_pages")
 LONG = ("train_a_policy", "lab", "inverse_sense_control")  # pages that run apart
 
 
@@ -68,7 +56,7 @@ def test_what_is_shown_must_be_what_is_printed() -> None:
 
 def test_pages_made_from_code_are_not_stale() -> None:
     """`python scripts/reference_pages.py` would change nothing."""
-    pages = script("reference_pages")
+    pages = script_module("reference_pages")
     for name, text in pages.texts().items():
         assert (ROOT / "docs" / "reference" / name).read_text(encoding="utf-8") == text, name
 

@@ -55,6 +55,13 @@ def test_independent_bench_is_told_as_its_page_has_it() -> None:
     assert ours("of those draws: both") == judged("pair of known forms", "pair with a foreign form")
 
 
+def test_inverse_kinematics_is_told_as_its_page_has_it() -> None:
+    """The largest miss of eight robots."""
+    rows = re.findall(r"\| 1000 \| .* ([\d.]+) % \|$", page("guides/inverse_sense_control.md"), re.MULTILINE)
+    assert len(rows) == 8
+    assert ours("inverse kinematics, 1000 tips") == f"{max(rows, key=float)} %"
+
+
 def test_readme_is_short() -> None:
     """At most 8 kB; the rest is in the pages."""
     assert len(README.encode()) <= MOST_BYTES

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
+
+from tests.scripts_as_modules import script_module
 
 PAGE = SimpleNamespace(file=SimpleNamespace(src_uri="start.md"))
 
 
 @pytest.fixture(scope="module")
 def hooks() -> ModuleType:
-    path = Path(__file__).resolve().parents[2] / "scripts" / "site_hooks.py"
-    spec = importlib.util.spec_from_file_location("site_hooks", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return script_module("site_hooks")
 
 
 @pytest.mark.parametrize(

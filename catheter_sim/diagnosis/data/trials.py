@@ -88,7 +88,7 @@ def measured_from(trial: Trial) -> int:
 
 
 def beginnings(trials: Sequence[Trial], seconds: float) -> tuple[Trial, ...]:
-    """Return the trials' beginnings, measured alike long, which together hold measurements of `seconds`."""
+    """Return the trials' beginnings, measured alike long: together `seconds`, or less."""
     each_s = seconds / max(len(trials), 1)
     return tuple(_until(trial, trial.inputs.time_s[measured_from(trial)] + each_s) for trial in trials)
 

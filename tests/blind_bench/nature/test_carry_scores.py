@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-SCRIPT = Path(__file__).resolve().parents[3] / "scripts" / "carry_scores.py"
-_SPEC = importlib.util.spec_from_file_location("carry_scores", SCRIPT)
-assert _SPEC is not None
-assert _SPEC.loader is not None
-carry_scores = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(carry_scores)
+from tests.scripts_as_modules import script_module
+
+carry_scores = script_module("carry_scores")
 STORIES = ("none", "none", "single", "single", "pair", "outside")
 
 
