@@ -21,6 +21,8 @@ from catheter_sim.exporting.moments import HingeLaw
 from catheter_sim.exporting.paths import Shift
 
 TURN_SHARE, STEEP_TURN_SHARE = 0.005, 0.003  # of a hinge's range: the turn after which all friction is there
+LOSS_TURN_SHARE = 0.03  # of a hinge's range
+_CUBIC_AS_LINE = 0.6  # w of the line w x that is nearest to x^3 from 0 to 1, by least squares
 Chord = tuple[float, float]  # heights over a hinge of a site on its parent and of one on its body [m]
 _ARM: tuple[Chord, ...] = ((-1.0, 1.0),)
 # A chord on one side of the hinge, a = 0.43 and b = 0.23 m, has a slope of the same size as the other's,
@@ -114,6 +116,10 @@ def add_friction(
 ) -> None:
     """Let hinges rub as their laws say, by plastic springs.
 
+    A friction loss is regularised by the tendon's slope at rest, which is zero where the hinge is straight:
+    it is turned a little, by `LOSS_TURN_SHARE` of the hinge's range. What grows with the third power of the
+    angle would need more than single precision has; it becomes a part of what grows with the angle.
+
     Args:
         root: the model.
         plain: the same, loaded, without what laws add.
@@ -125,7 +131,10 @@ def add_friction(
         if law.constant > 0.0:
             own = _rubbing(law.constant, TURN_SHARE * law.range_rad, plastic)
             _fixed(tendons, law.joint, f"rub_{law.joint}_constant", springlength="0", **own)
-        for share, chords in ((law.width, _ARM), (law.cubic, _STEEP_ARM)):
+        arms: Sequence[tuple[float, Sequence[Chord]]] = ((law.width, _ARM), (law.cubic, _STEEP_ARM))
+        if not plastic:
+            arms = ((law.width + _CUBIC_AS_LINE * law.cubic, _ARM),)
+        for share, chords in arms:
             if share > 0.0:
                 _add_arm(bodies, child(root, "worldbody"), tendons, plain, law, share, chords, plastic)
 
@@ -152,6 +161,8 @@ def _add_arm(
     axis, hinge = plain.jnt_axis[joint.id], plain.jnt_pos[joint.id]
     along = np.array([0.0, 0.0, 1.0]) - axis[2] * axis  # the straight robot's axis, seen by the hinge
     along = along / np.linalg.norm(along) if np.linalg.norm(along) > 0.1 else np.array([1.0, 0.0, 0.0])
+    turn = 0.0 if plastic else LOSS_TURN_SHARE * law.range_rad
+    turned = np.cos(turn) * along + np.sin(turn) * np.cross(axis, along)
     places = (
         (bodies.get(plain.body(plain.body_parentid[body]).name, world), plain.body_pos[body] + hinge),
         (bodies[plain.body(body).name], hinge),
@@ -173,7 +184,8 @@ def _add_arm(
             ElementTree.SubElement(tendon, "pulley", divisor="1")
         for side, (parent, middle), height in zip(("below", "above"), places, chord, strict=True):
             site = f"{name}_{side}_{number}"
-            place = text_of(*(middle + height * along))
+            way = turned if side == "above" else along
+            place = text_of(*(middle + height * way))
             ElementTree.SubElement(parent, "site", _HIDDEN, name=site, pos=place, size="0.0001")
             ElementTree.SubElement(tendon, "site", site=site)
 

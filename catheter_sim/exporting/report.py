@@ -10,7 +10,7 @@ from catheter_sim.exporting.causes import FITTED, LEFT
 from catheter_sim.exporting.judge import Distance, Judgement
 from catheter_sim.exporting.write import Model
 
-_NOT_SAID = "MJX and MuJoCo Warp: not tried there; the distances are those of the file in MuJoCo itself"
+_NOT_SAID = "distances are those of the file in MuJoCo itself; it is not run in the other engine"
 
 
 def text_of(model: Model, judgement: Judgement) -> str:

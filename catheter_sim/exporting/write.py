@@ -34,6 +34,7 @@ from catheter_sim.exporting.causes import (
 )
 from catheter_sim.exporting.elements import add_friction, add_shifts, add_springs, child
 from catheter_sim.exporting.moments import HingeLaw, fit_laws, missing_moments
+from catheter_sim.exporting.other_engines import make_plainer
 from catheter_sim.exporting.paths import Shift, find_shifts
 from catheter_sim.exporting.plain import PlainRun
 from catheter_sim.exporting.sensors import add_sensors
@@ -221,7 +222,7 @@ def _finished(
     count_samples(root, float(plain.opt.timestep))
     _rest(root, plain, shifts)
     if engine != "mujoco":
-        _plainer(root)
+        make_plainer(root, plain)
     _say_inputs(root, _controls(robot, root, rows))
     text = ElementTree.tostring(root, encoding="unicode")
     try:
@@ -307,16 +308,6 @@ def _rest(root: ElementTree.Element, plain: mujoco.MjModel, shifts: tuple[Shift,
     ElementTree.SubElement(
         child(root, "keyframe"), "key", name="rest", qpos=" ".join(f"{value:.12g}" for value in pose)
     )
-
-
-def _plainer(root: ElementTree.Element) -> None:
-    """Take out what MJX and MuJoCo Warp do not say they know: late controls and views."""
-    for item in (*child(root, "actuator"), *child(root, "sensor")):
-        for key in ("delay", "nsample", "interp"):
-            item.attrib.pop(key, None)
-    option = child(root, "option")
-    if option.get("integrator") not in ("Euler", "implicitfast"):
-        option.set("integrator", "implicitfast")
 
 
 def _controls(robot: RobotSpec, root: ElementTree.Element, rows: Array) -> tuple[Control, ...]:
