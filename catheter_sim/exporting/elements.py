@@ -21,7 +21,7 @@ from catheter_sim.exporting.moments import HingeLaw
 from catheter_sim.exporting.paths import Shift
 
 TURN_SHARE, STEEP_TURN_SHARE = 0.005, 0.003  # of a hinge's range: the turn after which all friction is there
-LOSS_TURN_SHARE = 0.03  # of a hinge's range
+LOSS_TURN_SHARE = 0.03  # of a hinge's range: by it a friction loss is turned, to have a slope at rest
 _CUBIC_AS_LINE = 0.6  # w of the line w x that is nearest to x^3 from 0 to 1, by least squares
 Chord = tuple[float, float]  # heights over a hinge of a site on its parent and of one on its body [m]
 _ARM: tuple[Chord, ...] = ((-1.0, 1.0),)

@@ -37,7 +37,7 @@ def make_plainer(root: ElementTree.Element, plain: mujoco.MjModel) -> None:
     if option.get("integrator") not in _INTEGRATORS:
         option.set("integrator", "implicitfast")
     child(option, "flag").attrib.pop("diagexact", None)
-    option.set("solver", "Newton")
+    option.set("solver", "Newton")  # with friction losses it is the faster one
     _tie_by_lengths(root, plain.opt.timestep)
 
 

@@ -22,7 +22,11 @@ from catheter_sim.exporting.write import Model, write_model
 from catheter_sim.simulation.replay import simulate
 
 # Robots with friction that are quick to replay; the whole ones are in the guide's table.
-WITH_FRICTION = (pytest.param("neuroendoscope_section", marks=pytest.mark.long), "notched_wrist")
+WITH_FRICTION = (
+    pytest.param("neuroendoscope_section", "mujoco", marks=pytest.mark.long),
+    ("notched_wrist", "mujoco"),
+    ("notched_wrist", "mjx"),
+)
 # Forms that run apart: each has another of its kind beside it.
 LONG = (("backlash", "uneven"), ("tendon_friction", "drive"), ("nonlinear_stiffness", "quintic"))
 SMALL = {"segments.section.disks": 5, "friction.mu": 0.0}
@@ -52,11 +56,11 @@ def apart_mm(first: np.ndarray, second: np.ndarray) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", WITH_FRICTION)
-def test_the_file_alone_is_within_two_percent_on_other_loops(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("name", "engine"), WITH_FRICTION)
+def test_the_file_alone_is_within_two_percent_on_other_loops(name: str, engine: str, tmp_path: Path) -> None:
     """The file as it lies on disk; without what was fitted it is not: the loops can tell."""
     robot = cs.load_robot(name)
-    model = write_model(robot)
+    model = write_model(robot, engine)
     path = tmp_path / "model.xml"
     path.write_text(model.text, encoding="utf-8")
     inputs, _ = loops.judged_loops(model.drives)

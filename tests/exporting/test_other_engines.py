@@ -8,16 +8,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.catalogue import load_robot
-from catheter_sim.exporting import loops
 from catheter_sim.exporting.elements import add_friction, add_shifts
-from catheter_sim.exporting.judge import PERCENT
 from catheter_sim.exporting.moments import HingeLaw
 from catheter_sim.exporting.other_engines import make_plainer
 from catheter_sim.exporting.paths import Shift
-from catheter_sim.exporting.plain import PlainRun
-from catheter_sim.exporting.write import write_model
-from catheter_sim.simulation.replay import simulate
 
 STEP_S = 0.0005
 ROLLING = f"""<mujoco><compiler angle="radian"/>
@@ -61,7 +55,7 @@ def test_nothing_is_left_that_other_engines_refuse() -> None:
 
 
 def test_a_slide_stays_at_its_hinge_under_a_force() -> None:
-    """To a micrometre at 2 N, where a tie by joints gives way by 0.1 mm and more."""
+    """To a micrometre at 2 N, where a tie by joints gives way by 0.08 mm."""
     model = rolling()
     data = mujoco.MjData(model)
     data.xfrc_applied[1, 0] = 2.0
@@ -81,17 +75,6 @@ def test_friction_holds_what_its_law_says() -> None:
     assert held(data, model, there * (0.1 - 0.9 * share)) == pytest.approx(there, abs=5e-4)
     back = held(data, model, 0.1 * (0.1 - share))
     assert back == pytest.approx(0.1, rel=0.03)
-
-
-@pytest.mark.slow
-def test_a_file_for_other_engines_is_within_two_percent_too() -> None:
-    robot = load_robot("notched_wrist")
-    model = write_model(robot, "mjx")
-    inputs, _ = loops.judged_loops(model.drives)
-    truth = np.array([now.p_w for now in simulate(robot, inputs, np.zeros(3)).postures])
-    got = PlainRun(model.text, model.shares).held(inputs.tendon)
-    apart = np.linalg.norm(got - truth, axis=2).max()
-    assert 100.0 * apart / truth[0, -1, 2] < PERCENT
 
 
 def test_mujoco_warp_goes_where_mujoco_goes() -> None:
