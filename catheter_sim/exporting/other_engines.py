@@ -6,29 +6,35 @@ its flag `diagexact`: R = (1 - d) / d times what `dof_invweight0`, `tendon_invwe
 slide to a hinge that is 1 / inertia of the hinge, in 1 / (kg m^2), beside that of the slide, in 1 / kg, and a
 hinge alone in a light robot has next to no inertia: the tie gives way by a millimetre. Tendons tie them
 instead, the hinge's an angle times a short lever. For a friction loss it is nothing at all where the tendon
-has no slope at rest; `elements.add_friction` gives it some.
+has no slope at rest; `elements.add_friction` gives it some. A friction loss creeps by R times its force, the
+less the more inertia the hinge has: it gets its stiffness times `HINGE_TIME_S` squared. At rest nothing is
+felt of that.
 """
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
 
 import mujoco
 
 from catheter_sim.exporting.elements import child, text_of
+from catheter_sim.exporting.moments import HingeLaw
 
+HINGE_TIME_S = 0.01  # as `core.robot.Dynamics` gives held rows
 _LEVER_M = 1e-3  # by which an angle is made a length
 _TIE_STEPS = 2.0  # in which a tie closes: MuJoCo allows no fewer
 _LATE = ("delay", "nsample", "interp")
 _INTEGRATORS = ("Euler", "implicitfast")
 
 
-def make_plainer(root: ElementTree.Element, plain: mujoco.MjModel) -> None:
-    """Take out of a model what such engines refuse, and let its ties be hard without it.
+def make_plainer(root: ElementTree.Element, plain: mujoco.MjModel, laws: Sequence[HingeLaw]) -> None:
+    """Take out of a model what such engines refuse, and let its ties and friction be hard without it.
 
     Args:
         root: the model, with all that it is given.
         plain: the same, loaded, without what laws add.
+        laws: of its hinges.
     """
     for item in (*child(root, "actuator"), *child(root, "sensor")):
         for key in _LATE:
@@ -39,6 +45,11 @@ def make_plainer(root: ElementTree.Element, plain: mujoco.MjModel) -> None:
     child(option, "flag").attrib.pop("diagexact", None)
     option.set("solver", "Newton")  # with friction losses it is the faster one
     _tie_by_lengths(root, plain.opt.timestep)
+    stiffness = {law.joint: abs(law.stiffness) + float(plain.joint(law.joint).stiffness[0]) for law in laws}
+    for joint in root.iterfind("worldbody//joint"):
+        if own := stiffness.get(joint.get("name", ""), 0.0):
+            inertia = max(own * HINGE_TIME_S**2, float(joint.get("armature", "0")))
+            joint.set("armature", text_of(inertia))
 
 
 def _tie_by_lengths(root: ElementTree.Element, timestep_s: float) -> None:

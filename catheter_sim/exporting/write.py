@@ -222,7 +222,7 @@ def _finished(
     count_samples(root, float(plain.opt.timestep))
     _rest(root, plain, shifts)
     if engine != "mujoco":
-        make_plainer(root, plain)
+        make_plainer(root, plain, laws)
     _say_inputs(root, _controls(robot, root, rows))
     text = ElementTree.tostring(root, encoding="unicode")
     try:

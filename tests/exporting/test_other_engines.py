@@ -18,7 +18,7 @@ ROLLING = f"""<mujoco><compiler angle="radian"/>
 <option timestep="{STEP_S}" integrator="implicit" gravity="0 0 0"/>
 <worldbody><site name="ground"/>
 <body name="link"><joint name="x" type="hinge" axis="0 1 0" stiffness="0.1" damping="1e-3"/>
-<inertial pos="0 0 0.01" mass="0.003" diaginertia="1e-7 1e-7 1e-7"/></body></worldbody>
+<inertial pos="0 0 0" mass="0.003" diaginertia="1e-10 1e-10 1e-10"/></body></worldbody>
 <actuator><motor name="turn" joint="x"/></actuator>
 <sensor><framepos name="seen" objtype="site" objname="ground" nsample="4" delay="0.001"/></sensor></mujoco>"""
 SHIFT = Shift("x", "link", 0, np.array([8e-3, -1e-3, 2e-3, 1e-3]), 0.0)
@@ -32,7 +32,7 @@ def rolling() -> mujoco.MjModel:
     laws = (HingeLaw("x", RANGE_RAD, 0.0, (), 0.0, RUBS_N_M, 0.0, 0.0),)
     add_shifts(root, (SHIFT,))
     add_friction(root, plain, laws, plastic=False)
-    make_plainer(root, plain)
+    make_plainer(root, plain, laws)
     return mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
 
 
