@@ -36,6 +36,8 @@ class Parameter:
             `scale` is then a change of the inverse.
         likely: what a robot that was built to its specification may have, in the number's unit; None: all
             within the bounds. Beyond it a number is fitted, but its cause is not believed.
+        of_shape: it says how the effect acts, not how much of it there is: alone it does nothing, and `null`
+            is what it usually is.
         in_motion: scale and start for data that were taken while the robot moved; None: as for held rows.
     """
 
@@ -48,6 +50,7 @@ class Parameter:
     inverse: bool = False
     likely: tuple[float, float] | None = None
     in_motion: tuple[float, float] | None = None
+    of_shape: bool = False
 
     def to_fit(self, value: float) -> float:
         """Return the coordinate in which `value` is fitted."""

@@ -48,7 +48,15 @@ def _creep(names: tuple[str, str]) -> tuple[Parameter, ...]:
     return (
         Parameter(amount, null=0.0, lower=-0.9, upper=1.0, scale=0.02, start=0.05),
         # Faster than 10 s it would be a lag (`rate`), beyond a quarter of an hour no trial shows its end.
-        Parameter(time_s, null=_CREEP_TIME_S, lower=10.0, upper=900.0, scale=5.0, start=_CREEP_TIME_S),
+        Parameter(
+            time_s,
+            null=_CREEP_TIME_S,
+            lower=10.0,
+            upper=900.0,
+            scale=5.0,
+            start=_CREEP_TIME_S,
+            of_shape=True,
+        ),
     )
 
 

@@ -61,13 +61,18 @@ def answer_of(made: Made) -> dict[str, Any]:
 
 
 def _change(ground: Ground, item: Sized) -> dict[str, Any]:
-    """Return what changed, its parameters as changes of those that the specimen had."""
+    """Return what changed, its parameters as changes of those that the specimen had.
+
+    What a form has at no size, too, is how it acts, such as a time constant: it is told as it is.
+    """
     planted, change = item
     found = hidden_of(ground, planted, rms(change))
     null = _parameters_at_rest(ground, planted)
     return found | {
         "parameters": {
-            name: value - null[name] if math.isfinite(null.get(name, math.inf)) else value
+            name: value - null[name]
+            if math.isfinite(null.get(name, math.inf)) and value != null[name]
+            else value
             for name, value in found["parameters"].items()
         }
     }

@@ -10,6 +10,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
 from catheter_sim.diagnosis.report.result import DataFault
 from catheter_sim.diagnosis.thresholds import (
+    DRIVEN_SHARE,
     LATE_NOISE,
     LATE_OTHERS,
     STEP_LEFT_SHARE,
@@ -52,15 +53,26 @@ def _ahead(seen: BesideModel) -> tuple[DataFault, ...]:
 
 
 def _late_alone(seen: BesideModel) -> tuple[DataFault, ...]:
-    """Return the trials that lag by rows although the others would show as many seconds, and do not."""
+    """Return the trials that lag by rows although the others would show as many seconds, and do not.
+
+    Of the others only those count that drive the same inputs, as a channel may have a lag, or a dead-band,
+    alone; and that are explained in time as well as the late one is put right.
+    """
     models = seen.scaled_models
     whole = [slice(0, len(model)) for model in models]
     shifts = [_best_shift(seen, models, number, part) for number, part in enumerate(whole)]
     late = [number for number, shift in enumerate(shifts) if shift > 0]
-    others = [number for number in range(len(seen.trials)) if number not in late]
-    if not late or len(late) > max(1, len(others) // 2):
+    in_time = [number for number in range(len(seen.trials)) if number not in late]
+    if not late or len(late) > max(1, len(in_time) // 2):
         return ()
     for number in late:
+        put_right = _unexplained(seen, models, number, whole[number], shifts[number])
+        others = [
+            k
+            for k in in_time
+            if _drives_as_much(seen, k, number)
+            and _unexplained(seen, models, k, whole[k]) <= STEP_USUAL_TIMES * put_right
+        ]
         time_s = seen.trials[number].inputs.time_s
         seconds = float(np.median(time_s[shifts[number] :] - time_s[: -shifts[number]]))
         telling = [
@@ -68,7 +80,7 @@ def _late_alone(seen: BesideModel) -> tuple[DataFault, ...]:
             > LATE_OTHERS * _unexplained(seen, models, k, whole[k])
             for k in others
         ]
-        if 2 * sum(telling) <= len(others):
+        if 2 * sum(telling) <= len(others):  # also where there is none
             return ()
     return tuple(
         DataFault(
@@ -78,6 +90,12 @@ def _late_alone(seen: BesideModel) -> tuple[DataFault, ...]:
         )
         for number in late
     )
+
+
+def _drives_as_much(seen: BesideModel, number: int, late: int) -> bool:
+    """Return whether a trial drives each input that a late one drives, by a fair share of that."""
+    mine, other = (np.ptp(seen.drives[k], axis=0) for k in (number, late))
+    return bool((mine >= DRIVEN_SHARE * other).all())
 
 
 def _models(seen: BesideModel) -> tuple[Sequence[Array], ...]:

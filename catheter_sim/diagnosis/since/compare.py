@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.pipeline import diagnose_prepared
 from catheter_sim.diagnosis.report.result import (
@@ -18,6 +19,7 @@ from catheter_sim.diagnosis.since.baseline import Baseline
 from catheter_sim.diagnosis.since.differences import Differences
 from catheter_sim.diagnosis.since.from_report import Earlier
 from catheter_sim.diagnosis.stages.run import Run
+from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError
 
 CHANGED, UNCHANGED = "changed", "unchanged"
@@ -90,6 +92,8 @@ def compared(run: Run, base: Baseline, later: Differences, simulation: bool = Tr
         simulation: replay the held-out trials in MuJoCo at the end.
     """
     diagnosis = diagnose_prepared(run, later.prepared, simulation)
+    causes = tuple(new_shapes_as_they_are(cause, base.robot) for cause in diagnosis.causes)
+    diagnosis = replace(diagnosis, causes=causes)
     name = later.prepared.dataset.name
     return Comparison(diagnosis, base.name, name, later.rows, later.paired_rows, base.relative_error)
 
@@ -111,10 +115,25 @@ def compared_backward(run: Run, base: Baseline, earlier: Differences, simulation
     return replace(found, diagnosis=diagnosis, since=found.name, name=found.since, backward=True)
 
 
+def new_shapes_as_they_are(cause: Cause, earlier: RobotSpec) -> Cause:
+    """Return a cause without the null of numbers that say how it acts, where it is new to the earlier robot.
+
+    A time constant of a creep that was not there has not changed from anything.
+    """
+    shapes = {item.name for item in EFFECTS[cause.name].parameters(earlier) if item.of_shape}
+    new = shapes - set(earlier.effects.get(cause.name, {}))
+    return replace(
+        cause,
+        parameters={
+            name: replace(item, null=None) if name in new else item for name, item in cause.parameters.items()
+        },
+    )
+
+
 def change_of(parameter: FittedParameter, share: float, backward: bool = False) -> FittedParameter:
     """Return a number's change, its interval wider by a share of it.
 
-    A number that changed from an infinite value is told as it is. `backward`: it is what went away.
+    A number that changed from an infinite value, or from none, is told as it is. `backward`: it is what went away.
     """
     null = parameter.null
     if null is None or not math.isfinite(null):

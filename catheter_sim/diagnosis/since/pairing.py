@@ -142,11 +142,17 @@ def _joined(rows: Sequence[Array], errors: Sequence[Array]) -> _Other:
 
 def share_paired(later: Dataset, earlier: Dataset) -> float:
     """Return the share of the later recording's rows that pair with rows of the earlier one."""
+    rows = [len(trial.inputs) for trial in later.trials]
+    return float(np.average(shares_paired(later, earlier), weights=rows))
+
+
+def shares_paired(later: Dataset, earlier: Dataset) -> list[float]:
+    """Return the same of each of the later recording's trials."""
     others = [trial.inputs for trial in earlier.trials]
     errors = [np.zeros((len(item), 1)) for item in others]
     moving = later.motion.moving
     counts = [paired(trial.inputs, others, errors, moving).count for trial in later.trials]
-    return float(np.mean(np.concatenate(counts) > 0))
+    return [float(np.mean(item > 0)) for item in counts]
 
 
 def _same_beginning(first: Array, second: Array, within: float) -> int:

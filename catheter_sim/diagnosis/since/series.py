@@ -18,7 +18,7 @@ from catheter_sim.diagnosis.fitting.fit import fit
 from catheter_sim.diagnosis.fitting.intervals import cause_intervals
 from catheter_sim.diagnosis.fitting.problem import Term
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
-from catheter_sim.diagnosis.report.result import FittedParameter
+from catheter_sim.diagnosis.report.result import DATA_SUSPECT, FittedParameter
 from catheter_sim.diagnosis.since.baseline import Baseline, baseline
 from catheter_sim.diagnosis.since.compare import Comparison, change_of, check_pair, compared
 from catheter_sim.diagnosis.since.course import Course, course_of
@@ -113,7 +113,8 @@ def compare_series(
                 bases[paired] = baseline(mine, first.dataset, is_paired=paired)
             found.append((bases[paired], differences(dataset, bases[paired])))
             comparisons.append(compared(mine, *found[-1], simulation))
-        if len(later) == 1 and not first.is_of_report and found[0][0].misfit > NEAR_NOISE:
+        suspect = comparisons[0].verdict == DATA_SUSPECT
+        if len(later) == 1 and not first.is_of_report and (suspect or found[0][0].misfit > NEAR_NOISE):
             more = replace(run, deadline=min(run.deadline, _soon_after(begun)))
             comparisons[0] = told_best(more, first.dataset, after, comparisons[0], simulation)
         numbers = _numbers(found, comparisons) if len(later) > 1 else ()

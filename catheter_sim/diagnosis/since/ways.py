@@ -5,6 +5,10 @@ away with its errors. That is right where causes add up. It is not of a dead-ban
 cause that cannot be negative cannot explain by how much less of it there is. So two more ways are tried: from
 the earlier recording's own causes, where its own diagnosis believes them; and backward, the earlier recording
 explained by what it has and the later one has not.
+
+And what both share is known where both were given the same commands; elsewhere it is a smooth guess, which may
+be grossly wrong far from what the earlier recording holds, so that a sound trial of the later one looks like
+another robot's. Where its data look wrong, but not by themselves, only the trials that pair are asked.
 """
 
 from __future__ import annotations
@@ -14,12 +18,17 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.pipeline import diagnose_prepared
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, UNEXPLAINED
+from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, UNEXPLAINED
 from catheter_sim.diagnosis.since.baseline import baseline
 from catheter_sim.diagnosis.since.compare import CHANGED, Comparison, compared, compared_backward
 from catheter_sim.diagnosis.since.differences import differences
-from catheter_sim.diagnosis.since.pairing import share_paired
+from catheter_sim.diagnosis.since.pairing import share_paired, shares_paired
+from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
+from catheter_sim.diagnosis.stages.calibrate import calibrate
+from catheter_sim.diagnosis.stages.find_data_faults import find_data_faults
+from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.prepare import prepare
 from catheter_sim.diagnosis.stages.run import Run
 from catheter_sim.diagnosis.thresholds import MOSTLY_PAIRED
@@ -37,6 +46,8 @@ def told_best(run: Run, before: Dataset, after: Dataset, found: Comparison, simu
             there is.
         simulation: replay the held-out trials in MuJoCo at the end.
     """
+    if found.verdict == DATA_SUSPECT and time.monotonic() < run.deadline:
+        found = _of_paired_trials(run, before, after, simulation) or found
     ways: tuple[Way, ...] = (_from_own_causes, _backward)
     for way in ways:
         if found.verdict not in (CHANGED, UNEXPLAINED) or len(found.changes) == 1:
@@ -52,6 +63,28 @@ def told_best(run: Run, before: Dataset, after: Dataset, found: Comparison, simu
 def _numbers(found: Comparison) -> float:
     """Return how many numbers the changes have; without end where none is named."""
     return sum(len(cause.parameters) for cause in found.changes) or float("inf")
+
+
+def _of_paired_trials(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison | None:
+    """Return what changed in the trials that pair; None: too few do, or the data look wrong by themselves."""
+    pairs = [share >= MOSTLY_PAIRED for share in shares_paired(after, before)]
+    if sum(pairs) < 2 or all(pairs):
+        return None
+    posed = pose(prepare(after))
+    calibrated = calibrate(posed)
+    if acquit_trials(run, posed, calibrated, find_data_faults(posed, calibrated)).found:
+        return None
+    files = ", ".join(item.file for item, is_pair in zip(after.trials, pairs, strict=True) if not is_pair)
+    note = Note(
+        "unpaired_left_out",
+        f"Nothing in the earlier recording pairs with {files}, and what both recordings share is not known "
+        "well enough there: only the other trials were compared.",
+    )
+    kept = [replace(item, role="") for item, is_pair in zip(after.trials, pairs, strict=True) if is_pair]
+    base = baseline(run, before, is_paired=True)
+    dataset = replace(after, trials=tuple(kept), notes=(*after.notes, note))
+    found = compared(run, base, differences(dataset, base), simulation)
+    return None if found.verdict == DATA_SUSPECT else found
 
 
 def _from_own_causes(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison | None:
