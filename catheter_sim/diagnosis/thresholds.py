@@ -252,8 +252,8 @@ LATE_OTHERS = 2.0
 """[times the squared error] By which other trials would err more with the delay of a late one. Why: a robot
 that is late is late in all of them."""
 DRIVEN_SHARE = 0.5
-"""[share of a late trial's drive of an input] By which another trial drives it, at least, to say that it is not
-late. Why: assumed; a lag, or a dead-band, of one channel shows only where that channel is driven."""
+"""[share of a late trial's drive of an input] By which another trial drives it, at least, to say that it is
+not late. Why: assumed; a lag, or a dead-band, of one channel shows only where that channel is driven."""
 LONE_FOLLOWS_SHARE = 0.5
 """[share of a trial's variance] Less of it in what the model says, now or earlier, and it follows nothing.
 Why: assumed; with causes of the list a trial followed by less in 3 of 123 sound data sets, but not alone."""

@@ -133,7 +133,8 @@ def new_shapes_as_they_are(cause: Cause, earlier: RobotSpec) -> Cause:
 def change_of(parameter: FittedParameter, share: float, backward: bool = False) -> FittedParameter:
     """Return a number's change, its interval wider by a share of it.
 
-    A number that changed from an infinite value, or from none, is told as it is. `backward`: it is what went away.
+    A number that changed from an infinite value, or from none, is told as it is. `backward`: what went
+    away.
     """
     null = parameter.null
     if null is None or not math.isfinite(null):

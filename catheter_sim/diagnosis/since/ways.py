@@ -6,9 +6,9 @@ cause that cannot be negative cannot explain by how much less of it there is. So
 the earlier recording's own causes, where its own diagnosis believes them; and backward, the earlier recording
 explained by what it has and the later one has not.
 
-And what both share is known where both were given the same commands; elsewhere it is a smooth guess, which may
-be grossly wrong far from what the earlier recording holds, so that a sound trial of the later one looks like
-another robot's. Where its data look wrong, but not by themselves, only the trials that pair are asked.
+And what both share is known where both were given the same commands; elsewhere it is a smooth guess, which
+may be grossly wrong far from what the earlier recording holds, so that a sound trial of the later one looks
+like another robot's. Where its data look wrong, but not by themselves, only the trials that pair are asked.
 """
 
 from __future__ import annotations
