@@ -11,8 +11,8 @@ import pytest
 
 import catheter_sim as cs
 from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.report.result import FittedParameter
-from catheter_sim.diagnosis.since.compare import change_of
+from catheter_sim.diagnosis.report.result import Cause, FittedParameter
+from catheter_sim.diagnosis.since.compare import change_of, new_shapes_as_they_are
 from catheter_sim.diagnosis.since.from_report import is_report, recording_of_report
 
 ROBOT = "mitral_transseptal"
@@ -67,6 +67,18 @@ def test_what_went_away_is_told_with_the_other_sign() -> None:
     assert change_of(had, 0.1).ci95 == pytest.approx((0.35, 0.75))
     spring = FittedParameter(3.0, (2.0, 4.0), np.inf)
     assert change_of(spring, 0.1, backward=True) is spring
+
+
+def test_a_time_constant_that_is_new_is_told_as_it_is() -> None:
+    """It has changed from nothing; of a robot that crept already it has changed."""
+    size, constant_s = FittedParameter(0.08, (0.07, 0.09), 0.0), FittedParameter(16.0, (13.0, 19.0), 60.0)
+    creep = Cause("drift", {"creep": size, "creep_time_s": constant_s}, 80.0)
+    plain = cs.load_robot(ROBOT)
+    told = new_shapes_as_they_are(creep, plain)
+    assert change_of(told.parameters["creep_time_s"], 0.1).value == 16.0
+    assert change_of(told.parameters["creep"], 0.0).value == pytest.approx(0.08)
+    had = cs.load_robot(ROBOT, {"effects.drift.creep": 0.1, "effects.drift.creep_time_s": 60.0})
+    assert change_of(new_shapes_as_they_are(creep, had).parameters["creep_time_s"], 0.0).value == -44.0
 
 
 @pytest.mark.slow

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_readings import COLUMNS, LENGTHS_MM, TRIALS, arc, causes, changed, noisy, pull_of, seen, truth
@@ -128,6 +130,18 @@ def test_one_trial_that_is_late_alone():
     steps_s = [4.0, 4.0, 0.8, 4.0, 4.0, 4.0]
     late = changed(lambda k, v: shifted(v, round(4.0 / steps_s[k])))
     assert outputs_out_of_step(seen(late, steps_s=steps_s)) == ()
+
+
+def test_a_late_trial_needs_others_to_say_so():
+    """No fault where nothing else drives its channel, or where the others are explained no better."""
+    alone = changed(lambda k, v: shifted(v, 5) if k == 2 else v)
+    found = seen(alone)
+    trials = list(found.trials)
+    elsewhere = replace(trials[2].inputs, tendon=trials[2].inputs.tendon[:, ::-1])
+    trials[2] = replace(trials[2], inputs=elsewhere)
+    assert outputs_out_of_step(replace(found, trials=trials)) == ()
+    scattered = [values if k == 2 else noisy(values, 20 + k, 2.0) for k, values in enumerate(alone)]
+    assert outputs_out_of_step(seen(scattered)) == ()
 
 
 def test_trials_that_stand_out():
