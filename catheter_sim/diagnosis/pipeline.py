@@ -34,6 +34,7 @@ from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed, replay_in_m
 from catheter_sim.diagnosis.stages.run import Run, running
 from catheter_sim.diagnosis.stages.score_hypotheses import score_hypotheses
 from catheter_sim.diagnosis.stages.widen_intervals import widen_intervals
+from catheter_sim.diagnosis.thresholds import MOST_CAUSES
 from catheter_sim.effects.apply import embodied
 from catheter_sim.modelling.build import build_mjcf
 
@@ -105,15 +106,18 @@ def diagnose_dataset(
     return investigate(dataset, place, progress, simulation, budget_s).diagnosis
 
 
-def diagnose_prepared(run: Run, prepared: Prepared, simulation: bool = True) -> Diagnosis:
+def diagnose_prepared(
+    run: Run, prepared: Prepared, simulation: bool = True, most: int = MOST_CAUSES
+) -> Diagnosis:
     """Return the diagnosis of measurements that can be fitted.
 
     Args:
         run: where to fit, and how to say what is being done.
         prepared: the measurements.
         simulation: replay the held-out trials in MuJoCo at the end.
+        most: causes that may be named; 0: none is, whatever explains the data.
     """
-    return investigate_prepared(run, prepared, simulation).diagnosis
+    return investigate_prepared(run, prepared, simulation, most).diagnosis
 
 
 @dataclass(frozen=True)
@@ -152,15 +156,20 @@ def investigate(
         return investigate_prepared(run, prepare(dataset), simulation)
 
 
-def investigate_prepared(run: Run, prepared: Prepared, simulation: bool = True) -> Investigation:
-    """Return the diagnosis of measurements that can be fitted, with its hypotheses."""
+def investigate_prepared(
+    run: Run, prepared: Prepared, simulation: bool = True, most: int = MOST_CAUSES
+) -> Investigation:
+    """Return the diagnosis of measurements that can be fitted, with its hypotheses; arguments as of
+    `diagnose_prepared`."""
     posed = pose(prepared)
     before = calibrate(posed)
     faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
-    choice = choose_causes(run, posed, faults)
+    choice = choose_causes(run, posed, faults, most)
     settled, verdict, replayed = _settle(run, posed, before, choice, faults, simulation)
     scores = score_hypotheses(run, posed, choice, settled, verdict)
-    part, in_part = name_in_part(run, posed, before, settled, verdict, scores)
+    part, in_part = settled, verdict
+    if most > 0:
+        part, in_part = name_in_part(run, posed, before, settled, verdict, scores)
     if in_part is not verdict:
         again = replay_in_mujoco(run, posed, in_part, simulation)
         if weigh_again(part, in_part, again).weighed.after is part.weighed.after:

@@ -534,6 +534,13 @@ MOST_MODEL_SHARE = 0.8
 """[share of the change] The same of a robot in motion, where nothing that follows from the commands tells the
 rest, at most. Why: learned from a real trunk, whose swings differ by as much as 100 g move it (0.79 left);
 a third of the squares must be told. Wrong names that it lets through have not been counted."""
+LIKELY = 0.75
+"""[probability] Of each change that a further way of telling names, at least. Why: assumed, three to one;
+each way is one more chance to name what is not there."""
+ONE_ROBOT_TIMES = 1.25
+"""[times the error] That one robot, or a simpler telling, leaves of both recordings, below which it is as
+good. Why: learned on 21 tuning draws: 0.5 and 1.0 where a change was told wrongly, 1.6 to 18 where
+it was there."""
 BASELINE_BUDGET = 0.4
 """[share of the budget] For explaining the earlier recording. Why: assumed; the later one's search is the
 longer one where the earlier robot fits."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,14 +13,16 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.base_frame.registration import Registration
 from catheter_sim.diagnosis.data.columns import unit_of
-from catheter_sim.diagnosis.data.trials import Dataset, measured_of
+from catheter_sim.diagnosis.data.trials import Dataset, Trial, measured_of
 from catheter_sim.diagnosis.fitting.prediction import robot_with
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.stretches import blocks_of
+from catheter_sim.diagnosis.notes import Note
+from catheter_sim.diagnosis.report.wording import listed
 from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
 from catheter_sim.diagnosis.stages.calibrate import calibrate
 from catheter_sim.diagnosis.stages.choose_causes import choose_causes
-from catheter_sim.diagnosis.stages.find_data_faults import find_data_faults
+from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_faults
 from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.prepare import prepare
 from catheter_sim.diagnosis.stages.run import Run
@@ -29,6 +31,8 @@ from catheter_sim.diagnosis.verdict.discrepancy import explained
 from catheter_sim.errors import InputError
 from catheter_sim.theory.predict import Prediction
 
+LEFT_OUT = "earlier_trials_left_out"
+
 
 @dataclass(frozen=True)
 class Baseline:
@@ -36,6 +40,7 @@ class Baseline:
 
     Attributes:
         name: of its data set.
+        dataset: it, in the robot's base frame.
         robot: calibrated, with the causes that explain it, believed or not.
         inputs: of each of its trials.
         errors: measured minus computed, of each trial, shape (r, o), in file units; NaN where missing.
@@ -45,9 +50,11 @@ class Baseline:
         twin: what fits go by.
         misfit: its largest error over the noise, of any unit.
         relative_error: its largest error over the spread of what was measured, of any unit.
+        notes: on trials that were left out.
     """
 
     name: str
+    dataset: Dataset
     robot: RobotSpec
     inputs: tuple[Inputs, ...]
     errors: tuple[Array, ...]
@@ -57,6 +64,7 @@ class Baseline:
     twin: Prediction
     misfit: float
     relative_error: float
+    notes: tuple[Note, ...] = ()
 
 
 def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
@@ -71,6 +79,8 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
         is_paired: the later one's rows pair with its rows. What both share then cancels, and no causes are
             looked for; the specimen's numbers alone are calibrated.
 
+    Trials that look wrong are left out, if most do not.
+
     Raises:
         InputError: the recording looks wrong by itself.
     """
@@ -80,7 +90,7 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
     before = calibrate(posed)
     faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
     if faults.found:
-        raise InputError(f"{dataset.folder}: nothing can be compared with it: {faults.found[0].words}")
+        return baseline(run, _without_wrong_trials(dataset, faults), is_paired)
     chosen = before.fit
     if not is_paired:
         left_s = run.deadline - time.monotonic()
@@ -88,15 +98,13 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
         chosen = choose_causes(hurried, posed, faults).fit
     robot = robot_with(posed.train, chosen.numbers, chosen.x)
     trials = posed.dataset.trials
-    errors = tuple(
-        measured_of(trial, posed.train.columns) - posed.train.twin([robot], trial.inputs, 1)[0]
-        for trial in trials
-    )
+    errors = errors_with(posed.train, robot, trials)
     sizes = by_unit(posed.train.columns, np.concatenate(errors))
     measured = np.concatenate([measured_of(trial, posed.train.columns) for trial in trials])
     spread = by_unit(posed.train.columns, measured - np.nanmean(measured, axis=0))
     return Baseline(
         name=dataset.name,
+        dataset=posed.dataset,
         robot=robot,
         inputs=tuple(trial.inputs for trial in trials),
         errors=errors,
@@ -106,7 +114,45 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
         twin=prepared.twin,
         misfit=max(size / max(before.noise.get(unit, 0.0), 1e-12) for unit, size in sizes.items()),
         relative_error=max(size / max(spread[unit], 1e-12) for unit, size in sizes.items()),
+        notes=tuple(note for note in dataset.notes if note.code == LEFT_OUT),
     )
+
+
+def errors_with(problem: Problem, robot: RobotSpec, trials: Sequence[Trial]) -> tuple[Array, ...]:
+    """Return measured minus computed of each trial, shape (r, o), in file units; NaN where missing."""
+    return tuple(
+        measured_of(trial, problem.columns) - problem.twin([robot], trial.inputs, 1)[0] for trial in trials
+    )
+
+
+def _without_wrong_trials(dataset: Dataset, faults: Faults) -> Dataset:
+    """Return an earlier recording without the trials that look wrong, with a note.
+
+    Raises:
+        InputError: it looks wrong as a whole, or fewer than two trials, or half of them, would be left.
+    """
+    wrong = {item.where for item in faults.found}
+    kept = tuple(replace(trial, role="") for trial in dataset.trials if trial.file not in wrong)
+    left_out = len(dataset.trials) - len(kept)
+    if left_out < len(wrong) or len(kept) < 2 or left_out >= len(kept):
+        raise InputError(f"{dataset.folder}: nothing can be compared with it: {faults.found[0].words}")
+    note = Note(
+        LEFT_OUT,
+        f"Of the earlier recording {listed(sorted(wrong))} was left out. {faults.found[0].words}",
+    )
+    return replace(dataset, trials=kept, notes=(*dataset.notes, note))
+
+
+def left_by_unit(base: Baseline, later: Sequence[Trial], robot: RobotSpec) -> Mapping[str, float]:
+    """Return what is left of both recordings, root mean square by unit.
+
+    Args:
+        base: the earlier one.
+        later: the later one's trials, without what it shares with that.
+        robot: the later one's.
+    """
+    errors = (*base.errors, *errors_with(base.problem, robot, later))
+    return by_unit(base.columns, np.concatenate(errors))
 
 
 def smooth_errors(base: Baseline, there: Problem) -> tuple[Array, ...]:

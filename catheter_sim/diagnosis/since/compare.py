@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Dataset
@@ -15,10 +16,11 @@ from catheter_sim.diagnosis.report.result import (
     Diagnosis,
     FittedParameter,
 )
-from catheter_sim.diagnosis.since.baseline import Baseline
+from catheter_sim.diagnosis.since.baseline import Baseline, left_by_unit
 from catheter_sim.diagnosis.since.differences import Differences
 from catheter_sim.diagnosis.since.from_report import Earlier
 from catheter_sim.diagnosis.stages.run import Run
+from catheter_sim.diagnosis.thresholds import MOST_CAUSES
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError
 
@@ -40,6 +42,7 @@ class Comparison:
         relative_error: of the earlier recording's model, beside what moved. It is wrong by about as much
             about how much a change does, so that every change's interval is widened by that share of it.
         backward: the earlier recording was explained by what it has and the later one has not.
+        left: of both recordings, root mean square by unit, by the earlier robot and the one that changed.
     """
 
     diagnosis: Diagnosis
@@ -49,6 +52,7 @@ class Comparison:
     paired_rows: int
     relative_error: float = 0.0
     backward: bool = False
+    left: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def verdict(self) -> str:
@@ -82,7 +86,9 @@ def check_pair(before: Earlier, after: Dataset) -> None:
         raise InputError(f"{after.folder}: both recordings need the same motion, held or dynamic")
 
 
-def compared(run: Run, base: Baseline, later: Differences, simulation: bool = True) -> Comparison:
+def compared(
+    run: Run, base: Baseline, later: Differences, simulation: bool = True, most: int = MOST_CAUSES
+) -> Comparison:
     """Return what changed.
 
     Args:
@@ -90,12 +96,21 @@ def compared(run: Run, base: Baseline, later: Differences, simulation: bool = Tr
         base: the earlier recording.
         later: the later one, without what it shares with that.
         simulation: replay the held-out trials in MuJoCo at the end.
+        most: causes that may be named.
     """
-    diagnosis = diagnose_prepared(run, later.prepared, simulation)
+    diagnosis = diagnose_prepared(run, later.prepared, simulation, most)
     causes = tuple(new_shapes_as_they_are(cause, base.robot) for cause in diagnosis.causes)
     diagnosis = replace(diagnosis, causes=causes)
     name = later.prepared.dataset.name
-    return Comparison(diagnosis, base.name, name, later.rows, later.paired_rows, base.relative_error)
+    return Comparison(
+        diagnosis,
+        base.name,
+        name,
+        later.rows,
+        later.paired_rows,
+        base.relative_error,
+        left=left_by_unit(base, later.prepared.dataset.trials, diagnosis.extended_robot),
+    )
 
 
 def compared_backward(run: Run, base: Baseline, earlier: Differences, simulation: bool = True) -> Comparison:

@@ -73,7 +73,7 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
         change = replace(base.problem, trials=train, every=1)
         made = replace(made, model_share=max(made.model_share, untold_share(change, base.robot)))
     prepared = Prepared(
-        made, train, heldout, unmoved(base.registration), base.twin, (*readings.notes, *frozen)
+        made, train, heldout, unmoved(base.registration), base.twin, (*readings.notes, *base.notes, *frozen)
     )
     rows = _measured_rows(readings)
     with_pair = [mine & (item.count > 0) for mine, item in zip(rows, pairs, strict=True)]

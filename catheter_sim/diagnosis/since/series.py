@@ -24,6 +24,7 @@ from catheter_sim.diagnosis.since.compare import Comparison, change_of, check_pa
 from catheter_sim.diagnosis.since.course import Course, course_of
 from catheter_sim.diagnosis.since.differences import Differences, differences
 from catheter_sim.diagnosis.since.from_report import Earlier
+from catheter_sim.diagnosis.since.one_robot import OneRobot
 from catheter_sim.diagnosis.since.pairing import share_paired
 from catheter_sim.diagnosis.since.ways import told_best
 from catheter_sim.diagnosis.stages.pose import pose
@@ -116,7 +117,8 @@ def compare_series(
         suspect = comparisons[0].verdict == DATA_SUSPECT
         if len(later) == 1 and not first.is_of_report and (suspect or found[0][0].misfit > NEAR_NOISE):
             more = replace(run, deadline=min(run.deadline, _soon_after(begun)))
-            comparisons[0] = told_best(more, first.dataset, after, comparisons[0], simulation)
+            same = None if paired else OneRobot(found[0][0], after, found[0][1])
+            comparisons[0] = told_best(more, first.dataset, after, comparisons[0], same, simulation)
         numbers = _numbers(found, comparisons) if len(later) > 1 else ()
     return Series(tuple(comparisons), tuple(numbers))
 

@@ -1,10 +1,11 @@
 """Other ways to tell two recordings apart, where taking away what both share does not end in one change.
 
-Of the earlier recording only the specimen's numbers are calibrated at first: what it has besides is taken
-away with its errors. That is right where causes add up. It is not of a dead-band beside a dead-band, and a
-cause that cannot be negative cannot explain by how much less of it there is. So two more ways are tried: from
-the earlier recording's own causes, where its own diagnosis believes them; and backward, the earlier recording
-explained by what it has and the later one has not.
+Of the earlier recording only the specimen's numbers are calibrated at first where the rows pair: what it has
+besides is taken away with its errors. That is right where causes add up. It is not of a dead-band beside a
+dead-band, and a cause that cannot be negative cannot explain by how much less of it there is. So more ways
+are tried: from the causes that explain the earlier recording best; from those that its own diagnosis
+believes; and backward, the earlier recording explained by what it has and the later one has not. Each is one
+more chance to name what is not there, so that it has to be sure.
 
 And what both share is known where both were given the same commands; elsewhere it is a smooth guess, which
 may be grossly wrong far from what the earlier recording holds, so that a sound trial of the later one looks
@@ -24,6 +25,7 @@ from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, UNEX
 from catheter_sim.diagnosis.since.baseline import baseline
 from catheter_sim.diagnosis.since.compare import CHANGED, Comparison, compared, compared_backward
 from catheter_sim.diagnosis.since.differences import differences
+from catheter_sim.diagnosis.since.one_robot import OneRobot
 from catheter_sim.diagnosis.since.pairing import share_paired, shares_paired
 from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
 from catheter_sim.diagnosis.stages.calibrate import calibrate
@@ -31,12 +33,14 @@ from catheter_sim.diagnosis.stages.find_data_faults import find_data_faults
 from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.prepare import prepare
 from catheter_sim.diagnosis.stages.run import Run
-from catheter_sim.diagnosis.thresholds import MOSTLY_PAIRED
+from catheter_sim.diagnosis.thresholds import LIKELY, MOSTLY_PAIRED, ONE_ROBOT_TIMES
 
 Way = Callable[[Run, Dataset, Dataset, bool], Comparison | None]
 
 
-def told_best(run: Run, before: Dataset, after: Dataset, found: Comparison, simulation: bool) -> Comparison:
+def told_best(
+    run: Run, before: Dataset, after: Dataset, found: Comparison, same: OneRobot | None, simulation: bool
+) -> Comparison:
     """Return what changed, told in the first way that names one change; else with the fewest numbers.
 
     Args:
@@ -44,20 +48,38 @@ def told_best(run: Run, before: Dataset, after: Dataset, found: Comparison, simu
         before, after: the recordings; the first holds more than its noise.
         found: what was told at first. Other ways are tried where it names several changes, or none of what
             there is.
+        same: asked before a change is told, where the rows do not pair.
         simulation: replay the held-out trials in MuJoCo at the end.
     """
     if found.verdict == DATA_SUSPECT and time.monotonic() < run.deadline:
         found = _of_paired_trials(run, before, after, simulation) or found
-    ways: tuple[Way, ...] = (_from_own_causes, _backward)
+    if same is not None and same.is_as_good(run, found):
+        return same.told(run, found, simulation)
+    ways: tuple[Way, ...] = (_from_best_causes, _from_own_causes, _backward)
+    if same is not None:
+        ways = ways[1:]  # it was the first
     for way in ways:
         if found.verdict not in (CHANGED, UNEXPLAINED) or len(found.changes) == 1:
             break
         if time.monotonic() >= run.deadline:
             break
         other = way(run, before, after, simulation)
-        if other is not None and other.verdict == CHANGED:
-            found = min(found, other, key=_numbers)
+        if other is None or not _tells_more(other, found):
+            continue
+        if same is None or not same.is_as_good(run, other):
+            found = other
     return found
+
+
+def _tells_more(other: Comparison, found: Comparison) -> bool:
+    """Return whether a further way names what the first did not, or not surely, or by more numbers."""
+    if other.verdict != CHANGED or any(cause.probability < LIKELY for cause in other.changes):
+        return False
+    worse = max(other.left[unit] / max(left, 1e-12) for unit, left in found.left.items())
+    if found.verdict == CHANGED:
+        unsure = any(cause.probability < LIKELY for cause in found.changes)
+        return worse < ONE_ROBOT_TIMES and (unsure or _numbers(other) < _numbers(found))
+    return worse < 1.0
 
 
 def _numbers(found: Comparison) -> float:
@@ -85,6 +107,12 @@ def _of_paired_trials(run: Run, before: Dataset, after: Dataset, simulation: boo
     dataset = replace(after, trials=tuple(kept), notes=(*after.notes, note))
     found = compared(run, base, differences(dataset, base), simulation)
     return None if found.verdict == DATA_SUSPECT else found
+
+
+def _from_best_causes(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison:
+    """Return what changed since the robot that explains the earlier recording best, believed or not."""
+    base = baseline(run, before, is_paired=False)
+    return compared(run, base, differences(after, base), simulation)
 
 
 def _from_own_causes(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison | None:
