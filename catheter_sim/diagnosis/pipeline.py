@@ -107,7 +107,11 @@ def diagnose_dataset(
 
 
 def diagnose_prepared(
-    run: Run, prepared: Prepared, simulation: bool = True, most: int = MOST_CAUSES
+    run: Run,
+    prepared: Prepared,
+    simulation: bool = True,
+    most: int = MOST_CAUSES,
+    chosen: Choice | None = None,
 ) -> Diagnosis:
     """Return the diagnosis of measurements that can be fitted.
 
@@ -116,8 +120,9 @@ def diagnose_prepared(
         prepared: the measurements.
         simulation: replay the held-out trials in MuJoCo at the end.
         most: causes that may be named; 0: none is, whatever explains the data.
+        chosen: the causes of these measurements, where they were looked for already.
     """
-    return investigate_prepared(run, prepared, simulation, most).diagnosis
+    return investigate_prepared(run, prepared, simulation, most, chosen).diagnosis
 
 
 @dataclass(frozen=True)
@@ -157,14 +162,18 @@ def investigate(
 
 
 def investigate_prepared(
-    run: Run, prepared: Prepared, simulation: bool = True, most: int = MOST_CAUSES
+    run: Run,
+    prepared: Prepared,
+    simulation: bool = True,
+    most: int = MOST_CAUSES,
+    chosen: Choice | None = None,
 ) -> Investigation:
     """Return the diagnosis of measurements that can be fitted, with its hypotheses; arguments as of
     `diagnose_prepared`."""
     posed = pose(prepared)
     before = calibrate(posed)
     faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
-    choice = choose_causes(run, posed, faults, most)
+    choice = chosen or choose_causes(run, posed, faults, most)
     settled, verdict, replayed = _settle(run, posed, before, choice, faults, simulation)
     scores = score_hypotheses(run, posed, choice, settled, verdict)
     part, in_part = settled, verdict

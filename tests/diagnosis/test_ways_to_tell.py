@@ -103,7 +103,7 @@ def test_a_wrong_trial_of_the_earlier_recording_is_left_out() -> None:
     assert [cause.name for cause in found.changes] == ["backlash"]
     (note,) = [item for item in found.result.diagnosis.notes if item.code == LEFT_OUT]
     assert sound.trials[1].file in note.text
-    with pytest.raises(cs.InputError, match="nothing can be compared with it: .*tip leaps"):
+    with pytest.raises(cs.InputError, match=r"nothing can be compared with it: .*tip leaps"):
         cs.compare(with_a_leap(with_a_leap(with_a_leap(sound, 1), 0), 3), second)
 
 

@@ -21,12 +21,12 @@ from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.wording import listed
 from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
 from catheter_sim.diagnosis.stages.calibrate import calibrate
-from catheter_sim.diagnosis.stages.choose_causes import choose_causes
+from catheter_sim.diagnosis.stages.choose_causes import Choice, choose_causes
 from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_faults
 from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.prepare import prepare
 from catheter_sim.diagnosis.stages.run import Run
-from catheter_sim.diagnosis.thresholds import BASELINE_BUDGET
+from catheter_sim.diagnosis.thresholds import BASELINE_BUDGET, MOST_CHANGES
 from catheter_sim.diagnosis.verdict.discrepancy import explained
 from catheter_sim.errors import InputError
 from catheter_sim.theory.predict import Prediction
@@ -51,6 +51,7 @@ class Baseline:
         misfit: its largest error over the noise, of any unit.
         relative_error: its largest error over the spread of what was measured, of any unit.
         notes: on trials that were left out.
+        choice: of its causes; None: none were looked for.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Baseline:
     misfit: float
     relative_error: float
     notes: tuple[Note, ...] = ()
+    choice: Choice | None = None
 
 
 def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
@@ -91,11 +93,12 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
     faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
     if faults.found:
         return baseline(run, _without_wrong_trials(dataset, faults), is_paired)
-    chosen = before.fit
+    choice, chosen = None, before.fit
     if not is_paired:
         left_s = run.deadline - time.monotonic()
         hurried = replace(run, deadline=time.monotonic() + BASELINE_BUDGET * left_s)
-        chosen = choose_causes(hurried, posed, faults).fit
+        choice = choose_causes(hurried, posed, faults, MOST_CHANGES)
+        chosen = choice.fit
     robot = robot_with(posed.train, chosen.numbers, chosen.x)
     trials = posed.dataset.trials
     errors = errors_with(posed.train, robot, trials)
@@ -115,6 +118,7 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
         misfit=max(size / max(before.noise.get(unit, 0.0), 1e-12) for unit, size in sizes.items()),
         relative_error=max(size / max(spread[unit], 1e-12) for unit, size in sizes.items()),
         notes=tuple(note for note in dataset.notes if note.code == LEFT_OUT),
+        choice=choice,
     )
 
 

@@ -20,7 +20,7 @@ from catheter_sim.diagnosis.since.baseline import Baseline, left_by_unit
 from catheter_sim.diagnosis.since.differences import Differences
 from catheter_sim.diagnosis.since.from_report import Earlier
 from catheter_sim.diagnosis.stages.run import Run
-from catheter_sim.diagnosis.thresholds import MOST_CAUSES
+from catheter_sim.diagnosis.thresholds import MOST_CHANGES
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError
 
@@ -87,7 +87,7 @@ def check_pair(before: Earlier, after: Dataset) -> None:
 
 
 def compared(
-    run: Run, base: Baseline, later: Differences, simulation: bool = True, most: int = MOST_CAUSES
+    run: Run, base: Baseline, later: Differences, simulation: bool = True, most: int = MOST_CHANGES
 ) -> Comparison:
     """Return what changed.
 

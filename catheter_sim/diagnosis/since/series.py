@@ -124,9 +124,9 @@ def compare_series(
 
 
 def _soon_after(begun: float) -> float:
-    """Return when a minute will have gone by, or three times the time since `begun` [s, `time.monotonic`]."""
+    """Return when a minute will have gone by, or as long as since `begun` [s, `time.monotonic`]."""
     now = time.monotonic()
-    return now + max(60.0, 3.0 * (now - begun))
+    return now + max(60.0, now - begun)
 
 
 def _with_a_share(run: Run, remaining: int) -> Run:

@@ -16,13 +16,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.pipeline import diagnose_prepared
 from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, UNEXPLAINED
-from catheter_sim.diagnosis.since.baseline import baseline
+from catheter_sim.diagnosis.since.baseline import Baseline, baseline
 from catheter_sim.diagnosis.since.compare import CHANGED, Comparison, compared, compared_backward
 from catheter_sim.diagnosis.since.differences import differences
 from catheter_sim.diagnosis.since.one_robot import OneRobot
@@ -33,9 +33,23 @@ from catheter_sim.diagnosis.stages.find_data_faults import find_data_faults
 from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.prepare import prepare
 from catheter_sim.diagnosis.stages.run import Run
-from catheter_sim.diagnosis.thresholds import LIKELY, MOSTLY_PAIRED, ONE_ROBOT_TIMES
+from catheter_sim.diagnosis.thresholds import LIKELY, MOST_CHANGES, MOSTLY_PAIRED, ONE_ROBOT_TIMES
 
-Way = Callable[[Run, Dataset, Dataset, bool], Comparison | None]
+
+@dataclass
+class _Earlier:
+    """An earlier recording, explained as well as causes can where that is first asked for."""
+
+    dataset: Dataset
+    found: Baseline | None
+
+    def explained(self, run: Run) -> Baseline:
+        if self.found is None:
+            self.found = baseline(run, self.dataset, is_paired=False)
+        return self.found
+
+
+Way = Callable[[Run, _Earlier, Dataset, bool], Comparison | None]
 
 
 def told_best(
@@ -58,12 +72,13 @@ def told_best(
     ways: tuple[Way, ...] = (_from_best_causes, _from_own_causes, _backward)
     if same is not None:
         ways = ways[1:]  # it was the first
+    earlier = _Earlier(before, None if same is None else same.base)
     for way in ways:
         if found.verdict not in (CHANGED, UNEXPLAINED) or len(found.changes) == 1:
             break
         if time.monotonic() >= run.deadline:
             break
-        other = way(run, before, after, simulation)
+        other = way(run, earlier, after, simulation)
         if other is None or not _tells_more(other, found):
             continue
         if same is None or not same.is_as_good(run, other):
@@ -109,15 +124,17 @@ def _of_paired_trials(run: Run, before: Dataset, after: Dataset, simulation: boo
     return None if found.verdict == DATA_SUSPECT else found
 
 
-def _from_best_causes(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison:
+def _from_best_causes(run: Run, earlier: _Earlier, after: Dataset, simulation: bool) -> Comparison:
     """Return what changed since the robot that explains the earlier recording best, believed or not."""
-    base = baseline(run, before, is_paired=False)
+    base = earlier.explained(run)
     return compared(run, base, differences(after, base), simulation)
 
 
-def _from_own_causes(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison | None:
+def _from_own_causes(run: Run, earlier: _Earlier, after: Dataset, simulation: bool) -> Comparison | None:
     """Return what changed since the robot that the earlier recording's own diagnosis found; None: none."""
-    own = diagnose_prepared(run, prepare(before), simulation=False)
+    base = earlier.explained(run)
+    before = earlier.dataset
+    own = diagnose_prepared(run, prepare(before), False, MOST_CHANGES, None if base.notes else base.choice)
     if own.verdict != CAUSE_FOUND or own.registration.get("applied"):
         return None
     known = replace(before, robot=own.extended_robot, calibration=())
@@ -125,7 +142,8 @@ def _from_own_causes(run: Run, before: Dataset, after: Dataset, simulation: bool
     return compared(run, base, differences(after, base), simulation)
 
 
-def _backward(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison | None:
+def _backward(run: Run, earlier: _Earlier, after: Dataset, simulation: bool) -> Comparison | None:
     """Return what changed, by what explains the earlier recording and the later one has not."""
+    before = earlier.dataset
     base = baseline(run, after, is_paired=share_paired(before, after) >= MOSTLY_PAIRED)
     return compared_backward(run, base, differences(before, base), simulation)
