@@ -26,7 +26,7 @@ from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_fau
 from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.prepare import prepare
 from catheter_sim.diagnosis.stages.run import Run
-from catheter_sim.diagnosis.thresholds import BASELINE_BUDGET, MOST_CHANGES
+from catheter_sim.diagnosis.thresholds import BASELINE_BUDGET, EARLIER_CAUSES
 from catheter_sim.diagnosis.verdict.discrepancy import explained
 from catheter_sim.errors import InputError
 from catheter_sim.theory.predict import Prediction
@@ -97,7 +97,7 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
     if not is_paired:
         left_s = run.deadline - time.monotonic()
         hurried = replace(run, deadline=time.monotonic() + BASELINE_BUDGET * left_s)
-        choice = choose_causes(hurried, posed, faults, MOST_CHANGES)
+        choice = choose_causes(hurried, posed, faults, EARLIER_CAUSES)
         chosen = choice.fit
     robot = robot_with(posed.train, chosen.numbers, chosen.x)
     trials = posed.dataset.trials

@@ -26,7 +26,7 @@ from catheter_sim.diagnosis.stages.find_data_faults import Faults
 from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.prepare import Prepared
 from catheter_sim.diagnosis.stages.run import Run
-from catheter_sim.diagnosis.thresholds import MOST_CHANGES, ONE_ROBOT_TIMES
+from catheter_sim.diagnosis.thresholds import EARLIER_CAUSES, ONE_ROBOT_TIMES
 
 
 @dataclass
@@ -82,7 +82,7 @@ def _one_robot(run: Run, base: Baseline, after: Dataset) -> RobotSpec:
     trials = (*_named(base.dataset.trials, "earlier"), *_named(moved.trials, "later"))
     both = replace(base.dataset, trials=trials)
     posed = pose(Prepared(both, *split(both), unmoved(base.registration), base.twin, ()))
-    chosen = choose_causes(run, posed, Faults(()), MOST_CHANGES).fit
+    chosen = choose_causes(run, posed, Faults(()), EARLIER_CAUSES).fit
     return robot_with(posed.train, chosen.numbers, chosen.x)
 
 

@@ -33,7 +33,7 @@ from catheter_sim.diagnosis.stages.find_data_faults import find_data_faults
 from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.prepare import prepare
 from catheter_sim.diagnosis.stages.run import Run
-from catheter_sim.diagnosis.thresholds import LIKELY, MOST_CHANGES, MOSTLY_PAIRED, ONE_ROBOT_TIMES
+from catheter_sim.diagnosis.thresholds import EARLIER_CAUSES, LIKELY, MOSTLY_PAIRED, ONE_ROBOT_TIMES
 
 
 @dataclass
@@ -134,7 +134,7 @@ def _from_own_causes(run: Run, earlier: _Earlier, after: Dataset, simulation: bo
     """Return what changed since the robot that the earlier recording's own diagnosis found; None: none."""
     base = earlier.explained(run)
     before = earlier.dataset
-    own = diagnose_prepared(run, prepare(before), False, MOST_CHANGES, None if base.notes else base.choice)
+    own = diagnose_prepared(run, prepare(before), False, EARLIER_CAUSES, None if base.notes else base.choice)
     if own.verdict != CAUSE_FOUND or own.registration.get("applied"):
         return None
     known = replace(before, robot=own.extended_robot, calibration=())
