@@ -19,7 +19,7 @@ from catheter_sim.diagnosis.since.compare import CHANGED, compared
 from catheter_sim.diagnosis.since.differences import differences
 from catheter_sim.diagnosis.since.one_robot import OneRobot
 from catheter_sim.diagnosis.since.pairing import shares_paired
-from catheter_sim.diagnosis.since.ways import _of_paired_trials, _tells_more
+from catheter_sim.diagnosis.since.ways import _backward, _Earlier, _of_paired_trials, _tells_more
 from catheter_sim.diagnosis.stages.run import Run, running
 
 OTHER_MM = (1.6, 2.0, 2.3)
@@ -105,6 +105,13 @@ def test_a_wrong_trial_of_the_earlier_recording_is_left_out() -> None:
     assert sound.trials[1].file in note.text
     with pytest.raises(cs.InputError, match=r"nothing can be compared with it: .*tip leaps"):
         cs.compare(with_a_leap(with_a_leap(with_a_leap(sound, 1), 0), 3), second)
+
+
+def test_a_later_recording_that_looks_wrong_is_not_asked_backward(run: Run) -> None:
+    """Nothing is told by it; what was told before stands."""
+    first, second = recording(1, HIDDEN), recording(2, HIDDEN)
+    silent = replace(second, trials=tuple(with_a_leap(second, 0).trials[:1] * 2))
+    assert _backward(run, _Earlier(first, None), silent, False) is None
 
 
 @pytest.mark.slow

@@ -34,6 +34,7 @@ from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.prepare import prepare
 from catheter_sim.diagnosis.stages.run import Run
 from catheter_sim.diagnosis.thresholds import EARLIER_CAUSES, LIKELY, MOSTLY_PAIRED, ONE_ROBOT_TIMES
+from catheter_sim.errors import InputError
 
 
 @dataclass
@@ -145,5 +146,8 @@ def _from_own_causes(run: Run, earlier: _Earlier, after: Dataset, simulation: bo
 def _backward(run: Run, earlier: _Earlier, after: Dataset, simulation: bool) -> Comparison | None:
     """Return what changed, by what explains the earlier recording and the later one has not."""
     before = earlier.dataset
-    base = baseline(run, after, is_paired=share_paired(before, after) >= MOSTLY_PAIRED)
+    try:
+        base = baseline(run, after, is_paired=share_paired(before, after) >= MOSTLY_PAIRED)
+    except InputError:  # the later recording looks wrong by itself: it explains nothing
+        return None
     return compared_backward(run, base, differences(before, base), simulation)
