@@ -1,6 +1,6 @@
 """Let nature make two recordings of a robot between which one thing changed, two or none, ask, and score.
 
-    python scripts/interventions.py --draws 200 --seed 1 --purpose judge -o results/interventions
+    python scripts/interventions.py --draws 200 --seed 3 --purpose judge -o results/interventions
 
 Of 200 draws one thing changes in 100, two in 20, nothing in 80. The recordings share the specimen's own
 errors and in half of the draws something that no diagnosis knows; the later one has the earlier one's

@@ -106,25 +106,6 @@ def diagnose_dataset(
     return investigate(dataset, place, progress, simulation, budget_s).diagnosis
 
 
-def diagnose_prepared(
-    run: Run,
-    prepared: Prepared,
-    simulation: bool = True,
-    most: int = MOST_CAUSES,
-    chosen: Choice | None = None,
-) -> Diagnosis:
-    """Return the diagnosis of measurements that can be fitted.
-
-    Args:
-        run: where to fit, and how to say what is being done.
-        prepared: the measurements.
-        simulation: replay the held-out trials in MuJoCo at the end.
-        most: causes that may be named; 0: none is, whatever explains the data.
-        chosen: the causes of these measurements, where they were looked for already.
-    """
-    return investigate_prepared(run, prepared, simulation, most, chosen).diagnosis
-
-
 @dataclass(frozen=True)
 class Investigation:
     """A diagnosis with the hypotheses that it weighed, for whoever plans what to measure next.
@@ -168,8 +149,15 @@ def investigate_prepared(
     most: int = MOST_CAUSES,
     chosen: Choice | None = None,
 ) -> Investigation:
-    """Return the diagnosis of measurements that can be fitted, with its hypotheses; arguments as of
-    `diagnose_prepared`."""
+    """Return the diagnosis of measurements that can be fitted, with its hypotheses.
+
+    Args:
+        run: where to fit, and how to say what is being done.
+        prepared: the measurements.
+        simulation: replay the held-out trials in MuJoCo at the end.
+        most: causes that may be named; 0: none is, whatever explains the data.
+        chosen: the causes of these measurements, where they were looked for already, whatever `most` is.
+    """
     posed = pose(prepared)
     before = calibrate(posed)
     faults = acquit_trials(run, posed, before, find_data_faults(posed, before))

@@ -39,10 +39,8 @@ class Baseline:
     """An earlier recording, explained as well as causes can.
 
     Attributes:
-        name: of its data set.
         dataset: it, in the robot's base frame.
         robot: calibrated, with the causes that explain it, believed or not.
-        inputs: of each of its trials.
         errors: measured minus computed, of each trial, shape (r, o), in file units; NaN where missing.
         columns: the outputs, shape (o,).
         problem: its trials.
@@ -54,10 +52,8 @@ class Baseline:
         choice: of its causes; None: none were looked for.
     """
 
-    name: str
     dataset: Dataset
     robot: RobotSpec
-    inputs: tuple[Inputs, ...]
     errors: tuple[Array, ...]
     columns: tuple[str, ...]
     problem: Problem
@@ -68,20 +64,28 @@ class Baseline:
     notes: tuple[Note, ...] = ()
     choice: Choice | None = None
 
+    @property
+    def name(self) -> str:
+        """Return the name of its data set."""
+        return self.dataset.name
+
+    @property
+    def inputs(self) -> tuple[Inputs, ...]:
+        """Return the inputs of each of its trials."""
+        return tuple(trial.inputs for trial in self.dataset.trials)
+
 
 def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
     """Return what an earlier recording says of the robot.
 
     Its best hypothesis is taken whether or not its causes would be named: whatever it soaks up, both
-    recordings share.
+    recordings share. Trials that look wrong are left out, if most do not.
 
     Args:
         run: where to fit.
         dataset: the earlier recording.
         is_paired: the later one's rows pair with its rows. What both share then cancels, and no causes are
             looked for; the specimen's numbers alone are calibrated.
-
-    Trials that look wrong are left out, if most do not.
 
     Raises:
         InputError: the recording looks wrong by itself.
@@ -106,10 +110,8 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
     measured = np.concatenate([measured_of(trial, posed.train.columns) for trial in trials])
     spread = by_unit(posed.train.columns, measured - np.nanmean(measured, axis=0))
     return Baseline(
-        name=dataset.name,
         dataset=posed.dataset,
         robot=robot,
-        inputs=tuple(trial.inputs for trial in trials),
         errors=errors,
         columns=posed.train.columns,
         problem=replace(posed.train, trials=trials),

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.pipeline import diagnose_prepared
+from catheter_sim.diagnosis.pipeline import investigate_prepared
 from catheter_sim.diagnosis.report.result import (
     CAUSE_FOUND,
     NO_DISCREPANCY,
@@ -98,7 +98,7 @@ def compared(
         simulation: replay the held-out trials in MuJoCo at the end.
         most: causes that may be named.
     """
-    diagnosis = diagnose_prepared(run, later.prepared, simulation, most)
+    diagnosis = investigate_prepared(run, later.prepared, simulation, most).diagnosis
     causes = tuple(new_shapes_as_they_are(cause, base.robot) for cause in diagnosis.causes)
     diagnosis = replace(diagnosis, causes=causes)
     name = later.prepared.dataset.name

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.notes import Note
-from catheter_sim.diagnosis.pipeline import diagnose_prepared
+from catheter_sim.diagnosis.pipeline import investigate_prepared
 from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, UNEXPLAINED
 from catheter_sim.diagnosis.since.baseline import Baseline, baseline
 from catheter_sim.diagnosis.since.compare import CHANGED, Comparison, compared, compared_backward
@@ -135,7 +135,8 @@ def _from_own_causes(run: Run, earlier: _Earlier, after: Dataset, simulation: bo
     """Return what changed since the robot that the earlier recording's own diagnosis found; None: none."""
     base = earlier.explained(run)
     before = earlier.dataset
-    own = diagnose_prepared(run, prepare(before), False, EARLIER_CAUSES, None if base.notes else base.choice)
+    choice = None if base.notes else base.choice
+    own = investigate_prepared(run, prepare(before), False, EARLIER_CAUSES, choice).diagnosis
     if own.verdict != CAUSE_FOUND or own.registration.get("applied"):
         return None
     known = replace(before, robot=own.extended_robot, calibration=())
