@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Iterable, Iterator
@@ -44,24 +45,26 @@ class Stages:
     """Says which stage long work is in.
 
     On a terminal one line holds the stage and a clock, and is gone at the end. Elsewhere each stage is a line
-    with the time since the beginning: "diagnose: choosing causes (12.3 s)".
+    with the time since the beginning, and how much there is: "diagnose: choosing causes (12.3 of 300 s)".
     """
 
-    def __init__(self, name: str, shown: bool, every_s: float = 0.0) -> None:
+    def __init__(self, name: str, shown: bool, every_s: float = 0.0, budget_s: float = math.inf) -> None:
         """Start the clock.
 
         Args:
             name: of the work; lines begin with it.
             shown: False: nothing is written at all.
             every_s: least time between two lines, and before the first one [s].
+            budget_s: what the work may take, for who reads it [s].
         """
         self._name, self._shown, self._every_s = name, shown, every_s
+        self._of = f" of {budget_s:g}" if math.isfinite(budget_s) else ""
         self._start = self._last = time.monotonic()
         self._bar: tqdm[Any] | None = None
         if shown and on_terminal():
             from tqdm import tqdm
 
-            self._bar = tqdm(bar_format="{desc} ({elapsed})", leave=False)
+            self._bar = tqdm(bar_format=f"{{desc}} ({{elapsed}}{self._of and self._of + ' s'})", leave=False)
 
     def say(self, stage: str) -> None:
         """Say that a stage begins."""
@@ -70,7 +73,7 @@ class Stages:
             return
         now = time.monotonic()
         if self._shown and now - self._last >= self._every_s:
-            note(f"{self._name}: {stage} ({now - self._start:.1f} s)")
+            note(f"{self._name}: {stage} ({now - self._start:.1f}{self._of} s)")
             self._last = now
 
     def __enter__(self) -> Stages:

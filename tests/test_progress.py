@@ -49,6 +49,13 @@ def test_a_stage_is_a_line_with_the_time_where_there_is_no_terminal(
     assert told.out == ""
 
 
+def test_a_stage_says_how_much_time_there_is(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a budget; without an end none is said."""
+    with Stages("diagnose", True, budget_s=300.0) as stages:
+        stages.say("calibrating")
+    assert re.fullmatch(r"diagnose: calibrating \(\d+\.\d of 300 s\)\n", capsys.readouterr().err)
+
+
 def test_a_library_that_was_not_asked_says_nothing(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

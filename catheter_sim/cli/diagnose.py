@@ -40,6 +40,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from catheter_sim.cli import arguments
+from catheter_sim.diagnosis.thresholds import COMPARING_BUDGET_S
 from catheter_sim.files import check_output_folder
 
 if TYPE_CHECKING:
@@ -68,8 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--budget",
         metavar="SECONDS",
         type=arguments.positive,
-        default=math.inf,
-        help="time after which the search for causes ends with the best so far; default: none",
+        help="time after which the search for causes ends with the best so far; default: "
+        f"{COMPARING_BUDGET_S:g} with --since, none without",
     )
 
 
@@ -86,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
         jobs=options.jobs,
         progress=True,
         dask=options.dask,
-        budget_s=options.budget,
+        budget_s=options.budget or math.inf,
     )
     print("\n".join(_lines(diagnosis)).replace("−", "-"))  # a minus sign that programs read
     print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml and the fitted series")
@@ -108,7 +109,7 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
         after,
         Workers(options.jobs, options.dask),
         progress=True,
-        budget_s=options.budget,
+        budget_s=options.budget or COMPARING_BUDGET_S,
     )
     found, several = series.last, len(series.comparisons) > 1
     write_comparison(found, folder, series if several else None)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from catheter_sim.diagnosis.thresholds import COMPARING_BUDGET_S
 from catheter_sim.errors import InputError
 from catheter_sim.public.arguments import path_of
 from catheter_sim.public.diagnoses import Diagnosis, number_of_jobs, parameter_listing, seconds_of
@@ -159,7 +159,7 @@ def compare(
     after: Dataset | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
-    budget_s: float = math.inf,
+    budget_s: float = COMPARING_BUDGET_S,
 ) -> Comparison:
     """Say what changed between two data sets of one robot.
 

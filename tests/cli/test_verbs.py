@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from cli_command import Run
 
+import catheter_sim as cs
 from catheter_sim.catalogue import ROBOTS, load_robot, robot_toml
 from catheter_sim.channels import (
     FORCE_CHANNELS,
@@ -21,6 +22,7 @@ from catheter_sim.channels import (
     read_inputs,
 )
 from catheter_sim.core.inputs import Inputs
+from catheter_sim.errors import InputError
 from catheter_sim.modelling.scene import robot_length
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import read_table
@@ -289,6 +291,28 @@ def test_diagnose_prints_the_verdict_and_its_figures(
         "next experiment: Pull slower.",
     ):
         assert text in ran.out, ran.out
+
+
+@pytest.mark.parametrize(("more", "budget_s"), [([], 300.0), (["--budget", "40"], 40.0)])
+def test_a_comparison_ends(
+    run: Run, monkeypatch: pytest.MonkeyPatch, more: list[str], budget_s: float
+) -> None:
+    """After five minutes where nothing else is asked for, by the command line and in Python."""
+    from catheter_sim.diagnosis.since import series
+    from catheter_sim.resources import assets_folder
+
+    asked: list[object] = []
+
+    def compare(*given: object, **named: object) -> None:
+        asked.append(named["budget_s"])
+        raise InputError("that is all")
+
+    monkeypatch.setattr(series, "compare_series", compare)
+    data = str(assets_folder() / "examples" / "opencr_v4")
+    assert run("diagnose", data, "--since", data, "-o", "out", *more).status == 2
+    with pytest.raises(InputError, match="that is all"):
+        cs.compare(data, data, **({"budget_s": budget_s} if more else {}))
+    assert asked == [budget_s, budget_s]
 
 
 @pytest.mark.slow

@@ -62,6 +62,16 @@ def chosen_form(dataset: Dataset, first: Term) -> tuple[Problem, Fit, Cause]:
 
 
 @pytest.mark.slow
+def test_no_form_is_tried_once_time_is_up() -> None:
+    """The hypothesis stays as it was found, though another form would be the right one."""
+    dataset = section_data({"rate": {"output_lag_s": 0.8}})
+    problem = training_problem(dataset, split(dataset)[0])
+    chosen = fit(problem, (LAG,), cross_validate=False)
+    assert in_best_forms(problem, chosen, deadline=0.0) is chosen
+    assert in_best_forms(problem, chosen) is not chosen
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("planted", "form", "term"),
     [

@@ -9,19 +9,26 @@ with fewer numbers it need only do as well.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from catheter_sim.diagnosis.causes.comparison import as_good, may_replace, pays
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.problem import Problem, Term, in_other_forms, with_fewer_rows
-from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls
+from catheter_sim.diagnosis.fitting.workers import SERIAL, OutOfTime, Workers, map_calls
 from catheter_sim.diagnosis.report.result import Cause
 from catheter_sim.diagnosis.thresholds import PAYS_CHANCE
 from catheter_sim.effects import EFFECTS
 
 
-def in_best_forms(problem: Problem, chosen: Fit, thorough: bool = False, pool: Workers = SERIAL) -> Fit:
+def in_best_forms(
+    problem: Problem,
+    chosen: Fit,
+    thorough: bool = False,
+    pool: Workers = SERIAL,
+    deadline: float = math.inf,
+) -> Fit:
     """Return the hypothesis with each of its causes in the form that explains left-out stretches best.
 
     Args:
@@ -29,13 +36,17 @@ def in_best_forms(problem: Problem, chosen: Fit, thorough: bool = False, pool: W
         chosen: the hypothesis, fitted to all training rows.
         thorough: as for `fit`.
         pool: where to fit.
+        deadline: on the clock of `time.monotonic`, after which no more forms are tried [s].
 
     Of a model in motion that is known to be wrong other forms would only mend the model, at minutes for each.
     """
     if problem.moving and problem.model_share:
         return chosen
     for _ in chosen.terms:  # one cause changes its form at a time, each once at most
-        now, others = _fitted(problem, chosen, pool, fewer=True)
+        try:
+            now, others = _fitted(problem, chosen, pool, fewer=True, deadline=deadline)
+        except OutOfTime:
+            break
         fits = [item for _, _, item in others]
         allowed = [item for item in fits if may_replace(problem, now, item)]
         better = [item for item in allowed if _taken(now, item, PAYS_CHANCE / len(fits))]
@@ -82,13 +93,16 @@ def with_forms(
 
 
 def _fitted(
-    problem: Problem, chosen: Fit, pool: Workers, fewer: bool = False
+    problem: Problem, chosen: Fit, pool: Workers, fewer: bool = False, deadline: float = math.inf
 ) -> tuple[Fit, list[tuple[str, str, Fit]]]:
     """Return the hypothesis fitted to rows to choose by, and the same with one cause in another form.
 
     Of these the cause, the form's name and the fit; of a form that is freed in several ways, one of each.
     Each starts where its form alone would lie: from the numbers of the one before a search may not get there.
     `fewer`: each also without the other causes.
+
+    Raises:
+        OutOfTime: before all are fitted.
     """
     few = with_fewer_rows(problem)
     others = list(_in_other_forms(problem, chosen))
@@ -96,13 +110,13 @@ def _fitted(
         return chosen, []
     several = len(chosen.terms) > 1 and not problem.moving  # there each fit costs minutes
     alone = [(few, (term,), chosen.values, False, False, True) for _, _, term, _ in others if several]
-    starts = [{**chosen.values, **item.values} for item in map_calls(pool, fit, alone)]
+    starts = [{**chosen.values, **item.values} for item in map_calls(pool, fit, alone, deadline)]
     calls, names = [(few, chosen.terms, chosen.values, True, False, True)], []
     for (cause, form, term, rest), start in zip(others, starts or [chosen.values] * len(others), strict=True):
         for beside in ((), rest) if fewer and several else (rest,):
             calls.append((few, (*beside, term), start, True, False, True))
             names.append((cause, form))
-    fits = map_calls(pool, fit, calls)
+    fits = map_calls(pool, fit, calls, deadline)
     return fits[0], [(*name, item) for name, item in zip(names, fits[1:], strict=True)]
 
 

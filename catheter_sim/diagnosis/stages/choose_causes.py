@@ -36,5 +36,5 @@ def choose_causes(run: Run, posed: Posed, faults: Faults, most: int = MOST_CAUSE
     run.say("fitting the chosen causes")
     chosen = selection.chosen
     fitted = fit(posed.train, chosen.terms, chosen.values, cross_validate=False, thorough=posed.thorough)
-    fitted = in_best_forms(posed.train, fitted, posed.thorough, run.pool)
+    fitted = in_best_forms(posed.train, fitted, posed.thorough, run.pool, run.deadline)
     return Choice(candidates, selection, fitted)

@@ -39,5 +39,5 @@ def running(place: Workers, progress: bool, budget_s: float = math.inf) -> Itera
     Raises:
         InputError: no scheduler answers, or Dask is not installed.
     """
-    with Stages("diagnose", progress) as stages, workers(place) as pool:
+    with Stages("diagnose", progress, budget_s=budget_s) as stages, workers(place) as pool:
         yield Run(pool, stages.say, time.monotonic() + budget_s)
