@@ -1,7 +1,7 @@
 """A draw: a stand-in with a hidden cause whose first data cannot tell which, and what one experiment brings.
 
-First data are what somebody takes who does not choose: a programme drawn of what the bench can play, in the
-sizes of every experiment. A draw counts if two causes or more are then believed above `UNDECIDED`, and rich
+First data are what somebody takes who has little time: five single pulls of two channels, none to the end of
+its range and none back. A draw counts if two causes or more are then believed above `UNDECIDED`, and rich
 data would tell the hidden one from the other open ones. The hidden cause follows `nature`'s laws; the
 diagnosis has no part in what is hidden or how large it is. Stand-ins that not even rich data would tell are
 kept apart, each with what the proposed experiment brings: what it settles there, it settles by chance.
@@ -39,6 +39,9 @@ UNDECIDED = 0.2
 ARMS = ("proposed", "fixed", "random")
 ATTEMPTS = 20  # stand-ins made for one draw
 _KEY = 83
+_PULLS = (("train", 0), ("train", 1), ("train", 0), ("heldout", 1), ("heldout", 0))  # role, which channel
+_PULL_ROWS = 14
+_PULL_SIZE = (0.4, 0.8)  # of the range
 _ROW_S = 1.0
 _SHARE = 0.1  # of what is hidden, at which it is compared with others
 
@@ -57,8 +60,7 @@ def drawn(seed: int, index: int, robots: Sequence[str]) -> dict[str, Any]:
         generator = np.random.default_rng((_KEY, seed, index, attempt))
         try:
             rig = stand_in(robot, [RANDOM], seed=int(generator.integers(2**31)))
-            first = _any_of(_library(rig), generator)
-            recordings = played(rig, first, "first")
+            recordings = first_data(rig, generator)
             found = investigate(dataset_from(rig, recordings, "first"))
         except InputError as error:
             result["refused"].append(str(error))
@@ -68,14 +70,13 @@ def drawn(seed: int, index: int, robots: Sequence[str]) -> dict[str, Any]:
             hidden = rig.answer()["hidden"][0]
             result["refused"].append(f"{hidden['cause']}.{hidden['form']}: {found.diagnosis.verdict}")
             continue
-        told: dict[str, Any] = {"hidden": rig.answer()["hidden"][0]}
-        told["first"] = said(found) | {"programme": first.words}
+        told: dict[str, Any] = {"hidden": rig.answer()["hidden"][0], "first": said(found)}
         told["apart"] = apart(rig, open_causes(beliefs))
         if tellable(told):
-            told["arms"] = _arms(rig, first, recordings, found, generator, ARMS)
+            told["arms"] = _arms(rig, recordings, found, generator, ARMS)
             result |= {"attempt": attempt, **told}
             break
-        told["arms"] = _arms(rig, first, recordings, found, generator, ARMS[:1])
+        told["arms"] = _arms(rig, recordings, found, generator, ARMS[:1])
         result["untellable"].append(told)
     result["seconds"] = round(time.monotonic() - begun, 1)
     return result
@@ -132,44 +133,37 @@ def said(found: Investigation) -> dict[str, Any]:
     }
 
 
-def played(rig: SimulatedRig, programme: Programme, name: str) -> list[Recording]:
-    """Return the recordings of an experiment, which a simulated bench has at once.
-
-    Raises:
-        InputError: the bench cannot play it.
-    """
-    plays = plays_of(programme.table, rig.robot, name)
-    found = [recorded(rig, play, role, inputs) for play, role, inputs in plays]
-    return [item for item in found if item is not None]
-
-
-def _library(rig: SimulatedRig) -> tuple[Programme, ...]:
-    """Return what the bench can play."""
-    bench = bench_of(input_channels(rig.robot), rig.limits.inputs, _ROW_S, rig.limits.duration_s)
-    return programmes_within(bench)
-
-
-def _any_of(library: Sequence[Programme], generator: np.random.Generator) -> Programme:
-    return library[int(generator.integers(len(library)))]
+def first_data(rig: SimulatedRig, generator: np.random.Generator) -> list[Recording]:
+    """Return five single pulls of two channels, or of the only one."""
+    columns = list(input_channels(rig.robot))
+    order = generator.permutation(len(columns))
+    found = []
+    for number, (role, which) in enumerate(_PULLS, start=1):
+        column = columns[int(order[which % len(columns)])]
+        size = generator.uniform(*_PULL_SIZE) * rig.limits.inputs[column][1]
+        values = {name: np.zeros(_PULL_ROWS) for name in columns}
+        values[column] = np.round(np.linspace(0.0, size, _PULL_ROWS), 4)
+        inputs = Table(_ROW_S * np.arange(float(_PULL_ROWS)), values, f"first_{number}")
+        recording = recorded(rig, f"first_{number}", role, inputs)
+        assert recording is not None  # a simulated bench answers at once
+        found.append(recording)
+    return found
 
 
 def _arms(
     rig: SimulatedRig,
-    first: Programme,
-    recordings: Sequence[Recording],
+    first: list[Recording],
     found: Investigation,
     generator: np.random.Generator,
     arms: Sequence[str],
 ) -> dict[str, Any]:
-    """Return what each way of choosing an experiment brings; all take as long as the proposed one.
-
-    What is drawn at random is another programme than that of the first data.
-    """
+    """Return what each way of choosing an experiment brings; all take as long as the proposed one."""
     proposal = best_after(found, rig.limits.inputs, rig.limits.duration_s)
     best = proposal.best.programme
     length_s = float(best.table.time_s[-1])
-    library = _library(rig)
-    other = _any_of([item for item in library if item.words != first.words], generator)
+    bench = bench_of(input_channels(rig.robot), rig.limits.inputs, _ROW_S, rig.limits.duration_s)
+    library = programmes_within(bench)
+    other = library[int(generator.integers(len(library)))]
     chosen = {
         "proposed": best,
         "fixed": lasting(_fixed(library), length_s),
@@ -183,7 +177,9 @@ def _arms(
             continue
         begun = time.monotonic()
         try:
-            data = dataset_from(rig, [*recordings, *played(rig, programme, arm)], arm)
+            plays = plays_of(programme.table, rig.robot, arm)
+            recordings = [recorded(rig, name, role, inputs) for name, role, inputs in plays]
+            data = dataset_from(rig, [*first, *(item for item in recordings if item is not None)], arm)
             end = said(investigate(data))
         except InputError as error:
             end = {"failure": str(error), "sure": [], "believed": {}}

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catheter_sim.blind_bench.next_experiments.draw import drawn, lasting, open_causes, played, tellable
+from catheter_sim.blind_bench.next_experiments.draw import drawn, first_data, lasting, open_causes, tellable
 from catheter_sim.blind_bench.next_experiments.table import as_text, interval, met_lines, settles, summary
 from catheter_sim.diagnosis.next_experiment.programmes import Programme
 from catheter_sim.lab.simulated import stand_in
@@ -86,19 +86,19 @@ def test_what_rich_data_cannot_tell_is_no_draw() -> None:
 
 
 @pytest.mark.slow
-def test_first_data_are_an_experiment() -> None:
-    """A programme of the bench in four sizes, two of them held out, within the range."""
+def test_first_data_are_single_pulls() -> None:
+    """Of two channels, out and not back, within the range; some held out."""
     rig = stand_in("mitral_4dof", ["actuation_gain.common=20"], seed=1)
-    table = Table(np.arange(4.0), {"displacement_bending_distal_mm": np.array([0.0, 1.0, 2.0, 0.0])}, "p")
-    found = played(rig, Programme("p", table), "first")
-    assert [(name, role) for name, role, _ in found] == [
-        ("first_1.csv", "train"),
-        ("first_2.csv", "train"),
-        ("first_3.csv", "heldout"),
-        ("first_4.csv", "heldout"),
-    ]
-    most = [table.columns["displacement_bending_distal_mm"].max() for _, _, table in found]
-    np.testing.assert_allclose(most, [2.0, 1.2, 1.6, 0.9])
+    found = first_data(rig, np.random.default_rng(1))
+    assert [role for _, role, _ in found] == ["train", "train", "train", "heldout", "heldout"]
+    moved = set()
+    for _, _, table in found:
+        for name, (_, most) in rig.limits.inputs.items():
+            steps = np.diff(table.columns[name])
+            assert (steps >= 0.0).all()
+            assert table.columns[name].max() < most
+            moved |= {name} if steps.any() else set()
+    assert len(moved) == 2
 
 
 @pytest.mark.slow
