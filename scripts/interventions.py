@@ -27,7 +27,13 @@ from catheter_sim.errors import InputError
 
 def main() -> int:
     """Run the bench; return the exit status: 1 where a line of the table is missed."""
-    options = parser_of(__doc__, draws=20).parse_args()
+    parser = parser_of(__doc__, draws=20)
+    parser.add_argument(
+        "--bare",
+        action="store_true",
+        help="leave out what both recordings hide, all else as it is: a control",
+    )
+    options = parser.parse_args()
     root = Path(options.output)
     try:
         robots = named_robots(options.robots, "--robots")
@@ -41,6 +47,7 @@ def main() -> int:
             robots,
             options.limit,
             on_score=keeping(options, root, scoring_code(), _say),
+            bare=options.bare,
         )
     except InputError as error:
         print(f"interventions: error: {error}", file=sys.stderr)

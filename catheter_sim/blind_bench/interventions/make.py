@@ -68,8 +68,15 @@ class Made:
     refused: tuple[str, ...]
 
 
-def make(purpose: str, seed: int, index: int, robots: Sequence[str] = tuple(BENCH_ROBOTS)) -> Made:
+def make(
+    purpose: str, seed: int, index: int, robots: Sequence[str] = tuple(BENCH_ROBOTS), bare: bool = False
+) -> Made:
     """Return a draw with its data; the arguments decide everything.
+
+    Args:
+        purpose, seed, index: of the draw.
+        robots: that are dealt.
+        bare: without what both recordings hide, all else as it is.
 
     Raises:
         CannotMake: none of the attempts gave data.
@@ -85,6 +92,7 @@ def make(purpose: str, seed: int, index: int, robots: Sequence[str] = tuple(BENC
             if shares_unknown(purpose, seed, index):
                 shared = (_unknown(recordings.before, purpose, generator, refused),)
             changed = _changed(recordings.after, story, purpose, shared, generator, refused)
+            shared = () if bare else shared
             clean = _outputs(recordings, shared, changed)
         except CannotMake as error:
             refused.append(str(error))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,15 +35,20 @@ def run_bench(
     robots: Sequence[str] = tuple(BENCH_ROBOTS),
     limit_s: float = 900.0,
     on_score: Callable[[dict[str, Any]], None] = lambda score: None,
+    bare: bool = False,
 ) -> list[dict[str, Any]]:
     """Return the scores of some draws of a seed, in order, `jobs` at a time.
+
+    `bare`: without what both recordings hide.
 
     Raises:
         InputError: the folder holds other draws.
     """
-    keep_settings(root, {"interventions": True, "purpose": purpose, "seed": seed, "robots": list(robots)})
+    settings = {"interventions": True, "purpose": purpose, "seed": seed, "robots": list(robots)}
+    keep_settings(root, settings | ({"bare": True} if bare else {}))
     todo = [Draw(purpose, seed, index, root, robots) for index in draws]
-    return run_draws(STEPS, todo, jobs, limit_s, compare_elsewhere, on_score)
+    steps = replace(STEPS, make=_make_bare) if bare else STEPS
+    return run_draws(steps, todo, jobs, limit_s, compare_elsewhere, on_score)
 
 
 def scoring_code() -> str:
@@ -56,6 +62,10 @@ def _making_code() -> str:
 
 def _make(draw: Draw, code: str) -> None:
     write_made(make(draw.purpose, draw.seed, draw.index, draw.robots), draw.folders, code)
+
+
+def _make_bare(draw: Draw, code: str) -> None:
+    write_made(make(draw.purpose, draw.seed, draw.index, draw.robots, bare=True), draw.folders, code)
 
 
 def _dealt(draw: Draw) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.blind_bench.interventions import deal, run
+from catheter_sim.blind_bench.interventions.make import make
 from catheter_sim.blind_bench.interventions.recordings import Recordings, drawn_recordings
 from catheter_sim.blind_bench.interventions.write import NEW, OLD
 from catheter_sim.blind_bench.nature import courses
@@ -148,3 +149,23 @@ def test_folder_of_other_draws_is_refused(tmp_path: Path) -> None:
     run.run_bench("tune", 1, (), tmp_path)
     with pytest.raises(InputError, match="another folder"):
         run.run_bench("tune", 2, (), tmp_path)
+
+
+def test_a_bare_draw_hides_nothing_in_both() -> None:
+    """The same change of the same size on the same robot, with the same commands and the same noise."""
+    index = first_draw(story="single", shares=True)
+    whole, bare = (make("tune", 3, index, ROBOTS, bare) for bare in (False, True))
+    assert (len(whole.shared), len(bare.shared)) == (1, 0)
+    assert whole.attempt == bare.attempt
+    (first, size), (second, again) = whole.changed[0], bare.changed[0]
+    assert (first.form.key, first.size, first.numbers) == (second.form.key, second.size, second.numbers)
+    np.testing.assert_array_equal(size, again)
+    assert whole.noise_kind == bare.noise_kind
+    assert any(
+        not np.array_equal(one, other, equal_nan=True)
+        for one, other in zip(whole.outputs[0], bare.outputs[0], strict=True)
+    )
+    without = clean_outputs(bare.recordings.before, [])
+    noise = bare.recordings.before.specimen.noise
+    for clean, measured in zip(without, bare.outputs[0], strict=True):
+        assert np.nanmedian(np.abs((measured - clean) / noise)) < 2.0
