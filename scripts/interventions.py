@@ -31,7 +31,7 @@ def main() -> int:
     parser.add_argument(
         "--bare",
         action="store_true",
-        help="leave out what both recordings hide, all else as it is: a control",
+        help="a control: without what both recordings hide, all else as it is",
     )
     options = parser.parse_args()
     root = Path(options.output)

@@ -151,6 +151,7 @@ def test_folder_of_other_draws_is_refused(tmp_path: Path) -> None:
         run.run_bench("tune", 2, (), tmp_path)
 
 
+@pytest.mark.slow
 def test_a_bare_draw_hides_nothing_in_both() -> None:
     """The same change of the same size on the same robot, with the same commands and the same noise."""
     index = first_draw(story="single", shares=True)
