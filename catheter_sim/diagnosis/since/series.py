@@ -29,7 +29,7 @@ from catheter_sim.diagnosis.since.pairing import share_paired
 from catheter_sim.diagnosis.since.ways import told_best
 from catheter_sim.diagnosis.stages.pose import pose
 from catheter_sim.diagnosis.stages.run import Run, running
-from catheter_sim.diagnosis.thresholds import MOSTLY_PAIRED, NEAR_NOISE
+from catheter_sim.diagnosis.thresholds import COMPARING_BUDGET_S, MOSTLY_PAIRED, NEAR_NOISE
 from catheter_sim.errors import InputError
 
 
@@ -79,7 +79,7 @@ def compare_series(
     place: Workers = SERIAL,
     progress: bool = False,
     simulation: bool = True,
-    budget_s: float = math.inf,
+    budget_s: float = COMPARING_BUDGET_S,
 ) -> Series:
     """Return what changed over several recordings of a robot.
 
