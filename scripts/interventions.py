@@ -34,6 +34,8 @@ def main() -> int:
         help="a control: without what both recordings hide, all else as it is",
     )
     options = parser.parse_args()
+    if options.bare and options.scores:
+        parser.error("--bare: its scores are not those of the bench, leave out --scores")
     root = Path(options.output)
     try:
         robots = named_robots(options.robots, "--robots")
