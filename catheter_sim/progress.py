@@ -58,13 +58,13 @@ class Stages:
             budget_s: what the work may take, for who reads it [s].
         """
         self._name, self._shown, self._every_s = name, shown, every_s
-        self._of = f" of {budget_s:g}" if math.isfinite(budget_s) else ""
+        self._of = f" of {budget_s:g} s" if math.isfinite(budget_s) else ""
         self._start = self._last = time.monotonic()
         self._bar: tqdm[Any] | None = None
         if shown and on_terminal():
             from tqdm import tqdm
 
-            self._bar = tqdm(bar_format=f"{{desc}} ({{elapsed}}{self._of and self._of + ' s'})", leave=False)
+            self._bar = tqdm(bar_format=f"{{desc}} ({{elapsed}}{self._of})", leave=False)
 
     def say(self, stage: str) -> None:
         """Say that a stage begins."""
@@ -73,7 +73,7 @@ class Stages:
             return
         now = time.monotonic()
         if self._shown and now - self._last >= self._every_s:
-            note(f"{self._name}: {stage} ({now - self._start:.1f}{self._of} s)")
+            note(f"{self._name}: {stage} ({now - self._start:.1f}{self._of or ' s'})")
             self._last = now
 
     def __enter__(self) -> Stages:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,7 @@ def run_bench(
     settings = {"interventions": True, "purpose": purpose, "seed": seed, "robots": list(robots)}
     keep_settings(root, settings | ({"bare": True} if bare else {}))
     todo = [Draw(purpose, seed, index, root, robots) for index in draws]
-    steps = replace(STEPS, make=_make_bare) if bare else STEPS
+    steps = replace(STEPS, make=partial(_make, bare=bare))
     return run_draws(steps, todo, jobs, limit_s, compare_elsewhere, on_score)
 
 
@@ -60,12 +61,8 @@ def _making_code() -> str:
     return making_code("blind_bench/interventions")
 
 
-def _make(draw: Draw, code: str) -> None:
-    write_made(make(draw.purpose, draw.seed, draw.index, draw.robots), draw.folders, code)
-
-
-def _make_bare(draw: Draw, code: str) -> None:
-    write_made(make(draw.purpose, draw.seed, draw.index, draw.robots, bare=True), draw.folders, code)
+def _make(draw: Draw, code: str, bare: bool = False) -> None:
+    write_made(make(draw.purpose, draw.seed, draw.index, draw.robots, bare), draw.folders, code)
 
 
 def _dealt(draw: Draw) -> dict[str, Any]:

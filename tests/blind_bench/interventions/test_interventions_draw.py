@@ -170,3 +170,12 @@ def test_a_bare_draw_hides_nothing_in_both() -> None:
     noise = bare.recordings.before.specimen.noise
     for clean, measured in zip(without, bare.outputs[0], strict=True):
         assert np.nanmedian(np.abs((measured - clean) / noise)) < 2.0
+
+
+def test_a_control_has_a_folder_of_its_own(tmp_path: Path) -> None:
+    """Its draws are not those of the bench, whichever came first."""
+    for first in (False, True):
+        root = tmp_path / str(first)
+        run.run_bench("tune", 3, [], root, bare=first)
+        with pytest.raises(InputError, match="other"):
+            run.run_bench("tune", 3, [], root, bare=not first)
