@@ -31,7 +31,7 @@ RANK = {
     **dict.fromkeys(
         ("pictures", "planning", "controllers", "envs", "diagnosis", "anatomy", "procedure", "viewer"), 6
     ),
-    **dict.fromkeys(("comparison", "examples", "exporting", "skeletons"), 6),
+    **dict.fromkeys(("comparison", "examples", "exporting", "foreign", "skeletons"), 6),
     **dict.fromkeys(("importing", "blind_bench", "validation", "speed", "public", "lab", "closed_loop"), 7),
     **dict.fromkeys(("cli", "__main__", "__init__"), 8),
 }

@@ -22,6 +22,10 @@ and may have:
                 NAME = { keys = [...], range = [lower, upper] }, or factor = [lower, upper] on each
   [map]         which column of a tracker's or a logger's own file is which channel; `catheter-sim import`
                 proposes it, docs/reference/dataset_toml.md has its keys
+Where robot is somebody's MJCF (arm.xml) and the inputs are its actuators' controls (control_<actuator>),
+causes that any model may have are asked of it: gain, offset, play, delay, damping, dry friction, stiffness,
+payload, the tracker's frame. Outputs are joint_<name>_deg or _mm, site_<name>_x_mm, body_<name>_x_mm and
+sensor_<name>; motion = "dynamic"; [conditions] settle_s: the first row is held so long before a trial begins.
 A file has at most 100000 rows. Stamps in epoch seconds will do: each trial's clock starts at its first row.
 The output folder gets diagnosis.json, report.html (opens without a network), model.xml and
 robot.toml (the extended robot, accepted wherever a robot id is), and the fitted series as CSV.
@@ -41,6 +45,7 @@ from typing import TYPE_CHECKING
 
 from catheter_sim.cli import arguments
 from catheter_sim.diagnosis.thresholds import COMPARING_BUDGET_S
+from catheter_sim.errors import InputError
 from catheter_sim.files import check_output_folder
 
 if TYPE_CHECKING:
@@ -77,6 +82,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Diagnose, then print the verdict and its figures."""
     folder = check_output_folder(options.output)
+    from catheter_sim.foreign.data import is_foreign
+
+    if is_foreign(options.dataset):
+        return _run_foreign(options, folder)
     if options.since:
         return _run_since(options, folder)
     from catheter_sim.diagnosis.pipeline import diagnose
@@ -91,6 +100,23 @@ def run(options: argparse.Namespace) -> int:
     )
     print("\n".join(_lines(diagnosis)).replace("−", "-"))  # a minus sign that programs read
     print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml and the fitted series")
+    return 0
+
+
+def _run_foreign(options: argparse.Namespace, folder: Path) -> int:
+    """Say what somebody's MJCF gets wrong."""
+    for name in ("since", "budget", "dask"):
+        if getattr(options, name):
+            raise InputError(f"{options.dataset}: --{name} is not for robots from somebody's MJCF")
+    from catheter_sim.foreign.diagnose import diagnose_foreign
+    from catheter_sim.foreign.report import lines, write_foreign
+
+    found = diagnose_foreign(options.dataset, options.jobs, progress=True)
+    left = write_foreign(found, folder)
+    print("\n".join(lines(found)))
+    if left:
+        print(f"not in model.xml, which cannot carry it: {', '.join(left)}")
+    print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml and the fitted series")
     return 0
 
 

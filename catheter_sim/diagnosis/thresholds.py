@@ -683,8 +683,8 @@ measured may never have shown it, as single pulls show no play; one in fifteen c
 SURE_BELIEF = 0.95
 """[probability] At which a closed loop takes a cause for found. Why: one answer in twenty may be wrong."""
 NATS_PER_MINUTE = 0.05
-"""[nat/minute] Price of an experiment's duration, played once. Why: on 21 stand-ins whose first data could not
-tell, every programme was played: what this price chose settled 17, in 3.5 minutes of four plays on average,
+"""[nat/minute] Price of an experiment's duration, played once. Why: every programme was played on 21 robots
+whose first data could not tell. What this price chose settled 17, in 3.5 minutes of four plays on average,
 what a tenth of it chose 15, in 7.7, and what four times it chose 15, in 2.4: beyond some length a programme
 tells no more, while what the model cannot follow still grows."""
 ROWS_AS_ONE = 4.0

@@ -40,6 +40,7 @@ NOT_JUDGED = (
     "envs",
     "examples.py",
     "exporting",
+    "foreign",
     "importing",
     "lab",
     "pictures",

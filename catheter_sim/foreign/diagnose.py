@@ -1,0 +1,273 @@
+"""What is wrong with somebody's MJCF, by measured data: which generic cause, how large, and what is gained.
+
+Every cause alone is tried in its variants, those first that a straight line promises most of; then a second
+one beside the best. Evidence of the training trials chooses (`fit`), trials that were held out say what was
+gained. The verdict is `cause_found` only where little is left on them.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from catheter_sim.core.posture import Array
+from catheter_sim.foreign.causes import Number, Variant, variants_of
+from catheter_sim.foreign.data import ForeignData, noise_of, read_foreign
+from catheter_sim.foreign.fit import Fit, Fitter
+from catheter_sim.foreign.thresholds import (
+    BLOCK_S,
+    DRY,
+    EXPLAINED_NOISE,
+    EXPLAINED_SHARE,
+    FAR_WORSE,
+    FITTED,
+    HALVINGS,
+    LAST_STEPS,
+    LEAST_CAUSES,
+    LEAST_GAIN,
+    NATS,
+    NOISE_SHARE,
+    SECOND_GAIN,
+    SECOND_SHARE,
+    STEP_NOISE,
+)
+from catheter_sim.foreign.twin import Runner
+from catheter_sim.progress import Stages
+
+CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED = "cause_found", "no_discrepancy", "unexplained"
+_SEED = 7
+_BOOTSTRAPS = 400
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A fit with what it leaves on trials that were held out.
+
+    Attributes:
+        fit: the numbers.
+        outputs: along each held-out trial, shape (r, o) each.
+        times_noise: root mean square of its errors there, in units of the noise.
+    """
+
+    fit: Fit
+    outputs: tuple[Array, ...]
+    times_noise: float
+
+
+@dataclass(frozen=True)
+class ForeignDiagnosis:
+    """What a diagnosis found.
+
+    Attributes:
+        data: the recordings.
+        noise: of each output, shape (o,), in the columns' units.
+        verdict: `CAUSE_FOUND`, `NO_DISCREPANCY` or `UNEXPLAINED`.
+        before: the model as it is.
+        best: the fit that was chosen; `before`, where none is better.
+        ranking: the model as it is, each cause alone and the pairs that were tried, most evidence first.
+        weights: share of the evidence of each single cause and of "none"; they add up to one. They have not
+            been compared with how often they are right.
+        indistinguishable: groups of single causes that explain the data alike.
+    """
+
+    data: ForeignData
+    noise: Array
+    verdict: str
+    before: Judged
+    best: Judged
+    ranking: tuple[Judged, ...]
+    weights: Mapping[str, float]
+    indistinguishable: tuple[tuple[str, ...], ...]
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """The causes that are named: none unless the verdict is `CAUSE_FOUND`."""
+        return self.best.fit.causes if self.verdict == CAUSE_FOUND else ()
+
+    def heldout_rms(self, judged: Judged) -> Mapping[str, float]:
+        """Return a fit's root mean square error on held-out trials by unit."""
+        squares: dict[str, list[Array]] = {}
+        for trial, outputs in zip(self.data.of("heldout"), judged.outputs, strict=True):
+            for k, column in enumerate(self.data.model.columns):
+                errors = outputs[:, k] - trial.outputs[:, k]
+                squares.setdefault(column.unit, []).append(errors[np.isfinite(errors)] ** 2)
+        return {unit: math.sqrt(float(np.mean(np.concatenate(parts)))) for unit, parts in squares.items()}
+
+    def gain_percent(self) -> tuple[float, float, float]:
+        """Return by how much the held-out error fell, in units of the noise, and its 95 % interval [%].
+
+        Stretches of `BLOCK_S` are drawn with replacement.
+        """
+        before, after = (self._block_squares(item) for item in (self.before, self.best))
+        generator = np.random.default_rng(_SEED)
+        drawn = generator.integers(len(before), size=(_BOOTSTRAPS, len(before)))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            gains = 100.0 * (1.0 - np.sqrt(after[drawn].sum(axis=1) / before[drawn].sum(axis=1)))
+        gain = 100.0 * (1.0 - math.sqrt(float(after.sum()) / max(float(before.sum()), 1e-30)))
+        low, high = np.nanpercentile(gains, (2.5, 97.5))
+        return gain, float(low), float(high)
+
+    def _block_squares(self, judged: Judged) -> Array:
+        found = []
+        for trial, outputs in zip(self.data.of("heldout"), judged.outputs, strict=True):
+            squares = np.nan_to_num(((outputs - trial.outputs) / self.noise) ** 2).sum(axis=1)
+            found.append(np.bincount(np.floor(trial.time_s / BLOCK_S).astype(int), weights=squares))
+        return np.concatenate(found)
+
+
+def diagnose_foreign(
+    folder: str | os.PathLike[str], jobs: int = 1, progress: bool = False
+) -> ForeignDiagnosis:
+    """Return what is wrong with the MJCF of a data set.
+
+    Args:
+        folder: of the data set.
+        jobs: simulations at a time.
+        progress: write stages to standard error.
+
+    Raises:
+        InputError: the folder, the model or a recording cannot be used.
+    """
+    return diagnosed(read_foreign(folder), jobs, progress)
+
+
+def diagnosed(data: ForeignData, jobs: int = 1, progress: bool = False) -> ForeignDiagnosis:
+    """Return what is wrong with the MJCF of recordings that were read."""
+    with Stages("diagnose", progress) as stages:
+        noise = noise_of(data.trials, NOISE_SHARE)
+        stages.say("the time step")
+        data = _stepped(data, noise, jobs)
+        runner = Runner(data.model, data.settle_s, jobs)
+        fitter = Fitter(runner, data.of("train"), noise)
+        stages.say("the model as it is")
+        judge = _Judge(data, runner, noise)
+        before = judge(fitter.nothing())
+        dry = max(before.times_noise, math.sqrt(before.fit.mean_square)) <= DRY
+        if dry:
+            return ForeignDiagnosis(data, noise, NO_DISCREPANCY, before, before, (before,), {"none": 1.0}, ())
+        stages.say("each cause alone")
+        singles = [judge(fit) for fit in _singles(fitter, before.fit, variants_of(data.model))]
+        best = max(singles, key=lambda item: item.fit.evidence)
+        last = judge(fitter.fit(best.fit.variants, best.fit.values, LAST_STEPS))
+        singles[singles.index(best)], best = last, last
+        stages.say("a second cause")
+        pairs = [judge(fit) for fit in _pairs(fitter, best.fit, variants_of(data.model))]
+        stages.say("the verdict")
+        chosen = _chosen(before, best, pairs)
+        ranking = sorted((before, *singles, *pairs), key=lambda item: -item.fit.evidence)
+        near = [item for item in singles if best.fit.evidence - item.fit.evidence < NATS]
+        group = tuple(item.fit.causes[0] for item in near)
+        alone = chosen is best and len(group) > 1
+        return ForeignDiagnosis(
+            data,
+            noise,
+            _verdict(before, chosen),
+            before,
+            chosen if chosen.fit.evidence > before.fit.evidence else before,
+            tuple(ranking),
+            _weights(before, singles),
+            (group,) if alone else (),
+        )
+
+
+def _stepped(data: ForeignData, noise: Array, jobs: int) -> ForeignData:
+    """Return the recordings with a model whose step is small enough for the noise.
+
+    The file's own step is halved until that changes what is simulated by no more than `STEP_NOISE`: what a
+    step leaves is no cause.
+    """
+    trials = data.of("train")
+
+    def outputs(own: ForeignData) -> Array:
+        return np.concatenate(Runner(own.model, own.settle_s, jobs).outputs([{}], trials)[0]) / noise
+
+    coarse = outputs(data)
+    for _ in range(HALVINGS):
+        step_s = 0.5 * float(data.model.simulated.opt.timestep)
+        finer = replace(data, model=replace(data.model, timestep_s=step_s))
+        fine = outputs(finer)
+        if math.sqrt(float(np.mean((fine - coarse) ** 2))) <= STEP_NOISE:
+            return data
+        data, coarse = finer, fine
+    return data
+
+
+class _Judge:
+    """Plays fits along the trials that were held out."""
+
+    def __init__(self, data: ForeignData, runner: Runner, noise: Array) -> None:
+        self._trials, self._runner, self._noise = data.of("heldout"), runner, noise
+
+    def __call__(self, fit: Fit) -> Judged:
+        outputs = self._runner.outputs([fit.values], self._trials)[0]
+        errors = [(own - t.outputs) / self._noise for own, t in zip(outputs, self._trials, strict=True)]
+        every = np.concatenate([item[np.isfinite(item)] for item in errors])
+        return Judged(fit, tuple(outputs), math.sqrt(float(np.mean(every**2))))
+
+
+def _singles(fitter: Fitter, nothing: Fit, variants: Sequence[Variant]) -> list[Fit]:
+    """Return the best fit of each cause alone."""
+    found: dict[str, Fit] = {}
+    for fit in _fits(fitter, nothing, variants, FITTED):
+        known = found.get(fit.causes[0])
+        if known is None or fit.evidence > known.evidence:
+            found[fit.causes[0]] = fit
+    return list(found.values())
+
+
+def _pairs(fitter: Fitter, first: Fit, variants: Sequence[Variant]) -> list[Fit]:
+    """Return fits of the best cause with the best promised variant of each other one."""
+    others = [item for item in variants if item.cause not in first.causes]
+    return _fits(fitter, first, others, 1)
+
+
+def _fits(fitter: Fitter, base: Fit, variants: Sequence[Variant], most: int) -> list[Fit]:
+    """Return fits of variants beside a base: of each cause those that a straight line promises most of."""
+    promised = fitter.promised(base, variants)
+    order = sorted(range(len(variants)), key=lambda k: -promised[k][0])
+    causes = list(dict.fromkeys(variants[k].cause for k in order))
+    least = promised[order[0]][0] - fitter.blocks * math.log(FAR_WORSE) if order else 0.0
+    found = []
+    for place, cause in enumerate(causes):
+        for k in [k for k in order if variants[k].cause == cause][:most]:
+            if promised[k][0] < least and place >= LEAST_CAUSES:
+                continue
+            start = dict(base.values) | _started(variants[k].numbers, promised[k][1])
+            found.append(fitter.fit((*base.variants, variants[k]), start))
+    return found
+
+
+def _started(numbers: Sequence[Number], share: Array) -> dict[Number, float]:
+    """Return where a fit starts: where a straight line ends, at a tenth of the numbers' starts at least."""
+    found = {}
+    for number, own in zip(numbers, share, strict=True):
+        moved = math.copysign(max(abs(float(own)), 0.1), float(own)) * (number.start - number.null)
+        found[number] = min(max(number.null + moved, number.lower), number.upper)
+    return found
+
+
+def _chosen(before: Judged, best: Judged, pairs: Sequence[Judged]) -> Judged:
+    """Return the best pair where evidence and held-out data both ask for a second cause, else the single."""
+    strongest = max(pairs, key=lambda item: item.fit.evidence, default=best)
+    asked = strongest.fit.evidence > best.fit.evidence + NATS
+    least = max(SECOND_GAIN * best.times_noise, SECOND_SHARE * before.times_noise)
+    return strongest if asked and best.times_noise - strongest.times_noise > least else best
+
+
+def _verdict(before: Judged, chosen: Judged) -> str:
+    gained = chosen.times_noise < (1.0 - LEAST_GAIN) * before.times_noise
+    evident = chosen.fit.evidence > before.fit.evidence + NATS
+    little = chosen.times_noise <= max(EXPLAINED_NOISE, EXPLAINED_SHARE * before.times_noise)
+    return CAUSE_FOUND if gained and evident and little else UNEXPLAINED
+
+
+def _weights(before: Judged, singles: Sequence[Judged]) -> dict[str, float]:
+    """Return the share of the evidence of single causes and of none."""
+    logs = {"none": before.fit.evidence} | {item.fit.causes[0]: item.fit.evidence for item in singles}
+    most = max(logs.values())
+    raw = {name: math.exp(value - most) for name, value in logs.items()}
+    return {name: value / sum(raw.values()) for name, value in raw.items()}

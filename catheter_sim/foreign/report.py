@@ -1,0 +1,216 @@
+"""The files of a diagnosis of a foreign model: `diagnosis.json`, `report.html`, `model.xml`, the series."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from catheter_sim.files import check_output_folder
+from catheter_sim.foreign.causes import SUMMARIES
+from catheter_sim.foreign.diagnose import CAUSE_FOUND, NO_DISCREPANCY, ForeignDiagnosis, Judged
+from catheter_sim.foreign.extended import extended_spec
+from catheter_sim.foreign.fit import Fit
+from catheter_sim.foreign.thresholds import SHOWN
+from catheter_sim.page.render import png_source, rendered
+from catheter_sim.tables import Table, replaced_when_whole, write_table
+
+_SIDES = 1.96
+_PANELS = 4  # of the picture
+
+
+def write_foreign(found: ForeignDiagnosis, output: str | Path) -> tuple[str, ...]:
+    """Write a diagnosis into a folder, which is made; return the names of what the model's file lacks."""
+    folder = check_output_folder(output)
+    folder.mkdir(parents=True, exist_ok=True)
+    spec, left = extended_spec(found.data.model, found.best.fit.values)
+    spec.compile()
+    with replaced_when_whole(folder / "model.xml") as file:
+        file.write(spec.to_xml())
+    with replaced_when_whole(folder / "diagnosis.json") as file:
+        json.dump(document(found, left), file, indent=1)
+    with replaced_when_whole(folder / "report.html") as file:
+        file.write(_page(found, document(found, left)))
+    for trial, before, after in zip(
+        found.data.of("heldout"), found.before.outputs, found.best.outputs, strict=True
+    ):
+        columns: dict[str, Any] = {}
+        for k, column in enumerate(found.data.model.columns):
+            columns |= {
+                f"measured_{column.name}": trial.outputs[:, k],
+                f"before_{column.name}": before[:, k],
+                f"after_{column.name}": after[:, k],
+            }
+        write_table(Table(trial.time_s, columns), folder / f"fitted_{Path(trial.file).stem}.csv")
+    return left
+
+
+def _page(found: ForeignDiagnosis, described: dict[str, Any]) -> str:
+    """Return `report.html`."""
+    named = found.verdict == CAUSE_FOUND
+    return rendered(
+        "catheter_sim.foreign",
+        "report.html",
+        {
+            "found": {"name": found.data.name, "robot": found.data.robot, "verdict": found.verdict},
+            "sentence": sentence(found),
+            "document": described,
+            "picture": png_source(_picture(found)),
+            "causes": described["causes"] or described["absorbs"],
+            "causes_title": "What the model lacks" if named else "What a fit would use to soak up the error",
+            "step_ms": 1e3 * described["timestep_s"],
+        },
+        {"short": lambda value: "-" if value is None else f"{value:.4g}"},
+    )
+
+
+def _picture(found: ForeignDiagnosis) -> bytes:
+    """Return the series of the first held-out trial, of the columns that err most at first, as a PNG."""
+    from matplotlib.figure import Figure  # here, as the command line's help is to be there at once
+
+    trial, before, after = found.data.of("heldout")[0], found.before.outputs[0], found.best.outputs[0]
+    errors = np.nanmean(((before - trial.outputs) / found.noise) ** 2, axis=0)
+    chosen = np.argsort(-np.nan_to_num(errors))[:_PANELS]
+    figure = Figure(figsize=(9.0, 1.0 + 1.7 * len(chosen)), layout="constrained")
+    panels = figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0]
+    for panel, k in zip(panels, chosen, strict=True):
+        column = found.data.model.columns[int(k)]
+        panel.plot(trial.time_s, trial.outputs[:, k], ".", color="0.6", ms=3)
+        panel.plot(trial.time_s, before[:, k], "--", color="#b5532a")
+        panel.plot(trial.time_s, after[:, k], color="#1f5f8b")
+        panel.set_ylabel(column.name, fontsize=8)
+    panels[-1].set_xlabel("time [s]")
+    file = BytesIO()
+    figure.savefig(file, format="png", dpi=110)
+    return file.getvalue()
+
+
+def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
+    """Return the document of `diagnosis.json`; keys are those of other robots where they mean the same."""
+    gain, low, high = found.gain_percent()
+    before, after = (found.heldout_rms(item) for item in (found.before, found.best))
+    noise = _noise_by_unit(found)
+    unit = max(before, key=lambda name: before[name] / noise[name])
+    named = _causes(found.best.fit, gain)
+    return {
+        "dataset": found.data.name,
+        "robot": found.data.robot,
+        "unit": unit,
+        "verdict": found.verdict,
+        "noise_floor": _round(noise[unit]),
+        "heldout": {
+            "rmse_before": _round(before[unit]),
+            "rmse_after": _round(after[unit]),
+            "gain_percent": _round(gain),
+            "gain_percent_ci95": [_round(low), _round(high)],
+        },
+        "causes": named if found.verdict == CAUSE_FOUND else [],
+        "absorbs": [] if found.verdict in (CAUSE_FOUND, NO_DISCREPANCY) else named,
+        "evidence_shares": {name: _round(value) for name, value in found.weights.items()},
+        "ranking": [_ranked(item) for item in found.ranking[:SHOWN]],
+        "indistinguishable": [list(group) for group in found.indistinguishable],
+        "next_experiment": "none is planned for models from somebody's MJCF",
+        "by_unit": {
+            name: {
+                "noise_floor": _round(noise[name]),
+                "rmse_before": _round(before[name]),
+                "rmse_after": _round(after[name]),
+            }
+            for name in before
+        },
+        "times_noise": {
+            "before": _round(found.before.times_noise),
+            "after": _round(found.best.times_noise),
+        },
+        "timestep_s": float(found.data.model.simulated.opt.timestep),
+        "not_in_model": list(left),
+    }
+
+
+def lines(found: ForeignDiagnosis) -> list[str]:
+    """Return what the command line says."""
+    said = [sentence(found), f"verdict: {found.verdict}"]
+    before, after, noise = (
+        found.heldout_rms(found.before),
+        found.heldout_rms(found.best),
+        _noise_by_unit(found),
+    )
+    said += [
+        f"held out, RMSE [{unit}]: {before[unit]:.3g} before, {after[unit]:.3g} after; "
+        f"noise {noise[unit]:.2g}"
+        for unit in before
+    ]
+    for cause in _causes(found.best.fit, found.gain_percent()[0]) if found.causes else ():
+        said.append(f"cause: {cause['name']} ({cause['form']})")
+        for name, value in cause["parameters"].items():
+            low, high = value["ci95"]
+            said.append(f"  {name} = {value['value']:.4g} (95 %: {low:.4g} to {high:.4g})")
+    said += [f"the data cannot tell apart: {', '.join(group)}" for group in found.indistinguishable]
+    own, used = (
+        float(model.opt.timestep) for model in (found.data.model.compiled, found.data.model.simulated)
+    )
+    if used < own:
+        said.append(f"note: simulated with steps of {1e3 * used:g} ms: the file's {1e3 * own:g} ms change it")
+    return said
+
+
+def sentence(found: ForeignDiagnosis) -> str:
+    """Return the verdict in words."""
+    before, after = found.before.times_noise, found.best.times_noise
+    if found.verdict == NO_DISCREPANCY:
+        return f"The model agrees with the data to {before:.2g} times their noise."
+    if found.verdict == CAUSE_FOUND:
+        words = " and ".join(f"{name.replace('_', ' ')} ({SUMMARIES[name]})" for name in found.causes)
+        return (
+            f"The model lacks {words}: held-out errors fall from {before:.3g} to {after:.3g} times the noise."
+        )
+    return (
+        f"The model errs by {before:.3g} times the noise, and no generic cause explains it: the best one "
+        f"leaves {after:.3g}."
+    )
+
+
+def _causes(fit: Fit, gain: float) -> list[dict[str, Any]]:
+    """Return a fit's causes as a document."""
+    return [
+        {
+            "name": variant.cause,
+            "form": variant.form,
+            "gain_percent": _round(gain),
+            "parameters": {
+                number.name: {
+                    "value": _round(fit.values[number]),
+                    "ci95": [
+                        _round(fit.values[number] - _SIDES * fit.spread[number]),
+                        _round(fit.values[number] + _SIDES * fit.spread[number]),
+                    ],
+                }
+                for number in variant.numbers
+            },
+        }
+        for variant in fit.variants
+    ]
+
+
+def _ranked(item: Judged) -> dict[str, Any]:
+    return {
+        "causes": list(item.fit.causes),
+        "heldout_times_noise": _round(item.times_noise),
+        "evidence": _round(item.fit.evidence),
+    }
+
+
+def _noise_by_unit(found: ForeignDiagnosis) -> Mapping[str, float]:
+    squares: dict[str, list[float]] = {}
+    for column, noise in zip(found.data.model.columns, found.noise, strict=True):
+        squares.setdefault(column.unit, []).append(float(noise) ** 2)
+    return {unit: float(np.sqrt(np.mean(values))) for unit, values in squares.items()}
+
+
+def _round(value: float) -> float | None:
+    """Return a number with six significant digits, None where it is not finite."""
+    return float(f"{value:.6g}") if np.isfinite(value) else None

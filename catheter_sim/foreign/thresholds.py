@@ -1,0 +1,23 @@
+"""Constants of the diagnosis of foreign models, each with its reason."""
+
+from __future__ import annotations
+
+LEAST_ROWS = 20  # of a trial: fewer do not show their noise
+NOISE_SHARE = 2e-4  # of a column's range: the least noise that is believed, where data are smoother than that
+DRY = 1.25  # times the noise: a model that errs by no more is not contradicted
+EXPLAINED_NOISE = 2.0  # times the noise: a model that errs by no more explains the data
+EXPLAINED_SHARE = 0.2  # of the error before: neither does one that leaves no more, whatever its noise
+LEAST_GAIN = 0.3  # of the error before that a cause must take away from held-out data
+STEP_NOISE = 0.5  # times the noise: a step is halved until what is simulated changes by less
+HALVINGS = 4  # of a step, at most
+BLOCK_S = 0.5  # rows closer than this err together, and count as one
+SECOND_GAIN = 0.15  # of the error after the first cause that a second one must take away,
+SECOND_SHARE = 0.03  # and of the error before: small differences of any model are taken up by some cause
+NATS = 5.0  # by which evidence must grow for a second cause, and within which two are not told apart
+FITTED = 2  # variants of a cause that are fitted, best first by what a straight line promises
+FAR_WORSE = 4.0  # times the error that the best variant promises: what promises more is not fitted, but of
+LEAST_CAUSES = 3  # so many causes
+STEPS = 6  # of a fit, of its Jacobian; those of the one that is chosen
+LAST_STEPS = 20
+SETTLED_RAD_PER_S = 1e-3  # slower than this a model rests
+SHOWN = 12  # sets of causes in a report's ranking
