@@ -171,9 +171,9 @@ def _payload(model: ForeignModel) -> Iterator[Variant]:
         own = max(float(compiled.body_subtreemass[compiled.body_rootid[body]]), 1e-6) * _GRAMS
         mass = Number(PAYLOAD, f"mass_{name}_g", 0.0, 0.05 * own, 0.0, 2.0 * own)
         yield Variant(PAYLOAD, f"at {name}", (mass,))
-        reach = 0.5 * float(compiled.stat.meansize) * _GRAMS
+        size = 1e3 * float(compiled.stat.extent)
         places = [
-            Number(PAYLOAD, f"place_{name}_{axis}_mm", 0.0, 0.2 * reach, -2.0 * reach, 2.0 * reach)
+            Number(PAYLOAD, f"place_{name}_{axis}_mm", 0.0, 0.05 * size, -0.5 * size, 0.5 * size)
             for axis in "xyz"
         ]
         yield Variant(PAYLOAD, f"beside {name}", (mass, *places))

@@ -33,6 +33,8 @@ from catheter_sim.foreign.thresholds import (
     NOISE_SHARE,
     SECOND_GAIN,
     SECOND_SHARE,
+    START_FAR,
+    START_SIZES,
     STEP_NOISE,
 )
 from catheter_sim.foreign.twin import Runner
@@ -236,18 +238,33 @@ def _fits(fitter: Fitter, base: Fit, variants: Sequence[Variant], most: int) -> 
         for k in [k for k in order if variants[k].cause == cause][:most]:
             if promised[k][0] < least and place >= LEAST_CAUSES:
                 continue
-            start = dict(base.values) | _started(variants[k].numbers, promised[k][1])
-            found.append(fitter.fit((*base.variants, variants[k]), start))
+            starts = [dict(base.values) | own for own in _starts(variants[k].numbers, promised[k][1])]
+            found.append(fitter.fit((*base.variants, variants[k]), fitter.best_of(starts)))
     return found
 
 
-def _started(numbers: Sequence[Number], share: Array) -> dict[Number, float]:
-    """Return where a fit starts: where a straight line ends, at a tenth of the numbers' starts at least."""
-    found = {}
-    for number, own in zip(numbers, share, strict=True):
-        moved = math.copysign(max(abs(float(own)), 0.1), float(own)) * (number.start - number.null)
-        found[number] = min(max(number.null + moved, number.lower), number.upper)
+def _starts(numbers: Sequence[Number], share: Array) -> list[dict[Number, float]]:
+    """Return where a fit may start: along a straight line's way, and numbers of no use alone to either side.
+
+    A number that does nothing while the others do nothing (a mass's place) has no straight line: it starts at
+    nothing, or far out.
+    """
+    first = [n for n, own in zip(numbers, share, strict=True) if own != 0.0]
+    ways = {n: float(own) for n, own in zip(numbers, share, strict=True)}
+    found = []
+    for size in START_SIZES:
+        found.append({n: _within(n, n.null + size * ways[n] * (n.start - n.null)) for n in numbers})
+    for number in numbers:
+        if number in first:
+            continue
+        for far in (-START_FAR, START_FAR):
+            moved = _within(number, number.null + far * (number.start - number.null))
+            found += [dict(own) | {number: moved} for own in found[: len(START_SIZES)]]
     return found
+
+
+def _within(number: Number, value: float) -> float:
+    return min(max(value, number.lower), number.upper)
 
 
 def _chosen(before: Judged, best: Judged, pairs: Sequence[Judged]) -> Judged:

@@ -90,13 +90,21 @@ class Fitter:
             found.append((self._evidence(square, len(base.values) + len(item.numbers)), share))
         return found
 
+    def best_of(self, starts: Sequence[Values]) -> Values:
+        """Return the one of several sets of numbers that leaves the least squares."""
+        squares = (self.residuals(starts) ** 2).mean(axis=1)
+        return starts[int(np.argmin(squares))]
+
     def nothing(self) -> Fit:
         """Return the model as it is."""
         square = float(np.mean(self.residuals([{}])[0] ** 2))
         return Fit((), {}, {}, square, self._evidence(square, 0))
 
     def fit(self, variants: Sequence[Variant], start: Values, steps: int = STEPS) -> Fit:
-        """Return the numbers of variants that leave the least squares, from a start, in so many steps."""
+        """Return the numbers of variants that leave the least squares, from a start, in so many steps.
+
+        A number on which the data say nothing is drawn to nothing: half its range counts as one noise.
+        """
         numbers = [number for item in variants for number in item.numbers]
         scale = np.array([number.scale for number in numbers])
         low = np.array([number.lower for number in numbers]) / scale
@@ -106,23 +114,28 @@ class Fitter:
         def values(at: Array) -> dict[Number, float]:
             return {number: float(v) for number, v in zip(numbers, at * scale, strict=True)}
 
+        nothing = np.array([number.null for number in numbers]) / scale
+        half = 0.5 * (high - low)
         known: dict[bytes, Array] = {}
 
         def errors(at: Array) -> Array:
             if at.tobytes() not in known:
                 known.clear()
-                known[at.tobytes()] = np.asarray(self.residuals([values(at)])[0])
+                own = self.residuals([values(at)])[0]
+                known[at.tobytes()] = np.concatenate([own, (at - nothing) / half])
             return known[at.tobytes()]
 
         def slopes(at: Array) -> Array:
             here = errors(at)
             moves = np.where(at + _STEP <= high, _STEP, -_STEP)
             found = self.residuals([values(at + move * unit) for move, unit in _each(moves)])
-            return np.asarray(((found - here) / moves[:, np.newaxis]).T)
+            steep = (found - here[: -len(at)]) / moves[:, np.newaxis]
+            return np.concatenate([steep.T, np.diag(1.0 / half)])
 
         end = least_squares(errors, x, jac=slopes, bounds=(low, high), max_nfev=steps, xtol=1e-4, ftol=1e-4)
-        square = float(np.mean(end.fun**2))
-        spread = _spread(end.jac, square * len(end.fun) / max(self.blocks, 1)) * scale
+        own = end.fun[: -len(numbers)]
+        square = float(np.mean(own**2))
+        spread = _spread(end.jac, square * len(own) / max(self.blocks, 1)) * scale
         return Fit(
             tuple(variants),
             values(end.x),

@@ -1,0 +1,83 @@
+"""Claims about what is found in a model that somebody else made, on two links in MuJoCo alone."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from recorded import write_dataset
+
+from catheter_sim.foreign.diagnose import CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED, diagnose_foreign
+
+BALL_G, PLACE_MM = 200.0, -125.0  # below the lower link's centre, which is half its length down
+
+
+def heavier(spec: mujoco.MjSpec) -> None:
+    ball = spec.body("lower").add_body(name="ball", pos=[0, 0, -0.25])
+    ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.02, 0, 0], mass=1e-3 * BALL_G, contype=0)
+
+
+def longer(spec: mujoco.MjSpec) -> None:
+    spec.body("lower").pos = [0, 0, -0.33]
+
+
+def softer(spec: mujoco.MjSpec) -> None:
+    for joint in spec.joints:
+        joint.stiffness = 6.0 * np.asarray(joint.stiffness)
+
+
+def more_gain(controls: np.ndarray) -> np.ndarray:
+    return controls * (1.0, 1.15)
+
+
+def late(controls: np.ndarray) -> np.ndarray:
+    return np.concatenate([np.repeat(controls[:1], 40, axis=0), controls[:-40]])
+
+
+def test_a_model_that_is_right_is_left_alone(tmp_path: Path) -> None:
+    found = diagnose_foreign(write_dataset(tmp_path))
+    assert (found.verdict, found.causes) == (NO_DISCREPANCY, ())
+    assert found.before.times_noise < 1.25
+
+
+@pytest.mark.parametrize(
+    ("command", "cause", "number", "value"),
+    [(more_gain, "actuation_gain", "scale_two", 1.15), (late, "delay", "delay_s", 0.04)],
+)
+def test_what_happens_to_commands_is_named_with_its_size(
+    command: Callable[[np.ndarray], np.ndarray], cause: str, number: str, value: float, tmp_path: Path
+) -> None:
+    found = diagnose_foreign(write_dataset(tmp_path, command=command))
+    assert (found.verdict, found.causes) == (CAUSE_FOUND, (cause,))
+    own = {item.name: fitted for item, fitted in found.best.fit.values.items()}
+    assert own[number] == pytest.approx(value, rel=0.02)
+    assert found.best.times_noise < 1.25
+
+
+def test_a_ball_on_a_link_is_weighed_and_found_where_it_hangs(tmp_path: Path) -> None:
+    found = diagnose_foreign(write_dataset(tmp_path, heavier))
+    assert found.causes == ("payload",)
+    own = {item.name: fitted for item, fitted in found.best.fit.values.items()}
+    assert own["mass_lower_g"] == pytest.approx(BALL_G, rel=0.03)
+    assert own["place_lower_z_mm"] == pytest.approx(PLACE_MM, rel=0.05)
+    assert abs(own["place_lower_y_mm"]) < 60.0  # along the hinges' axes, where data say nothing
+
+
+def test_a_cause_that_is_on_no_list_is_not_explained_by_one(tmp_path: Path) -> None:
+    found = diagnose_foreign(write_dataset(tmp_path, longer))
+    assert (found.verdict, found.causes) == (UNEXPLAINED, ())
+    assert found.best.times_noise > 5.0
+
+
+def test_springs_are_told_from_servos(tmp_path: Path) -> None:
+    found = diagnose_foreign(write_dataset(tmp_path, softer))
+    own = {item.name: fitted for item, fitted in found.best.fit.values.items()}
+    assert found.causes == ("stiffness",)
+    assert own["scale_springs"] == pytest.approx(6.0, rel=0.05)
