@@ -87,6 +87,7 @@ def _hang(
     at = np.array(model.compiled.body_ipos[body]) + np.array(place)
     hung = spec.bodies[body].add_body(name=f"{_LABEL}_{label}", pos=at)
     hung.mass, hung.inertia, hung.explicitinertial = 1e-3 * grams, [1e-12, 1e-12, 1e-12], True
+    hung.ipos = [0.0, 0.0, 0.0]  # without it MuJoCo puts the centre of mass where the body is in its parent
 
 
 def _commanded(model: ForeignModel, spec: mujoco.MjSpec, number: Number, value: float) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,11 +9,10 @@ import mujoco
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from recorded import write_dataset
-
 from catheter_sim.foreign.diagnose import CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED, diagnose_foreign
+from tests.foreign.recorded import write_dataset
+
+pytestmark = pytest.mark.slow
 
 BALL_G, PLACE_MM = 200.0, -125.0  # below the lower link's centre, which is half its length down
 

@@ -1,0 +1,116 @@
+"""Claims about data sets whose robot is somebody's MJCF: what is read, and what is refused in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from catheter_sim.errors import InputError
+from catheter_sim.foreign.data import is_foreign, noise_of, read_foreign
+from catheter_sim.foreign.twin import Trial
+from tests.foreign.recorded import FILE, text_of, write_dataset
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_dataset(tmp_path_factory.mktemp("data"))
+
+
+@pytest.fixture
+def copied(folder: Path, tmp_path: Path) -> Path:
+    for file in folder.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    return tmp_path
+
+
+def test_trials_are_read_with_their_roles(folder: Path) -> None:
+    data = read_foreign(folder)
+    assert [trial.role for trial in data.trials] == ["train", "heldout"]
+    assert [column.unit for column in data.model.columns] == ["deg", "deg", "mm", "mm"]
+    assert data.trials[0].controls.shape == (151, 2)
+
+
+def test_only_an_mjcf_that_is_driven_by_controls_is_foreign(folder: Path, copied: Path) -> None:
+    assert is_foreign(folder)
+    (copied / "dataset.toml").write_text(text_of(inputs='"tension_one_N"'))
+    assert not is_foreign(copied)
+    (copied / "dataset.toml").write_text(text_of(robot="neuroendoscope"))
+    assert not is_foreign(copied)
+    assert not is_foreign(copied / "nowhere")
+
+
+def written(text: str) -> Callable[[Path], None]:
+    return lambda folder: (folder / "dataset.toml").write_text(text)  # type: ignore[func-returns-value]
+
+
+def without_actuators(folder: Path) -> None:
+    text = FILE.read_text()
+    start, end = text.index("<actuator>"), text.index("</actuator>") + len("</actuator>")
+    (folder / "two_link.xml").write_text(text[:start] + text[end:])
+
+
+def broken(folder: Path) -> None:
+    (folder / "two_link.xml").write_text("<mujoco><worldbody><body></mujoco>")
+
+
+def cell(value: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        lines = (folder / "trial_1.csv").read_text().splitlines()
+        cells = lines[5].split(",")
+        lines[5] = ",".join([cells[0], value, *cells[2:]])
+        (folder / "trial_1.csv").write_text("\n".join(lines) + "\n")
+
+    return change
+
+
+def short(folder: Path) -> None:
+    lines = (folder / "trial_1.csv").read_text().splitlines()
+    (folder / "trial_1.csv").write_text("\n".join(lines[:12]) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (written(text_of(motion="held")), r'conditions.motion = .held.: "dynamic" is needed'),
+        (
+            written(text_of(inputs='"control_three"')),
+            "unknown input channel 'control_three'; choices: control_one",
+        ),
+        (
+            written(text_of().replace("site_end_x_mm", "site_tip_x_mm")),
+            "unknown output column 'site_tip_x_mm'",
+        ),
+        (
+            written(text_of().replace("motion", "settle_s = -1\nmotion")),
+            "settle_s = -1: must lie in 0 to 60 s",
+        ),
+        (written(text_of().replace("-9.81]", "nan]")), "three finite numbers|3 finite numbers"),
+        (written(text_of() + "[calibration]\n"), "unknown table 'calibration'"),
+        (written(text_of(robot="other.xml")), "other.xml: no such file"),
+        (written(text_of().split("[[trials]]")[0] + '[[trials]]\nfile = "trial_1.csv"\n'), "two at least"),
+        (without_actuators, "the model has no actuator"),
+        (broken, "two_link.xml: MuJoCo does not take it"),
+        (cell(""), "line 6: control_one: a number is needed"),
+        (cell("nan"), "control_one"),
+        (short, "11 rows: a trial needs 20 at least"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_one_line(
+    change: Callable[[Path], None], words: str, copied: Path
+) -> None:
+    change(copied)
+    with pytest.raises(InputError, match=words) as raised:
+        read_foreign(copied)
+    assert "\n" not in str(raised.value)
+
+
+def test_noise_is_told_from_motion() -> None:
+    generator = np.random.default_rng(3)
+    time_s = np.arange(0.0, 6.0, 0.02)
+    motion = np.stack([20.0 * np.sin(2.0 * time_s), np.full(len(time_s), 5.0)], axis=1)
+    outputs = motion + generator.normal(size=motion.shape) * (0.1, 0.4)
+    found = noise_of([Trial("a", "train", time_s, np.zeros((len(time_s), 1)), outputs)], 1e-4)
+    assert found == pytest.approx([0.1, 0.4], rel=0.15)

@@ -1,0 +1,120 @@
+"""Claims about what numbers of causes do to a model, against MuJoCo's own elements and by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from catheter_sim.foreign.causes import variants_of
+from catheter_sim.foreign.extended import extended_spec
+from catheter_sim.foreign.model import ForeignModel
+from catheter_sim.foreign.twin import Runner, Trial, add_mass, arriving_controls, changed
+from tests.foreign.recorded import FILE, OUTPUTS
+
+MODEL = ForeignModel(FILE, (0.0, 0.0, -9.81)).measured(OUTPUTS, "test")
+NUMBERS = {number.name: number for item in variants_of(MODEL) for number in item.numbers}
+TIME_S = np.linspace(0.0, 1.0, 51)
+WAVE = np.stack([0.4 * np.sin(5.0 * TIME_S), 0.6 * np.sin(3.0 * TIME_S)], axis=1)
+TRIAL = Trial("wave", "train", TIME_S, WAVE, np.zeros((51, len(OUTPUTS))))
+
+
+def played(**values: float) -> np.ndarray:
+    numbers = {NUMBERS[name]: value for name, value in values.items()}
+    return Runner(MODEL).outputs([numbers], [TRIAL])[0][0]
+
+
+def by_hand(spec: mujoco.MjSpec) -> np.ndarray:
+    """Return the outputs of a model in a plain loop."""
+    spec.option.gravity = [0.0, 0.0, -9.81]
+    model = spec.compile()
+    data, found = mujoco.MjData(model), []
+    for step in range(501):
+        now = step * model.opt.timestep
+        data.ctrl[:] = [np.interp(now, TIME_S, WAVE[:, k]) for k in range(2)]
+        if step % 10 == 0:
+            mujoco.mj_kinematics(model, data)
+            found.append([*np.degrees(data.qpos[:2]), *(1e3 * data.site("end").xpos[[0, 2]])])
+        mujoco.mj_step(model, data)
+    return np.array(found)
+
+
+def test_a_model_is_run_as_mujoco_runs_it() -> None:
+    assert played() == pytest.approx(by_hand(mujoco.MjSpec.from_file(str(FILE))), abs=1e-6)
+
+
+def test_a_mass_is_a_ball_that_is_welded_on() -> None:
+    spec = mujoco.MjSpec.from_file(str(FILE))
+    ball = spec.body("lower").add_body(name="ball", pos=[0.02, 0.0, -0.2])
+    ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1e-4, 0, 0], mass=0.15, contype=0, conaffinity=0)
+    own = played(mass_lower_g=150.0, place_lower_x_mm=20.0, place_lower_z_mm=-75.0)
+    assert own == pytest.approx(by_hand(spec), abs=1e-3)
+    assert np.abs(own - played()).max() > 1.0  # it matters
+
+
+def test_a_mass_at_the_centre_changes_no_axes() -> None:
+    model = mujoco.MjModel.from_xml_path(str(FILE))
+    body = model.body("lower").id
+    before, inertia = float(model.body_mass[body]), sorted(model.body_inertia[body])
+    add_mass(model, body, 0.3, np.zeros(3))
+    assert model.body_mass[body] == pytest.approx(before + 0.3)
+    assert sorted(model.body_inertia[body]) == pytest.approx(inertia)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"damping_first": 0.4},
+        {"friction_second": 0.3},
+        {"scale_springs": 3.0},
+        {"scale_servo_two": 0.5},
+        {"mass_lower_g": 200.0, "place_lower_z_mm": -60.0},
+        {"scale_one": 1.2},
+        {"offset_two": 0.1},
+    ],
+)
+def test_the_extended_file_moves_as_the_fit_does(values: dict[str, float], tmp_path: Path) -> None:
+    numbers = {NUMBERS[name]: value for name, value in values.items()}
+    spec, left = extended_spec(MODEL, numbers)
+    spec.compile()
+    (tmp_path / "model.xml").write_text(spec.to_xml())
+    own = played(**values)
+    assert left == ()
+    assert own == pytest.approx(by_hand(mujoco.MjSpec.from_file(str(tmp_path / "model.xml"))), abs=0.02)
+    assert np.abs(own - played()).max() > 0.5
+
+
+def test_what_a_file_cannot_carry_is_said() -> None:
+    names = ("delay_s", "width_one", "rotation_x_deg")
+    assert extended_spec(MODEL, {NUMBERS[name]: 0.1 for name in names})[1] == names
+
+
+def test_commands_pass_gain_and_offset_then_play_then_delay() -> None:
+    values = {NUMBERS["scale_one"]: 2.0, NUMBERS["offset_one"]: 0.1, NUMBERS["width_one"]: 0.2}
+    ramp = np.stack([np.array([0.0, 1.0, 0.0]), np.zeros(3)], axis=1)
+    trial = Trial("ramp", "train", np.array([0.0, 1.0, 2.0]), ramp, np.zeros((3, len(OUTPUTS))))
+    at_s = np.array([0.0, 1.0, 2.0])
+    # 0.1, 2.1, 0.1 commanded; behind a play of 0.2 in whose middle it begins: 0.1, 2.0, 0.2
+    assert arriving_controls(MODEL, trial, values, at_s)[:, 0] == pytest.approx([0.1, 2.0, 0.2])
+    late = arriving_controls(MODEL, trial, values | {NUMBERS["delay_s"]: 0.5}, at_s)[:, 0]
+    assert late == pytest.approx([0.1, 0.5 * (0.1 + 2.0), 0.5 * (2.0 + 0.2)])
+
+
+def test_a_tracker_turned_about_y_sees_x_where_z_was() -> None:
+    turned, straight = played(rotation_y_deg=45.0, translation_x_mm=7.0), played()
+    c = np.sqrt(0.5)
+    assert turned[:, 2] == pytest.approx(c * straight[:, 2] + c * straight[:, 3] + 7.0)
+    assert turned[:, 3] == pytest.approx(c * straight[:, 3] - c * straight[:, 2])
+    assert turned[:, :2] == pytest.approx(straight[:, :2])
+
+
+def test_the_model_itself_stays_as_it_was() -> None:
+    before = MODEL.simulated.dof_damping.copy()
+    changed(MODEL, {NUMBERS["damping_first"]: 1.0})
+    assert np.array_equal(MODEL.simulated.dof_damping, before)
+
+
+def test_wild_numbers_give_large_errors_and_no_exception() -> None:
+    assert np.isfinite(played(damping_first=NUMBERS["damping_first"].upper * 1e9)).all()
