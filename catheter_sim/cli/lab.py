@@ -18,7 +18,7 @@ A real bench is a folder, --recordings: the loop puts NAME_inputs.csv there and 
 --columns) when it has arrived whole. Files may come half-written, twice, or in any order.
 
 --loop diagnoses, proposes the programme that is expected to tell most between the causes still believed,
-plays it in four sizes, and diagnoses everything together, until one cause stands at 0.95 or the budget ends
+plays it in six sizes, and diagnoses everything together, until one cause stands at 0.95 or the budget ends
 (--experiments, --minutes). It begins with --data, a data set, or by playing the loops of each channel. DIR
 gets story.md and story.html, which tell it, data/ (a data set for `diagnose`), diagnosis/ (the last report),
 experiments/ and steps.json; started again with the same DIR it goes on.

@@ -95,7 +95,7 @@ def test_it_ends_when_the_budget_is_spent_and_goes_on_with_more(bench, diagnosed
     found = run_loop(bench, tmp_path / "out", budget=Budget(experiments=3))
     assert found.end == SURE
     assert Bench.plays == 4 * len(PLAYS)
-    assert [step.recordings for step in found.steps] == [0, 4, 8, 12, 16]
+    assert [step.recordings for step in found.steps] == [len(PLAYS) * count for count in range(5)]
 
 
 def test_minutes_are_a_budget_too(bench, diagnosed, tmp_path) -> None:
@@ -107,7 +107,7 @@ def test_minutes_are_a_budget_too(bench, diagnosed, tmp_path) -> None:
 
 
 def test_a_stop_in_the_middle_loses_nothing(bench, diagnosed, tmp_path, monkeypatch) -> None:
-    """Interrupted at the third play, the next run makes the two that are missing."""
+    """Interrupted at the third play, the next run makes those that are missing."""
     diagnosed += [0.97]
     read, count = Bench.read, 0
 
@@ -144,7 +144,7 @@ def test_it_waits_for_files_in_whatever_order(bench, diagnosed, tmp_path) -> Non
     found = run_loop(rig, tmp_path / "out")
     assert found.end == WAITING
     asked = sorted(path.name.removesuffix("_inputs.csv") for path in rig.folder.glob("*_inputs.csv"))
-    assert asked == ["first_1", "first_2", "first_3", "first_4"]
+    assert asked == [f"first_{number}" for number in range(1, len(PLAYS) + 1)]
     programme = LoopFolder(tmp_path / "out").programme("first")
     plays = {name: inputs for name, _, inputs in plays_of(programme, rig.robot, "first")}
     texts = {}
@@ -162,7 +162,7 @@ def test_it_waits_for_files_in_whatever_order(bench, diagnosed, tmp_path) -> Non
         found = run_loop(rig, tmp_path / "out")
     assert found.end == SURE
     files = [file for file, _, _ in LoopFolder(tmp_path / "out").recordings()]
-    assert sorted(files) == ["first_1.csv", "first_2.csv", "first_3.csv", "first_4.csv"]
+    assert sorted(files) == [f"{name}.csv" for name in sorted(asked)]
 
 
 def test_recordings_are_a_data_set(bench, diagnosed, tmp_path) -> None:
