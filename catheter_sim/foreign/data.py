@@ -7,12 +7,18 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from catheter_sim.catalogue import read_toml
 from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.data.dataset import (
+    channel_list,
+    check_keys,
+    gravity_of,
+    texts_of,
+    trial_entries,
+)
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.foreign.model import CONTROL, ForeignModel
 from catheter_sim.foreign.thresholds import LEAST_ROWS
@@ -25,7 +31,6 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     "channels": ("inputs", "outputs"),
 }
 _OPTIONAL: Mapping[str, tuple[str, ...]] = {"conditions": ("settle_s",)}
-_ROLES = ("train", "heldout")
 _LONGEST_SETTLE_S = 60.0
 
 
@@ -74,102 +79,40 @@ def read_foreign(folder: str | os.PathLike[str]) -> ForeignData:
     """
     root, path = Path(folder), Path(folder) / "dataset.toml"
     document = read_toml(path)
-    _check_keys(document, str(path))
-    head, conditions = document["dataset"], document["conditions"]
+    check_keys(document, str(path), _KEYS, _OPTIONAL, ())
+    name, robot, _, _ = texts_of(document["dataset"], str(path))
+    conditions = document["conditions"]
     if conditions["motion"] != "dynamic":
         raise InputError(
             f'{path}: conditions.motion = {shown(conditions["motion"])}: "dynamic" is needed: a robot from '
             "somebody's MJCF is simulated in motion"
         )
-    gravity = _numbers(conditions["gravity_mps2"], 3, f"{path}: conditions.gravity_mps2")
-    settle_s = _numbers([conditions.get("settle_s", 0.0)], 1, f"{path}: conditions.settle_s")[0]
+    x, y, z = gravity_of(conditions["gravity_mps2"], f"{path}: conditions.gravity_mps2").tolist()
+    settle_s = conditions.get("settle_s", 0.0)
+    if isinstance(settle_s, bool) or not isinstance(settle_s, int | float):
+        raise InputError(f"{path}: conditions.settle_s: a number is needed, not {shown(settle_s)}")
     if not 0.0 <= settle_s <= _LONGEST_SETTLE_S:
         raise InputError(
             f"{path}: conditions.settle_s = {settle_s:g}: must lie in 0 to {_LONGEST_SETTLE_S:g} s"
         )
-    plain = ForeignModel(root / str(head["robot"]), (gravity[0], gravity[1], gravity[2]))
-    inputs = _names(document["channels"]["inputs"], f"{path}: channels.inputs")
-    outputs = _names(document["channels"]["outputs"], f"{path}: channels.outputs")
+    plain = ForeignModel(root / robot, (x, y, z))
+    inputs = channel_list(document["channels"]["inputs"], f"{path}: channels.inputs")
+    outputs = channel_list(document["channels"]["outputs"], f"{path}: channels.outputs")
     for name in inputs:
         if name not in plain.input_columns:
             raise unknown("input channel", name, plain.input_columns, f"{path}: channels.inputs")
     model = plain.measured(outputs, f"{path}: channels.outputs")
     trials = [
-        _trial(root, entry, model, inputs, f"{path}: trials[{index}]")
-        for index, entry in enumerate(_entries(document["trials"], str(path)))
+        _trial(root, entry, model, inputs)
+        for entry in trial_entries(document["trials"], root, str(path), mapped=False)
     ]
     trials = _with_roles(trials, str(path))
-    return ForeignData(str(head["name"]), str(head["robot"]), model, tuple(trials), settle_s)
+    return ForeignData(name, robot, model, tuple(trials), float(settle_s))
 
 
-def _check_keys(document: Mapping[str, Any], where: str) -> None:
-    tables = (*_KEYS, "trials")
-    for table in document:
-        if table not in tables:
-            raise unknown("table", table, tables, f"{where}: a robot from somebody's MJCF")
-    missing = [f"the table [{table}]" for table in tables if table not in document]
-    for table, keys in _KEYS.items():
-        known = (*keys, *_OPTIONAL.get(table, ()))
-        given = document.get(table)
-        if given is None:
-            continue
-        if not isinstance(given, Mapping):
-            raise InputError(f"{where}: {table}: a table is needed, not {shown(given)}")
-        for key in given:
-            if key not in known:
-                raise unknown("key", key, known, f"{where}: [{table}]")
-        missing += [f"{table}.{key}" for key in keys if key not in given]
-    if missing:
-        raise InputError(f"{where}: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing")
-
-
-def _numbers(value: Any, count: int, where: str) -> list[float]:
-    good = isinstance(value, list) and len(value) == count
-    if not good or any(
-        isinstance(item, bool) or not isinstance(item, int | float) or not math.isfinite(item)
-        for item in value
-    ):
-        what = "a finite number" if count == 1 else f"a list of {count} finite numbers"
-        raise InputError(f"{where}: {what} is needed, not {shown(value[0] if count == 1 else value)}")
-    return [float(item) for item in value]
-
-
-def _names(value: Any, where: str) -> list[str]:
-    if not isinstance(value, list) or not value or not all(isinstance(name, str) for name in value):
-        raise InputError(f"{where}: a list of column names is needed, not {shown(value)}")
-    for name in value:
-        if value.count(name) > 1:
-            raise InputError(f"{where}: {shown(name)} stands twice")
-    return list(value)
-
-
-def _entries(value: Any, where: str) -> list[tuple[str, str]]:
-    if not isinstance(value, list) or not value:
-        raise InputError(f"{where}: at least one [[trials]] entry is needed")
-    found: list[tuple[str, str]] = []
-    for index, entry in enumerate(value):
-        place = f"{where}: trials[{index}]"
-        if not isinstance(entry, Mapping) or not isinstance(entry.get("file"), str):
-            raise InputError(f"{place}: a table with a file's name is needed, not {shown(entry)}")
-        for key in entry:
-            if key not in ("file", "role"):
-                raise unknown("key", key, ("file", "role"), place)
-        role = entry.get("role", "")
-        if "role" in entry and role not in _ROLES:
-            raise unknown("role", str(role), _ROLES, place)
-        if any(entry["file"] == file for file, _ in found):
-            raise InputError(f"{place}.file: {shown(entry['file'])} stands twice")
-        found.append((entry["file"], role))
-    return found
-
-
-def _trial(
-    root: Path, entry: tuple[str, str], model: ForeignModel, inputs: Sequence[str], where: str
-) -> Trial:
-    file, role = entry
+def _trial(root: Path, entry: tuple[str, str, str], model: ForeignModel, inputs: Sequence[str]) -> Trial:
+    file, role, _ = entry
     wanted = [column.name for column in model.columns]
-    if not (root / file).is_file():
-        raise InputError(f"{where}.file: {root / file}: no such file")
     table = read_table(root / file, only=(*inputs, *wanted))
     for name in (*inputs, *wanted):
         if name not in table.columns:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 
 from catheter_sim.blind_bench.foreign.nature import SUBJECTS, Hidden, Subject, hide, recordings
 from catheter_sim.foreign.diagnose import ForeignDiagnosis, diagnose_foreign
@@ -73,21 +74,18 @@ def write_dataset(
     shutil.copyfile(models / subject.name / file, folder / file)
     inputs = ForeignModel(folder / file).input_columns
     trials = recordings(models / subject.name, subject, hidden, generator)
-    lines = []
+    entries = []
     for number, (time_s, controls, readings) in enumerate(trials, start=1):
         columns = {name: controls[:, k] for k, name in enumerate(inputs)}
         columns |= {name: np.round(readings[:, k], 4) for k, name in enumerate(subject.columns)}
         write_table(Table(time_s, columns), folder / f"trial_{number}.csv")
         role = "heldout" if number == len(trials) else "train"
-        lines.append(f'[[trials]]\nfile = "trial_{number}.csv"\nrole = "{role}"\n')
-    text = (
-        f'[dataset]\nname = "{subject.name}"\nrobot = "{file}"\nsource = "simulated"\nlicence = "MIT"\n'
-        f'[conditions]\ngravity_mps2 = [0.0, 0.0, -9.81]\nmotion = "dynamic"\nsettle_s = {SETTLE_S}\n'
-        f"[channels]\ninputs = {_list(inputs)}\noutputs = {_list(subject.columns)}\n"
-    )
-    (folder / "dataset.toml").write_text(text + "".join(lines), encoding="utf-8")
+        entries.append({"file": f"trial_{number}.csv", "role": role})
+    document = {
+        "dataset": {"name": subject.name, "robot": file, "source": "simulated", "licence": "CC0-1.0"},
+        "conditions": {"gravity_mps2": [0.0, 0.0, -9.81], "motion": "dynamic", "settle_s": SETTLE_S},
+        "channels": {"inputs": list(inputs), "outputs": subject.columns},
+        "trials": entries,
+    }
+    (folder / "dataset.toml").write_text(tomli_w.dumps(document), encoding="utf-8")
     return folder
-
-
-def _list(names: object) -> str:
-    return str(list(names)).replace("'", '"')  # type: ignore[call-overload]

@@ -63,20 +63,18 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     if not root.is_dir():
         raise InputError(f"{root}: no such folder; a data set is a folder with a dataset.toml")
     document = read_toml(path)
-    _check_keys(document, str(path))
+    check_keys(document, str(path))
     head = document["dataset"]
-    name, reference, source, licence = (
-        _text(head[key], f"{path}: dataset.{key}") for key in _KEYS["dataset"]
-    )
+    name, reference, source, licence = texts_of(head, str(path))
     robot = load_robot(_robot_path(root, reference))
-    gravity = _gravity(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
+    gravity = gravity_of(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
     conditions = document["conditions"]
     motion = motion_named(conditions.get("motion", HELD.name), f"{path}: conditions.motion")
     inputs = channel_list(document["channels"]["inputs"], f"{path}: channels.inputs")
     outputs = channel_list(document["channels"]["outputs"], f"{path}: channels.outputs")
     check_channels(robot, inputs, outputs, str(path))
     mapping = file_map(document.get("map"), inputs, outputs, str(path))
-    entries = _trial_entries(document["trials"], root, str(path), mapping is not None)
+    entries = trial_entries(document["trials"], root, str(path), mapping is not None)
     read = [_read_trial(robot, root, entry, inputs, outputs, mapping) for entry in entries]
     where = f"{path}: conditions.warm_up_s"
     trials = judged_late([trial for trial, _ in read], conditions.get("warm_up_s", 0.0), where)
@@ -101,19 +99,34 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     return dataset
 
 
-def _check_keys(document: Mapping[str, Any], where: str) -> None:
-    tables = (*_KEYS, "trials")
+def check_keys(
+    document: Mapping[str, Any],
+    where: str,
+    needed: Mapping[str, tuple[str, ...]] = _KEYS,
+    optional: Mapping[str, tuple[str, ...]] = _OPTIONAL,
+    optional_tables: tuple[str, ...] = _OPTIONAL_TABLES,
+) -> None:
+    """Raise `InputError` where a `dataset.toml` lacks a table or a key, or has an unknown one.
+
+    Args:
+        document: what was read.
+        where: its name in errors.
+        needed: keys of each table that must be there; `trials` must be, too.
+        optional: further keys of these tables.
+        optional_tables: further tables.
+    """
+    tables = (*needed, "trials")
     for table in document:
-        if table not in (*tables, *_OPTIONAL_TABLES):
-            raise unknown("table", table, (*tables, *_OPTIONAL_TABLES), where)
+        if table not in (*tables, *optional_tables):
+            raise unknown("table", table, (*tables, *optional_tables), where)
     missing = [f"the table [{table}]" for table in tables if table not in document]
-    for table, keys in _KEYS.items():
+    for table, keys in needed.items():
         if table not in document:
             continue
         if not isinstance(document[table], Mapping):
             raise InputError(f"{where}: {table}: a table is needed, not {shown(document[table])}")
         for key in document[table]:
-            known = (*keys, *_OPTIONAL.get(table, ()))
+            known = (*keys, *optional.get(table, ()))
             if key not in known:
                 raise unknown("key", key, known, f"{where}: [{table}]")
         missing += [f"{table}.{key}" for key in keys if key not in document[table]]
@@ -127,7 +140,13 @@ def _text(value: Any, where: str) -> str:
     return value
 
 
-def _gravity(value: Any, where: str) -> Array:
+def texts_of(head: Mapping[str, Any], where: str) -> tuple[str, ...]:
+    """Return the texts of the table `dataset` in its keys' order; raise `InputError` where one is none."""
+    return tuple(_text(head[key], f"{where}: dataset.{key}") for key in _KEYS["dataset"])
+
+
+def gravity_of(value: Any, where: str) -> Array:
+    """Return gravity from a file, shape (3,) [m/s^2]; raise `InputError` where it is none."""
     if not isinstance(value, list) or len(value) != 3:
         raise InputError(f"{where}: a list of three numbers is needed, not {shown(value)}")
     for item in value:
@@ -168,7 +187,7 @@ def known_inputs(robot: RobotSpec) -> list[str]:
     return [*own, *FORCE_CHANNELS, *MOMENT_CHANNELS]
 
 
-def _trial_entries(value: Any, root: Path, where: str, mapped: bool) -> list[tuple[str, str, str]]:
+def trial_entries(value: Any, root: Path, where: str, mapped: bool) -> list[tuple[str, str, str]]:
     """Return of each trial its file, its role and the file of its inputs, "" where they are in the first."""
     keys = ("file", "role", "inputs") if mapped else ("file", "role")
     if not isinstance(value, list) or not value:
