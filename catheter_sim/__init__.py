@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from catheter_sim.public.data import dataset, inputs, load_dataset, load_robot, read_inputs
     from catheter_sim.public.diagnoses import Diagnosis, diagnose
     from catheter_sim.public.exports import Export, export
+    from catheter_sim.public.foreign_models import ModelDiagnosis, diagnose_model
     from catheter_sim.public.inverse import InverseKinematics, inverse_kinematics
     from catheter_sim.public.laboratories import FoundOut, Laboratory, laboratory
     from catheter_sim.public.model_choice import ModelChoice, which_model
@@ -37,6 +38,7 @@ _HOME = {
     "catheter_sim.public.comparisons": ("Comparison", "compare"),
     "catheter_sim.public.diagnoses": ("Diagnosis", "diagnose"),
     "catheter_sim.public.exports": ("Export", "export"),
+    "catheter_sim.public.foreign_models": ("ModelDiagnosis", "diagnose_model"),
     "catheter_sim.public.inverse": ("InverseKinematics", "inverse_kinematics"),
     "catheter_sim.public.laboratories": ("FoundOut", "Laboratory", "laboratory"),
     "catheter_sim.public.model_choice": ("ModelChoice", "which_model"),
@@ -58,6 +60,7 @@ __all__ = [
     "InverseKinematics",
     "Laboratory",
     "ModelChoice",
+    "ModelDiagnosis",
     "Run",
     "Sensing",
     "SimulationDiverged",
@@ -69,6 +72,7 @@ __all__ = [
     "control",
     "dataset",
     "diagnose",
+    "diagnose_model",
     "export",
     "inputs",
     "inverse_kinematics",

@@ -168,8 +168,14 @@ def load_dataset(path: str | os.PathLike[str]) -> Dataset:
         'opencr_v4'
     """
     from catheter_sim.diagnosis.data.dataset import load_dataset as load
+    from catheter_sim.foreign.data import is_foreign
 
-    return load(path_of(path, "dataset"))
+    folder = path_of(path, "dataset")
+    if is_foreign(folder):
+        raise InputError(
+            f"{folder}: its robot is somebody's MJCF, driven by its controls: use diagnose_model"
+        )
+    return load(folder)
 
 
 def dataset(

@@ -14,7 +14,7 @@ import catheter_sim as cs
 SLOW = {
     *("Simulator", "attach", "render", "simulate", "Run", "list_robots", "statics", "diagnose", "Diagnosis"),
     *("Control", "control", "InverseKinematics", "inverse_kinematics", "which_model"),
-    *("compare", "Comparison"),
+    *("compare", "Comparison", "diagnose_model", "ModelDiagnosis"),
     *("Sensing", "sense", "Workspace", "workspace", "export"),
 }
 LONG = {"Export", "ModelChoice"}  # what `export` and `which_model` return; their own examples stay
