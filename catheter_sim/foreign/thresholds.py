@@ -9,6 +9,7 @@ EXPLAINED_NOISE = 2.0  # times the noise: a model that errs by no more explains 
 EXPLAINED_SHARE = 0.25  # of the error before: neither does one that leaves more than that: real play rattles
 LEAST_GAIN = 0.3  # of the error before that a cause must take away from held-out data
 STEP_NOISE = 0.5  # times the noise: a step is halved until what is simulated changes by less
+OWN_STEP_SHARE = 0.7  # of what a finer step leaves, at most, where the file's own step is taken instead
 HALVINGS = 4  # of a step, at most
 BLOCK_S = 0.5  # rows closer than this err together, and count as one
 SECOND_GAIN = 0.15  # of the error after the first cause that a second one must take away,

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.foreign.diagnose import CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED, diagnose_foreign
-from tests.foreign.recorded import write_dataset
+from catheter_sim.foreign.causes import variants_of
+from catheter_sim.foreign.data import ForeignData
+from catheter_sim.foreign.diagnose import (
+    CAUSE_FOUND,
+    NO_DISCREPANCY,
+    UNEXPLAINED,
+    diagnose_foreign,
+    diagnosed,
+)
+from catheter_sim.foreign.model import ForeignModel
+from catheter_sim.foreign.twin import Runner, Trial
+from tests.foreign.recorded import OUTPUTS, write_dataset
 
 pytestmark = pytest.mark.slow
 
@@ -79,3 +90,22 @@ def test_springs_are_told_from_servos(tmp_path: Path) -> None:
     own = {item.name: fitted for item, fitted in found.best.fit.values.items()}
     assert found.causes == ("stiffness",)
     assert own["scale_springs"] == pytest.approx(6.0, rel=0.05)
+
+
+def test_data_that_come_from_the_files_own_coarse_step_are_met_with_it(tmp_path: Path) -> None:
+    """A simulation of the file as it stands has its step's errors; these are no cause either."""
+    text = (Path(__file__).parent / "two_link.xml").read_text().replace('timestep="0.002"', 'timestep="0.01"')
+    (tmp_path / "two_link.xml").write_text(text)
+    model = ForeignModel(tmp_path / "two_link.xml", (0.0, 0.0, -9.81)).measured(OUTPUTS, "test")
+    generator, time_s, trials = np.random.default_rng(5), np.arange(0.0, 3.0, 0.02), []
+    gain = next(n for item in variants_of(model) for n in item.numbers if n.name == "scale_two")
+    for role in ("train", "heldout"):
+        phases = generator.uniform(0.0, 6.0, 2)
+        controls = 0.8 * np.sin(5.0 * time_s[:, None] + phases) * np.minimum(time_s / 0.3, 1.0)[:, None]
+        trial = Trial(role, role, time_s, controls, np.zeros((len(time_s), 4)))
+        seen = Runner(model).outputs([{gain: 1.2}], [trial])[0][0]
+        trials.append(replace(trial, outputs=seen + generator.normal(size=seen.shape) * 0.02))
+    found = diagnosed(ForeignData("coarse", "two_link.xml", model, tuple(trials), 0.0))
+    assert found.causes == ("actuation_gain",)
+    assert found.best.times_noise < 1.25
+    assert found.data.model.simulated.opt.timestep == 0.01
