@@ -217,7 +217,7 @@ def strengths(model: ForeignModel) -> Array:
             data.ctrl[actuator] = (
                 simulated.actuator_ctrlrange[actuator, end] if limited[actuator] else 2.0 * end - 1.0
             )
-            if simulated.na:
+            if simulated.na:  # as if each activation followed its control; only the size matters
                 data.act[:] = data.ctrl[np.minimum(np.arange(simulated.na), simulated.nu - 1)]
             mujoco.mj_forward(simulated, data)
             found = np.maximum(found, np.abs(data.qfrc_actuator))

@@ -120,7 +120,7 @@ class ForeignModel:
         for k in range(model.njnt):
             unit = _JOINT_UNITS.get(int(model.jnt_type[k]))
             if unit and model.joint(k).name:
-                names.append(f"joint_{model.joint(k).name}_{unit[0]}")
+                names.append(f"joint_{model.joint(k).name}_{unit}")
         points = [("site", model.site(k).name) for k in range(model.nsite)]
         points += [("body", model.body(k).name) for k in range(1, model.nbody)]
         names += [f"{what}_{name}_{axis}_mm" for what, name in points if name for axis in "xyz"]
@@ -163,8 +163,8 @@ class ForeignModel:
 
 _FACTORS = {"deg": 180.0 / math.pi, "mm": 1e3}
 _JOINT_UNITS = {
-    int(mujoco.mjtJoint.mjJNT_HINGE): ("deg",),
-    int(mujoco.mjtJoint.mjJNT_SLIDE): ("mm",),
+    int(mujoco.mjtJoint.mjJNT_HINGE): "deg",
+    int(mujoco.mjtJoint.mjJNT_SLIDE): "mm",
 }
 
 

@@ -118,3 +118,17 @@ def test_the_model_itself_stays_as_it_was() -> None:
 
 def test_wild_numbers_give_large_errors_and_no_exception() -> None:
     assert np.isfinite(played(damping_first=NUMBERS["damping_first"].upper * 1e9)).all()
+
+
+def test_several_at_a_time_give_the_same() -> None:
+    sets = [{NUMBERS["scale_one"]: value} for value in (0.9, 1.0, 1.1)]
+    alone, together = (Runner(MODEL, jobs=jobs).outputs(sets, [TRIAL]) for jobs in (1, 2))
+    for one, other in zip(alone, together, strict=True):
+        assert np.array_equal(one[0], other[0])
+
+
+def test_a_trial_begins_as_its_first_row_has_settled() -> None:
+    held = Trial("held", "train", TIME_S, np.tile([0.4, -0.3], (51, 1)), np.zeros((51, len(OUTPUTS))))
+    moving, settled = (Runner(MODEL, settle_s).outputs([{}], [held])[0][0] for settle_s in (0.0, 5.0))
+    assert np.ptp(moving[:, 0]) > 5.0
+    assert np.ptp(settled[:, 0]) < 0.1
