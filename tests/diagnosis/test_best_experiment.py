@@ -17,6 +17,7 @@ from catheter_sim.diagnosis.fitting.problem import Problem, Term
 from catheter_sim.diagnosis.next_experiment.alive import Alive, alive_hypotheses
 from catheter_sim.diagnosis.next_experiment.best import best_experiment
 from catheter_sim.diagnosis.next_experiment.within_limits import bench_of, programmes_within
+from catheter_sim.diagnosis.thresholds import NATS_PER_MINUTE
 from catheter_sim.lab.rig import Limits
 from catheter_sim.tables import Table
 
@@ -122,7 +123,7 @@ def test_nothing_is_promised_where_nothing_tells() -> None:
 def test_a_long_programme_must_tell_more() -> None:
     """The score is the information less a price of each minute."""
     for item in best(1.0).ranking:
-        assert item.score == pytest.approx(item.information.nats - 0.005 * item.minutes)
+        assert item.score == pytest.approx(item.information.nats - NATS_PER_MINUTE * item.minutes)
 
 
 def test_alive_are_the_settled_one_and_its_equals() -> None:

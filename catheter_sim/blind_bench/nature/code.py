@@ -40,7 +40,6 @@ NOT_JUDGED = (
     "envs",
     "examples.py",
     "exporting",
-    "foreign",
     "importing",
     "lab",
     "pictures",
