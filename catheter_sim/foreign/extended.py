@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -23,6 +24,7 @@ def extended_spec(
     force is linear in the control. Delays, play, the tracker's frame and muscles' controls stay outside.
     """
     spec = model.spec.copy()
+    spec.compile()  # its elements then have the numbers of the model's
     if model.gravity_mps2 is not None:
         spec.option.gravity = model.gravity_mps2
     left = []
@@ -37,18 +39,19 @@ def _carried(
 ) -> bool:
     """Put one number into a model; return whether it is there."""
     if number.cause == causes.DAMPING:
-        joint = spec.joints[_joint_of(model, number, "damping_")]
+        joint = _numbered(spec.joints, _joint_of(model, number, "damping_"))
         joint.damping = _first_plus(joint.damping, value)
     elif number.cause == causes.FRICTION:
-        joint = spec.joints[_joint_of(model, number, "friction_")]
+        joint = _numbered(spec.joints, _joint_of(model, number, "friction_"))
         joint.frictionloss = joint.frictionloss + value
     elif number.name == "scale_springs":
         for item in (*spec.joints, *spec.tendons):
             item.stiffness = np.asarray(item.stiffness) * value
     elif number.cause == causes.STIFFNESS:
         holds = causes.servos(model.compiled)
-        for k, actuator in enumerate(spec.actuators):
-            if holds[k] and number.name in ("scale_servos", f"scale_servo_{model.actuators[k]}"):
+        for actuator in spec.actuators:
+            names = ("scale_servos", f"scale_servo_{model.actuators[actuator.id]}")
+            if holds[actuator.id] and number.name in names:
                 gain, bias = np.array(actuator.gainprm), np.array(actuator.biasprm)
                 gain[0] *= value
                 bias[:2] *= value
@@ -61,6 +64,11 @@ def _carried(
     else:
         return False
     return True
+
+
+def _numbered(elements: Iterable[Any], number: int) -> Any:
+    """Return the element that has a number in the compiled model."""
+    return next(item for item in elements if item.id == number)
 
 
 def _joint_of(model: ForeignModel, number: Number, prefix: str) -> int:
@@ -85,7 +93,7 @@ def _hang(
     body = next(k for k in range(model.compiled.nbody) if label in (model.compiled.body(k).name, str(k)))
     place = [1e-3 * named.get(f"place_{label}_{axis}_mm", 0.0) for axis in "xyz"]
     at = np.array(model.compiled.body_ipos[body]) + np.array(place)
-    hung = spec.bodies[body].add_body(name=f"{_LABEL}_{label}", pos=at)
+    hung = _numbered(spec.bodies, body).add_body(name=f"{_LABEL}_{label}", pos=at)
     hung.mass, hung.inertia, hung.explicitinertial = 1e-3 * grams, [1e-12, 1e-12, 1e-12], True
     hung.ipos = [0.0, 0.0, 0.0]  # without it MuJoCo puts the centre of mass where the body is in its parent
 
@@ -94,7 +102,7 @@ def _commanded(model: ForeignModel, spec: mujoco.MjSpec, number: Number, value: 
     """Put a gain or an offset of a control into its actuator; False where it is no linear one."""
     name = number.name.removeprefix("scale_").removeprefix("offset_")
     k = model.actuators.index(name)
-    actuator = spec.actuators[k]
+    actuator = _numbered(spec.actuators, k)
     fixed = int(model.compiled.actuator_gaintype[k]) == int(mujoco.mjtGain.mjGAIN_FIXED)
     if not fixed or int(model.compiled.actuator_dyntype[k]) != int(mujoco.mjtDyn.mjDYN_NONE):
         return False
