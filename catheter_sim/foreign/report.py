@@ -20,7 +20,8 @@ from catheter_sim.page.render import png_source, rendered
 from catheter_sim.tables import Table, replaced_when_whole, write_table
 
 _SIDES = 1.96
-_PANELS = 4  # of the picture
+_PANELS = 4  # rows of the picture
+_BEFORE, _AFTER = "#b5532a", "#1f5f8b"
 
 
 def write_foreign(found: ForeignDiagnosis, output: str | Path) -> tuple[str, ...]:
@@ -73,17 +74,21 @@ def _picture(found: ForeignDiagnosis) -> bytes:
     from matplotlib.figure import Figure  # here, as the command line's help is to be there at once
 
     trial, before, after = found.data.of("heldout")[0], found.before.outputs[0], found.best.outputs[0]
-    errors = np.nanmean(((before - trial.outputs) / found.noise) ** 2, axis=0)
-    chosen = np.argsort(-np.nan_to_num(errors))[:_PANELS]
-    figure = Figure(figsize=(9.0, 1.0 + 1.7 * len(chosen)), layout="constrained")
-    panels = figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0]
-    for panel, k in zip(panels, chosen, strict=True):
-        column = found.data.model.columns[int(k)]
-        panel.plot(trial.time_s, trial.outputs[:, k], ".", color="0.6", ms=3)
-        panel.plot(trial.time_s, before[:, k], "--", color="#b5532a")
-        panel.plot(trial.time_s, after[:, k], color="#1f5f8b")
-        panel.set_ylabel(column.name, fontsize=8)
-    panels[-1].set_xlabel("time [s]")
+    squares = np.nan_to_num(((before - trial.outputs) / found.noise) ** 2).sum(axis=0)
+    chosen = np.argsort(-squares)[:_PANELS]
+    figure = Figure(figsize=(11.0, 1.0 + 1.7 * len(chosen)), layout="constrained")
+    panels = figure.subplots(len(chosen), 2, sharex=True, squeeze=False)
+    for (series, errors), k in zip(panels, chosen, strict=True):
+        measured, noise = trial.outputs[:, k], float(found.noise[k])
+        series.plot(trial.time_s, measured, ".", color="0.6", ms=3)
+        for values, style, colour in ((before[:, k], "--", _BEFORE), (after[:, k], "-", _AFTER)):
+            series.plot(trial.time_s, values, style, color=colour)
+            errors.plot(trial.time_s, values - measured, style, color=colour, lw=1.0)
+        errors.axhspan(-2.0 * noise, 2.0 * noise, color="0.9", lw=0.0)
+        series.set_ylabel(found.data.model.columns[int(k)].name, fontsize=8)
+    panels[0, 1].set_title("simulated less measured; grey: twice the noise", fontsize=9)
+    for panel in panels[-1]:
+        panel.set_xlabel("time [s]")
     file = BytesIO()
     figure.savefig(file, format="png", dpi=110)
     return file.getvalue()
