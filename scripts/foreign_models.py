@@ -20,10 +20,9 @@ from pathlib import Path
 from catheter_sim.blind_bench.elsewhere import run_all
 from catheter_sim.blind_bench.foreign.run import drawn_once
 from catheter_sim.blind_bench.foreign.table import as_text, met, outcome, summary
-from catheter_sim.blind_bench.places import keep_settings, read_json, write_json
+from catheter_sim.blind_bench.places import keep_settings, read_json, show_table
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError
-from catheter_sim.tables import replaced_when_whole
 
 MODELS = Path(__file__).parent.parent / "assets" / "foreign"
 
@@ -49,11 +48,7 @@ def main() -> int:
     run_all(partial(drawn_once, root, MODELS, options.seed), todo, options.jobs, _say)
     draws = [item for k in range(options.draws) if (item := read_json(root / "draws" / f"draw_{k:03d}.json"))]
     table = summary(draws)
-    text = as_text(table, draws)
-    with replaced_when_whole(root / "table.txt") as file:
-        file.write(text + "\n")
-    write_json(table, root / "table.json")
-    print(text)
+    show_table(table, as_text(table, draws), root)
     return 0 if met(table) else 1
 
 

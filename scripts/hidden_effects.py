@@ -19,12 +19,11 @@ import sys
 from pathlib import Path
 
 from catheter_sim.blind_bench.bench import run_bench
-from catheter_sim.blind_bench.places import write_json
+from catheter_sim.blind_bench.places import show_table
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS, named_robots
 from catheter_sim.blind_bench.table import as_text, miss_text, summary
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError
-from catheter_sim.tables import replaced_when_whole
 
 
 def main() -> int:
@@ -50,10 +49,7 @@ def main() -> int:
         print(f"hidden_effects: error: {error}", file=sys.stderr)
         return 2
     table = summary(scores)
-    with replaced_when_whole(root / "table.txt") as file:
-        file.write(as_text(table) + "\n")
-    write_json(table, root / "table.json")
-    print(as_text(table))
+    show_table(table, as_text(table), root)
     return 0 if all(line["met"] is not False for line in table["lines"]) else 1
 
 

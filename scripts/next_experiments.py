@@ -32,11 +32,10 @@ from catheter_sim.blind_bench.next_experiments.table import (
     settles,
     summary,
 )
-from catheter_sim.blind_bench.places import keep_settings, write_json
+from catheter_sim.blind_bench.places import keep_settings, show_table
 from catheter_sim.blind_bench.robots import named_robots
 from catheter_sim.cli.arguments import whole_number, whole_numbers
 from catheter_sim.errors import InputError
-from catheter_sim.tables import replaced_when_whole
 
 ROBOTS = "mitral_4dof,mitral_transseptal,file_displacement"  # a diagnosis of them takes seconds
 
@@ -65,11 +64,7 @@ def main() -> int:
     run_all(partial(drawn_once, root, options.seed, robots), [(k,) for k in todo], options.jobs, _say)
     draws = results_in(root)
     table = summary(draws)
-    text = as_text(table, draws)
-    with replaced_when_whole(root / "table.txt") as file:
-        file.write(text + "\n")
-    write_json(table, root / "table.json")
-    print(text)
+    show_table(table, as_text(table, draws), root)
     decided = table["draws"] >= ASKED_DRAWS
     return 0 if decided and all(met_lines(table).values()) else 1
 

@@ -89,6 +89,14 @@ def write_json(document: Any, path: Path) -> None:
         file.write(json.dumps(document, indent=1, default=_plain) + "\n")
 
 
+def show_table(table: Any, text: str, root: Path) -> None:
+    """Write a bench's table into its folder, as `table.txt` and `table.json`, and print it."""
+    with replaced_when_whole(root / "table.txt") as file:
+        file.write(text + "\n")
+    write_json(table, root / "table.json")
+    print(text)
+
+
 def read_json(path: Path) -> Any:
     """Return a JSON file's document; None where there is none, or half of one."""
     try:
