@@ -7,12 +7,11 @@ actuator's or joint's alone, then all. Numbers are in SI units, controls in the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from catheter_sim.core.posture import Array
 from catheter_sim.effects import EFFECTS
@@ -32,6 +31,8 @@ class Number:
         null: at which it does nothing.
         start: where a fit starts, a change that matters.
         lower, upper: bounds.
+        of: the model's numbers of the actuators, the joint or the body that it is of; (): of the whole model.
+        axis: 0, 1 or 2 of a place; -1: it is none.
     """
 
     cause: str
@@ -40,6 +41,8 @@ class Number:
     start: float
     lower: float
     upper: float
+    of: tuple[int, ...] = ()
+    axis: int = -1
 
     @property
     def scale(self) -> float:
@@ -63,7 +66,6 @@ class Variant:
 
 
 Values = Mapping[Number, float]
-Maker = Callable[[ForeignModel], Iterator[Variant]]
 
 GAIN, OFFSET, BACKLASH = "actuation_gain", "actuation_offset", "backlash"
 STIFFNESS, PAYLOAD, FRAME = "stiffness", "payload", "measurement_frame"
@@ -97,30 +99,38 @@ def _ranges(model: ForeignModel) -> Array:
     return np.maximum(np.asarray(width, float), 1e-6)
 
 
-def servos(compiled: mujoco.MjModel) -> np.ndarray:
-    """Return which actuators hold a position: force = k (u - q) and more, shape (nu,)."""
+def servos(compiled: mujoco.MjModel) -> tuple[int, ...]:
+    """Return the actuators that hold a position: force = k (u - q) and more."""
     affine = compiled.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)
-    return np.asarray(affine & (compiled.actuator_biasprm[:, 1] < 0.0))
+    return tuple(np.flatnonzero(affine & (compiled.actuator_biasprm[:, 1] < 0.0)).tolist())
 
 
 def _commands(model: ForeignModel) -> Iterator[Variant]:
     """Yield gains and offsets, and the play of what holds a position."""
     width = _ranges(model)
-    scales = [Number(GAIN, f"scale_{name}", 1.0, 1.1, 0.2, 5.0) for name in model.actuators]
+    scales = [
+        Number(GAIN, f"scale_{name}", 1.0, 1.1, 0.2, 5.0, (k,)) for k, name in enumerate(model.actuators)
+    ]
     yield from _each_and_all(GAIN, model.actuators, scales)
     zeros = [
-        Number(OFFSET, f"offset_{name}", 0.0, 0.02 * size, -0.5 * size, 0.5 * size)
-        for name, size in zip(model.actuators, width, strict=True)
+        Number(OFFSET, f"offset_{name}", 0.0, 0.02 * size, -0.5 * size, 0.5 * size, (k,))
+        for k, (name, size) in enumerate(zip(model.actuators, width, strict=True))
     ]
     yield from _each_and_all(OFFSET, model.actuators, zeros)
     holds = servos(model.compiled)
-    names = [name for name, one in zip(model.actuators, holds, strict=True) if one]
     plays = [
-        Number(BACKLASH, f"width_{name}", 0.0, 0.02 * min(size, 1.0), 0.0, 0.3 * size)
-        for name, size in zip(model.actuators, width, strict=True)
-        if name in names
+        Number(
+            BACKLASH,
+            f"width_{model.actuators[k]}",
+            0.0,
+            0.02 * min(width[k], 1.0),
+            0.0,
+            0.3 * width[k],
+            (k,),
+        )
+        for k in holds
     ]
-    yield from _each_and_all(BACKLASH, names, plays)
+    yield from _each_and_all(BACKLASH, [model.actuators[k] for k in holds], plays)
 
 
 def _delay(model: ForeignModel) -> Iterator[Variant]:
@@ -134,14 +144,12 @@ def _joints(model: ForeignModel) -> Iterator[Variant]:
     names = [model.compiled.joint(k).name or str(k + 1) for k in joints]
     dofs = [int(model.compiled.jnt_dofadr[k]) for k in joints]
     damping, rubbing = [], []
-    for name, dof in zip(names, dofs, strict=True):
+    for joint, name, dof in zip(joints, names, dofs, strict=True):
         size, now = strength[dof], float(np.ravel(model.compiled.dof_damping[dof])[0])
-        least = -now
-        damping.append(
-            Number(DAMPING, f"damping_{name}", 0.0, max(0.05 * size, 0.3 * now), least, 10.0 * size)
-        )
+        start = max(0.05 * size, 0.3 * now)
+        damping.append(Number(DAMPING, f"damping_{name}", 0.0, start, -now, 10.0 * size, (joint,)))
         rubs = float(model.compiled.dof_frictionloss[dof])
-        rubbing.append(Number(FRICTION, f"friction_{name}", 0.0, 0.05 * size, -rubs, size))
+        rubbing.append(Number(FRICTION, f"friction_{name}", 0.0, 0.05 * size, -rubs, size, (joint,)))
     yield from _each_and_all(DAMPING, names, damping)
     yield from _each_and_all(FRICTION, names, rubbing)
 
@@ -151,13 +159,16 @@ def _springs(model: ForeignModel) -> Iterator[Variant]:
     compiled = model.compiled
     if np.any(compiled.jnt_stiffness) or np.any(compiled.tendon_stiffness):
         yield Variant(STIFFNESS, "springs", (Number(STIFFNESS, "scale_springs", 1.0, 1.15, 0.1, 10.0),))
-    names = [name for name, one in zip(model.actuators, servos(compiled), strict=True) if one]
-    scales = [Number(STIFFNESS, f"scale_servo_{name}", 1.0, 1.15, 0.1, 10.0) for name in names]
+    holds = servos(compiled)
+    names = [model.actuators[k] for k in holds]
+    scales = [
+        Number(STIFFNESS, f"scale_servo_{name}", 1.0, 1.15, 0.1, 10.0, (k,))
+        for k, name in zip(holds, names, strict=True)
+    ]
     yield from _each_and_all(STIFFNESS, names, scales)
-    if len(names) > 1:
-        yield Variant(
-            STIFFNESS, "all servos alike", (Number(STIFFNESS, "scale_servos", 1.0, 1.15, 0.1, 10.0),)
-        )
+    if len(holds) > 1:
+        alike = Number(STIFFNESS, "scale_servos", 1.0, 1.15, 0.1, 10.0, holds)
+        yield Variant(STIFFNESS, "all servos alike", (alike,))
 
 
 def _payload(model: ForeignModel) -> Iterator[Variant]:
@@ -169,12 +180,12 @@ def _payload(model: ForeignModel) -> Iterator[Variant]:
             continue
         name = compiled.body(body).name or str(body)
         own = max(float(compiled.body_subtreemass[compiled.body_rootid[body]]), 1e-6) * _GRAMS
-        mass = Number(PAYLOAD, f"mass_{name}_g", 0.0, 0.05 * own, 0.0, 2.0 * own)
+        mass = Number(PAYLOAD, f"mass_{name}_g", 0.0, 0.05 * own, 0.0, 2.0 * own, (body,))
         yield Variant(PAYLOAD, f"at {name}", (mass,))
         size = 1e3 * float(compiled.stat.extent)
         places = [
-            Number(PAYLOAD, f"place_{name}_{axis}_mm", 0.0, 0.05 * size, -0.5 * size, 0.5 * size)
-            for axis in "xyz"
+            Number(PAYLOAD, f"place_{name}_{axis}_mm", 0.0, 0.05 * size, -0.5 * size, 0.5 * size, (body,), k)
+            for k, axis in enumerate("xyz")
         ]
         yield Variant(PAYLOAD, f"beside {name}", (mass, *places))
 
@@ -232,11 +243,3 @@ def reset(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     else:
         mujoco.mj_resetData(model, data)
     data.qvel[:] = 0.0
-
-
-def turned_and_shifted(points: Array, values: Mapping[str, float]) -> Array:
-    """Return points (..., 3) [mm] as a tracker sees them whose frame is turned and shifted."""
-    angles = [values.get(f"rotation_{axis}_deg", 0.0) for axis in "xyz"]
-    shift = np.array([values.get(f"translation_{axis}_mm", 0.0) for axis in "xyz"])
-    turn = Rotation.from_rotvec(angles, degrees=True).as_matrix()
-    return np.asarray(points @ turn.T + shift)

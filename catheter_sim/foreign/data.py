@@ -19,6 +19,7 @@ from catheter_sim.diagnosis.data.dataset import (
     texts_of,
     trial_entries,
 )
+from catheter_sim.diagnosis.data.parting import last_trials
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.foreign.model import CONTROL, ForeignModel
 from catheter_sim.foreign.thresholds import LEAST_ROWS
@@ -126,23 +127,26 @@ def _trial(root: Path, entry: tuple[str, str, str], model: ForeignModel, inputs:
     outputs = np.stack([table.columns[name] for name in wanted], axis=1)
     if np.isnan(outputs).all():
         raise InputError(f"{table.where}: every value of the outputs is missing")
-    none = np.zeros(len(table.time_s))
-    controls = [table.columns.get(name, none) for name in model.input_columns]
+    standing = np.tile(model.resting_controls, (len(table.time_s), 1)).T
+    controls = [table.columns.get(name, own) for name, own in zip(model.input_columns, standing, strict=True)]
     return Trial(file, role, own_clock(table.time_s), np.stack(controls, axis=1), outputs)
 
 
 def _with_roles(trials: Sequence[Trial], where: str) -> list[Trial]:
-    """Return trials of which each has a role: without any held out, the last one is."""
+    """Return trials of which each has a role: without any held out, the last ones without a role are.
+
+    As for other robots (`parting.split`), but that a trial in motion is not cut.
+    """
     if len(trials) < 2:
         raise InputError(f"{where}: trials: two at least are needed, one of them to be held out")
-    if not any(trial.role == "heldout" for trial in trials):
-        free = [index for index, trial in enumerate(trials) if not trial.role]
-        last = free[-1] if free else len(trials) - 1
-        trials = [replace(t, role="heldout") if k == last else t for k, t in enumerate(trials)]
-    found = [trial if trial.role else replace(trial, role="train") for trial in trials]
-    if all(trial.role == "heldout" for trial in found):
-        raise InputError(f"{where}: trials: every trial is held out; at least one must train")
-    return found
+    heldout = {index for index, trial in enumerate(trials) if trial.role == "heldout"}
+    free = [index for index, trial in enumerate(trials) if not trial.role]
+    if not heldout and not free:
+        raise InputError(
+            f"{where}: every trial has the role train; give one the role heldout, or leave the roles out"
+        )
+    heldout = heldout or last_trials([len(trial.time_s) for trial in trials], free)
+    return [replace(t, role="heldout" if k in heldout else "train") for k, t in enumerate(trials)]
 
 
 def noise_of(trials: Sequence[Trial], least_share: float) -> Array:

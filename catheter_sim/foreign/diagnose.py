@@ -114,6 +114,20 @@ class ForeignDiagnosis:
         low, high = np.nanpercentile(gains, (2.5, 97.5))
         return gain, float(low), float(high)
 
+    def gain_shares(self) -> dict[str, float]:
+        """Return what each cause of the best fit has of the gain [%]; together they have all of it.
+
+        Of two causes each counts by what the other one, best fitted alone, leaves more than both.
+        """
+        names, gain = self.best.fit.causes, self.gain_percent()[0]
+        alone = {item.fit.causes: item.times_noise for item in self.ranking}
+        lost = {
+            name: max(alone.get(tuple(n for n in names if n != name), 0.0) - self.best.times_noise, 0.0)
+            for name in names
+        }
+        total = sum(lost.values())
+        return {name: gain * (own / total if total else 1.0 / len(names)) for name, own in lost.items()}
+
     def _block_squares(self, judged: Judged) -> Array:
         found = []
         for trial, outputs in zip(self.data.of("heldout"), judged.outputs, strict=True):

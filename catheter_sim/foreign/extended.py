@@ -8,11 +8,14 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from catheter_sim.core.posture import Array
 from catheter_sim.foreign import causes
 from catheter_sim.foreign.causes import Number
 from catheter_sim.foreign.model import ForeignModel
+from catheter_sim.foreign.twin import masses_of
 
 _LABEL = "found"  # of the body that carries a payload
+_CARRIED = (causes.DAMPING, causes.FRICTION, causes.STIFFNESS, causes.PAYLOAD)
 
 
 def extended_spec(
@@ -25,55 +28,40 @@ def extended_spec(
     """
     spec = model.spec.copy()
     spec.compile()  # its elements then have the numbers of the model's
+    folder = model.path.resolve().parent  # where the file's meshes and pictures are, seen from anywhere
+    spec.meshdir, spec.texturedir = (str(folder / own) for own in (spec.meshdir, spec.texturedir))
     if model.gravity_mps2 is not None:
         spec.option.gravity = model.gravity_mps2
-    left = []
-    for number, value in values.items():
-        if not _carried(model, spec, number, value, values):
-            left.append(number.name)
+    for body, mass_kg, place_m in masses_of(values):
+        _hang(model, spec, body, mass_kg, place_m)
+    left = [number.name for number, value in values.items() if not _carried(model, spec, number, value)]
     return spec, tuple(left)
 
 
-def _carried(
-    model: ForeignModel, spec: mujoco.MjSpec, number: Number, value: float, values: Mapping[Number, float]
-) -> bool:
-    """Put one number into a model; return whether it is there."""
+def _carried(model: ForeignModel, spec: mujoco.MjSpec, number: Number, value: float) -> bool:
+    """Put one number into a model, masses apart; return whether it is there."""
     if number.cause == causes.DAMPING:
-        joint = _numbered(spec.joints, _joint_of(model, number, "damping_"))
+        joint = _numbered(spec.joints, number.of[0])
         joint.damping = _first_plus(joint.damping, value)
     elif number.cause == causes.FRICTION:
-        joint = _numbered(spec.joints, _joint_of(model, number, "friction_"))
-        joint.frictionloss = joint.frictionloss + value
-    elif number.name == "scale_springs":
+        _numbered(spec.joints, number.of[0]).frictionloss += value
+    elif number.cause == causes.STIFFNESS and number.of:
+        for actuator in (_numbered(spec.actuators, k) for k in number.of):
+            gain, bias = np.array(actuator.gainprm), np.array(actuator.biasprm)
+            gain[0] *= value
+            bias[:2] *= value
+            actuator.gainprm, actuator.biasprm = gain, bias
+    elif number.cause == causes.STIFFNESS:
         for item in (*spec.joints, *spec.tendons):
             item.stiffness = np.asarray(item.stiffness) * value
-    elif number.cause == causes.STIFFNESS:
-        holds = causes.servos(model.compiled)
-        for actuator in spec.actuators:
-            names = ("scale_servos", f"scale_servo_{model.actuators[actuator.id]}")
-            if holds[actuator.id] and number.name in names:
-                gain, bias = np.array(actuator.gainprm), np.array(actuator.biasprm)
-                gain[0] *= value
-                bias[:2] *= value
-                actuator.gainprm, actuator.biasprm = gain, bias
-    elif number.cause == causes.PAYLOAD:
-        if number.name.startswith("mass_"):
-            _hang(model, spec, number, value, {item.name: own for item, own in values.items()})
     elif number.cause in (causes.GAIN, causes.OFFSET):
         return _commanded(model, spec, number, value)
-    else:
-        return False
-    return True
+    return number.cause in _CARRIED
 
 
 def _numbered(elements: Iterable[Any], number: int) -> Any:
     """Return the element that has a number in the compiled model."""
     return next(item for item in elements if item.id == number)
-
-
-def _joint_of(model: ForeignModel, number: Number, prefix: str) -> int:
-    name = number.name.removeprefix(prefix)
-    return next(k for k in range(model.compiled.njnt) if name in (model.compiled.joint(k).name, str(k + 1)))
 
 
 def _first_plus(damping: object, value: float) -> object:
@@ -85,23 +73,17 @@ def _first_plus(damping: object, value: float) -> object:
     return found
 
 
-def _hang(
-    model: ForeignModel, spec: mujoco.MjSpec, number: Number, grams: float, named: Mapping[str, float]
-) -> None:
-    """Weld a ball with a mass to a body, as small as a point to what moves it."""
-    label = number.name.removeprefix("mass_").removesuffix("_g")
-    body = next(k for k in range(model.compiled.nbody) if label in (model.compiled.body(k).name, str(k)))
-    place = [1e-3 * named.get(f"place_{label}_{axis}_mm", 0.0) for axis in "xyz"]
-    at = np.array(model.compiled.body_ipos[body]) + np.array(place)
-    hung = _numbered(spec.bodies, body).add_body(name=f"{_LABEL}_{label}", pos=at)
-    hung.mass, hung.inertia, hung.explicitinertial = 1e-3 * grams, [1e-12, 1e-12, 1e-12], True
+def _hang(model: ForeignModel, spec: mujoco.MjSpec, body: int, mass_kg: float, place_m: Array) -> None:
+    """Weld a point-like mass [kg] to a body, a place from its centre of mass, shape (3,) [m]."""
+    at = np.array(model.compiled.body_ipos[body]) + place_m
+    hung = _numbered(spec.bodies, body).add_body(name=f"{_LABEL}_{body}", pos=at)
+    hung.mass, hung.inertia, hung.explicitinertial = mass_kg, [1e-12, 1e-12, 1e-12], True
     hung.ipos = [0.0, 0.0, 0.0]  # without it MuJoCo puts the centre of mass where the body is in its parent
 
 
 def _commanded(model: ForeignModel, spec: mujoco.MjSpec, number: Number, value: float) -> bool:
     """Put a gain or an offset of a control into its actuator; False where it is no linear one."""
-    name = number.name.removeprefix("scale_").removeprefix("offset_")
-    k = model.actuators.index(name)
+    k = number.of[0]
     actuator = _numbered(spec.actuators, k)
     fixed = int(model.compiled.actuator_gaintype[k]) == int(mujoco.mjtGain.mjGAIN_FIXED)
     if not fixed or int(model.compiled.actuator_dyntype[k]) != int(mujoco.mjtDyn.mjDYN_NONE):

@@ -32,8 +32,8 @@ class Fit:
 
     Attributes:
         variants: what was freed; (): nothing.
-        values: of the numbers.
-        spread: standard deviation of each number, shape (p,).
+        values: of the numbers, in their units.
+        spread: standard deviation of each number, in its unit; infinite where the data say nothing.
         mean_square: of the training errors in units of the noise.
         evidence: see the module's text.
     """

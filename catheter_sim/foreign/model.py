@@ -109,6 +109,12 @@ class ForeignModel:
         return tuple(self.compiled.actuator(k).name or str(k + 1) for k in range(self.compiled.nu))
 
     @property
+    def resting_controls(self) -> Array:
+        """The controls of the first keyframe, where the model begins, or zeros, shape (nu,)."""
+        compiled = self.compiled
+        return np.array(compiled.key_ctrl[0] if compiled.nkey else np.zeros(compiled.nu))
+
+    @property
     def input_columns(self) -> tuple[str, ...]:
         """The names of the input columns, in the order of the controls."""
         return tuple(CONTROL + name for name in self.actuators)

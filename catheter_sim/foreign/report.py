@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.diagnosis.report.to_json import finite_document
 from catheter_sim.files import check_output_folder
 from catheter_sim.foreign.causes import SUMMARIES
 from catheter_sim.foreign.diagnose import CAUSE_FOUND, NO_DISCREPANCY, ForeignDiagnosis, Judged
 from catheter_sim.foreign.extended import extended_spec
-from catheter_sim.foreign.fit import Fit
 from catheter_sim.foreign.thresholds import SHOWN
 from catheter_sim.page.render import png_source, rendered
 from catheter_sim.tables import Table, replaced_when_whole, write_table
@@ -100,40 +100,42 @@ def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
     before, after = (found.heldout_rms(item) for item in (found.before, found.best))
     noise = _noise_by_unit(found)
     unit = max(before, key=lambda name: before[name] / noise[name])
-    named = _causes(found.best.fit, gain)
-    return {
+    named = _causes(found)
+    described = {
         "dataset": found.data.name,
         "robot": found.data.robot,
         "unit": unit,
         "verdict": found.verdict,
-        "noise_floor": _round(noise[unit]),
+        "noise_floor": noise[unit],
         "heldout": {
-            "rmse_before": _round(before[unit]),
-            "rmse_after": _round(after[unit]),
-            "gain_percent": _round(gain),
-            "gain_percent_ci95": [_round(low), _round(high)],
+            "rmse_before": before[unit],
+            "rmse_after": after[unit],
+            "gain_percent": gain,
+            "gain_percent_ci95": [low, high],
         },
         "causes": named if found.verdict == CAUSE_FOUND else [],
         "absorbs": [] if found.verdict in (CAUSE_FOUND, NO_DISCREPANCY) else named,
-        "evidence_shares": {name: _round(value) for name, value in found.weights.items()},
+        "evidence_shares": dict(found.weights),
         "ranking": [_ranked(item) for item in found.ranking[:SHOWN]],
         "indistinguishable": [list(group) for group in found.indistinguishable],
         "next_experiment": "none is planned for models from somebody's MJCF",
         "by_unit": {
             name: {
-                "noise_floor": _round(noise[name]),
-                "rmse_before": _round(before[name]),
-                "rmse_after": _round(after[name]),
+                "noise_floor": noise[name],
+                "rmse_before": before[name],
+                "rmse_after": after[name],
             }
             for name in before
         },
         "times_noise": {
-            "before": _round(found.before.times_noise),
-            "after": _round(found.best.times_noise),
+            "before": found.before.times_noise,
+            "after": found.best.times_noise,
         },
         "timestep_s": float(found.data.model.simulated.opt.timestep),
         "not_in_model": list(left),
     }
+    finite, undefined = finite_document(described, "")
+    return {**finite, "undefined": undefined} if undefined else dict(finite)
 
 
 def lines(found: ForeignDiagnosis) -> list[str]:
@@ -149,7 +151,7 @@ def lines(found: ForeignDiagnosis) -> list[str]:
         f"noise {noise[unit]:.2g}"
         for unit in before
     ]
-    for cause in _causes(found.best.fit, found.gain_percent()[0]) if found.causes else ():
+    for cause in _causes(found) if found.causes else ():
         said.append(f"cause: {cause['name']} ({cause['form']})")
         for name, value in cause["parameters"].items():
             low, high = value["ci95"]
@@ -179,33 +181,35 @@ def sentence(found: ForeignDiagnosis) -> str:
     )
 
 
-def _causes(fit: Fit, gain: float) -> list[dict[str, Any]]:
-    """Return a fit's causes as a document."""
+def _causes(found: ForeignDiagnosis) -> list[dict[str, Any]]:
+    """Return the best fit's causes as a document, those with the largest share of the gain first."""
+    fit, shares = found.best.fit, found.gain_shares()
+    ordered = sorted(fit.variants, key=lambda item: -shares[item.cause])
     return [
         {
             "name": variant.cause,
             "form": variant.form,
-            "gain_percent": _round(gain),
+            "gain_percent": shares[variant.cause],
             "parameters": {
                 number.name: {
-                    "value": _round(fit.values[number]),
+                    "value": fit.values[number],
                     "ci95": [
-                        _round(fit.values[number] - _SIDES * fit.spread[number]),
-                        _round(fit.values[number] + _SIDES * fit.spread[number]),
+                        fit.values[number] - _SIDES * fit.spread[number],
+                        fit.values[number] + _SIDES * fit.spread[number],
                     ],
                 }
                 for number in variant.numbers
             },
         }
-        for variant in fit.variants
+        for variant in ordered
     ]
 
 
 def _ranked(item: Judged) -> dict[str, Any]:
     return {
         "causes": list(item.fit.causes),
-        "heldout_times_noise": _round(item.times_noise),
-        "evidence": _round(item.fit.evidence),
+        "heldout_times_noise": item.times_noise,
+        "evidence": item.fit.evidence,
     }
 
 
@@ -214,8 +218,3 @@ def _noise_by_unit(found: ForeignDiagnosis) -> Mapping[str, float]:
     for column, noise in zip(found.data.model.columns, found.noise, strict=True):
         squares.setdefault(column.unit, []).append(float(noise) ** 2)
     return {unit: float(np.sqrt(np.mean(values))) for unit, values in squares.items()}
-
-
-def _round(value: float) -> float | None:
-    """Return a number with six significant digits, None where it is not finite."""
-    return float(f"{value:.6g}") if np.isfinite(value) else None

@@ -22,5 +22,4 @@ START_SIZES = (0.3, 1.0, 3.0)  # of what a straight line promises, at which a fi
 START_FAR = 3.0  # times a number's start, for numbers that do nothing alone
 STEPS = 6  # of a fit, of its Jacobian; those of the one that is chosen
 LAST_STEPS = 20
-SETTLED_RAD_PER_S = 1e-3  # slower than this a model rests
 SHOWN = 12  # sets of causes in a report's ranking

@@ -14,13 +14,15 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 from mujoco import rollout
+from scipy.spatial.transform import Rotation
 
 from catheter_sim.core.posture import Array
 from catheter_sim.foreign import causes
-from catheter_sim.foreign.causes import Number, Values
+from catheter_sim.foreign.causes import Values
 from catheter_sim.foreign.model import ForeignModel
 
 _LARGE = 1e6  # error of a run that diverged, in the columns' units
+_ORDER = {causes.GAIN: 1, causes.OFFSET: 2, causes.BACKLASH: 3}  # in which a command passes them
 
 
 @dataclass(frozen=True)
@@ -104,17 +106,18 @@ def _at_rest(model: mujoco.MjModel) -> Array:
 
 def arriving_controls(model: ForeignModel, trial: Trial, values: Values, at_s: Array) -> Array:
     """Return the controls that arrive at times from the trial's start, shape (n, nu)."""
-    named = by_name(values)
-    delay = named.get("delay_s", 0.0)
+    rows, delay = trial.controls.copy(), 0.0
+    for number, value in sorted(values.items(), key=lambda item: _ORDER.get(item[0].cause, 0)):
+        if number.cause == causes.GAIN:
+            rows[:, number.of[0]] *= value
+        elif number.cause == causes.OFFSET:
+            rows[:, number.of[0]] += value
+        elif number.cause == causes.BACKLASH:
+            rows[:, number.of[0]] = _after_play(rows[:, number.of[0]], value)
+        elif number.cause == causes.DELAY:
+            delay = value
     when = np.maximum(at_s - delay, 0.0)
-    found = np.empty((len(at_s), trial.controls.shape[1]))
-    for k, name in enumerate(model.actuators):
-        rows = named.get(f"scale_{name}", 1.0) * trial.controls[:, k] + named.get(f"offset_{name}", 0.0)
-        width = named.get(f"width_{name}", 0.0)
-        if width > 0.0:
-            rows = _after_play(rows, width)
-        found[:, k] = np.interp(when, trial.time_s, rows)
-    return found
+    return np.stack([np.interp(when, trial.time_s, column) for column in rows.T], axis=1)
 
 
 def _after_play(rows: Array, width: float) -> Array:
@@ -128,7 +131,7 @@ def _after_play(rows: Array, width: float) -> Array:
 
 def as_tracked(model: ForeignModel, outputs: Array, values: Values) -> Array:
     """Return outputs (r, o) as a tracker with another frame sees their points; the rest stays."""
-    own = by_name({number: value for number, value in values.items() if number.cause == causes.FRAME})
+    own = {number.name: value for number, value in values.items() if number.cause == causes.FRAME}
     if not own:
         return outputs
     seen = outputs.copy()
@@ -137,15 +140,18 @@ def as_tracked(model: ForeignModel, outputs: Array, values: Values) -> Array:
         points = np.zeros((len(outputs), 3))
         for axis, k in places.items():
             points[:, axis] = outputs[:, k]
-        moved = causes.turned_and_shifted(points, own)
+        moved = turned_and_shifted(points, own)
         for axis, k in places.items():
             seen[:, k] = moved[:, axis]
     return seen
 
 
-def by_name(values: Values) -> Mapping[str, float]:
-    """Return values by their numbers' names."""
-    return {number.name: value for number, value in values.items()}
+def turned_and_shifted(points: Array, values: Mapping[str, float]) -> Array:
+    """Return points (..., 3) [mm] as a tracker sees them whose frame is turned and shifted."""
+    angles = [values.get(f"rotation_{axis}_deg", 0.0) for axis in "xyz"]
+    shift = np.array([values.get(f"translation_{axis}_mm", 0.0) for axis in "xyz"])
+    turn = Rotation.from_rotvec(angles, degrees=True).as_matrix()
+    return np.asarray(points @ turn.T + shift)
 
 
 def changed(model: ForeignModel, values: Values) -> mujoco.MjModel:
@@ -155,63 +161,36 @@ def changed(model: ForeignModel, values: Values) -> mujoco.MjModel:
         return model.simulated
     own = copy.copy(model.simulated)
     for number, value in inside.items():
-        _INSIDE[number.cause](model, own, number, value)
-    masses = {number.name: value for number, value in inside.items() if number.cause == causes.PAYLOAD}
-    if masses:
-        add_masses(own, masses)
+        if number.cause == causes.DAMPING:
+            own.dof_damping[own.jnt_dofadr[number.of[0]]] += value
+        elif number.cause == causes.FRICTION:
+            own.dof_frictionloss[own.jnt_dofadr[number.of[0]]] += value
+        elif number.cause == causes.STIFFNESS and number.of:
+            own.actuator_gainprm[list(number.of), 0] *= value
+            own.actuator_biasprm[list(number.of), 0:2] *= value
+        elif number.cause == causes.STIFFNESS:
+            own.jnt_stiffness[:] *= value
+            own.tendon_stiffness[:] *= value
+    for body, mass_kg, place_m in masses_of(inside):
+        add_mass(own, body, mass_kg, place_m)
+        mujoco.mj_setConst(own, mujoco.MjData(own))
     return own
 
 
-def _damp(model: ForeignModel, own: mujoco.MjModel, number: Number, value: float) -> None:
-    own.dof_damping[_dof_of(model, number, "damping_")] += value
+_INSIDE = (causes.DAMPING, causes.FRICTION, causes.STIFFNESS, causes.PAYLOAD)
 
 
-def _rub(model: ForeignModel, own: mujoco.MjModel, number: Number, value: float) -> None:
-    own.dof_frictionloss[_dof_of(model, number, "friction_")] += value
-
-
-def _dof_of(model: ForeignModel, number: Number, prefix: str) -> int:
-    name = number.name.removeprefix(prefix)
-    for k in causes.driven_joints(model):
-        if name in (model.compiled.joint(k).name, str(k + 1)):
-            return int(model.compiled.jnt_dofadr[k])
-    raise KeyError(number.name)
-
-
-def _stiffen(model: ForeignModel, own: mujoco.MjModel, number: Number, value: float) -> None:
-    if number.name == "scale_springs":
-        own.jnt_stiffness[:] *= value
-        own.tendon_stiffness[:] *= value
-        return
-    chosen = causes.servos(model.compiled)
-    if number.name != "scale_servos":
-        chosen = chosen & (np.array(model.actuators) == number.name.removeprefix("scale_servo_"))
-    own.actuator_gainprm[chosen, 0] *= value
-    own.actuator_biasprm[chosen, 0:2] *= value
-
-
-def _nothing(model: ForeignModel, own: mujoco.MjModel, number: Number, value: float) -> None:
-    """Do nothing: masses with their places are added together (`add_masses`)."""
-
-
-_INSIDE = {
-    causes.DAMPING: _damp,
-    causes.FRICTION: _rub,
-    causes.STIFFNESS: _stiffen,
-    causes.PAYLOAD: _nothing,
-}
-
-
-def add_masses(own: mujoco.MjModel, values: Mapping[str, float]) -> None:
-    """Add point masses to bodies: `mass_<body>_g` at `place_<body>_<axis>_mm` from their centres of mass."""
-    for name, grams in values.items():
-        if not name.startswith("mass_"):
-            continue
-        label = name.removeprefix("mass_").removesuffix("_g")
-        body = next(k for k in range(own.nbody) if label in (own.body(k).name, str(k)))
-        place = np.array([1e-3 * values.get(f"place_{label}_{axis}_mm", 0.0) for axis in "xyz"])
-        add_mass(own, body, 1e-3 * grams, place)
-    mujoco.mj_setConst(own, mujoco.MjData(own))
+def masses_of(values: Values) -> list[tuple[int, float, Array]]:
+    """Return the masses in numbers: body, mass [kg] and place from the body's centre, shape (3,) [m]."""
+    found = []
+    for number, grams in values.items():
+        if number.cause == causes.PAYLOAD and number.axis < 0:
+            place = np.zeros(3)
+            for other, value in values.items():
+                if other.cause == causes.PAYLOAD and other.of == number.of and other.axis >= 0:
+                    place[other.axis] = 1e-3 * value
+            found.append((number.of[0], 1e-3 * grams, place))
+    return found
 
 
 def add_mass(own: mujoco.MjModel, body: int, mass_kg: float, place_m: Array) -> None:

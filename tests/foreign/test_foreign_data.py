@@ -114,3 +114,22 @@ def test_noise_is_told_from_motion() -> None:
     outputs = motion + generator.normal(size=motion.shape) * (0.1, 0.4)
     found = noise_of([Trial("a", "train", time_s, np.zeros((len(time_s), 1)), outputs)], 1e-4)
     assert found == pytest.approx([0.1, 0.4], rel=0.15)
+
+
+def test_a_control_without_a_column_stays_as_the_file_begins(copied: Path) -> None:
+    key = '<keyframe><key qpos="0.1 0.2" ctrl="0.3 -0.4"/></keyframe></mujoco>'
+    (copied / "two_link.xml").write_text(FILE.read_text().replace("</mujoco>", key))
+    (copied / "dataset.toml").write_text(text_of(inputs='"control_one"'))
+    controls = read_foreign(copied).trials[0].controls
+    assert np.ptp(controls[:, 0]) > 0.1
+    assert (controls[:, 1] == -0.4).all()
+
+
+def test_trials_that_all_train_are_refused(copied: Path) -> None:
+    (copied / "dataset.toml").write_text(
+        text_of()
+        .replace('role = "heldout"', 'role = "train"')
+        .replace('1.csv"\n', '1.csv"\nrole = "train"\n')
+    )
+    with pytest.raises(InputError, match="every trial has the role train"):
+        read_foreign(copied)

@@ -109,3 +109,13 @@ def test_data_that_come_from_the_files_own_coarse_step_are_met_with_it(tmp_path:
     assert found.causes == ("actuation_gain",)
     assert found.best.times_noise < 1.25
     assert found.data.model.simulated.opt.timestep == 0.01
+
+
+def test_two_causes_share_the_gain(tmp_path: Path) -> None:
+    """A large gain and a smaller delay: both are named, and their shares are the whole gain."""
+    found = diagnose_foreign(write_dataset(tmp_path, command=lambda u: late(u * (1.4, 1.4))))
+    assert set(found.causes) == {"actuation_gain", "delay"}
+    shares = found.gain_shares()
+    assert set(shares) == set(found.causes)
+    assert sum(shares.values()) == pytest.approx(found.gain_percent()[0])
+    assert min(shares.values()) > 5.0

@@ -92,7 +92,7 @@ def test_what_a_file_cannot_carry_is_said() -> None:
 
 
 def test_commands_pass_gain_and_offset_then_play_then_delay() -> None:
-    values = {NUMBERS["scale_one"]: 2.0, NUMBERS["offset_one"]: 0.1, NUMBERS["width_one"]: 0.2}
+    values = {NUMBERS["width_one"]: 0.2, NUMBERS["scale_one"]: 2.0, NUMBERS["offset_one"]: 0.1}
     ramp = np.stack([np.array([0.0, 1.0, 0.0]), np.zeros(3)], axis=1)
     trial = Trial("ramp", "train", np.array([0.0, 1.0, 2.0]), ramp, np.zeros((3, len(OUTPUTS))))
     at_s = np.array([0.0, 1.0, 2.0])
@@ -132,3 +132,18 @@ def test_a_trial_begins_as_its_first_row_has_settled() -> None:
     moving, settled = (Runner(MODEL, settle_s).outputs([{}], [held])[0][0] for settle_s in (0.0, 5.0))
     assert np.ptp(moving[:, 0]) > 5.0
     assert np.ptp(settled[:, 0]) < 0.1
+
+
+def test_the_extended_file_finds_meshes_from_anywhere(tmp_path: Path) -> None:
+    (tmp_path / "here" / "meshes").mkdir(parents=True)
+    corners = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    (tmp_path / "here" / "meshes" / "corner.obj").write_text(corners)
+    text = FILE.read_text().replace(
+        "<compiler", '<asset><mesh file="corner.obj"/></asset><compiler meshdir="meshes"'
+    )
+    text = text.replace('<site name="end"', '<geom type="mesh" mesh="corner" mass="0"/><site name="end"')
+    (tmp_path / "here" / "arm.xml").write_text(text)
+    spec, _ = extended_spec(ForeignModel(tmp_path / "here" / "arm.xml"), {NUMBERS["damping_first"]: 0.1})
+    spec.compile()
+    (tmp_path / "model.xml").write_text(spec.to_xml())
+    assert mujoco.MjModel.from_xml_path(str(tmp_path / "model.xml")).nmesh == 1

@@ -69,13 +69,23 @@ def _last_trials(trials: Sequence[Trial], open_ones: Sequence[int]) -> set[int]:
         for i in range(len(trials))
         if any(i != j and is_repeat(trials[i], trials[j]) for j in range(len(trials)))
     }
-    rows = sum(len(trial.inputs) for trial in trials)
-    chosen: set[int] = set()
     candidates = [i for i in open_ones if i not in repeated] or list(open_ones)
+    return last_trials([len(trial.inputs) for trial in trials], candidates)
+
+
+def last_trials(counts: Sequence[int], candidates: Sequence[int]) -> set[int]:
+    """Return the last of the candidates that hold about 30 % of all rows, one at least, never all trials.
+
+    Args:
+        counts: rows of each trial.
+        candidates: numbers of those that may be held out, rising.
+    """
+    rows = sum(counts)
+    chosen: set[int] = set()
     for index in reversed(candidates):
-        taken = sum(len(trials[i].inputs) for i in chosen)
-        here = len(trials[index].inputs)
-        left = len(trials) - len(chosen)
+        taken = sum(counts[i] for i in chosen)
+        here = counts[index]
+        left = len(counts) - len(chosen)
         # Nearer to the wanted share with this trial than without it; one at least, never all.
         nearer = abs(taken + here - HELDOUT_SHARE * rows) <= abs(taken - HELDOUT_SHARE * rows)
         if left > 1 and (nearer or not chosen):
