@@ -457,6 +457,10 @@ the time."""
 
 # ---------------------------------------------------------------- the verdict
 
+ESTABLISHED = 0.5
+"""[probability] Of a cause, or of a group of causes that the data cannot tell apart, to be named. Why: a named
+cause is to be more probable than not."""
+
 NEAR_NOISE = 1.5
 """[times the noise floor] An error within it is no discrepancy; what several causes leave is small. Why:
 the floor is what is white in the error, and a right model leaves at most 1.3 times as much (blind bench:

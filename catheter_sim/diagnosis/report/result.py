@@ -12,16 +12,14 @@ from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.thresholds import SIGNIFICANT_P
 from catheter_sim.tables import Array, Table
 
-CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = (
+CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = (
     "cause_found",
+    "improved",
     "no_discrepancy",
     "unexplained",
     "data_suspect",
 )
-
-
-VERDICTS = (CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT)
-
+VERDICTS = (CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT)
 
 NEXT_EXPERIMENT_FILE = "next_experiment.csv"
 
@@ -37,7 +35,7 @@ class FittedParameter:
 
 @dataclass(frozen=True)
 class Cause:
-    """A named cause: an effect with its fitted parameters.
+    """A cause or a correction: an effect with its fitted parameters.
 
     Attributes:
         name: from the closed list of effects.
@@ -45,9 +43,11 @@ class Cause:
         gain_percent: this cause's share of the held-out gain [% of the error before].
         form: in which of its forms it acts.
         forms_as_good: others of its forms that explain the training data as well.
-        probability: that it is at work; NaN: not worked out.
+        probability: that it is at work, or of a group that one of its members is; NaN: not worked out.
         plausible: False where one of its numbers stands at a bound or beyond what its specification makes
             likely.
+        members: of a group of causes that these data cannot tell apart: the probability of each by name, the
+            likeliest first; its parameters are those of `name`. Empty: it stands alone.
     """
 
     name: str
@@ -57,6 +57,12 @@ class Cause:
     forms_as_good: tuple[str, ...] = ()
     probability: float = float("nan")
     plausible: bool = True
+    members: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def one_of(self) -> tuple[str, ...]:
+        """Names of the group, the likeliest first; the cause's own where it stands alone."""
+        return tuple(self.members) or (self.name,)
 
 
 @dataclass(frozen=True)
@@ -211,9 +217,10 @@ class Diagnosis:
         verdict: one of `VERDICTS`.
         unit: the unit reported first; where there are several, the worse-explained one.
         by_unit: figures of every unit; holds `unit`.
-        causes: by their share of the gain; empty unless the verdict is "cause_found".
+        causes: established ones, with a probability of at least `ESTABLISHED`, the most probable first; empty
+            unless the verdict is "cause_found".
         ranking: every set of causes that was tried, best first; holds the one with none.
-        indistinguishable: groups of names that explain these data equally well.
+        indistinguishable: groups of names that explain these data equally well, of causes and corrections.
         next_experiment: what would tell them apart.
         extended_robot: the specification with calibration and causes in it.
         fits: every trial.
@@ -225,6 +232,8 @@ class Diagnosis:
         registration: how measured positions were moved into the base frame (`registration.document`).
         chosen_in_training: the causes chosen before the held-out data were looked at.
         absorbs: causes whose numbers are not plausible: by them the fit soaks up what is missing.
+        corrections: of the verdicts "cause_found" and "improved": what lowers the held-out error beside the
+            causes and is not established, the most probable first.
         probabilities: that each cause is at work, by name, and "none" and "outside"
             (`verdict.probabilities`).
         evidence: what they were worked out from.
@@ -252,6 +261,12 @@ class Diagnosis:
     probabilities: Mapping[str, float] = field(default_factory=dict)
     evidence: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     residual: Mapping[str, Remainder] = field(default_factory=dict)
+    corrections: tuple[Cause, ...] = ()
+
+    @property
+    def is_corrected(self) -> bool:
+        """Whether the extended robot holds causes or corrections."""
+        return self.verdict in (CAUSE_FOUND, IMPROVED)
 
     @property
     def headline(self) -> UnitResult:
@@ -260,12 +275,12 @@ class Diagnosis:
 
     @property
     def told(self) -> UnitResult:
-        """The figures that a page tells: the headline's, unless named causes gain nothing in its unit.
+        """The figures that a page tells: the headline's, unless what was corrected gains nothing in its unit.
 
         A scale of torsion alone leaves positions as they were: then those of the unit that gains most.
         """
         head = self.headline
-        if not self.causes or head.gain_percent_ci95[0] > 0.0:
+        if not self.is_corrected or head.gain_percent_ci95[0] > 0.0:
             return head
         best = max(self.by_unit.values(), key=lambda result: result.gain_percent_ci95[0])
         return best if best.gain_percent_ci95[0] > 0.0 else head
