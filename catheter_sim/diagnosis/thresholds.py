@@ -451,6 +451,12 @@ derivatives rank them well but not surely."""
 RIVALS = 2
 """[hypotheses] Fitted in the place of each chosen cause. Why: assumed; what does as well ranks first among
 the probes."""
+NEAR_TERMS = 10
+"""[variants of causes] The best probed ones, of which two at a time are tried in the place of one or two chosen
+causes. Why: assumed; of ten there are forty-five pairs, each ranked in a millisecond."""
+NEAR_SETS = 4
+"""[hypotheses] Of each size, near the set at which a search ends, that are fitted. Why: assumed; ten or so in
+all cost as much as one more step of the search."""
 MOST_FORMS = 8
 """[hypotheses] Other variants of a set's causes, fitted where the search would end. Why: assumed; it bounds
 the time."""

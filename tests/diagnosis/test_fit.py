@@ -304,7 +304,7 @@ def test_what_a_cause_supersedes_comes_back_without_it():
     frame = fit(problem, (FRAME,), cross_validate=False)
     taken = without(problem, frame, FRAME)
     assert taken.keys == (("", "shift_mm"),)
-    ahead = foreseen(problem, frame, (offset,), tangent(problem, frame, offset), taken)
+    ahead = foreseen(problem, frame, (offset,), [taken, tangent(problem, frame, offset)])
     cost, values = reached(problem, frame, (offset,), ahead.points)
     assert ahead.cost == pytest.approx(cost, rel=0.05)
     assert values["", "shift_mm"] == pytest.approx(3.0, abs=0.1)
@@ -317,7 +317,7 @@ def test_a_probe_foretells_the_fit():
     current = fit(problem, (FRAME,))
     right, wrong = Term("axial_compression", ("stiffness_N_per_mm",)), Term("twist", ("rate_deg_per_m",))
     steps = {
-        term: foreseen(problem, current, (FRAME, term), tangent(problem, current, term))
+        term: foreseen(problem, current, (FRAME, term), [tangent(problem, current, term)])
         for term in (right, wrong)
     }
     assert steps[right].cost < 0.3 * steps[wrong].cost
@@ -347,7 +347,7 @@ def test_what_a_forecast_tells_nothing_of_is_computed():
     """The derivative where a width starts, far from none, says that any width makes things worse."""
     problem = made({"measurement_frame": {"translation_x_mm": 3.0}}, noise_mm=0.05)
     null, play = fit(problem, ()), Term("backlash", ("width_mm",))
-    ahead = foreseen(problem, null, (play,), tangent(problem, null, play))
+    ahead = foreseen(problem, null, (play,), [tangent(problem, null, play)])
     worse = float(null.residual @ null.residual)
     assert misled(replace(ahead, cost=1.01 * worse), null, (play,))
     assert not misled(replace(ahead, cost=0.99 * worse), null, (play,))

@@ -158,7 +158,16 @@ def test_two_causes_are_found_beside_one_that_imitates_them(monkeypatch):
     candidates = ("stiffness", *UNITS)
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
     monkeypatch.setattr(search_module, "PAIRS", 0)
+    monkeypatch.setattr(search_module, "NEAR_SETS", 0)
     assert set(select(problem, candidates).chosen.causes) == {"stiffness"}
+
+
+def test_a_search_that_ended_wrongly_is_left_by_exchanging_causes(monkeypatch):
+    """Where sets of two are not tried at first, one cause is exchanged for the two that it imitates."""
+    monkeypatch.setattr(select_module, "BEAM", 1)
+    monkeypatch.setattr(search_module, "PAIRS", 0)
+    problem = made(multiplied, "upper", (0.5, 0.5, 0.0), seed=1)
+    assert set(select(problem, ("stiffness", *UNITS)).chosen.causes) == set(UNITS)
 
 
 def pulled_in_turn(true: tuple[float, float, float], seed: int, moving: bool) -> Problem:

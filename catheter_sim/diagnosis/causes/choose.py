@@ -160,12 +160,37 @@ def _searched(
             search.fit_in_each_place(current, (*simple, *detailed))
         elif current.terms and not done:
             search.alone(null, detailed)
-        rivals = [item for _, _, item in rivals_of(current, search.tried)]
-        better = in_order([item for item in rivals if may_replace(problem, current, item)])[:1]
-        if not left or search.late or not better or not pays(current, better[0]):
+        alone = len(current.terms) == 1 and settled(problem, current)
+        if current.terms and not (alone or search.late or problem.moving):
+            search.fit_near(current, (*simple, *detailed))
+        if not (search.late or problem.moving):
+            search.fit_rivals_in_other_forms(current)
+        nearer = _better_near(search, current, most)
+        if not left or search.late or nearer is current:
             break
-        path.append(better[0])
+        path.append(nearer)
+    rivals = [item for _, _, item in rivals_of(current, search.tried)]
     return singles, [item for item in rivals if as_good(current, item)]
+
+
+def _better_near(search: Search, current: Fit, most: int) -> Fit:
+    """Return the set, of all that were tried, that is to stand in the place of `current`; itself if none.
+
+    It is one that pays over it, the simplest of those as good as the best of these; else one as good as
+    `current` with fewer causes and fewer numbers.
+    """
+    problem = search.problem
+    tried = [item for item in search.tried if len(item.terms) <= most]
+    other = [item for item in tried if may_replace(problem, current, item)]
+    better = in_order([item for item in other if pays(current, item)])[:1]
+    if better:
+        return _simplest(better[0], [item for item in other if pays(current, item)])
+    fewer = [
+        item
+        for item in other
+        if len(item.terms) < len(current.terms) and len(item.numbers) < len(current.numbers)
+    ]
+    return _simplest(current, [item for item in fewer if may_end_at(current, item, search.tried)])
 
 
 def _further(problem: Problem, candidates: Sequence[str]) -> list[Term]:

@@ -102,28 +102,24 @@ def _does_nothing(current: Fit, numbers: Sequence[FittedNumber], x: Array) -> bo
     return all(same) and not mine
 
 
-def foreseen(
-    problem: Problem, current: Fit, terms: Sequence[Term], beyond: Tangent, lacking: Tangent | None = None
-) -> Foreseen:
+def foreseen(problem: Problem, current: Fit, terms: Sequence[Term], changes: Sequence[Tangent]) -> Foreseen:
     """Return what a step from `current` to the hypothesis `terms` reaches, to first order.
 
     Args:
         problem: trials and twin.
         current: where from.
-        terms: the hypothesis: terms of `current` and one more.
-        beyond: the tangent of that one beside `current`.
-        lacking: the tangent of `current` without the term that `terms` lacks, if it lacks one.
+        terms: the hypothesis.
+        changes: the tangents of `current` without each of the terms that `terms` lacks, then of each further
+            one beside `current`.
     """
     numbers = fitted_numbers(problem, terms)
     x, _ = _start(current, terms, numbers)
     box = box_of(numbers)
-    error = beyond.error
+    error = current.residual
     columns = {fitted.key: column for fitted, column in zip(current.numbers, current.jacobian.T, strict=True)}
-    for change in (lacking, beyond):
-        if change is not None:
-            columns |= dict(zip(change.keys, change.columns.T, strict=True))
-    if lacking is not None:
-        error = error + lacking.error - current.residual
+    for change in changes:
+        columns |= dict(zip(change.keys, change.columns.T, strict=True))
+        error = error + (change.error - current.residual)
     jacobian = np.stack([columns[fitted.key] for fitted in numbers], axis=-1)
     at, prior = Linearised(x, error, jacobian), prior_of(numbers)
     points = np.array([np.clip(x + damped_step(at, box, damping, prior), *box) for damping in PROBE_DAMPINGS])
