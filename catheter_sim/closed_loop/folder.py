@@ -36,7 +36,7 @@ class Found:
 
     Attributes:
         verdict: the diagnosis's.
-        believed: probability of every cause, "none" and "outside" (`alive.beliefs`).
+        believed: probability of every cause, "none" and "outside" (`verdict.probabilities`).
         sentence: what was found, in one sentence.
         sure: causes that stand at `SURE_BELIEF` or more.
         numbers: of the named causes: cause, parameter, value, and the ends of its 95 % interval, in the

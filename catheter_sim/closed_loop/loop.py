@@ -18,7 +18,7 @@ from catheter_sim.closed_loop.experiment import (
     sure_causes,
 )
 from catheter_sim.closed_loop.folder import Found, LoopFolder, Proposed, Step
-from catheter_sim.diagnosis.best_experiment import believed, best_after
+from catheter_sim.diagnosis.best_experiment import best_after
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
 from catheter_sim.diagnosis.next_experiment.within_limits import bench_of, programmes_within
 from catheter_sim.diagnosis.pipeline import Investigation, investigate, write_diagnosis
@@ -239,7 +239,8 @@ def _propose(
 
 
 def _told(found: Investigation) -> Found:
-    diagnosis, beliefs = found.diagnosis, believed(found.diagnosis)
+    diagnosis = found.diagnosis
+    beliefs = diagnosis.probabilities
     numbers = [
         (cause.name, name, float(item.value), float(item.ci95[0]), float(item.ci95[1]))
         for cause in diagnosis.causes

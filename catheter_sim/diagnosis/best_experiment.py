@@ -8,17 +8,11 @@ import numpy as np
 
 from catheter_sim.channels import input_channels
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
-from catheter_sim.diagnosis.next_experiment.alive import alive_hypotheses, beliefs
+from catheter_sim.diagnosis.next_experiment.alive import alive_hypotheses
 from catheter_sim.diagnosis.next_experiment.best import BestExperiment, best_experiment
 from catheter_sim.diagnosis.next_experiment.within_limits import bench_of
 from catheter_sim.diagnosis.pipeline import Investigation
-from catheter_sim.diagnosis.report.result import Diagnosis
 from catheter_sim.diagnosis.thresholds import NATS_PER_MINUTE
-
-
-def believed(diagnosis: Diagnosis) -> dict[str, float]:
-    """Return the probability of every cause, "none" and "outside"; equal shares where nothing decides."""
-    return beliefs(diagnosis.probabilities, diagnosis.indistinguishable)
 
 
 def best_after(
@@ -41,6 +35,6 @@ def best_after(
     steps = np.concatenate([np.diff(trial.inputs.time_s) for trial in problem.trials])
     columns = input_channels(problem.robot, problem.trials[0].inputs.actuation)
     bench = bench_of(columns, ranges, float(np.median(steps)), longest_s)
-    alive = alive_hypotheses(believed(found.diagnosis), found.settled, found.equals, found.hypotheses)
+    alive = alive_hypotheses(found.diagnosis.probabilities, found.settled, found.equals, found.hypotheses)
     noise = {unit: result.noise_floor for unit, result in found.diagnosis.by_unit.items()}
     return best_experiment(problem, alive, bench, noise, found.posed.dataset.gravity_mps2, price, pool)

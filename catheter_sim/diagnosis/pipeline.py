@@ -24,15 +24,15 @@ from catheter_sim.diagnosis.stages.calibrate import Calibrated, calibrate
 from catheter_sim.diagnosis.stages.choose_causes import Choice, choose_causes
 from catheter_sim.diagnosis.stages.conclude import conclude
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled, decide_on_heldout
+from catheter_sim.diagnosis.stages.examine import Examined, examine
 from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_faults
 from catheter_sim.diagnosis.stages.judge import Verdict, judge
-from catheter_sim.diagnosis.stages.name_in_part import name_in_part
 from catheter_sim.diagnosis.stages.plan_next_experiment import plan_next_experiment
 from catheter_sim.diagnosis.stages.pose import Posed, pose
 from catheter_sim.diagnosis.stages.prepare import Prepared, prepare
 from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed, replay_in_mujoco, weigh_again
 from catheter_sim.diagnosis.stages.run import Run, running
-from catheter_sim.diagnosis.stages.score_hypotheses import score_hypotheses
+from catheter_sim.diagnosis.stages.score_hypotheses import Scores, score_hypotheses
 from catheter_sim.diagnosis.stages.widen_intervals import widen_intervals
 from catheter_sim.diagnosis.thresholds import MOST_CAUSES
 from catheter_sim.effects.apply import embodied
@@ -162,18 +162,10 @@ def investigate_prepared(
     before = calibrate(posed)
     faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
     choice = chosen or choose_causes(run, posed, faults, most)
-    settled, verdict, replayed = _settle(run, posed, before, choice, faults, simulation)
-    scores = score_hypotheses(run, posed, choice, settled, verdict)
-    part, in_part = settled, verdict
-    if most > 0:
-        part, in_part = name_in_part(run, posed, before, settled, verdict, scores)
-    if in_part is not verdict:
-        again = replay_in_mujoco(run, posed, in_part, simulation)
-        if weigh_again(part, in_part, again).weighed.after is part.weighed.after:
-            settled, verdict, replayed = part, in_part, again
-    conclusion = conclude(run, posed, before, choice, settled, verdict, replayed)
+    settled, examined, scores, verdict, replayed = _settle(run, posed, before, choice, faults, simulation)
+    conclusion = conclude(posed, before, choice, settled, examined, scores, verdict, replayed)
     following = plan_next_experiment(run, posed, conclusion, simulation)
-    numbers = widen_intervals(run, posed, conclusion, replayed, verdict.in_part)
+    numbers = widen_intervals(run, posed, conclusion, replayed, verdict.more_is_wrong)
     found = assemble(
         prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores
     )
@@ -182,17 +174,19 @@ def investigate_prepared(
 
 def _settle(
     run: Run, posed: Posed, before: Calibrated, choice: Choice, faults: Faults, simulation: bool
-) -> tuple[Settled, Verdict, Replayed]:
-    """Return the hypothesis that stays, with the verdict on it and its replay.
+) -> tuple[Settled, Examined, Scores, Verdict, Replayed]:
+    """Return the hypothesis that stays, with what was found of it, the verdict and its replay.
 
     The replay may take a cause out. What is left is then another hypothesis, which is judged and replayed
-    anew.
+    once more.
     """
     settled = decide_on_heldout(run, posed, before, choice)
     while True:
-        verdict = judge(posed, before, settled, faults)
+        examined = examine(posed, before, settled)
+        scores = score_hypotheses(run, posed, choice, settled, examined, faults)
+        verdict = judge(posed, before, settled, faults, examined, scores)
         replayed = replay_in_mujoco(run, posed, verdict, simulation)
-        again = weigh_again(settled, verdict, replayed)
+        again = weigh_again(run, posed, choice, settled, replayed) if verdict.corrects else settled
         if again.weighed.after is settled.weighed.after:
-            return again, verdict, replayed
+            return again, examined, scores, verdict, replayed
         settled = again

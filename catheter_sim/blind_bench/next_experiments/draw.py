@@ -26,7 +26,7 @@ from catheter_sim.closed_loop.experiment import (
     recorded,
     sure_causes,
 )
-from catheter_sim.diagnosis.best_experiment import believed, best_after
+from catheter_sim.diagnosis.best_experiment import best_after
 from catheter_sim.diagnosis.next_experiment.programmes import Programme
 from catheter_sim.diagnosis.next_experiment.within_limits import bench_of, programmes_within
 from catheter_sim.diagnosis.pipeline import Investigation, investigate
@@ -65,7 +65,7 @@ def drawn(seed: int, index: int, robots: Sequence[str]) -> dict[str, Any]:
         except InputError as error:
             result["refused"].append(str(error))
             continue
-        beliefs = believed(found.diagnosis)
+        beliefs = found.diagnosis.probabilities
         if len(open_causes(beliefs)) < 2:
             hidden = rig.answer()["hidden"][0]
             result["refused"].append(f"{hidden['cause']}.{hidden['form']}: {found.diagnosis.verdict}")
@@ -122,7 +122,8 @@ def accepted(hidden: Mapping[str, Any]) -> set[str]:
 
 def said(found: Investigation) -> dict[str, Any]:
     """Return what a diagnosis says, as a document."""
-    diagnosis, beliefs = found.diagnosis, believed(found.diagnosis)
+    diagnosis = found.diagnosis
+    beliefs = diagnosis.probabilities
     return {
         "verdict": diagnosis.verdict,
         "named": [cause.name for cause in diagnosis.causes],

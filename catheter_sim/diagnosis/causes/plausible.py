@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from catheter_sim.core.effect import Parameter
 from catheter_sim.diagnosis.fitting.fit import Fit
@@ -26,25 +25,16 @@ def implausible(result: Fit) -> dict[str, tuple[str, ...]]:
     return found
 
 
-def parted(causes: Sequence[Cause], result: Fit) -> tuple[tuple[Cause, ...], tuple[Cause, ...]]:
-    """Return the causes that are plausible, and those by which a fit soaks up what is missing."""
-    not_likely = implausible(result)
-    marked = [replace(cause, plausible=cause.name not in not_likely) for cause in causes]
-    return tuple(item for item in marked if item.plausible), tuple(
-        item for item in marked if not item.plausible
-    )
-
-
-def implausible_notes(result: Fit) -> list[Note]:
+def soaking_notes(soaked: Sequence[Cause]) -> list[Note]:
     """Return what to say of causes that are not plausible."""
     return [
         Note(
             "not_plausible",
-            f"{name.replace('_', ' ')} lowers the error, but {', '.join(numbers)} "
-            f"{'stands' if len(numbers) == 1 else 'stand'} at a bound or beyond what its specification makes "
-            "likely: it soaks up something that is missing, and is not named.",
+            f"{cause.name.replace('_', ' ').capitalize()} lowers the error only with implausible numbers: "
+            f"{', '.join(cause.parameters)}. The fit uses it to soak up something that is missing, so it is "
+            "left out of the corrected robot.",
         )
-        for name, numbers in implausible(result).items()
+        for cause in soaked
     ]
 
 

@@ -8,6 +8,7 @@ measure has mean 0 and variance 1 whatever the errors are distributed like (a si
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.causes.choose import Selection
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
+from catheter_sim.diagnosis.fitting.problem import Problem, Term, with_fewer_rows
 from catheter_sim.diagnosis.fitting.residuals import residuals
 from catheter_sim.diagnosis.fitting.stretches import blocks_of
 
@@ -50,27 +51,37 @@ class Scored:
         )
 
 
-def scored(problem: Problem, test: Problem, selection: Selection, named: Fit) -> tuple[Scored, ...]:
+def scored(
+    problem: Problem,
+    test: Problem,
+    selection: Selection,
+    terms: Sequence[Term],
+    known: Mapping[tuple[str, str], float],
+) -> tuple[Scored, ...]:
     """Return every set of causes that was fitted, with what it predicts.
 
     Of several variants of a set (one value, or one per channel) the one that the cross-validation prefers
-    stands for it; for the chosen set the chosen variant.
+    stands for it.
 
     Args:
         problem: the training trials.
         test: the held-out trials.
         selection: what was tried.
-        named: the hypothesis of the verdict; where causes were taken out of the chosen set, it may not be
-            among those that were tried, and is then fitted to the stretches left out too.
+        terms: the hypothesis that is asked about; it stands for its set, and is fitted to the stretches left
+            out where it was not tried.
+        known: values to fit it from, by effect and parameter.
     """
     best: dict[tuple[str, ...], Fit] = {}
+    mine = None
     for item in (selection.null, *selection.singles, *selection.tried, *selection.path):
         names = tuple(sorted(item.causes))
         if names not in best or item.cross_validated_rms < best[names].cross_validated_rms:
             best[names] = item
-    best[tuple(sorted(selection.chosen.causes))] = selection.chosen
-    if named.terms and tuple(sorted(named.causes)) not in best:
-        best[tuple(sorted(named.causes))] = fit(with_fewer_rows(problem), named.terms, named.values)
+        if set(item.terms) == set(terms):
+            mine = item
+    if terms:
+        mine = mine or fit(with_fewer_rows(problem), terms, dict(known))
+        best[tuple(sorted(mine.causes))] = mine
     block = blocks_of(test)
     return tuple(
         Scored(item, residuals(test, item.numbers, item.x[None])[0], block) for item in best.values()

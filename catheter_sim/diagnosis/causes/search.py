@@ -294,7 +294,6 @@ class Search:
         ]
         self.fitted(self.best([(chosen, terms) for _, terms in hypotheses], places), chosen)
 
-
     def fit_rivals_in_other_forms(self, chosen: Fit) -> None:
         """Fit the nearest misses among the rivals of a chosen set's causes in their other forms.
 
@@ -316,8 +315,7 @@ class Search:
         self.fitted(hypotheses[:MOST_FORMS], chosen)
 
     def fit_near(self, chosen: Fit, variants: Sequence[Term]) -> None:
-        """Fit the most promising sets of causes near a chosen one: with one or two of its causes exchanged for
-        one or two others.
+        """Fit the most promising sets near a chosen one: one or two of its causes exchanged for one or two.
 
         All of them are ranked by derivatives. The `NEAR_SETS` best of each size are fitted: of fewer causes,
         of as many, and of more, where what the chosen one leaves asks for more.

@@ -9,9 +9,10 @@ replay.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.causes.plausible import implausible
 from catheter_sim.diagnosis.causes.shares import named_causes
 from catheter_sim.diagnosis.causes.support import needed, not_significant, weakest_cause, without_support
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
@@ -115,6 +116,27 @@ def weigh(scales: Scales, weighed: Weighed, shift: Array | None = None) -> Weigh
         after, by_unit = without, by_unit_without
         causes = scales.causes(after, by_unit)
     return Weighed(after, by_unit, causes, weak, unsure, sure, suspects)
+
+
+def without_soaking(scales: Scales, weighed: Weighed) -> tuple[Weighed, tuple[Cause, ...]]:
+    """Return a hypothesis without causes whose numbers are not plausible, and those causes, one at a time.
+
+    Without one that soaks up what is missing another's numbers may be plausible: the one with the least share
+    of the gain goes first.
+    """
+    soaked: tuple[Cause, ...] = ()
+    while True:
+        not_likely = implausible(weighed.after)
+        names = weakest_cause(weighed.causes, tuple(not_likely))
+        if not names:
+            return weighed, soaked
+        soaked += tuple(replace(item, plausible=False) for item in weighed.causes if item.name in names)
+        terms = tuple(term for term in weighed.after.terms if term.effect not in names)
+        after = fit(
+            scales.problem, terms, weighed.after.values, cross_validate=False, thorough=scales.thorough
+        )
+        left = with_shares(scales, after)
+        weighed = weigh(scales, replace(left, weak=weighed.weak, unsure=weighed.unsure))
 
 
 def weighing_notes(weighed: Weighed, shift: Array | None) -> list[Note]:

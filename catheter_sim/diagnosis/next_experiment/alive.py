@@ -31,25 +31,6 @@ class Alive:
     belief: float
 
 
-def beliefs(probabilities: Mapping[str, float], groups: Sequence[Sequence[str]]) -> dict[str, float]:
-    """Return the probability of every cause, shared out among causes that the data cannot tell apart.
-
-    A diagnosis gives a cause the probability that evidence against its rivals earned it, and says in
-    `indistinguishable` which rivals explain the data as well, to within chance. Among these nothing but the
-    choice prefers the named one, so that each of a group gets the mean of the group's probabilities.
-
-    Args:
-        probabilities: of every cause, "none" and "outside".
-        groups: names that these data cannot tell apart.
-    """
-    found = dict(probabilities)
-    for group in groups:
-        share = sum(probabilities.get(name, 0.0) for name in group) / len(group)
-        for name in group:
-            found[name] = share
-    return found
-
-
 def alive_hypotheses(
     believed: Mapping[str, float],
     settled: Fit,
@@ -63,7 +44,7 @@ def alive_hypotheses(
     single causes that the data have never asked about stand beside them, little believed.
 
     Args:
-        believed: of every cause and "none" (`beliefs`).
+        believed: of every cause and "none".
         settled: the hypothesis at which the diagnosis ended.
         equals: those that explain the data as well, another cause in a settled one's place.
         tried: every set of causes that was fitted.

@@ -11,7 +11,9 @@ from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.pipeline import investigate_prepared
 from catheter_sim.diagnosis.report.result import (
     CAUSE_FOUND,
+    IMPROVED,
     NO_DISCREPANCY,
+    UNEXPLAINED,
     Cause,
     Diagnosis,
     FittedParameter,
@@ -25,7 +27,7 @@ from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError
 
 CHANGED, UNCHANGED = "changed", "unchanged"
-_IN_WORDS = {CAUSE_FOUND: CHANGED, NO_DISCREPANCY: UNCHANGED}
+_IN_WORDS = {CAUSE_FOUND: CHANGED, NO_DISCREPANCY: UNCHANGED, IMPROVED: UNEXPLAINED}
 
 
 @dataclass(frozen=True)

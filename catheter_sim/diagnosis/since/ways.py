@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.pipeline import investigate_prepared
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, UNEXPLAINED
+from catheter_sim.diagnosis.report.result import DATA_SUSPECT, UNEXPLAINED
 from catheter_sim.diagnosis.since.baseline import Baseline, baseline
 from catheter_sim.diagnosis.since.compare import CHANGED, Comparison, compared, compared_backward
 from catheter_sim.diagnosis.since.differences import differences
@@ -137,7 +137,7 @@ def _from_own_causes(run: Run, earlier: _Earlier, after: Dataset, simulation: bo
     before = earlier.dataset
     choice = None if base.notes else base.choice
     own = investigate_prepared(run, prepare(before), False, EARLIER_CAUSES, choice).diagnosis
-    if own.verdict != CAUSE_FOUND or own.registration.get("applied"):
+    if not own.is_corrected or own.registration.get("applied"):
         return None
     known = replace(before, robot=own.extended_robot, calibration=())
     base = baseline(run, known, is_paired=share_paired(after, before) >= MOSTLY_PAIRED)

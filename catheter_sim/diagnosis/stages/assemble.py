@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from catheter_sim.diagnosis.base_frame.registration import document
 from catheter_sim.diagnosis.causes.ranking import ranking
 from catheter_sim.diagnosis.fitting.prediction import robot_with
-from catheter_sim.diagnosis.report.result import Cause, Diagnosis, NextExperiment
+from catheter_sim.diagnosis.report.result import Diagnosis, NextExperiment
 from catheter_sim.diagnosis.stages.choose_causes import Choice
 from catheter_sim.diagnosis.stages.conclude import Conclusion
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
@@ -39,7 +37,7 @@ def assemble(
         verdict=verdict.name,
         unit=unit,
         by_unit=conclusion.by_unit,
-        causes=_with_probabilities(numbers.causes, scores),
+        causes=numbers.causes,
         ranking=ranking(posed.heldout, scores.hypotheses, unit),
         indistinguishable=conclusion.groups,
         next_experiment=following,
@@ -52,12 +50,9 @@ def assemble(
         data_faults=faults.found,
         registration=document(posed.registration, conclusion.frame),
         chosen_in_training=choice.fit.causes,
-        absorbs=_with_probabilities(conclusion.absorbs, scores),
-        probabilities=scores.probabilities,
+        absorbs=conclusion.absorbs,
+        corrections=numbers.corrections,
+        probabilities=scores.beliefs.each,
         evidence=scores.evidence,
         residual=remainders(posed.dataset, conclusion.fits, conclusion.by_unit),
     )
-
-
-def _with_probabilities(causes: tuple[Cause, ...], scores: Scores) -> tuple[Cause, ...]:
-    return tuple(replace(cause, probability=scores.probabilities[cause.name]) for cause in causes)

@@ -1,15 +1,13 @@
-"""What is told: the reported hypothesis with its figures, its equals, and the notes on it."""
+"""What is reported: the hypothesis with its figures, its causes and corrections, and the notes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from catheter_sim.diagnosis.base_frame.registration import registration_notes
-from catheter_sim.diagnosis.causes.again import equals_of
-from catheter_sim.diagnosis.causes.comparison import rival_groups
-from catheter_sim.diagnosis.causes.heldout_choice import also_equal_on_heldout, heldout_choice_note
-from catheter_sim.diagnosis.causes.plausible import implausible_notes, parted
+from catheter_sim.diagnosis.causes.heldout_choice import heldout_choice_note
+from catheter_sim.diagnosis.causes.plausible import soaking_notes
 from catheter_sim.diagnosis.causes.weighing import weighing_notes
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.notes import Note
@@ -17,15 +15,17 @@ from catheter_sim.diagnosis.report.result import Cause, StructureTest, TrialFit,
 from catheter_sim.diagnosis.stages.calibrate import Calibrated
 from catheter_sim.diagnosis.stages.choose_causes import Choice
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
+from catheter_sim.diagnosis.stages.examine import Examined
 from catheter_sim.diagnosis.stages.judge import Verdict
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed
-from catheter_sim.diagnosis.stages.run import Run
+from catheter_sim.diagnosis.stages.score_hypotheses import Scores
+from catheter_sim.diagnosis.thresholds import DISCREPANCY_SURE
 from catheter_sim.diagnosis.verdict.agreement import agreement_with_simulation
 from catheter_sim.diagnosis.verdict.further_numbers import doubts, further_numbers
 from catheter_sim.diagnosis.verdict.harm import harm_note
 from catheter_sim.diagnosis.verdict.heldout_figures import trial_fits
-from catheter_sim.diagnosis.verdict.rules import most_error_remains, remainder_note
+from catheter_sim.diagnosis.verdict.rules import remainder_note
 
 
 @dataclass(frozen=True)
@@ -35,10 +35,12 @@ class Conclusion:
     Attributes:
         fit: the reported hypothesis.
         by_unit: its held-out figures.
-        causes: its causes with their shares of the gain; (): none is named.
-        absorbs: causes by whose numbers the best hypothesis soaks up what is missing; none of them is named.
+        causes: its established causes, the most probable first.
+        corrections: its other causes, the most probable first.
+        absorbs: causes by whose numbers the best hypothesis soaks up what is missing; none of them is in the
+            reported one.
         equals: hypotheses that do as well, another effect in the place of one of its causes.
-        groups: names of effects that these data cannot tell apart, the named one first.
+        groups: names of effects that these data cannot tell apart, the reported one first.
         fits: every trial, computed before and by this hypothesis.
         structure: tests of the residuals, by stage.
         frame: fitted numbers of the tracker's frame, by name.
@@ -49,6 +51,7 @@ class Conclusion:
     fit: Fit
     by_unit: Mapping[str, UnitResult]
     causes: tuple[Cause, ...]
+    corrections: tuple[Cause, ...]
     absorbs: tuple[Cause, ...]
     equals: tuple[Fit, ...]
     groups: tuple[tuple[str, ...], ...]
@@ -60,25 +63,26 @@ class Conclusion:
 
 
 def conclude(
-    run: Run,
     posed: Posed,
     before: Calibrated,
     choice: Choice,
     settled: Settled,
+    examined: Examined,
+    scores: Scores,
     verdict: Verdict,
     replayed: Replayed,
 ) -> Conclusion:
-    """Return what is reported: the settled hypothesis if its causes are named, else the calibrated model."""
-    shown, fits, structure = verdict.shown, verdict.fits, dict(verdict.structure)
-    by_unit = settled.weighed.by_unit
-    causes, absorbs = parted(settled.weighed.causes, settled.weighed.after)
-    if not verdict.names_causes:
-        by_unit, causes = settled.scales.held_out(shown), ()
+    """Return what is reported: the hypothesis that is left, or the calibrated model if that is no better."""
+    shown, fits, structure = verdict.shown, examined.fits, dict(examined.structure)
+    by_unit, ordered = settled.weighed.by_unit, _by_probability(settled.weighed.causes, scores)
+    groups = tuple(cause.one_of for cause in ordered if len(cause.one_of) > 1)
+    equals = settled.equals
+    if not verdict.corrects:
+        by_unit, ordered, groups, equals = settled.scales.held_out(shown), (), (), ()
         trials = (*posed.train.trials, *posed.heldout.trials)
         fits = trial_fits(posed.train, trials, before.fit, before.fit)
         structure["after"] = structure["before"]
-    equals = _equals(run, posed, choice, settled) if causes else ()
-    equals = tuple(item for item in equals if rival_groups(shown, [item]))
+    causes = tuple(cause for cause in ordered if cause.name in verdict.established)
     frame = {
         name: value
         for (effect, name), value in shown.values.items()
@@ -86,12 +90,12 @@ def conclude(
     }
     notes = [
         *registration_notes(posed.registration, frame),
-        *_notes_on_causes(posed, choice, settled, verdict, replayed),
+        *_notes_on_causes(choice, settled, examined, scores, verdict, replayed),
     ]
     further, said = further_numbers(posed.train, fits, shown)
-    if verdict.names_causes:
+    if verdict.corrects:
         further |= _as_chosen_in_training(posed, before, choice, settled)
-    notes += [*said, *doubts(causes, by_unit)]
+    notes += [*said, *doubts(ordered, by_unit)]
     if replayed.replays:
         found, said = agreement_with_simulation(posed.train, posed.heldout.trials, replayed.replays, fits)
         further |= found
@@ -100,9 +104,13 @@ def conclude(
         fit=shown,
         by_unit=dict(by_unit),
         causes=causes,
-        absorbs=absorbs,
+        corrections=tuple(cause for cause in ordered if cause not in causes),
+        absorbs=tuple(
+            replace(item, probability=scores.beliefs.groups.get(item.name, item.probability))
+            for item in settled.soaked
+        ),
         equals=equals,
-        groups=rival_groups(shown, equals),
+        groups=groups,
         fits=fits,
         structure=structure,
         frame=frame,
@@ -111,39 +119,56 @@ def conclude(
     )
 
 
-def _equals(run: Run, posed: Posed, choice: Choice, settled: Settled) -> tuple[Fit, ...]:
-    """Return what does as well as the settled hypothesis, on the training and the held-out trials."""
-    weighed = settled.weighed
-    if not weighed.weak and not weighed.unsure:
-        return settled.equals
-    # What was found to be as good was fitted beside causes that are gone now.
-    equals = equals_of(posed.train, weighed.after, choice.candidates, run.pool)
-    return also_equal_on_heldout(posed.train, posed.heldout, weighed.after, equals, posed.thorough, run.pool)
+def _by_probability(causes: tuple[Cause, ...], scores: Scores) -> tuple[Cause, ...]:
+    """Return the causes with their probabilities and groups, the most probable first."""
+    believed = scores.beliefs
+    found = [
+        replace(
+            cause,
+            probability=believed.groups.get(cause.name, cause.probability),
+            members=believed.members.get(cause.name, {}),
+        )
+        for cause in causes
+    ]
+    return tuple(sorted(found, key=lambda cause: -cause.probability))
 
 
 def _notes_on_causes(
-    posed: Posed, choice: Choice, settled: Settled, verdict: Verdict, replayed: Replayed
+    choice: Choice,
+    settled: Settled,
+    examined: Examined,
+    scores: Scores,
+    verdict: Verdict,
+    replayed: Replayed,
 ) -> list[Note]:
-    """Return what to say of causes that are named, of those that are not, and why."""
+    """Return what to say of causes that are reported, of those that are not, and why."""
     weighed = settled.weighed
-    result = weighed.by_unit[settled.unit]
     notes = []
     if choice.selection.unfinished:
         notes.append(
             Note(
                 "search_unfinished",
-                "Time ran out before the search for causes ended: what is told is the best so far.",
+                "Time ran out before the search for causes ended. You see the best that was found by then.",
             )
         )
-    if set(weighed.after.causes) - set(choice.fit.causes) and verdict.names_causes:
+    if set(weighed.after.causes) - set(choice.fit.causes) and verdict.corrects:
         notes.append(heldout_choice_note(choice.fit, weighed.after))
-    much_left = most_error_remains(result, posed.train.model_share)
-    if weighed.after.terms and (verdict.remainder is not None or much_left):
-        notes.append(remainder_note(weighed.after, result, verdict.remainder, verdict.in_part))
-    if weighed.after.terms and verdict.harms and not verdict.names_causes:
-        notes.append(harm_note(weighed.after, verdict.harms))
-    notes += implausible_notes(weighed.after)
-    if verdict.names_causes:
+    if weighed.after.terms and verdict.more_is_wrong:
+        notes.append(remainder_note(weighed.after, weighed.by_unit[settled.unit], examined.remainder))
+    if weighed.after.terms and examined.harms and not verdict.corrects:
+        notes.append(harm_note(weighed.after, examined.harms))
+    notes += soaking_notes(settled.soaked)
+    unlisted = scores.unlisted
+    if verdict.corrects and unlisted is not None and unlisted.surer < DISCREPANCY_SURE:
+        notes.append(
+            Note(
+                "one_unlisted_form",
+                f"{unlisted.name.replace('_', ' ').capitalize()} alone, in a form that is not listed, may "
+                f"replace these {len(weighed.after.causes)} corrections. With a smooth error beside it, it "
+                "explains the held-out data as well.",
+            )
+        )
+    if verdict.corrects:
         notes += weighing_notes(weighed, replayed.shift)
     return notes
 

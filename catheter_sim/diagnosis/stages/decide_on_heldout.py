@@ -1,16 +1,19 @@
 """What the held-out trials say of the chosen causes.
 
-They decide between hypotheses that do as well on the training trials, and a cause that does not pay there is
-taken out.
+They decide between hypotheses that do as well on the training trials. A cause that does not pay there is
+taken out, and so is one whose numbers are not plausible.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from catheter_sim.diagnosis.causes.heldout_choice import choose_on_heldout
-from catheter_sim.diagnosis.causes.weighing import Scales, Weighed, weigh, with_shares
+from catheter_sim.diagnosis.causes.again import equals_of
+from catheter_sim.diagnosis.causes.heldout_choice import also_equal_on_heldout, choose_on_heldout
+from catheter_sim.diagnosis.causes.weighing import Scales, Weighed, weigh, with_shares, without_soaking
 from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.problem import Term
+from catheter_sim.diagnosis.report.result import Cause
 from catheter_sim.diagnosis.stages.calibrate import Calibrated, noise_beside
 from catheter_sim.diagnosis.stages.choose_causes import Choice
 from catheter_sim.diagnosis.stages.pose import Posed
@@ -25,17 +28,24 @@ class Settled:
     Attributes:
         scales: on what its causes were weighed: noise, unit, where to fit.
         weighed: it, its held-out figures, and what was taken out.
+        soaked: causes taken out since their numbers are not plausible.
         equals: hypotheses that do as well on both parts, one other effect in each.
     """
 
     scales: Scales
     weighed: Weighed
+    soaked: tuple[Cause, ...]
     equals: tuple[Fit, ...]
 
     @property
     def unit(self) -> str:
         """Return the unit that is reported first: the worst explained one."""
         return self.scales.unit
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Return the causes that the held-out trials leave, plausible or not."""
+        return (*self.weighed.after.terms, *(Term(item.name, tuple(item.parameters)) for item in self.soaked))
 
 
 def decide_on_heldout(run: Run, posed: Posed, before: Calibrated, choice: Choice) -> Settled:
@@ -49,4 +59,36 @@ def decide_on_heldout(run: Run, posed: Posed, before: Calibrated, choice: Choice
     unit = max(by_unit, key=lambda name: by_unit[name].rmse_after / max(by_unit[name].noise_floor, 1e-12))
     run.say("weighing the causes")
     scales = Scales(train, heldout, before.fit, noise, unit, posed.thorough, run.pool)
-    return Settled(scales, weigh(scales, with_shares(scales, after)), equals)
+    return with_plausible_causes(
+        run, posed, choice, scales, weigh(scales, with_shares(scales, after)), equals
+    )
+
+
+def with_plausible_causes(
+    run: Run,
+    posed: Posed,
+    choice: Choice,
+    scales: Scales,
+    weighed: Weighed,
+    equals: tuple[Fit, ...],
+    soaked: tuple[Cause, ...] = (),
+) -> Settled:
+    """Return a weighed hypothesis without what is not plausible, and with its equals.
+
+    Args:
+        run: where to fit.
+        posed: the trials.
+        choice: the effects that were tried.
+        scales: what causes were weighed on.
+        weighed: the hypothesis.
+        equals: hypotheses that do as well as the one from which causes were taken out.
+        soaked: causes that were not plausible before.
+    """
+    plausible, more = without_soaking(scales, weighed)
+    if plausible.after.terms and (more or weighed.weak or weighed.unsure):
+        # What was found to be as good was fitted beside causes that are gone now.
+        found = equals_of(posed.train, plausible.after, choice.candidates, run.pool)
+        equals = also_equal_on_heldout(
+            posed.train, posed.heldout, plausible.after, found, posed.thorough, run.pool
+        )
+    return Settled(scales, plausible, (*soaked, *more), equals if plausible.after.terms else ())

@@ -1,21 +1,19 @@
-"""The verdict on the hypothesis that is left."""
+"""The verdict on the hypothesis that is left: it follows from the probabilities of its causes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, StructureTest, TrialFit
-from catheter_sim.diagnosis.residuals.coordinates import STAGES
-from catheter_sim.diagnosis.residuals.structure import structure_tests
+from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, IMPROVED
 from catheter_sim.diagnosis.stages.calibrate import Calibrated
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
+from catheter_sim.diagnosis.stages.examine import Examined
 from catheter_sim.diagnosis.stages.find_data_faults import Faults
 from catheter_sim.diagnosis.stages.pose import Posed
-from catheter_sim.diagnosis.verdict.harm import Harm, harms
-from catheter_sim.diagnosis.verdict.heldout_figures import trial_fits
-from catheter_sim.diagnosis.verdict.rules import strongest_structure, structured_remainder, verdict_of
+from catheter_sim.diagnosis.stages.score_hypotheses import Scores
+from catheter_sim.diagnosis.thresholds import ESTABLISHED
+from catheter_sim.diagnosis.verdict.rules import strongest_structure, verdict_of
 
 
 @dataclass(frozen=True)
@@ -24,49 +22,41 @@ class Verdict:
 
     Attributes:
         name: one of `result.VERDICTS`.
-        shown: the hypothesis that is reported: with its causes if they are named, else the calibrated model.
-        fits: every trial, computed before and with the causes, named or not.
-        structure: tests of the residuals, by stage ("before", "after").
-        remainder: on what the error that is left depends; None: on nothing, or it is small.
-        harms: what the causes make worse on the held-out trials, worst first.
-        in_part: the causes are named although something else is wrong as well.
+        shown: the hypothesis that is reported: with its causes and corrections, or the calibrated model.
+        established: which of its causes are named.
+        more_is_wrong: what is left of the error says that something else is wrong as well.
     """
 
     name: str
     shown: Fit
-    fits: tuple[TrialFit, ...]
-    structure: Mapping[str, tuple[StructureTest, ...]]
-    remainder: StructureTest | None
-    harms: tuple[Harm, ...] = ()
-    in_part: bool = False
+    established: tuple[str, ...] = ()
+    more_is_wrong: bool = False
 
     @property
-    def names_causes(self) -> bool:
-        """Return whether causes are named."""
-        return self.name == CAUSE_FOUND
+    def corrects(self) -> bool:
+        """Return whether the reported hypothesis has causes or corrections."""
+        return self.name in (CAUSE_FOUND, IMPROVED)
 
 
-def judge(posed: Posed, before: Calibrated, settled: Settled, faults: Faults) -> Verdict:
+def judge(
+    posed: Posed, before: Calibrated, settled: Settled, faults: Faults, examined: Examined, scores: Scores
+) -> Verdict:
     """Return the verdict."""
-    weighed, unit = settled.weighed, settled.unit
-    trials = (*posed.train.trials, *posed.heldout.trials)
-    fits = trial_fits(posed.train, trials, before.fit, weighed.after)
-    structure = {stage: structure_tests(posed.dataset, fits, unit, stage) for stage in STAGES}
-    remainder = structured_remainder(
-        weighed.by_unit[unit], structure["after"], len(weighed.after.terms), posed.train.model_share
+    after = settled.weighed.after
+    more = examined.remainder is not None or examined.much_left
+    if faults.found:
+        return Verdict(DATA_SUSPECT, before.fit, more_is_wrong=more)
+    likely = tuple(name for name in after.causes if scores.beliefs.groups[name] >= ESTABLISHED)
+    name = verdict_of(
+        posed.train,
+        before.fit,
+        after,
+        settled.weighed.by_unit,
+        established=bool(likely),
+        harmful=bool(examined.harms),
+        structured=strongest_structure(examined.structure["before"]) is not None,
     )
-    harmed = harms(posed.heldout, before.fit, weighed.after, settled.scales.noise)
-    name = DATA_SUSPECT
-    if not faults.found:
-        name = verdict_of(
-            posed.train,
-            before.fit,
-            weighed.after,
-            weighed.by_unit,
-            unit,
-            remainder,
-            harmful=bool(harmed),
-            structured=strongest_structure(structure["before"]) is not None,
-        )
-    shown = weighed.after if name == CAUSE_FOUND else before.fit
-    return Verdict(name, shown, fits, structure, remainder, harmed)
+    found = Verdict(name, before.fit, (), more)
+    if not found.corrects:
+        return found
+    return Verdict(name, after, likely if name == CAUSE_FOUND else (), more)

@@ -12,7 +12,8 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.causes.weighing import weigh
 from catheter_sim.diagnosis.fitting.intervals import shift_by_model
 from catheter_sim.diagnosis.fitting.prediction import as_measured, robot_with
-from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
+from catheter_sim.diagnosis.stages.choose_causes import Choice
+from catheter_sim.diagnosis.stages.decide_on_heldout import Settled, with_plausible_causes
 from catheter_sim.diagnosis.stages.judge import Verdict
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.stages.run import Run
@@ -55,8 +56,11 @@ def replay_in_mujoco(run: Run, posed: Posed, verdict: Verdict, simulation: bool)
     return Replayed(found, shift_by_model(posed.heldout, shown, [item.outputs for item in found]))
 
 
-def weigh_again(settled: Settled, verdict: Verdict, replayed: Replayed) -> Settled:
+def weigh_again(run: Run, posed: Posed, choice: Choice, settled: Settled, replayed: Replayed) -> Settled:
     """Return the hypothesis with its causes weighed by the intervals that the simulation widens."""
-    if replayed.shift is None or not verdict.names_causes:
+    if replayed.shift is None or not settled.weighed.after.terms:
         return settled
-    return replace(settled, weighed=weigh(settled.scales, settled.weighed, replayed.shift))
+    again = weigh(settled.scales, settled.weighed, replayed.shift)
+    if again.after is settled.weighed.after:
+        return replace(settled, weighed=again)
+    return with_plausible_causes(run, posed, choice, settled.scales, again, settled.equals, settled.soaked)

@@ -5,16 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from catheter_sim.diagnosis.causes.plausible import implausible
+from catheter_sim.diagnosis.causes.comparison import rivals_of
 from catheter_sim.diagnosis.causes.scored import Scored, scored
-from catheter_sim.diagnosis.report.result import DATA_SUSPECT
 from catheter_sim.diagnosis.stages.choose_causes import Choice
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
-from catheter_sim.diagnosis.stages.judge import Verdict
+from catheter_sim.diagnosis.stages.examine import Examined
+from catheter_sim.diagnosis.stages.find_data_faults import Faults
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.stages.run import Run
-from catheter_sim.diagnosis.verdict.evidence import as_numbers, evidence
-from catheter_sim.diagnosis.verdict.probabilities import probabilities
+from catheter_sim.diagnosis.thresholds import FEWEST_UNLISTED, UNLISTED_NOISE
+from catheter_sim.diagnosis.verdict.evidence import (
+    UnlistedForm,
+    alike_groups,
+    as_numbers,
+    evidence,
+    one_unlisted_form,
+)
+from catheter_sim.diagnosis.verdict.probabilities import Beliefs, beliefs
 
 
 @dataclass(frozen=True)
@@ -23,22 +30,43 @@ class Scores:
 
     Attributes:
         hypotheses: one of every set of causes that was fitted.
-        probabilities: of every cause, of none and of something outside the list.
+        beliefs: the probability of every cause, of groups, of none and of something outside the list.
         evidence: what they were worked out from.
+        unlisted: one cause in a form that is not listed, in the place of many corrections; None: not asked.
     """
 
     hypotheses: tuple[Scored, ...]
-    probabilities: Mapping[str, float]
+    beliefs: Beliefs
     evidence: Mapping[str, Mapping[str, float]]
+    unlisted: UnlistedForm | None = None
 
 
-def score_hypotheses(run: Run, posed: Posed, choice: Choice, settled: Settled, verdict: Verdict) -> Scores:
+def score_hypotheses(
+    run: Run, posed: Posed, choice: Choice, settled: Settled, examined: Examined, faults: Faults
+) -> Scores:
     """Return what every hypothesis predicts, and how probable every cause is."""
     run.say("scoring the hypotheses")
-    after = settled.weighed.after
-    hypotheses = scored(posed.train, posed.heldout, choice.selection, after)
-    if verdict.name == DATA_SUSPECT:
-        return Scores(hypotheses, probabilities(None, verdict.name), {})
-    times = max(item.rmse_after / max(item.noise_floor, 1e-300) for item in settled.weighed.by_unit.values())
-    found = evidence(posed.train, posed.heldout, hypotheses, after.causes, times)
-    return Scores(hypotheses, probabilities(found, verdict.name, implausible(after)), as_numbers(found))
+    train, heldout, weighed = posed.train, posed.heldout, settled.weighed
+    known = dict(weighed.after.values)
+    for cause in settled.soaked:
+        known |= {(cause.name, name): item.value for name, item in cause.parameters.items()}
+    hypotheses = scored(train, heldout, choice.selection, settled.terms, known)
+    if faults.found:
+        return Scores(hypotheses, beliefs(None), {})
+    names = tuple(term.effect for term in settled.terms)
+    rivals = [] if settled.soaked else rivals_of(weighed.after, settled.equals)
+    found = evidence(
+        train,
+        heldout,
+        hypotheses,
+        names,
+        alike_groups(hypotheses, names, rivals),
+        (examined.times_before, examined.times_after),
+        0.0 if examined.depends is None else examined.depends.share_percent / 100.0,
+        bool(examined.harms),
+    )
+    unlisted = None
+    if len(weighed.after.causes) >= FEWEST_UNLISTED and examined.times_after > UNLISTED_NOISE:
+        unlisted = one_unlisted_form(train, heldout, hypotheses, names)
+    believed = beliefs(found, tuple(cause.name for cause in settled.soaked))
+    return Scores(hypotheses, believed, as_numbers(found), unlisted)

@@ -24,27 +24,31 @@ class Numbers:
     """The reported numbers with their intervals.
 
     Attributes:
-        causes: named causes with their parameters and forms.
+        causes, corrections: with their parameters and forms.
         calibrated: numbers of this specimen, by name.
     """
 
     causes: tuple[Cause, ...]
+    corrections: tuple[Cause, ...]
     calibrated: Mapping[str, FittedParameter]
 
 
 def widen_intervals(
-    run: Run, posed: Posed, conclusion: Conclusion, replayed: Replayed, in_part: bool = False
+    run: Run, posed: Posed, conclusion: Conclusion, replayed: Replayed, more_is_wrong: bool = False
 ) -> Numbers:
     """Return the numbers of the reported hypothesis with the intervals that are printed.
 
-    `in_part`: something else is known to be wrong, by as much as is left.
+    `more_is_wrong`: something else is known to be wrong, by as much as is left.
     """
     run.say("measuring how sure the calibration is")
     shown, shift = conclusion.fit, replayed.shift
-    trusted = 1.0 if in_part else TRUSTED_SHARE
+    trusted = 1.0 if more_is_wrong else TRUSTED_SHARE
     margin = model_margin(shown, np.zeros(len(shown.numbers)) if shift is None else shift, trusted)
-    causes = with_forms(posed.train, conclusion.causes, shown, run.pool)
+    every = with_forms(posed.train, (*conclusion.causes, *conclusion.corrections), shown, run.pool)
+    every = with_intervals(every, cause_intervals(shown, shift, trusted))
+    established = len(conclusion.causes)
     return Numbers(
-        causes=with_intervals(causes, cause_intervals(shown, shift, trusted)),
+        causes=every[:established],
+        corrections=every[established:],
         calibrated=calibrated_numbers(posed.train, shown, posed.thorough, margin, run.pool),
     )

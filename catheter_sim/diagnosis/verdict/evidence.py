@@ -6,35 +6,45 @@ does better than another, stretch by stretch.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.causes.scored import Scored, stretch_sums, surety
+from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
+from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
+from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, LARGEST_GROUP, PAYS_CHANCE, UNLISTED_SINGLES
 from catheter_sim.diagnosis.verdict.discrepancy import explained
 from catheter_sim.effects import EFFECTS
 
 
 @dataclass(frozen=True)
 class CauseEvidence:
-    """What speaks for one cause.
+    """What speaks for one cause, or for a group of causes that the data cannot tell apart.
 
     Attributes:
-        named: it is among the settled ones.
-        over_others: how surely the settled hypothesis does better than the best one without the cause; of a
-            cause that is not settled, how surely the best one in which it stands in the place of a settled
-            one does better than the settled one (mostly below zero).
-        over_unknown: how surely the settled hypothesis does better on the held-out trials than the best one
-            without the cause and with a smooth error of unknown cause in its place (`verdict.discrepancy`);
-            0 for a cause that is not settled.
+        named: it is among the causes of the hypothesis.
+        over_others: how surely the hypothesis does better than the best one without the cause, or any of its
+            group; of a cause that the hypothesis does not have, how surely the best one in which it stands in
+            the place of a cause does better than the hypothesis (mostly below zero).
+        over_unknown: how surely the hypothesis does better on the held-out trials than that one without the
+            cause and with a smooth error of unknown cause in its place (`verdict.discrepancy`); 0 for a cause
+            that the hypothesis does not have.
+        ratio: by what factor the error of the one without the cause is larger, of the one in its place
+            smaller [natural logarithm].
+        members: of a group: the others, which stand in the cause's place, with how surely it does better than
+            each.
     """
 
     named: bool
     over_others: float
     over_unknown: float = 0.0
+    ratio: float = 0.0
+    members: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -45,10 +55,14 @@ class Evidence:
         causes: by name; one that no hypothesis has is missing.
         over_none: how surely the best hypothesis does better than the calibrated model.
         number: of the sets of causes that were tried.
-        times_noise: largest held-out error of the settled hypothesis over the noise floor, of any unit.
-        unknown: how surely a smooth error of unknown cause, beside the settled hypothesis, does better on the
+        times_noise: largest held-out error of the hypothesis over the noise floor, of any unit.
+        times_before: the same of the calibrated model without causes.
+        unknown: how surely a smooth error of unknown cause, beside the hypothesis, does better on the
             held-out trials.
-        unknown_share: of the settled hypothesis's held-out squares, which it takes away.
+        unknown_share: of the hypothesis's held-out squares, which it takes away.
+        structure: share of what is left that depends on one thing, of the strongest test that shows any
+            (`rules.strongest_structure`); 0 where none does.
+        harmful: the hypothesis makes some output, unit or trial worse (`verdict.harm`).
     """
 
     causes: Mapping[str, CauseEvidence]
@@ -57,6 +71,9 @@ class Evidence:
     times_noise: float
     unknown: float
     unknown_share: float
+    times_before: float = 1.0
+    structure: float = 0.0
+    harmful: bool = False
 
 
 def evidence(
@@ -64,59 +81,160 @@ def evidence(
     test: Problem,
     hypotheses: Sequence[Scored],
     settled: Sequence[str],
-    times_noise: float,
+    alike: Mapping[str, Mapping[str, float]],
+    times: tuple[float, float],
+    structure: float = 0.0,
+    harmful: bool = False,
 ) -> Evidence:
     """Return what speaks for every cause.
 
     Args:
         problem: the training trials.
         test: the held-out trials.
-        hypotheses: every set that was tried, the settled one and the one without causes among them.
-        settled: the causes of the settled hypothesis.
-        times_noise: its largest held-out error over the noise.
+        hypotheses: every set that was tried, the one that is asked about and the one without causes among
+            them.
+        settled: the causes of the one that is asked about.
+        alike: by causes of that one, what the data cannot tell from it (`alike_groups`).
+        times: the held-out error before and after over the noise.
+        structure, harmful: as of `Evidence`.
     """
     few = with_fewer_rows(problem)
     named = tuple(sorted(settled))
     mine = next(item for item in hypotheses if item.causes == named)
     null = next(item for item in hypotheses if not item.causes)
     best = min(hypotheses, key=_cost)
+    standing_in = {name for others in alike.values() for name in others}
     found = {}
     for name in EFFECTS:
         if name in named:
-            others = [item for item in hypotheses if name not in item.causes]
+            members = alike.get(name, {})
+            others = [item for item in hypotheses if not {name, *members} & set(item.causes)]
             other = min(others, key=_cost)
             found[name] = CauseEvidence(
-                True, surety(other.squares, mine.squares), _over_unknown(few, test, other, mine)
+                True,
+                surety(other.squares, mine.squares),
+                _over_unknown(few, test, other, mine),
+                _ratio(other, mine),
+                members,
             )
-        else:
+        elif name not in standing_in:
             rivals = [item for item in hypotheses if name in item.causes and _stands_in(item.causes, named)]
             if rivals:
                 rival = min(rivals, key=_cost)
-                found[name] = CauseEvidence(False, surety(mine.squares, rival.squares))
+                found[name] = CauseEvidence(
+                    False, surety(mine.squares, rival.squares), ratio=_ratio(mine, rival)
+                )
     beside = _with_unknown(few, test, mine)
     own = stretch_sums(mine.heldout_block, mine.heldout)
     return Evidence(
         causes=found,
         over_none=surety(null.squares, best.squares),
         number=len(hypotheses),
-        times_noise=times_noise,
+        times_noise=times[1],
         unknown=surety(own, beside),
         unknown_share=1.0 - float(beside.sum()) / max(float(own.sum()), 1e-300),
+        times_before=times[0],
+        structure=structure,
+        harmful=harmful,
     )
 
 
+def alike_groups(
+    hypotheses: Sequence[Scored], settled: Sequence[str], equals: Sequence[tuple[str, str, Fit]]
+) -> dict[str, dict[str, float]]:
+    """Return, by causes of a hypothesis, those that the data cannot tell from it, with how surely it does
+    better than each [standard deviations of chance].
+
+    A member stands in a cause's place and explains the training and the held-out stretches together as well:
+    its error is within `EQUAL_FACTOR`, and what it errs more may be chance (`PAYS_CHANCE`). At most
+    `LARGEST_GROUP` have a place; of more, those that err least.
+
+    Args:
+        hypotheses: every set that was tried.
+        settled: the causes of the one that is asked about.
+        equals: a cause of it, another one that stands in its place, and the hypothesis with that one.
+    """
+    by_causes = {item.causes: item for item in hypotheses}
+    mine = by_causes[tuple(sorted(settled))]
+    found: dict[str, dict[str, Scored]] = {}
+    taken: set[str] = set()
+    for name, rival, item in sorted(equals, key=lambda entry: entry[2].cross_validated_rms):
+        other = by_causes.get(tuple(sorted(item.causes)))
+        if rival in settled or rival in taken or other is None or not _explains_as_well(mine, other):
+            continue
+        group = found.setdefault(name, {})
+        if len(group) < LARGEST_GROUP - 1:
+            group[rival] = other
+            taken.add(rival)
+    return {
+        name: {rival: surety(other.squares, mine.squares) for rival, other in group.items()}
+        for name, group in found.items()
+    }
+
+
+@dataclass(frozen=True)
+class UnlistedForm:
+    """One cause in a form that is not listed, in the place of many corrections.
+
+    Attributes:
+        name: of the cause whose simplest form explains most with a smooth error of unknown cause beside it.
+        surer: how surely the corrections do better on the held-out trials [standard deviations of chance].
+    """
+
+    name: str
+    surer: float
+
+
+def one_unlisted_form(
+    problem: Problem, test: Problem, hypotheses: Sequence[Scored], settled: Sequence[str]
+) -> UnlistedForm | None:
+    """Return the single cause that does best with a smooth error beside it; None: no single was fitted.
+
+    A smooth function of the commands stands for what the cause's listed forms lack.
+
+    Args:
+        problem: the training trials.
+        test: the held-out trials.
+        hypotheses: every set that was tried.
+        settled: the corrections.
+    """
+    few = with_fewer_rows(problem)
+    mine = next(item for item in hypotheses if item.causes == tuple(sorted(settled)))
+    own = stretch_sums(mine.heldout_block, mine.heldout)
+    singles = sorted((item for item in hypotheses if len(item.causes) == 1), key=_cost)
+    found = [(_with_unknown(few, test, item), item.causes[0]) for item in singles[:UNLISTED_SINGLES]]
+    if not found:
+        return None
+    squares, name = min(found, key=lambda pair: float(pair[0].sum()))
+    return UnlistedForm(name, surety(squares, own))
+
+
+def _explains_as_well(mine: Scored, other: Scored) -> bool:
+    near = _cost(other) <= EQUAL_FACTOR**2 * _cost(mine)
+    return near and chance_of_gain(other.squares - mine.squares) > PAYS_CHANCE
+
+
 def as_numbers(found: Evidence) -> dict[str, dict[str, float]]:
-    """Return evidence as the numbers of a document."""
+    """Return evidence as the numbers of a document; a group's other members stand as further keys."""
     causes = {
-        name: {"named": float(item.named), "over_others": item.over_others, "over_unknown": item.over_unknown}
+        name: {
+            "named": float(item.named),
+            "over_others": item.over_others,
+            "over_unknown": item.over_unknown,
+            "ratio": item.ratio,
+            **{f"over_{member}": value for member, value in item.members.items()},
+        }
         for name, item in found.causes.items()
     }
     whole = {
         "over_none": found.over_none,
         "sets_tried": float(found.number),
         "times_noise": found.times_noise,
+        "times_before": found.times_before,
         "unknown": found.unknown,
         "unknown_share": found.unknown_share,
+        "structure": found.structure,
+        "harmful": float(found.harmful),
     }
     return {**causes, "all": whole}
 
@@ -125,7 +243,13 @@ def from_numbers(document: Mapping[str, Mapping[str, float]]) -> Evidence:
     """Return the evidence of which `as_numbers` made a document."""
     whole = document["all"]
     causes = {
-        name: CauseEvidence(bool(item["named"]), item["over_others"], item["over_unknown"])
+        name: CauseEvidence(
+            bool(item["named"]),
+            item["over_others"],
+            item["over_unknown"],
+            item["ratio"],
+            {other: item[f"over_{other}"] for other in EFFECTS if f"over_{other}" in item},
+        )
         for name, item in document.items()
         if name != "all"
     }
@@ -136,7 +260,14 @@ def from_numbers(document: Mapping[str, Mapping[str, float]]) -> Evidence:
         whole["times_noise"],
         whole["unknown"],
         whole["unknown_share"],
+        whole["times_before"],
+        whole["structure"],
+        bool(whole["harmful"]),
     )
+
+
+def _ratio(worse: Scored, better: Scored) -> float:
+    return 0.5 * math.log(max(_cost(worse), 1e-300) / max(_cost(better), 1e-300))
 
 
 def _cost(item: Scored) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from catheter_sim.diagnosis.causes.plausible import implausible
 from catheter_sim.diagnosis.fitting.evidence import residual_series
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.noise import is_white
@@ -12,6 +11,7 @@ from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.result import (
     CAUSE_FOUND,
+    IMPROVED,
     NO_DISCREPANCY,
     UNEXPLAINED,
     StructureTest,
@@ -36,29 +36,36 @@ def verdict_of(
     before: Fit,
     after: Fit,
     by_unit: Mapping[str, UnitResult],
-    unit: str,
-    left: StructureTest | None,
+    established: bool,
     harmful: bool = False,
     structured: bool = False,
 ) -> str:
     """Return the verdict.
 
-    A cause is found where causes were chosen on the training trials, the error on the held-out ones falls, in
-    at least one unit, by more than chance and on other trials too (`gains_surely`), and the error left in
-    `unit` speaks for the causes: it is near the noise, or it depends on nothing (`structured_remainder`) and
-    is not most of the error (`most_error_remains`). None is found where all that were chosen are implausible
-    (`causes.plausible`), or where they make something worse (`harmful`; `verdict.harm`). Otherwise there is
-    no discrepancy if the calibrated model's residuals are near the noise; nearer where they hang on something
-    (`structured`), whether or not neighbouring rows do: commands may come in any order.
+    The corrections of a hypothesis that was chosen on the training trials hold where the error on the
+    held-out ones falls, in at least one unit, by more than chance and on other trials too (`gains_surely`),
+    and nothing gets worse. Then a cause is found if one of them is established; if none is, there is no
+    discrepancy where the calibrated model's residuals are near the noise, else the model is improved. Without
+    corrections that hold there is no discrepancy, or it is unexplained.
+
+    Args:
+        problem: the training trials.
+        before: the calibrated model.
+        after: the hypothesis, its numbers plausible.
+        by_unit: its held-out figures.
+        established: one of its causes is at least as probable as `ESTABLISHED`.
+        harmful: it makes something worse (`verdict.harm`).
+        structured: the calibrated model's residuals depend on something, whether or not neighbouring rows do:
+            commands may come in any order.
     """
-    gains = any(gains_surely(item) for item in by_unit.values())
-    believed = set(after.causes) - set(implausible(after))
-    much_left = most_error_remains(by_unit[unit], problem.model_share)
-    if believed and left is None and not harmful and not much_left and gains:
+    holds = bool(after.terms) and not harmful and any(gains_surely(item) for item in by_unit.values())
+    if holds and established:
         return CAUSE_FOUND
     times = max(result.rmse_before / max(result.noise_floor, 1e-12) for result in by_unit.values())
     white = not structured and all(is_white(series) for series in residual_series(problem, before).values())
-    return NO_DISCREPANCY if times <= (ROUGH_NOISE if white else NEAR_NOISE) else UNEXPLAINED
+    if times <= (ROUGH_NOISE if white else NEAR_NOISE):
+        return NO_DISCREPANCY
+    return IMPROVED if holds else UNEXPLAINED
 
 
 def gains_surely(result: UnitResult) -> bool:
@@ -107,31 +114,21 @@ def most_error_remains(result: UnitResult, model_share: float = 0.0) -> bool:
     return not near and result.rmse_after > max(1.0 - LEAST_TAKEN_SHARE, model_share) * result.rmse_before
 
 
-def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None, in_part: bool = False) -> Note:
-    """Return what to say of causes that are not named because of what they leave, or are all the same.
+def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None) -> Note:
+    """Return what to say where the error that is left says that something else is wrong as well.
 
     Args:
-        after: the corrected model.
-        result: its errors in the unit that is told.
+        after: the hypothesis.
+        result: its errors in the unit that is reported.
         left: on what the rest depends; None: on nothing, but there is too much of it.
-        in_part: they are named, since they are surely at work whatever else is wrong.
     """
     names = ", ".join(name.replace("_", " ") for name in after.causes)
-    times = result.rmse_after / result.noise_floor
-    what = f"{100.0 * result.rmse_after / result.rmse_before:.0f} % of the error"
+    what = f"{100.0 * result.rmse_after / max(result.rmse_before, 1e-300):.0f} % of the error"
     if left is not None:
-        what = f"{left.share_percent:.0f} % of it hangs on {TESTS[left.name]} ({left.coordinate})"
-    if in_part:
-        return Note(
-            "something_else_too",
-            f"{names} lowers the held-out error from {result.rmse_before:.3g} to {result.rmse_after:.3g}, as "
-            "no other cause and no smooth error of unknown cause in its place would. But what is left is "
-            f"{times:.1f} times the noise, and {what}: something else is at work as well, or it follows "
-            "another law. The intervals are as wide as an error of that size could make them.",
-        )
+        what += f", and {left.share_percent:.0f} % of it depends on {TESTS[left.name]} ({left.coordinate})"
     return Note(
-        "causes_leave_structure" if left is not None else "causes_leave_most",
-        f"The best that was found, {names}, lowers the held-out error from {result.rmse_before:.3g} to "
-        f"{result.rmse_after:.3g}, but what is left is {times:.1f} times the noise, and {what}: that is "
-        "not the whole cause, or not the cause, so that none is named.",
+        "something_else_too",
+        f"With {names}, {result.rmse_after / max(result.noise_floor, 1e-300):.1f} times the noise is left. "
+        f"That is {what}: something else is wrong as well, or a cause acts in a form that is not listed. "
+        "Intervals are widened by an error of that size.",
     )
