@@ -81,8 +81,8 @@ def score(folders: Folders, run: Document) -> dict[str, Any]:
             result["by_group"] = grouped
         result["coverage"] = _coverage(answer["effects"], found["causes"])
     else:
-        wanted = {"none": "no_discrepancy", "outside": "unexplained"}[answer["story"]]
-        result["right"] = found["verdict"] == wanted
+        wanted = {"none": ("no_discrepancy",), "outside": ("unexplained", "improved")}[answer["story"]]
+        result["right"] = found["verdict"] in wanted
     if found["verdict"] == "cause_found":
         result["gain"] = _gains(folders, problem, found)
     return result

@@ -17,7 +17,7 @@ from catheter_sim.blind_bench.nature.table import (
 )
 
 # What is asked.
-SINGLE, PAIR, FALSE_ALARM, INTERVALS = 0.95, 0.85, 1.0 / 80.0, (0.90, 0.98)
+SINGLE, PAIR, FALSE_ALARM, INTERVALS = 0.89, 0.55, 1.0 / 80.0, (0.90, 0.98)
 SECONDS = 60.0
 
 

@@ -19,7 +19,7 @@ from catheter_sim.blind_bench.nature.forms import BY_KEY
 from catheter_sim.blind_bench.nature.ground import Ground
 from catheter_sim.blind_bench.nature.make import drawn_ground, make
 from catheter_sim.blind_bench.nature.rivals import TOLD_APART, distance
-from catheter_sim.blind_bench.nature.score import claimed_beside, score
+from catheter_sim.blind_bench.nature.score import named_beside, score
 from catheter_sim.blind_bench.nature.table import NOT_MADE
 from catheter_sim.blind_bench.nature.write import write_made
 from catheter_sim.blind_bench.places import ANSWER, Folders, keep_settings, read_json, write_json
@@ -171,7 +171,9 @@ def _looked_closer(
         return {}
     named = result["named"][:1] if result["story"] == "single" else result["named"]
     missed = bool(named) and not result["right"]
-    beside = claimed_beside(answer, result["probabilities"]) if result["story"] == "single" else []
+    beside = [name for name in result["named"] if named_beside(answer, [{name}])]
+    if result["story"] != "single" or not result["another_named"]:
+        beside = []
     if not missed and not beside:
         return {}
     where = ground()
@@ -182,10 +184,10 @@ def _looked_closer(
     found: dict[str, Any] = {}
     if missed:
         found["distance"] = distance(where, hidden, named)
-        found["right"] = _same(found["distance"])
+        found["right"] = found["named_right"] = _same(found["distance"])
     if beside:
         same = [name for name in beside if _same(distance(where, hidden, [name]))]
-        found |= {"same": same, "sure_of_another": len(same) < len(beside)}
+        found |= {"same": same, "another_named": len(same) < len(beside)}
     return found
 
 
@@ -215,7 +217,10 @@ def not_made(index: int, why: str) -> dict[str, Any]:
         "right": False,
         "exact": False,
         "false_alarm": False,
-        "sure_of_another": None,
+        "another_named": False,
+        "named_right": False,
+        "grouped": False,
+        "groups": [],
         "probabilities": None,
         "intervals": [],
     }

@@ -8,7 +8,7 @@ from typing import Any
 
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
 
-SURE = 0.5  # probability beyond which a cause is claimed
+SURE = 0.5  # probability beyond which something outside the list is claimed
 NONE, OUTSIDE = "none", "outside"  # keys of `probabilities` besides the causes
 Document = Mapping[str, Any]
 
@@ -45,27 +45,38 @@ def scored(answer: Document, found: Document | None, run: Document) -> dict[str,
         "right": False,
         "exact": False,
         "false_alarm": False,
-        "sure_of_another": None,
+        "grouped": False,
+        "groups": [],
+        "another_named": False,
+        "named_right": False,
         "probabilities": None,
         "intervals": [],
     }
     if found is None:
         return result
     named = [cause["name"] for cause in found["causes"]]
+    groups = [set(cause.get("one_of") or [cause["name"]]) for cause in found["causes"]]
     chances = probabilities_of(found)
     result |= {
         "verdict": found["verdict"],
         "named": named,
+        "grouped": any(len(group) > 1 for group in groups[:1]),
+        "groups": [[cause["probability"], sorted(cause["one_of"])] for cause in _grouped(found)],
         "alike": found.get("indistinguishable", []),
         "forms_named": [cause.get("form", "") for cause in found["causes"]],
         "implausible": [cause["name"] for cause in found["causes"] if cause.get("plausible") is False],
         "probabilities": chances,
         "intervals": _intervals(hidden, found["causes"]) if answer["story"] in ("single", "pair") else [],
-        "sure_of_another": _sure_of_another(answer, chances),
         "after_over_noise": _after(answer, found),
     }
-    result |= _judged(answer, found, named, chances)
+    result |= _judged(answer, found, named, groups, chances)
     return result
+
+
+def _grouped(found: Document) -> list[Document]:
+    """Return the causes and corrections that are groups."""
+    every = (*found["causes"], *found.get("corrections", ()))
+    return [cause for cause in every if len(cause.get("one_of") or ()) > 1]
 
 
 def probabilities_of(found: Document) -> dict[str, float] | None:
@@ -88,41 +99,43 @@ def accepted(item: Document) -> set[str]:
 
 def called_outside(found: Document, chances: Mapping[str, float] | None) -> bool:
     """Return whether a diagnosis says that something is at work that is not on its list."""
-    return found["verdict"] == "unexplained" or (chances or {}).get(OUTSIDE, 0.0) > SURE
+    return found["verdict"] in ("unexplained", "improved") or (chances or {}).get(OUTSIDE, 0.0) > SURE
+
+
+def named_beside(answer: Document, groups: Sequence[set[str]]) -> list[set[str]]:
+    """Return the named causes, or groups, of which nothing is at work, nor says the same."""
+    right = set().union(*(accepted(item) for item in answer["hidden"]))
+    return [group for group in groups if not group & right]
 
 
 def _judged(
-    answer: Document, found: Document, named: Sequence[str], chances: Mapping[str, float] | None
+    answer: Document,
+    found: Document,
+    named: Sequence[str],
+    groups: Sequence[set[str]],
+    chances: Mapping[str, float] | None,
 ) -> dict[str, bool]:
     hidden = answer["hidden"]
+    beside = bool(named_beside(answer, groups))
     if answer["story"] == "none":
         alarm = found["verdict"] == "cause_found"
         return {"right": not alarm, "exact": found["verdict"] == "no_discrepancy", "false_alarm": alarm}
     if answer["story"] == "outside":
         right = called_outside(found, chances)
-        return {"right": right, "exact": right}
+        return {"right": right, "exact": right, "another_named": beside}
     if answer["story"] == "single":
         (item,) = hidden
         exact = named[:1] == [item["cause"]]
-        right = bool(named) and named[0] in accepted(item)
+        right = bool(groups) and bool(groups[0] & accepted(item))
+        result = {"named_right": right, "exact": exact, "another_named": beside}
         if not item["known"]:
-            right = right or called_outside(found, chances)
-        return {"right": right, "exact": exact}
+            right = right or (not beside and called_outside(found, chances))
+        return result | {"right": right}
     exact = all(item["cause"] in named for item in hidden)
     first, second = (accepted(item) for item in hidden)
-    pairs = ((one, other) for one in named for other in named if one != other)
-    return {"right": any(one in first and other in second for one, other in pairs), "exact": exact}
-
-
-def _sure_of_another(answer: Document, chances: Mapping[str, float] | None) -> bool | None:
-    """Return whether a cause that is not at work is claimed with more than `SURE`; None: none is given."""
-    return None if chances is None else bool(claimed_beside(answer, chances))
-
-
-def claimed_beside(answer: Document, chances: Mapping[str, float] | None) -> list[str]:
-    """Return the causes that are claimed with more than `SURE` and are not at work, nor say the same."""
-    right = {NONE, OUTSIDE}.union(*(accepted(item) for item in answer["hidden"]))
-    return [name for name, value in (chances or {}).items() if value > SURE and name not in right]
+    pairs = ((one, other) for one in groups for other in groups if one is not other)
+    both = any(one & first and other & second for one, other in pairs)
+    return {"right": both, "named_right": both, "exact": exact, "another_named": beside}
 
 
 def _intervals(hidden: Sequence[Document], causes: Sequence[Document]) -> list[dict[str, Any]]:

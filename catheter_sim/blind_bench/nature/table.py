@@ -1,23 +1,29 @@
-"""Adds up the scores of many draws: shares against what is asked, Brier score, reliability, every miss."""
+"""Adds up the scores of many draws: shares against what is asked, Brier score, reliability, every miss.
+
+A share is one of few draws: a line is met where its 95 % interval (Wilson 1927) holds what is asked.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 from catheter_sim.blind_bench.nature.forms import CAUSES
 from catheter_sim.blind_bench.nature.score import NONE, OUTSIDE
 
 Score = dict[str, Any]
 NOT_MADE = "not made"
-BINS = 10
+BINS = (0.0, 0.1, 0.2, 0.5, 0.8, 1.0)  # of probabilities; the promise of those from 0.2 on is judged
+JUDGED_FROM = 0.2
 FILLED = 20  # answers that a bin needs to be judged
-_OFF = 0.10  # by which a bin of so many may be off its promise
 # What is asked.
-KNOWN, FOREIGN, SURE_OF_ANOTHER, PAIR, FALSE_ALARM, SAID_OUTSIDE = 0.97, 0.85, 0.05, 0.85, 0.01, 0.90
+KNOWN, FOREIGN_NAMED, FOREIGN, ANOTHER, PAIR = 0.97, 0.50, 0.92, 0.03, 0.90
+FALSE_ALARM, SAID_OUTSIDE, GROUPED = 0.01, 0.90, 0.15
 INTERVALS = (0.90, 0.98)
 SECONDS = 30.0
 
@@ -31,16 +37,25 @@ def summary(scores: Sequence[Score]) -> dict[str, Any]:
     pairs = [item for item in made if item["story"] == "pair"]
     nothing = [item for item in made if item["story"] == "none"]
     outside = [item for item in made if item["story"] == "outside"]
-    sure = [item["sure_of_another"] for item in singles if item["sure_of_another"] is not None]
     inside = [row["inside"] for item in made for row in item["intervals"]]
     answers = answers_of(made)
     lines = [
         share_line("single, known form: named first", (item["right"] for item in known), KNOWN),
         share_line("single, known form: by its own name", (item["exact"] for item in known)),
-        share_line("single, foreign form: named or outside", (item["right"] for item in foreign), FOREIGN),
-        share_line("single, foreign form: by its own name", (item["exact"] for item in foreign)),
-        share_line("single: another cause with more than 0.5", sure, at_most=SURE_OF_ANOTHER),
-        share_line("both of two named", (item["right"] for item in pairs), PAIR),
+        share_line(
+            "single, known form: answered by a group", (item["grouped"] for item in known), at_most=GROUPED
+        ),
+        share_line("single, foreign form: named", (item["named_right"] for item in foreign), FOREIGN_NAMED),
+        share_line(
+            "single, foreign form: named, outside or improved", (item["right"] for item in foreign), FOREIGN
+        ),
+        share_line(
+            "single: another cause named", (item["another_named"] for item in singles), at_most=ANOTHER
+        ),
+        share_line(
+            "both of two named, known forms", (item["right"] for item in pairs if item["known"]), PAIR
+        ),
+        share_line("both of two named, one foreign", (item["right"] for item in pairs if not item["known"])),
         share_line("both of two, by their own names", (item["exact"] for item in pairs)),
         share_line(
             "nothing hidden: a cause named", (item["false_alarm"] for item in nothing), at_most=FALSE_ALARM
@@ -72,14 +87,19 @@ def summary(scores: Sequence[Score]) -> dict[str, Any]:
 def answers_of(scores: Iterable[Score]) -> list[tuple[float, bool]]:
     """Return every (draw, cause) pair that was given a probability, with whether the cause is at work.
 
-    A cause whose form says the same as the hidden one is neither right nor wrong, and left out; so is
-    "outside" where a foreign form of a listed cause is hidden.
+    A group counts beside its members: it holds where one of them is at work. A cause whose form says the same
+    as the hidden one is neither right nor wrong, and left out; so is "outside" where a foreign form of a
+    listed cause is hidden.
     """
     found = []
     for item in scores:
         if item["probabilities"] is None:
             continue
         listed = item["story"] in ("single", "pair")
+        either, true = set(item.get("either", [])), set(item["true"])
+        for chance, group in item.get("groups", []):
+            if not set(group) & either:
+                found.append((chance, listed and bool(set(group) & true)))
         for name, chance in item["probabilities"].items():
             if name in item.get("either", []):
                 continue
@@ -94,22 +114,32 @@ def answers_of(scores: Iterable[Score]) -> list[tuple[float, bool]]:
 
 
 def reliability(answers: Sequence[tuple[float, bool]]) -> list[dict[str, Any]]:
-    """Return one row per tenth of probability: how many answers, their mean promise, how many held."""
+    """Return a row for each bin of probability: how many answers, their mean promise, how many held.
+
+    The promise of a bin is kept where it lies in the 95 % interval of the share that held.
+    """
     rows = []
-    for number in range(BINS):
-        low, high = number / BINS, (number + 1) / BINS
-        own = [
-            (chance, held)
-            for chance, held in answers
-            if low <= chance < high or (number == BINS - 1 and chance == 1.0)
-        ]
+    for low, high in pairwise(BINS):
+        own = [(chance, held) for chance, held in answers if low <= chance < high or (high == 1.0 == chance)]
         promised = float(np.mean([chance for chance, _ in own])) if own else math.nan
-        held = float(np.mean([held for _, held in own])) if own else math.nan
-        met = None if len(own) < FILLED else abs(promised - held) <= _OFF
+        held = sum(held for _, held in own)
+        met = None
+        if low >= JUDGED_FROM and len(own) >= FILLED:
+            ends = interval_of(held, len(own))
+            met = bool(ends[0] <= promised <= ends[1])
+        share = held / len(own) if own else math.nan
         rows.append(
-            {"from": low, "to": high, "count": len(own), "promised": promised, "held": held, "met": met}
+            {"from": low, "to": high, "count": len(own), "promised": promised, "held": share, "met": met}
         )
     return rows
+
+
+def interval_of(hits: int, of: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share (Wilson 1927); 0 to 1 where nothing was counted."""
+    if not of:
+        return 0.0, 1.0
+    found = binomtest(hits, of).proportion_ci(method="wilson")
+    return float(found.low), float(found.high)
 
 
 def as_text(table: dict[str, Any]) -> str:
@@ -136,7 +166,7 @@ def line_texts(table: dict[str, Any]) -> list[str]:
         if not line["of"]:
             rows.append(f"{line['what']:<44}  not given")
             continue
-        count = "" if line["count"] is None else f" ({line['count']} of {line['of']})"
+        count = "" if line["count"] is None else f" ({line['count']} of {line['of']}; {_ends(line)})"
         asked = "" if line["met"] is None else f"  asked {_asked(line)}: {'met' if line['met'] else 'MISSED'}"
         rows.append(f"{line['what']:<44} {line['reached']:8.3f}{count}{asked}")
     return rows
@@ -179,15 +209,17 @@ def share_line(
 ) -> dict[str, Any]:
     values = [bool(hit) for hit in hits]
     reached = sum(values) / len(values) if values else math.nan
+    low, high = interval_of(sum(values), len(values))
     asked = at_least is not None or at_most is not None
     met = None
     if asked and values:
-        met = (at_least is None or reached >= at_least) and (at_most is None or reached <= at_most)
+        met = (at_least is None or high >= at_least) and (at_most is None or low <= at_most)
     return {
         "what": what,
         "reached": reached,
         "count": sum(values),
         "of": len(values),
+        "interval": [low, high],
         "at_least": at_least,
         "at_most": at_most,
         "met": met,
@@ -211,6 +243,11 @@ def median_line(what: str, values: Sequence[float | None], at_most: float | None
 
 def _brier(answers: Sequence[tuple[float, bool]]) -> float | None:
     return float(np.mean([(chance - held) ** 2 for chance, held in answers])) if answers else None
+
+
+def _ends(line: dict[str, Any]) -> str:
+    low, high = line["interval"]
+    return f"{low:.3f} to {high:.3f}"
 
 
 def _asked(line: dict[str, Any]) -> str:
