@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.next_experiment.alive import beliefs
 from catheter_sim.diagnosis.next_experiment.information import Predictive, from_refits, information
 from catheter_sim.diagnosis.thresholds import MOST_OF_STRETCH
 
@@ -84,12 +83,3 @@ def test_fits_that_follow_everywhere_tell_nothing() -> None:
     one = from_refits((0.5, 0.5), [[none, much], [none, none]])
     assert both.nats == pytest.approx(math.log(2.0), abs=0.01)
     assert one.nats == pytest.approx(0.5 * both.nats, abs=0.01)
-
-
-def test_what_cannot_be_told_apart_is_believed_alike() -> None:
-    """The named cause has no more of it than its rivals; who stands in no group keeps what is his."""
-    found = beliefs(
-        {"backlash": 0.84, "tendon_friction": 0.06, "drift": 0.1}, [["backlash", "tendon_friction"]]
-    )
-    assert found["backlash"] == found["tendon_friction"] == pytest.approx(0.45)
-    assert found["drift"] == 0.1

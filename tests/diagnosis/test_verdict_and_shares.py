@@ -111,10 +111,18 @@ WHITE = np.random.default_rng(5).normal(size=len(PULL))
 SURE = UnitResult("mm", 0.1, 5.0, 0.15, 97.0, (96.0, 98.0), 0.001)
 
 
-def verdict(times_before: float, residual: np.ndarray, after: Fit = NOTHING, **more: float) -> str:
+def verdict(
+    times_before: float,
+    residual: np.ndarray,
+    after: Fit = NOTHING,
+    established: bool = True,
+    harmful: bool = False,
+    **more: float,
+) -> str:
     """Return the verdict on an error so many times the noise before, which looks like `residual`."""
     result = replace(SURE, rmse_before=0.1 * times_before, **more)
-    return verdict_of(problem_of({}, 0, residual), NOTHING, after, {"mm": result}, "mm", None)
+    problem = problem_of({}, 0, residual)
+    return verdict_of(problem, NOTHING, after, {"mm": result}, established, harmful)
 
 
 @pytest.mark.parametrize(
@@ -141,6 +149,16 @@ def test_cause_is_found_only_by_a_sure_gain():
     assert verdict(50.0, PULL, ONE, gain_percent=-1.0) == "unexplained"
     assert verdict(50.0, PULL) == "unexplained"
     assert verdict(1.2, PULL, ONE, chance=0.3) == "no_discrepancy"
+    assert verdict(50.0, PULL, ONE, harmful=True) == "unexplained"
+
+
+def test_a_model_is_improved_by_corrections_of_which_none_is_established():
+    """The same sure gain: a cause is found only by an established one; harm and noise leave no correction."""
+    assert verdict(50.0, PULL, ONE, established=False) == "improved"
+    assert verdict(50.0, PULL, ONE, established=False, harmful=True) == "unexplained"
+    assert verdict(50.0, PULL, ONE, established=False, chance=0.3) == "unexplained"
+    assert verdict(0.9 * NEAR_NOISE, PULL, ONE, established=False) == "no_discrepancy"
+    assert verdict(0.9 * NEAR_NOISE, PULL, ONE, established=True) == "cause_found"
 
 
 def test_discrepancy_is_judged_before_the_correction():
@@ -153,16 +171,16 @@ def test_discrepancy_in_any_unit_is_one():
     near, far = replace(SURE, unit="deg", rmse_before=0.12), replace(SURE, rmse_before=5.0)
     problem = problem_of({}, 0, PULL)
     for by_unit in ({"deg": near, "mm": far}, {"mm": far, "deg": near}):
-        assert verdict_of(problem, NOTHING, NOTHING, by_unit, "mm", None) == "unexplained"
+        assert verdict_of(problem, NOTHING, NOTHING, by_unit, False) == "unexplained"
     by_unit = {"deg": near, "mm": replace(near, unit="mm")}
-    assert verdict_of(problem, NOTHING, NOTHING, by_unit, "mm", None) == "no_discrepancy"
+    assert verdict_of(problem, NOTHING, NOTHING, by_unit, False) == "no_discrepancy"
 
 
 def test_an_error_that_hangs_on_something_is_none_of_noise():
     """Twice the noise, neighbouring rows uncorrelated since commands came in any order: still no noise."""
     problem, far = problem_of({}, 0, WHITE), {"mm": replace(SURE, rmse_before=0.2)}
-    assert verdict_of(problem, NOTHING, NOTHING, far, "mm", None) == "no_discrepancy"
-    assert verdict_of(problem, NOTHING, NOTHING, far, "mm", None, structured=True) == "unexplained"
+    assert verdict_of(problem, NOTHING, NOTHING, far, False) == "no_discrepancy"
+    assert verdict_of(problem, NOTHING, NOTHING, far, False, structured=True) == "unexplained"
 
 
 def test_rivals_are_told_apart_by_a_root_mean_square():

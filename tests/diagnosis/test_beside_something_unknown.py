@@ -11,8 +11,6 @@ from planted import small_data
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.report.result import Diagnosis
-from catheter_sim.diagnosis.stages.name_in_part import surely_at_work
-from catheter_sim.diagnosis.thresholds import SURE_BESIDE_OTHERS, SURE_BESIDE_UNKNOWN
 
 WIDTH_MM = 0.8
 
@@ -39,11 +37,12 @@ def test_a_dead_band_is_named_beside_a_lens_with_rings() -> None:
     assert diagnosis.verdict == "cause_found"
     (cause,) = diagnosis.causes
     assert cause.name == "backlash"
+    assert cause.probability >= 0.5
     low, high = cause.parameters["width_mm"].ci95
     assert low < WIDTH_MM < high
     assert high - low > 0.2  # what is left could move it by as much
     (said,) = (note.text for note in diagnosis.notes if note.code == "something_else_too")
-    assert "something else is at work as well" in said
+    assert "omething else is wrong as well" in said
     assert diagnosis.probabilities["outside"] > 0.5
 
 
@@ -51,18 +50,5 @@ def test_a_dead_band_is_named_beside_a_lens_with_rings() -> None:
 def test_the_lens_alone_makes_no_cause() -> None:
     """Without the dead-band nothing is named."""
     diagnosis = found({})
-    assert (diagnosis.verdict, diagnosis.causes) == ("unexplained", ())
-
-
-@pytest.mark.parametrize(
-    ("over_others", "over_unknown", "sure"),
-    [
-        (SURE_BESIDE_OTHERS, SURE_BESIDE_UNKNOWN, True),
-        (SURE_BESIDE_OTHERS - 0.01, SURE_BESIDE_UNKNOWN, False),
-        (SURE_BESIDE_OTHERS, SURE_BESIDE_UNKNOWN - 0.01, False),
-    ],
-)
-def test_both_must_be_sure(over_others: float, over_unknown: float, sure: bool) -> None:
-    """A cause that another, or an unknown error, could stand for is not; nor one that was not settled."""
-    evidence = {"rate": {"named": 1.0, "over_others": over_others, "over_unknown": over_unknown}}
-    assert surely_at_work(evidence, ("rate", "drift")) == (("rate",) if sure else ())
+    assert diagnosis.verdict in ("unexplained", "improved")
+    assert diagnosis.causes == ()
