@@ -7,7 +7,15 @@ import math
 import pytest
 
 from catheter_sim.blind_bench.nature.score import scored
-from catheter_sim.blind_bench.nature.table import NOT_MADE, answers_of, as_text, reliability, summary
+from catheter_sim.blind_bench.nature.table import (
+    NOT_MADE,
+    answers_of,
+    as_text,
+    interval_of,
+    reliability,
+    share_line,
+    summary,
+)
 
 RUN = {"seconds": 12.0, "failure": ""}
 
@@ -57,6 +65,30 @@ def test_single_is_right_where_named_first():
     assert judged(answer("single", foreign), found("unexplained")) == (True, False)
     sure = found("no_discrepancy", probabilities={"outside": 0.7})
     assert judged(answer("single", foreign), sure) == (True, False)
+    assert judged(answer("single", foreign), found("improved")) == (True, False)
+
+
+def test_a_wrong_name_is_never_outside():
+    """Another cause named for a foreign form is wrong, however probable something outside is."""
+    foreign = answer("single", hidden("backlash", known=False))
+    result = scored(foreign, found("cause_found", "drift", probabilities={"outside": 0.9}), RUN)
+    assert (result["right"], result["named_right"], result["another_named"]) == (False, False, True)
+    result = scored(foreign, found("cause_found", "backlash", "drift"), RUN)
+    assert (result["right"], result["named_right"], result["another_named"]) == (True, True, True)
+
+
+def test_a_group_that_holds_the_cause_names_it():
+    """One entry for two causes is right if either is at work; it is one answer, not two, for a pair."""
+    group = {"name": "stiffness", "one_of": ["stiffness", "rate"], "probability": 0.8, "parameters": {}}
+    said = found("cause_found") | {"causes": [group]}
+    result = scored(answer("single", hidden("rate")), said, RUN)
+    assert (result["right"], result["exact"], result["grouped"]) == (True, False, True)
+    assert not result["another_named"]
+    assert scored(answer("single", hidden("drift")), said, RUN)["another_named"]
+    both = answer("pair", hidden("rate"), hidden("stiffness"))
+    assert not scored(both, said, RUN)["right"]
+    result["probabilities"] = {"stiffness": 0.5, "rate": 0.3}
+    assert sorted(answers_of([result])) == [(0.3, True), (0.5, False), (0.8, True)]
 
 
 def test_pair_needs_both_under_two_names():
@@ -98,15 +130,6 @@ def test_intervals_count_where_parameters_are_one_to_one():
         assert scored(answer("single", other), found("c", "backlash"), RUN)["intervals"] == []
 
 
-def test_sure_of_another_counts_only_what_is_not_there():
-    """A right name may be sure; another may not; without probabilities nothing is said."""
-    single = answer("single", hidden("backlash"))
-    assert scored(single, found("c", "backlash"), RUN)["sure_of_another"] is None
-    for chances, expected in (({"backlash": 0.9, "drift": 0.2}, False), ({"drift": 0.6, "none": 0.9}, True)):
-        given = found("c", "backlash", probabilities=chances)
-        assert scored(single, given, RUN)["sure_of_another"] is expected
-
-
 def test_brier_and_reliability_by_hand():
     """Two answers of 0.8, one of which holds, and one of 0.1 that does not."""
     chances = {"backlash": 0.8, "drift": 0.8, "rate": 0.1}
@@ -115,16 +138,28 @@ def test_brier_and_reliability_by_hand():
     assert sorted(answers) == [(0.1, False), (0.8, False), (0.8, True)]
     table = summary([result])
     assert table["brier"] == pytest.approx((0.01 + 0.64 + 0.04) / 3)
-    row = table["reliability"][8]
+    row = table["reliability"][4]
     assert (row["count"], row["promised"], row["held"], row["met"]) == (2, pytest.approx(0.8), 0.5, None)
 
 
 def test_a_bin_of_twenty_is_held_to_its_promise():
-    """Nineteen say nothing; twenty that hold half of 0.9 miss."""
-    assert reliability([(0.95, False)] * 19)[9]["met"] is None
-    assert reliability([(0.95, index % 2 == 0) for index in range(20)])[9]["met"] is False
-    assert reliability([(0.95, index > 0) for index in range(20)])[9]["met"] is True
-    assert reliability([(1.0, True)])[9]["count"] == 1
+    """Nineteen say nothing; twenty that hold half of 0.9 miss, and so do hundred that hold all of 0.85."""
+    assert reliability([(0.95, False)] * 19)[4]["met"] is None
+    assert reliability([(0.95, index % 2 == 0) for index in range(20)])[4]["met"] is False
+    assert reliability([(0.95, index > 0) for index in range(20)])[4]["met"] is True
+    assert reliability([(0.85, True)] * 100)[4]["met"] is False
+    assert reliability([(0.05, True)] * 100)[0]["met"] is None
+    assert reliability([(1.0, True)])[4]["count"] == 1
+
+
+def test_a_line_is_met_where_its_interval_holds_what_is_asked():
+    """Of 20 draws 18 may be 97 % by chance, 15 may not; 2 of 100 false may be 1 %, 6 may not."""
+    shares = [share_line("x", [True] * hits + [False] * (20 - hits), 0.97)["met"] for hits in (18, 15)]
+    assert shares == [True, False]
+    alarms = [share_line("x", [True] * hits + [False] * (100 - hits), at_most=0.01)["met"] for hits in (2, 6)]
+    assert alarms == [True, False]
+    low, high = interval_of(5, 10)
+    assert (low, high) == (pytest.approx(0.2366, abs=1e-3), pytest.approx(0.7634, abs=1e-3))
 
 
 def test_name_that_says_the_same_is_neither_right_nor_wrong():
@@ -142,10 +177,10 @@ def test_table_says_what_is_missed_and_what_is_not_given():
     bad = scored(answer("none"), found("cause_found", "drift"), RUN)
     table = summary([good, bad, {**bad, "verdict": NOT_MADE, "failure": "no size", "named": []}])
     by_name = {line["what"]: line for line in table["lines"]}
-    assert by_name["nothing hidden: a cause named"]["met"] is False
+    assert by_name["nothing hidden: a cause named"]["reached"] == 1.0
     assert by_name["single, known form: named first"]["met"] is True
-    assert by_name["single: another cause with more than 0.5"]["met"] is None
+    assert by_name["single, foreign form: named"]["met"] is None
     text = as_text(table)
     for part in ("2 of 3 draws made", "not given", "-> cause_found drift"):
         assert part in text
-    assert math.isnan(by_name["both of two named"]["reached"])
+    assert math.isnan(by_name["both of two named, known forms"]["reached"])
