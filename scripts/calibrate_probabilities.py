@@ -3,12 +3,12 @@
     python scripts/calibrate_probabilities.py results/tuning_1 results/tuning_2
 
 Each folder is one that a bench wrote: answers/ holds what was hidden, found/ what was diagnosed. Printed are
-the weights of `diagnosis/thresholds.py` (LOG_ODDS_OF_...), fitted by logistic regression with a penalty on
-every weight but the first; of "none" and of causes that no good hypothesis has, which hang on the verdict
-alone, counted (one answer of each kind added, after Laplace). Then how well the probabilities promise: Brier
-score, and of each bin of answers the mean promise and the share that was right, each draw by weights fitted
-without it (ten folds). What a bench takes for neither right nor wrong is left out. Draws whose accuracy
-is to be told must not be among them.
+the weights of `diagnosis/thresholds.py` (LOG_ODDS_OF_..., MEMBER_WEIGHT), fitted by logistic regression with
+a penalty on every weight but the first; of causes that no good hypothesis has, counted (one answer of each
+kind added, after Laplace). A group of causes that the data cannot tell apart is one answer. Then how well the
+probabilities promise: Brier score, and of each bin of answers the mean promise and the share that was right,
+each draw by weights fitted without it (ten folds). What a bench takes for neither right nor wrong is left
+out. Draws whose accuracy is judged must not be among them.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from catheter_sim.tables import Array
 
 PENALTY = 0.3  # of a weight's square: as much as a few answers say
 FOLDS = 10
-COUNTED = ("others", "none")  # kinds of which nothing but the verdict is known
+COUNTED = ("others",)  # kinds of which nothing is known
 Features = tuple[float, ...]
 
 
@@ -98,7 +98,7 @@ def rows_of(folder: Path, start: int) -> Sequence[Row]:
         score = read_json(folder / "scores" / f"{path.parent.name}.json") or {}
         neither = {*score.get("either", []), *([OUTSIDE] if _foreign(answer) else [])}
         evidence = from_numbers(found["evidence"])
-        every = _rows(evidence, found["verdict"], *_hidden(answer), start + number)
+        every = _rows(evidence, *_hidden(answer), start + number)
         rows += [row for row in every if row.name not in neither]
     return rows
 
@@ -116,19 +116,26 @@ def _hidden(answer: dict[str, Any]) -> tuple[set[str], bool]:
     return set(answer["effects"]), bool(answer["outside"])
 
 
-def _rows(found: Evidence, verdict: str, true: set[str], outside: bool, draw: int) -> list[Row]:
+def _rows(found: Evidence, true: set[str], outside: bool, draw: int) -> list[Row]:
     rows = []
+    members = {name for item in found.causes.values() for name in item.members}
     for name in EFFECTS:
         item = found.causes.get(name)
         if item is None:
-            rows.append(Row(name, "others", draw, (1.0,), name in true))
+            if name not in members:
+                rows.append(Row(name, "others", draw, (1.0,), name in true))
         elif item.named:
-            rows.append(Row(name, "named", draw, features_of_named(item, found, verdict), name in true))
+            right = bool({name, *item.members} & true)
+            rows.append(Row(name, "named", draw, features_of_named(item, found), right))
+            # Of two that stand in one place, and of which one is at work, how often it is the surer one.
+            for other, surer in item.members.items():
+                if len({name, other} & true) == 1:
+                    rows.append(Row(name, "member", draw, (0.0, surer), name in true))
         else:
-            rows.append(Row(name, "rivals", draw, features_of_rival(item, found, verdict), name in true))
-    rows.append(Row(OUTSIDE, "outside", draw, features_of_outside(found, verdict), outside))
+            rows.append(Row(name, "rivals", draw, features_of_rival(item), name in true))
+    rows.append(Row(OUTSIDE, "outside", draw, features_of_outside(found), outside))
     nothing = not true and not outside
-    rows.append(Row(NONE, "none", draw, features_of_none(verdict), nothing))
+    rows.append(Row(NONE, "none", draw, features_of_none(found), nothing))
     return rows
 
 

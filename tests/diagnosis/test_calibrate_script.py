@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from catheter_sim.diagnosis.verdict.evidence import CauseEvidence, Evidence
 from tests.scripts_as_modules import script_module
 
 
@@ -18,11 +19,23 @@ def test_counted_answers_promise_their_shares(script):
     """Of 35 sound sets none hid a cause, of 9 others 2 did not: 36 of 37 and 3 of 11 by hand."""
     basis = np.array([(1.0, 0.0)] * 35 + [(1.0, 1.0)] * 9)
     true = np.array([1.0] * 35 + [1.0] * 2 + [0.0] * 7)
-    weights = script.weigh("none", basis, true)
+    weights = script.weigh("others", basis, true)
     promised = script.chance(np.array([(1.0, 0.0), (1.0, 1.0)]) @ weights)
     assert promised == pytest.approx([36 / 37, 3 / 11], abs=1e-12)
     penalised = script.chance(np.array([(1.0, 0.0)]) @ script.fitted(basis, true))
     assert penalised[0] < 36 / 37 - 0.01
+
+
+def test_a_group_is_one_answer(script):
+    """It is right where any member is at work; which one is asked apart, where just one is."""
+    evidence = Evidence({"backlash": CauseEvidence(True, 2.0, members={"rate": 0.4})}, 3.0, 9, 1.0, 0.0, 0.0)
+    rows = {(row.kind, row.name): row for row in script._rows(evidence, {"rate"}, False, 0)}
+    assert rows["named", "backlash"].true
+    assert rows["member", "backlash"].features == (0.0, 0.4)
+    assert not rows["member", "backlash"].true
+    assert ("others", "rate") not in rows
+    kinds = [row.kind for row in script._rows(evidence, {"backlash", "rate"}, False, 0)]
+    assert "member" not in kinds
 
 
 def test_one_sort_of_answers_is_enough(script):
