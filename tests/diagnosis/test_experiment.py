@@ -91,7 +91,7 @@ def proposed(bends_load):
     problem, (first, second) = rivals(bends_load)
     groups = rival_groups(first, [second])
     noise, gravity = np.full(1, 0.1), np.zeros(3)
-    return next_experiment(problem, first, [second], groups, noise, gravity, simulation=False)
+    return next_experiment(problem, first, first.causes, [second], groups, noise, gravity, simulation=False)
 
 
 def test_inputs_are_proposed_to_which_rivals_answer_unlike():
@@ -116,7 +116,15 @@ def test_where_time_is_up_words_are_left():
     problem, (first, second) = rivals(1.0)
     groups = (("backlash", "tendon_friction"),)
     kept = next_experiment(
-        problem, first, [second], groups, np.full(1, 0.1), np.zeros(3), simulation=False, deadline=0.0
+        problem,
+        first,
+        first.causes,
+        [second],
+        groups,
+        np.full(1, 0.1),
+        np.zeros(3),
+        simulation=False,
+        deadline=0.0,
     )
     assert kept.inputs is None
     assert "pretension" in kept.words
@@ -125,7 +133,7 @@ def test_where_time_is_up_words_are_left():
 def test_without_rivals_loops_are_proposed():
     """To check what was named, and what repeats."""
     problem, (first, _) = rivals(0.0)
-    found = next_experiment(problem, first, [], (), np.full(1, 0.1), np.zeros(3))
+    found = next_experiment(problem, first, first.causes, [], (), np.full(1, 0.1), np.zeros(3))
     assert "each channel alone" in found.words
     assert found.apart == {}
 
@@ -141,6 +149,6 @@ def test_where_the_twin_follows_no_programme_words_are_left():
 
     lost = replace(problem, twin=twin)
     groups = (("backlash", "tendon_friction"),)
-    found = next_experiment(lost, first, [second], groups, np.full(1, 0.1), np.zeros(3))
+    found = next_experiment(lost, first, first.causes, [second], groups, np.full(1, 0.1), np.zeros(3))
     assert found.inputs is None
     assert "pretension" in found.words

@@ -41,6 +41,7 @@ _LOOPS = (
 def next_experiment(
     problem: Problem,
     chosen: Fit,
+    likeliest: Sequence[str],
     equals: Sequence[Fit],
     groups: Sequence[Sequence[str]],
     noise: Array,
@@ -54,6 +55,7 @@ def next_experiment(
     Args:
         problem: the training trials; new inputs stay inside their range.
         chosen: the hypothesis of the verdict, fitted to them.
+        likeliest: its causes and corrections, the most probable first.
         equals: hypotheses that explain the data as well, with another effect in the place of one of its.
         groups: effects that these data cannot tell apart, the chosen one first.
         noise: of each output column, shape (o,), in file units.
@@ -63,7 +65,7 @@ def next_experiment(
         deadline: on the clock of `time.monotonic`, after which no inputs are tried any more [s].
     """
     if not groups:
-        checking = advice(chosen.causes[:1], f"To check {_said(chosen.causes[:1])} by itself: ")
+        checking = advice(likeliest[:1], f"To check {_said(likeliest[:1])} by itself: ")
         table = loops(problem.robot, problem.trials)
         return NextExperiment(f"{checking} {_LOOPS}".strip(), table)
     rivals = _rivals(chosen, equals)

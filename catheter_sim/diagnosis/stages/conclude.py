@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from catheter_sim.diagnosis.base_frame.registration import registration_notes
+from catheter_sim.diagnosis.causes.comparison import rivals_of
 from catheter_sim.diagnosis.causes.heldout_choice import heldout_choice_note
 from catheter_sim.diagnosis.causes.plausible import soaking_notes
 from catheter_sim.diagnosis.causes.weighing import weighing_notes
@@ -76,7 +77,9 @@ def conclude(
     shown, fits, structure = verdict.shown, examined.fits, dict(examined.structure)
     by_unit, ordered = settled.weighed.by_unit, _by_probability(settled.weighed.causes, scores)
     groups = tuple(cause.one_of for cause in ordered if len(cause.one_of) > 1)
-    equals = settled.equals
+    alike = scores.beliefs.members
+    rivals = rivals_of(settled.weighed.after, settled.equals)
+    equals = tuple(item for name, rival, item in rivals if rival in alike.get(name, {}))
     if not verdict.corrects:
         by_unit, ordered, groups, equals = settled.scales.held_out(shown), (), (), ()
         trials = (*posed.train.trials, *posed.heldout.trials)

@@ -18,6 +18,7 @@ def plan_next_experiment(run: Run, posed: Posed, conclusion: Conclusion, simulat
     return next_experiment(
         posed.train,
         conclusion.fit,
+        tuple(cause.name for cause in (*conclusion.causes, *conclusion.corrections)),
         conclusion.equals,
         conclusion.groups,
         np.array([conclusion.by_unit[unit_of(name)].noise_floor for name in posed.train.columns]),
