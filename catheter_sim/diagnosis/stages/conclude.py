@@ -26,6 +26,7 @@ from catheter_sim.diagnosis.verdict.agreement import agreement_with_simulation
 from catheter_sim.diagnosis.verdict.further_numbers import doubts, further_numbers
 from catheter_sim.diagnosis.verdict.harm import harm_note
 from catheter_sim.diagnosis.verdict.heldout_figures import trial_fits
+from catheter_sim.diagnosis.verdict.probabilities import Beliefs
 from catheter_sim.diagnosis.verdict.rules import remainder_note
 
 
@@ -75,7 +76,7 @@ def conclude(
 ) -> Conclusion:
     """Return what is reported: the hypothesis that is left, or the calibrated model if that is no better."""
     shown, fits, structure = verdict.shown, examined.fits, dict(examined.structure)
-    by_unit, ordered = settled.weighed.by_unit, _by_probability(settled.weighed.causes, scores)
+    by_unit, ordered = settled.weighed.by_unit, by_probability(settled.weighed.causes, scores.beliefs)
     groups = tuple(cause.one_of for cause in ordered if len(cause.one_of) > 1)
     alike = scores.beliefs.members
     rivals = rivals_of(settled.weighed.after, settled.equals)
@@ -122,9 +123,8 @@ def conclude(
     )
 
 
-def _by_probability(causes: tuple[Cause, ...], scores: Scores) -> tuple[Cause, ...]:
+def by_probability(causes: tuple[Cause, ...], believed: Beliefs) -> tuple[Cause, ...]:
     """Return the causes with their probabilities and groups, the most probable first."""
-    believed = scores.beliefs
     found = [
         replace(
             cause,
