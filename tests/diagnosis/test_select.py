@@ -170,6 +170,30 @@ def test_a_search_that_ended_wrongly_is_left_by_exchanging_causes(monkeypatch):
     assert set(select(problem, ("stiffness", *UNITS)).chosen.causes) == set(UNITS)
 
 
+def test_a_rival_is_tried_in_its_other_forms():
+    """What errs by 1.5 times the noise in its simplest form, and by the noise in another, does as well."""
+    robot = small_robot()
+
+    def twin(robots, inputs, every):
+        rows = []
+        for item in robots:
+            law = item.effects.get("nonlinear_stiffness", {})
+            twist = item.effects.get("twist", {}).get("rate_deg_per_m", 0.0)
+            cubic, quintic = law.get("cubic_mm2", 0.0), law.get("quintic_mm4", 0.0)
+            pull = inputs.tendon[:, 0]
+            off = 0.08 * np.sin(6.0 * np.pi * pull)
+            rows.append(twist * pull / 10.0 + cubic * (pull + off) / 100.0 + quintic * pull / 1e4)
+        return np.array(rows)[:, ::every, None]
+
+    inputs = as_inputs(np.stack([PULL, 0 * PULL, 0 * PULL], axis=1), "displacement")
+    noise = 0.1 * np.random.default_rng(3).normal(size=len(PULL))
+    trial = Trial("a.csv", "train", inputs, Table(inputs.time_s, {"tip_x_mm": 2.0 * PULL + noise}, "made"))
+    problem = Problem(robot, (), (trial,), ("tip_x_mm",), np.full(1, 0.1), twin)
+    found = select(problem, ("twist", "nonlinear_stiffness"))
+    assert found.chosen.causes == ("twist",)
+    assert ("quintic_mm4",) in [term.free for item in found.equals for term in item.terms]
+
+
 def pulled_in_turn(true: tuple[float, float, float], seed: int, moving: bool) -> Problem:
     """Return data of a robot of which each output follows one channel, whose gains are `true`.
 
