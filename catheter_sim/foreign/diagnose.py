@@ -2,7 +2,7 @@
 
 Every cause alone is tried in its variants, those first that a straight line promises most of; then a second
 one beside the best. Evidence of the training trials chooses (`fit`), trials that were held out say what was
-gained. The verdict is `cause_found` only where little is left on them.
+gained. A cause is named only where it is more probable than not (`likely`), which it is where little is left.
 """
 
 from __future__ import annotations
@@ -15,17 +15,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.report.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
 from catheter_sim.foreign.causes import Number, Variant, variants_of
 from catheter_sim.foreign.data import ForeignData, noise_of, read_foreign
 from catheter_sim.foreign.fit import Fit, Fitter
+from catheter_sim.foreign.likely import Likely, Tried, likely, probabilities
 from catheter_sim.foreign.thresholds import (
     BLOCK_S,
     DRY,
-    EXPLAINED_NOISE,
-    EXPLAINED_SHARE,
+    ESTABLISHED,
     FAR_WORSE,
     FITTED,
     HALVINGS,
+    HARM_NOISE,
+    HARM_SHARE,
     LAST_STEPS,
     LEAST_CAUSES,
     LEAST_GAIN,
@@ -41,7 +44,6 @@ from catheter_sim.foreign.thresholds import (
 from catheter_sim.foreign.twin import Runner
 from catheter_sim.progress import Stages
 
-CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED = "cause_found", "no_discrepancy", "unexplained"
 _SEED = 7
 _BOOTSTRAPS = 400
 
@@ -68,13 +70,13 @@ class ForeignDiagnosis:
     Attributes:
         data: the recordings.
         noise: of each output, shape (o,), in the columns' units.
-        verdict: `CAUSE_FOUND`, `NO_DISCREPANCY` or `UNEXPLAINED`.
+        verdict: one of `report.result.VERDICTS`.
         before: the model as it is.
         best: the fit that was chosen; `before`, where none is better.
         ranking: the model as it is, each cause alone and the pairs that were tried, most evidence first.
-        weights: share of the evidence of each single cause and of "none"; they add up to one. They have not
-            been compared with how often they are right.
-        indistinguishable: groups of single causes that explain the data alike.
+        weights: share of the evidence of each single cause and of "none"; they add up to one.
+        likely: the causes of the chosen fit with their probabilities, the most probable first.
+        probabilities: of these and their groups, of "none", and of something that was not tried ("outside").
     """
 
     data: ForeignData
@@ -84,12 +86,35 @@ class ForeignDiagnosis:
     best: Judged
     ranking: tuple[Judged, ...]
     weights: Mapping[str, float]
-    indistinguishable: tuple[tuple[str, ...], ...]
+    likely: tuple[Likely, ...]
+    probabilities: Mapping[str, float]
+
+    @property
+    def named(self) -> tuple[Likely, ...]:
+        """The established causes, the most probable first: none unless the verdict is `CAUSE_FOUND`."""
+        chosen = self.likely if self.verdict == CAUSE_FOUND else ()
+        return tuple(item for item in chosen if item.probability >= ESTABLISHED)
+
+    @property
+    def corrections(self) -> tuple[Likely, ...]:
+        """What corrects the model beside them and is not established; none unless something does."""
+        chosen = self.likely if self.verdict in (CAUSE_FOUND, IMPROVED) else ()
+        return tuple(item for item in chosen if item not in self.named)
+
+    @property
+    def corrected(self) -> Mapping[Number, float]:
+        """The numbers of the corrected model: none where nothing is established nor corrects it."""
+        return self.best.fit.values if self.verdict in (CAUSE_FOUND, IMPROVED) else {}
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """The causes that are named: none unless the verdict is `CAUSE_FOUND`."""
-        return self.best.fit.causes if self.verdict == CAUSE_FOUND else ()
+        """Names of the established causes."""
+        return tuple(item.name for item in self.named)
+
+    @property
+    def indistinguishable(self) -> tuple[tuple[str, ...], ...]:
+        """Groups of causes and corrections that the data cannot tell apart."""
+        return tuple(tuple(item.members) for item in (*self.named, *self.corrections) if item.members)
 
     def heldout_rms(self, judged: Judged) -> Mapping[str, float]:
         """Return a fit's root mean square error on held-out trials by unit."""
@@ -178,7 +203,10 @@ def _searched(data: ForeignData, noise: Array, jobs: int, stages: Stages) -> For
     judge = _Judge(data, runner, noise)
     before = judge(fitter.nothing())
     if max(before.times_noise, math.sqrt(before.fit.mean_square)) <= DRY:
-        return ForeignDiagnosis(data, noise, NO_DISCREPANCY, before, before, (before,), {"none": 1.0}, ())
+        sure = probabilities((), _tried(before), _tried(before))
+        return ForeignDiagnosis(
+            data, noise, NO_DISCREPANCY, before, before, (before,), {"none": 1.0}, (), sure
+        )
     stages.say("each cause alone")
     singles = [judge(fit) for fit in _singles(fitter, before.fit, variants_of(data.model))]
     best = max(singles, key=lambda item: item.fit.evidence)
@@ -189,19 +217,35 @@ def _searched(data: ForeignData, noise: Array, jobs: int, stages: Stages) -> For
     stages.say("the verdict")
     chosen = _chosen(before, best, pairs)
     ranking = sorted((before, *singles, *pairs), key=lambda item: -item.fit.evidence)
-    near = [item for item in singles if best.fit.evidence - item.fit.evidence < NATS]
-    group = tuple(item.fit.causes[0] for item in near)
-    alone = chosen is best and len(group) > 1
+    shown = chosen if chosen.fit.evidence > before.fit.evidence else before
+    held = [_tried(item) for item in ranking]
+    found = likely(_tried(shown), _tried(before), held)
+    named = any(item.probability >= ESTABLISHED for item in found)
     return ForeignDiagnosis(
         data,
         noise,
-        _verdict(before, chosen),
+        _verdict(before, shown, named, _harmful(data, noise, before, shown)),
         before,
-        chosen if chosen.fit.evidence > before.fit.evidence else before,
+        shown,
         tuple(ranking),
         _weights(before, singles),
-        (group,) if alone else (),
+        found,
+        probabilities(found, _tried(shown), _tried(before)),
     )
+
+
+def _tried(judged: Judged) -> Tried:
+    return Tried(judged.fit.causes, judged.fit.evidence, judged.times_noise)
+
+
+def _harmful(data: ForeignData, noise: Array, before: Judged, after: Judged) -> bool:
+    """Return whether a fit makes an output worse on the held-out trials, by more than its noise."""
+    rms = []
+    for judged in (before, after):
+        pairs = zip(judged.outputs, data.of("heldout"), strict=True)
+        errors = np.concatenate([(own - trial.outputs) / noise for own, trial in pairs])
+        rms.append(np.sqrt(np.nanmean(errors**2, axis=0)))
+    return bool((rms[1] > np.maximum((1.0 + HARM_SHARE) * rms[0], HARM_NOISE)).any())
 
 
 def _stepped(data: ForeignData, noise: Array, jobs: int) -> ForeignData:
@@ -303,11 +347,12 @@ def _chosen(before: Judged, best: Judged, pairs: Sequence[Judged]) -> Judged:
     return strongest if asked and best.times_noise - strongest.times_noise > least else best
 
 
-def _verdict(before: Judged, chosen: Judged) -> str:
+def _verdict(before: Judged, chosen: Judged, named: bool, harmful: bool) -> str:
     gained = chosen.times_noise < (1.0 - LEAST_GAIN) * before.times_noise
     evident = chosen.fit.evidence > before.fit.evidence + NATS
-    little = chosen.times_noise <= max(EXPLAINED_NOISE, EXPLAINED_SHARE * before.times_noise)
-    return CAUSE_FOUND if gained and evident and little else UNEXPLAINED
+    if not (gained and evident) or harmful:
+        return UNEXPLAINED
+    return CAUSE_FOUND if named else IMPROVED
 
 
 def _weights(before: Judged, singles: Sequence[Judged]) -> dict[str, float]:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from catheter_sim.diagnosis.report.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
 from catheter_sim.diagnosis.report.to_json import finite_document
 from catheter_sim.files import check_output_folder
 from catheter_sim.foreign.causes import SUMMARIES
-from catheter_sim.foreign.diagnose import CAUSE_FOUND, NO_DISCREPANCY, ForeignDiagnosis, Judged
+from catheter_sim.foreign.diagnose import ForeignDiagnosis, Judged
 from catheter_sim.foreign.extended import extended_spec
+from catheter_sim.foreign.likely import OUTSIDE, Likely
 from catheter_sim.foreign.thresholds import SHOWN
 from catheter_sim.page.render import png_source, rendered
 from catheter_sim.tables import Table, replaced_when_whole, write_table
@@ -28,7 +30,7 @@ def write_foreign(found: ForeignDiagnosis, output: str | Path) -> tuple[str, ...
     """Write a diagnosis into a folder, which is made; return the names of what the model's file lacks."""
     folder = check_output_folder(output)
     folder.mkdir(parents=True, exist_ok=True)
-    spec, left = extended_spec(found.data.model, found.best.fit.values)
+    spec, left = extended_spec(found.data.model, found.corrected)
     spec.compile()
     with replaced_when_whole(folder / "model.xml") as file:
         file.write(spec.to_xml())
@@ -52,7 +54,6 @@ def write_foreign(found: ForeignDiagnosis, output: str | Path) -> tuple[str, ...
 
 def _page(found: ForeignDiagnosis, described: dict[str, Any]) -> str:
     """Return `report.html`."""
-    named = found.verdict == CAUSE_FOUND
     return rendered(
         "catheter_sim.foreign",
         "report.html",
@@ -61,8 +62,6 @@ def _page(found: ForeignDiagnosis, described: dict[str, Any]) -> str:
             "sentence": sentence(found),
             "document": described,
             "picture": png_source(_picture(found)),
-            "causes": described["causes"] or described["absorbs"],
-            "causes_title": "What the model lacks" if named else "What a fit would use to soak up the error",
             "step_ms": 1e3 * described["timestep_s"],
         },
         {"short": lambda value: "-" if value is None else f"{value:.4g}"},
@@ -100,7 +99,6 @@ def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
     before, after = (found.heldout_rms(item) for item in (found.before, found.best))
     noise = _noise_by_unit(found)
     unit = max(before, key=lambda name: before[name] / noise[name])
-    named = _causes(found)
     described = {
         "dataset": found.data.name,
         "robot": found.data.robot,
@@ -113,8 +111,10 @@ def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
             "gain_percent": gain,
             "gain_percent_ci95": [low, high],
         },
-        "causes": named if found.verdict == CAUSE_FOUND else [],
-        "absorbs": [] if found.verdict in (CAUSE_FOUND, NO_DISCREPANCY) else named,
+        "causes": _causes(found, found.named),
+        "corrections": _causes(found, found.corrections),
+        "absorbs": _causes(found, found.likely) if found.verdict == UNEXPLAINED else [],
+        "probabilities": dict(found.probabilities),
         "evidence_shares": dict(found.weights),
         "ranking": [_ranked(item) for item in found.ranking[:SHOWN]],
         "indistinguishable": [list(group) for group in found.indistinguishable],
@@ -151,8 +151,10 @@ def lines(found: ForeignDiagnosis) -> list[str]:
         f"noise {noise[unit]:.2g}"
         for unit in before
     ]
-    for cause in _causes(found) if found.causes else ():
-        said.append(f"cause: {cause['name']} ({cause['form']})")
+    told = [("cause", item) for item in _causes(found, found.named)]
+    told += [("correction", item) for item in _causes(found, found.corrections)]
+    for what, cause in told:
+        said.append(f"{what}: {cause['name']} ({cause['form']}), probability {cause['probability']:.2f}")
         for name, value in cause["parameters"].items():
             low, high = value["ci95"]
             said.append(f"  {name} = {value['value']:.4g} (95 %: {low:.4g} to {high:.4g})")
@@ -170,10 +172,16 @@ def sentence(found: ForeignDiagnosis) -> str:
     before, after = found.before.times_noise, found.best.times_noise
     if found.verdict == NO_DISCREPANCY:
         return f"The model agrees with the data to {before:.2g} times their noise."
+    falls = f"held-out errors fall from {before:.3g} to {after:.3g} times the noise."
     if found.verdict == CAUSE_FOUND:
-        words = " and ".join(f"{name.replace('_', ' ')} ({SUMMARIES[name]})" for name in found.causes)
+        words = " and ".join(_one_of(item.name, tuple(item.members)) for item in found.named)
+        return f"The model lacks {words}: {falls}"
+    if found.verdict == IMPROVED:
+        words = " and ".join(item.name.replace("_", " ") for item in found.corrections)
+        chance = found.probabilities[OUTSIDE]
         return (
-            f"The model lacks {words}: held-out errors fall from {before:.3g} to {after:.3g} times the noise."
+            f"Corrections improve the model ({words}): {falls} None of them is established: something else "
+            f"is at work with probability {chance:.2f}."
         )
     return (
         f"The model errs by {before:.3g} times the noise, and no generic cause explains it: the best one "
@@ -181,15 +189,22 @@ def sentence(found: ForeignDiagnosis) -> str:
     )
 
 
-def _causes(found: ForeignDiagnosis) -> list[dict[str, Any]]:
-    """Return the best fit's causes as a document, those with the largest share of the gain first."""
+def _one_of(name: str, members: tuple[str, ...]) -> str:
+    """Return a cause in words, or those that the data cannot tell apart."""
+    return " or ".join(f"{item.replace('_', ' ')} ({SUMMARIES[item]})" for item in members or (name,))
+
+
+def _causes(found: ForeignDiagnosis, chosen: Sequence[Likely]) -> list[dict[str, Any]]:
+    """Return causes of the best fit as a document."""
     fit, shares = found.best.fit, found.gain_shares()
-    ordered = sorted(fit.variants, key=lambda item: -shares[item.cause])
+    variants = {item.cause: item for item in fit.variants}
     return [
         {
             "name": variant.cause,
             "form": variant.form,
             "gain_percent": shares[variant.cause],
+            "probability": item.probability,
+            **({"one_of": list(item.members), "members": dict(item.members)} if item.members else {}),
             "parameters": {
                 number.name: {
                     "value": fit.values[number],
@@ -201,7 +216,7 @@ def _causes(found: ForeignDiagnosis) -> list[dict[str, Any]]:
                 for number in variant.numbers
             },
         }
-        for variant in ordered
+        for item, variant in ((item, variants[item.name]) for item in chosen)
     ]
 
 

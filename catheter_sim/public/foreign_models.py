@@ -34,7 +34,7 @@ class ModelDiagnosis:
 
     @property
     def verdict(self) -> str:
-        """What was found: "cause_found", "no_discrepancy" or "unexplained"."""
+        """What was found: "cause_found", "improved", "no_discrepancy" or "unexplained"."""
         return self.result.verdict
 
     @property
@@ -52,7 +52,7 @@ class ModelDiagnosis:
         from catheter_sim.foreign.extended import extended_spec
         from catheter_sim.foreign.report import document
 
-        left = extended_spec(self.result.data.model, self.result.best.fit.values)[1]
+        left = extended_spec(self.result.data.model, self.result.corrected)[1]
         return document(self.result, left)
 
     def save(self, path: str | os.PathLike[str]) -> None:
