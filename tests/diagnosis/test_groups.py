@@ -55,6 +55,18 @@ def test_what_explains_less_is_in_no_group(left):
     assert grouped(("actuation_gain", left)) == {}
 
 
+def test_few_stretches_make_no_group_of_what_errs_more():
+    """Three stretches may all be worse by chance, one time in eight; 30 % more is too much for a group."""
+    few = BLOCK % 3
+    mine, other = (
+        Scored(replace(item.fit, block=few), item.heldout[few < 0], few[few < 0])
+        for item in (hypothesis(("stiffness",), errors(1.0)), hypothesis(("rate",), 1.3 * errors(1.0)))
+    )
+    assert alike_groups([mine, other], ("stiffness",), [("stiffness", "rate", other.fit)]) == {}
+    near = replace(other, fit=replace(other.fit, left_out=1.05 * errors(1.0)))
+    assert alike_groups([mine, near], ("stiffness",), [("stiffness", "rate", near.fit)]) != {}
+
+
 def test_a_group_has_three_members_at_most():
     """Of more, those that err least in the trials left out."""
     rivals = [(name, errors(1.0, seed)) for seed, name in enumerate(("rate", "drift", "twist", "payload"), 3)]
