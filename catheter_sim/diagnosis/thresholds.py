@@ -598,6 +598,9 @@ be one in seven."""
 MOST_RATIO = 1.5
 """[natural logarithm] Of the ratio of two errors, beyond which more says no more. Why: a cause without which
 the error is four times as large is needed, whatever else is wrong."""
+MOST_NUMBERS = 6
+"""[fitted numbers] By which one hypothesis has more than another, beyond which more says no more. Why:
+assumed; a tracker's frame has six."""
 FEWEST_UNLISTED = 3
 """[corrections] From so many on, one cause in a form that is not listed is asked about. Why: data with one
 hidden cause in a foreign form ended with three to six."""
@@ -607,11 +610,11 @@ to 1.04 (`NEAR_NOISE`)."""
 UNLISTED_SINGLES = 6
 """[single causes] The best ones are tried with a smooth error beside them. Why: assumed; what explains little
 alone leaves the smooth error to explain the rest."""
-LOG_ODDS_OF_NAMED = (-2.0, 0.5, 2.5, 0.1, -0.7, -1.0, -0.5, -0.5)
-"""[1, 1/standard deviation, 1/log, 1/standard deviation, 1/log, 1/log, 1, 1] Weights of the evidence of a
-cause or group of the hypothesis (`probabilities.features_of_named`). Why: assumed, for now."""
-LOG_ODDS_OF_RIVALS = (-3.26, 0.21, 0.5)
-"""[1, 1/standard deviation, 1/log] The same of a cause that could stand in another's place
+LOG_ODDS_OF_NAMED = (-2.0, 0.5, 2.5, 0.15, 0.1, -0.7, -1.0, -0.5, -0.5)
+"""[1, 1/standard deviation, 1/log, 1/number, 1/standard deviation, 1/log, 1/log, 1, 1] Weights of the
+evidence of a cause or group of the hypothesis (`probabilities.features_of_named`). Why: assumed, for now."""
+LOG_ODDS_OF_RIVALS = (-3.26, 0.21, 0.5, -0.1)
+"""[1, 1/standard deviation, 1/log, 1/number] The same of a cause that could stand in another's place
 (`features_of_rival`). Why: assumed, for now."""
 LOG_ODDS_OF_OTHERS = (-5.45,)
 """[1] Of a cause that no good hypothesis has. Why: none of 231 was at work."""

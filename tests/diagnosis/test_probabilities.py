@@ -22,7 +22,7 @@ from catheter_sim.effects import EFFECTS
 
 CLEAR = Evidence(
     causes={
-        "backlash": CauseEvidence(True, 5.0, 3.0, 1.2),
+        "backlash": CauseEvidence(True, 5.0, 3.0, 1.2, 0),
         "rate": CauseEvidence(False, -0.2, 0.0, -0.05),
         "drift": CauseEvidence(False, -5.0, 0.0, -1.2),
     },

@@ -36,6 +36,7 @@ class CauseEvidence:
             that the hypothesis does not have.
         ratio: by what factor the error of the one without the cause is larger, of the one in its place
             smaller [natural logarithm].
+        numbers: how many more numbers the one without the cause has, or the one in its place.
         members: of a group: the others, which stand in the cause's place, with how surely it does better than
             each.
     """
@@ -44,6 +45,7 @@ class CauseEvidence:
     over_others: float
     over_unknown: float = 0.0
     ratio: float = 0.0
+    numbers: int = 0
     members: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -115,6 +117,7 @@ def evidence(
                 surety(other.squares, mine.squares),
                 _over_unknown(few, test, other, mine),
                 _ratio(other, mine),
+                _numbers_more(other, mine),
                 members,
             )
         elif name not in standing_in:
@@ -122,7 +125,10 @@ def evidence(
             if rivals:
                 rival = min(rivals, key=_cost)
                 found[name] = CauseEvidence(
-                    False, surety(mine.squares, rival.squares), ratio=_ratio(mine, rival)
+                    False,
+                    surety(mine.squares, rival.squares),
+                    ratio=_ratio(mine, rival),
+                    numbers=_numbers_more(rival, mine),
                 )
     beside = _with_unknown(few, test, mine)
     own = stretch_sums(mine.heldout_block, mine.heldout)
@@ -222,6 +228,7 @@ def as_numbers(found: Evidence) -> dict[str, dict[str, float]]:
             "over_others": item.over_others,
             "over_unknown": item.over_unknown,
             "ratio": item.ratio,
+            "numbers": float(item.numbers),
             **{f"over_{member}": value for member, value in item.members.items()},
         }
         for name, item in found.causes.items()
@@ -248,6 +255,7 @@ def from_numbers(document: Mapping[str, Mapping[str, float]]) -> Evidence:
             item["over_others"],
             item["over_unknown"],
             item["ratio"],
+            int(item["numbers"]),
             {other: item[f"over_{other}"] for other in EFFECTS if f"over_{other}" in item},
         )
         for name, item in document.items()
@@ -264,6 +272,10 @@ def from_numbers(document: Mapping[str, Mapping[str, float]]) -> Evidence:
         whole["structure"],
         bool(whole["harmful"]),
     )
+
+
+def _numbers_more(other: Scored, mine: Scored) -> int:
+    return len(other.fit.numbers) - len(mine.fit.numbers)
 
 
 def _ratio(worse: Scored, better: Scored) -> float:

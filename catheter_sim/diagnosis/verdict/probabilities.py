@@ -25,6 +25,7 @@ from catheter_sim.diagnosis.thresholds import (
     LOG_ODDS_OF_OUTSIDE,
     LOG_ODDS_OF_RIVALS,
     MEMBER_WEIGHT,
+    MOST_NUMBERS,
     MOST_RATIO,
     MOST_SURE,
 )
@@ -104,6 +105,7 @@ def features_of_named(item: CauseEvidence, found: Evidence) -> tuple[float, ...]
         1.0,
         item.over_others,
         min(item.ratio, MOST_RATIO),
+        float(np.clip(item.numbers, -MOST_NUMBERS, MOST_NUMBERS)),
         item.over_unknown,
         math.log(max(found.times_noise, 1.0)),
         math.log(max(sum(other.named for other in found.causes.values()), 1)),
@@ -114,7 +116,8 @@ def features_of_named(item: CauseEvidence, found: Evidence) -> tuple[float, ...]
 
 def features_of_rival(item: CauseEvidence) -> tuple[float, ...]:
     """Return what the log odds of a cause are linear in that could stand in a cause's place."""
-    return (1.0, item.over_others, max(item.ratio, -MOST_RATIO))
+    more = float(np.clip(item.numbers, -MOST_NUMBERS, MOST_NUMBERS))
+    return (1.0, item.over_others, max(item.ratio, -MOST_RATIO), more)
 
 
 def features_of_outside(found: Evidence) -> tuple[float, ...]:
