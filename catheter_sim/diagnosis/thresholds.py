@@ -610,8 +610,8 @@ to 1.04 (`NEAR_NOISE`)."""
 UNLISTED_SINGLES = 6
 """[single causes] The best ones are tried with a smooth error beside them. Why: assumed; what explains little
 alone leaves the smooth error to explain the rest."""
-LOG_ODDS_OF_NAMED = (-2.0, 0.5, 2.5, 0.15, 0.1, -0.7, -1.0, -0.5, -0.5)
-"""[1, 1/standard deviation, 1/log, 1/number, 1/standard deviation, 1/log, 1/log, 1, 1] Weights of the
+LOG_ODDS_OF_NAMED = (-2.0, 0.3, 2.0, 0.15, 0.1, -0.7, -1.0, -0.5, -0.5, 0.6)
+"""[1, 1/standard deviation, 1/log, 1/number, 1/standard deviation, 1/log, 1/log, 1, 1, 1/log] Weights of the
 evidence of a cause or group of the hypothesis (`probabilities.features_of_named`). Why: assumed, for now."""
 LOG_ODDS_OF_RIVALS = (-3.26, 0.21, 0.5, -0.1)
 """[1, 1/standard deviation, 1/log, 1/number] The same of a cause that could stand in another's place

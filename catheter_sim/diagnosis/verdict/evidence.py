@@ -64,6 +64,7 @@ class Evidence:
         unknown_share: of the hypothesis's held-out squares, which it takes away.
         structure: share of what is left that depends on one thing, of the strongest test that shows any
             (`rules.strongest_structure`); 0 where none does.
+        values: measured, by which hypotheses are compared.
         harmful: the hypothesis makes some output, unit or trial worse (`verdict.harm`).
     """
 
@@ -76,6 +77,7 @@ class Evidence:
     times_before: float = 1.0
     structure: float = 0.0
     harmful: bool = False
+    values: int = 0
 
 
 def evidence(
@@ -142,6 +144,7 @@ def evidence(
         times_before=times[0],
         structure=structure,
         harmful=harmful,
+        values=len(mine.fit.left_out) + len(mine.heldout),
     )
 
 
@@ -242,6 +245,7 @@ def as_numbers(found: Evidence) -> dict[str, dict[str, float]]:
         "unknown_share": found.unknown_share,
         "structure": found.structure,
         "harmful": float(found.harmful),
+        "values": float(found.values),
     }
     return {**causes, "all": whole}
 
@@ -271,6 +275,7 @@ def from_numbers(document: Mapping[str, Mapping[str, float]]) -> Evidence:
         whole["times_before"],
         whole["structure"],
         bool(whole["harmful"]),
+        int(whole["values"]),
     )
 
 

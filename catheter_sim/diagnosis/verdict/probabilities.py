@@ -101,6 +101,7 @@ def shares(name: str, members: Mapping[str, float]) -> dict[str, float]:
 
 def features_of_named(item: CauseEvidence, found: Evidence) -> tuple[float, ...]:
     """Return what the log odds of a cause of the hypothesis, or of its group, are linear in."""
+    named = sum(other.named for other in found.causes.values())
     return (
         1.0,
         item.over_others,
@@ -108,10 +109,20 @@ def features_of_named(item: CauseEvidence, found: Evidence) -> tuple[float, ...]
         float(np.clip(item.numbers, -MOST_NUMBERS, MOST_NUMBERS)),
         item.over_unknown,
         math.log(max(found.times_noise, 1.0)),
-        math.log(max(sum(other.named for other in found.causes.values()), 1)),
+        math.log(max(named, 1)),
         found.structure,
         float(found.harmful),
+        _likelihood(item.ratio, found) if named == 1 else 0.0,
     )
+
+
+def _likelihood(ratio: float, found: Evidence) -> float:
+    """Return how many nats of white noise a ratio of errors is worth, on a scale of logarithms.
+
+    Where more than the noise is left, values err together, and as many fewer count.
+    """
+    nats = found.values * max(ratio, 0.0) / max(found.times_noise, 1.0) ** 2
+    return math.log1p(nats)
 
 
 def features_of_rival(item: CauseEvidence) -> tuple[float, ...]:
