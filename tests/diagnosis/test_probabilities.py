@@ -32,6 +32,7 @@ CLEAR = Evidence(
     unknown=0.0,
     unknown_share=0.0,
     times_before=12.0,
+    values=400,
 )
 
 
