@@ -209,6 +209,23 @@ class StructureTest:
 
 
 @dataclass(frozen=True)
+class Provenance:
+    """Where a report comes from.
+
+    Attributes:
+        version: of this package.
+        made: when, in UTC ("2026-11-27T22:47:37Z").
+        command: the command line, or the call in Python.
+        data_digest: SHA-256 of the data, in hexadecimal digits.
+    """
+
+    version: str = ""
+    made: str = ""
+    command: str = ""
+    data_digest: str = ""
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The answer for one data set, with its evidence.
 
@@ -234,6 +251,9 @@ class Diagnosis:
         absorbs: causes whose numbers are not plausible: by them the fit soaks up what is missing.
         corrections: of the verdicts "cause_found" and "improved": what lowers the held-out error beside the
             causes and is not established, the most probable first.
+        repeatability: by how much a repeat at the same commands and history differs, root mean square, by
+            unit; empty where nothing was repeated.
+        provenance: version, time, command and data; empty where nobody said.
         probabilities: that each cause is at work, by name, and "none" and "outside"
             (`verdict.probabilities`).
         evidence: what they were worked out from.
@@ -262,6 +282,8 @@ class Diagnosis:
     evidence: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     residual: Mapping[str, Remainder] = field(default_factory=dict)
     corrections: tuple[Cause, ...] = ()
+    repeatability: Mapping[str, float] = field(default_factory=dict)
+    provenance: Provenance = Provenance()
 
     @property
     def is_corrected(self) -> bool:
