@@ -35,7 +35,8 @@ def _stiffened(robot: R, values: Values) -> R:
 
 EFFECT = Effect(
     name="nonlinear_stiffness",
-    summary="moment EI * (k + cubic * k^3 + quintic * k^5) of the bend per length k, added to the specified law",
+    summary="moment EI * (k + cubic * k^3 + quintic * k^5) of the bend per length k, added to the "
+    "specified law",
     trace="an error that grows faster than the bending, alike in all directions",
     bench="With slack tendons, bend the robot at its tip with a spring scale, first a little, then "
     "far. Does the force stay in proportion?",

@@ -138,8 +138,7 @@ EFFECT = Effect(
         ),
         Form(
             name="cyclic",
-            equation="a tendon stretches over its length by Nayar 2023, Algorithm 1, permanent set "
-            "included",
+            equation="a tendon stretches over its length by Nayar 2023, Algorithm 1, permanent set included",
             stage=Stage.SPECIFICATION,
             parameters=_cyclic,
             groups=lambda robot: (),  # it is one tendon's, measured

@@ -103,8 +103,7 @@ EFFECT = Effect(
         ),
         Form(
             name="drive",
-            equation="before the robot T' stays between T * exp(-path_loss) and T * exp(path_loss) "
-            "(Euler)",
+            equation="before the robot T' stays between T * exp(-path_loss) and T * exp(path_loss) (Euler)",
             stage=Stage.COMMAND,
             parameters=_loss,
             memory=_Path(),

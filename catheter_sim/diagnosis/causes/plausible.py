@@ -41,8 +41,8 @@ def implausible_notes(result: Fit) -> list[Note]:
         Note(
             "not_plausible",
             f"{name.replace('_', ' ')} lowers the error, but {', '.join(numbers)} "
-            f"{'stands' if len(numbers) == 1 else 'stand'} at a bound or beyond what its specification makes "
-            "likely: it soaks up something that is missing, and is not named.",
+            f"{'is' if len(numbers) == 1 else 'are'} at a bound or unlikely for this robot. The fit uses it "
+            "to take up an error of another origin, so it is not named.",
         )
         for name, numbers in implausible(result).items()
     ]

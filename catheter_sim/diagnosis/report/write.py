@@ -95,17 +95,15 @@ def marked_xml(diagnosis: Diagnosis, model_xml: str) -> str:
 
 def _marks(diagnosis: Diagnosis) -> dict[str, str]:
     """Return what each effect of the extended robot is, by its name."""
-    return {
-        **{cause.name: _mark(cause, "cause, probability {:.2f}") for cause in diagnosis.causes},
-        **{
-            cause.name: _mark(cause, "correction, not established ({:.2f})")
-            for cause in diagnosis.corrections
-        },
+    causes = {cause.name: _mark(cause, "cause", ", probability {:.2f}") for cause in diagnosis.causes}
+    return causes | {
+        cause.name: _mark(cause, "correction, not established", " ({:.2f})")
+        for cause in diagnosis.corrections
     }
 
 
-def _mark(cause: Cause, words: str) -> str:
-    mark = words.partition(", p")[0].partition(" (")[0] if math.isnan(cause.probability) else words.format(cause.probability)
+def _mark(cause: Cause, what: str, how_probable: str) -> str:
+    mark = what if math.isnan(cause.probability) else what + how_probable.format(cause.probability)
     return f"{mark}; may be {' or '.join(cause.one_of[1:])} instead" if cause.members else mark
 
 

@@ -118,20 +118,21 @@ def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None, i
     """
     names = ", ".join(name.replace("_", " ") for name in after.causes)
     times = result.rmse_after / result.noise_floor
-    what = f"{100.0 * result.rmse_after / result.rmse_before:.0f} % of the error"
+    what = f"it is {100.0 * result.rmse_after / result.rmse_before:.0f} % of the error before"
     if left is not None:
-        what = f"{left.share_percent:.0f} % of it hangs on {TESTS[left.name]} ({left.coordinate})"
+        what = f"{left.share_percent:.0f} % of it depends on {TESTS[left.name]} ({left.coordinate})"
+    verb = "lower" if result.rmse_after < result.rmse_before else "raise"
+    many = "" if len(after.causes) > 1 else "s"
+    course = f"the held-out error from {result.rmse_before:.3g} to {result.rmse_after:.3g} {result.unit}"
     if in_part:
         return Note(
             "something_else_too",
-            f"{names} lowers the held-out error from {result.rmse_before:.3g} to {result.rmse_after:.3g}, as "
-            "no other cause and no smooth error of unknown cause in its place would. But what is left is "
-            f"{times:.1f} times the noise, and {what}: something else is at work as well, or it follows "
-            "another law. The intervals are as wide as an error of that size could make them.",
+            f"{names} {verb}{many} {course}. No other cause explains it instead, nor does a smooth error of "
+            f"unknown cause. The error left is {times:.1f} times the row-to-row noise, and {what}. Something else "
+            "is at work too, or the cause follows another law. The intervals allow for an error of that size.",
         )
     return Note(
         "causes_leave_structure" if left is not None else "causes_leave_most",
-        f"The best that was found, {names}, lowers the held-out error from {result.rmse_before:.3g} to "
-        f"{result.rmse_after:.3g}, but what is left is {times:.1f} times the noise, and {what}: that is "
-        "not the whole cause, or not the cause, so that none is named.",
+        f"The best set found is {names}. It {verb}s {course}. The error left is {times:.1f} times the "
+        f"row-to-row noise, and {what}. So it is not the whole cause, or not the cause.",
     )
