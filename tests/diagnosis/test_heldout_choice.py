@@ -68,7 +68,7 @@ def test_held_out_trials_decide_where_they_can(chosen, other):
     assert equals == ()
     if chosen is FORWARD:
         note = heldout_choice_note(first, taken).text
-        assert "twist does as well as nonlinear stiffness" in note
+        assert "twist and nonlinear stiffness do equally well" in note
         assert note.count("nonlinear stiffness") == 2
 
 

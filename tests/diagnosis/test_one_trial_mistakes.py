@@ -27,10 +27,10 @@ def in_all(measured):
 
 
 SPOILED = {
-    "the x axis of all points looks turned": lambda v: v * [-1.0, 1.0, -1.0, 1.0],
-    "the axes x and z of all points look exchanged": lambda v: v[:, [1, 0, 3, 2]],
-    "the points tip and body_5 look exchanged": lambda v: v[:, [2, 3, 0, 1]],
-    "the columns tip_x_mm and tip_z_mm look swapped": lambda v: v[:, [1, 0, 2, 3]],
+    "The x axis of all points looks turned": lambda v: v * [-1.0, 1.0, -1.0, 1.0],
+    "The axes x and z of all points look exchanged": lambda v: v[:, [1, 0, 3, 2]],
+    "The points tip and body_5 look exchanged": lambda v: v[:, [2, 3, 0, 1]],
+    "The columns tip_x_mm and tip_z_mm look swapped": lambda v: v[:, [1, 0, 2, 3]],
     "tip_x_mm: m for mm": lambda v: v * [1e-3, 1.0, 1.0, 1.0],
 }
 

@@ -75,7 +75,7 @@ def test_what_is_left_is_told():
     assert "from 5 to 3, but what is left is 30.0 times the noise, and 60 % of the error:" in str(
         remainder_note(after, result, None)
     )
-    assert "and 45 % of it hangs on" in remainder_note(after, result, HANGING).text
+    assert "and 45 % of it depends on" in remainder_note(after, result, HANGING).text
 
 
 def test_cause_without_which_the_error_is_as_small_is_not_named():

@@ -85,7 +85,7 @@ def sentence(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == DATA_SUSPECT:
         first, *others = [item.words for item in diagnosis.data_faults] or ["the report does not say where."]
         more = f" There {'is' if len(others) == 1 else 'are'} {len(others)} more below." if others else ""
-        return f"These data of {robot} look wrong, so no cause was looked for: {first}{more}"
+        return f"These data of {robot} look wrong, so no cause was looked for. {first}{more}"
     return (
         f"The {error.what} of {robot} on held-out data is {error.said(error.before)}; row-to-row noise is "
         f"{error.said_noise}. No cause is established: {_why_not(diagnosis)}."

@@ -127,9 +127,10 @@ def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None, i
     if in_part:
         return Note(
             "something_else_too",
-            f"{names} {verb}{many} {course}. No other cause explains it instead, nor does a smooth error of "
-            f"unknown cause. The error left is {times:.1f} times the row-to-row noise, and {what}. Something else "
-            "is at work too, or the cause follows another law. The intervals allow for an error of that size.",
+            f"{names} {verb}{many} {course}. No other cause explains it instead, nor does a smooth error "
+            f"of unknown cause. The error left is {times:.1f} times the row-to-row noise, and {what}. "
+            "Something else is at work too, or the cause follows another law. The intervals allow for an "
+            "error of that size.",
         )
     return Note(
         "causes_leave_structure" if left is not None else "causes_leave_most",
