@@ -68,9 +68,8 @@ def _damped(robot: R, values: Values) -> R:
 _BEFORE, _BEHIND = Late("lag_s", "delay_s"), Late("output_lag_s", "output_delay_s")
 EFFECT = Effect(
     name="rate",
-    summary="what arrives follows the inputs with a first-order lag, or late by a delay, all channels alike; "
-    "or what is observed so follows the robot, but for tensions at the actuators; or the robot's material "
-    "resists a rate of strain by more than specified",
+    summary="what arrives, or what is observed but for tensions, follows with a first-order lag or a delay, "
+    "all channels alike; or the material resists a rate of strain by more than specified",
     trace="a loop whose width grows with the speed, and which closes where the input is held",
     bench="Step one input and record as fast as the tracker can. How long until the tip moves, and "
     "until it rests? Check that inputs and tracker share one clock.",

@@ -276,7 +276,10 @@ def test_report_of_a_cause() -> None:
     ("verdict", "says"),
     [
         ("no_discrepancy", "agrees with these data"),
-        ("unexplained", "the most probable one, backlash, has probability 0.93 and does not pass every check"),
+        (
+            "unexplained",
+            "the most probable one, backlash, has probability 0.93 and does not pass every check",
+        ),
     ],
 )
 def test_report_without_a_cause(verdict: str, says: str) -> None:
@@ -384,4 +387,6 @@ def test_suspected_data_are_told_in_the_sentence_the_report_and_the_json() -> No
     assert "Correct the data where the report says" in page
     document = to_json(diagnosis)
     assert document["verdict"] == "data_suspect"
-    assert document["suspicions"] == [{"what": "All positions jump here.", "where": "b.csv", "rows": [38, 75]}]
+    assert document["suspicions"] == [
+        {"what": "All positions jump here.", "where": "b.csv", "rows": [38, 75]}
+    ]
