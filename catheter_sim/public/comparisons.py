@@ -146,7 +146,7 @@ class Comparison:
         write_comparison(self.result, check_output_folder(path_of(path, "save")), self.over_time)
 
     def __repr__(self) -> str:
-        names = ", ".join(cause.name for cause in self.changes)
+        names = ", ".join(" or ".join(cause.one_of) for cause in self.changes)
         return f"<Comparison: {self.verdict}{f' ({names})' if names else ''}>"
 
     def _repr_html_(self) -> str:

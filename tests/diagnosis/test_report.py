@@ -267,7 +267,7 @@ def test_report_of_a_cause() -> None:
     assert "Probability 0.93" in html
     assert "By itself this number is not established" in html
     assert "stiffness or actuation gain" in html
-    assert "no effect (calibration alone)" in html
+    assert "no effect (model as specified)" in html
     assert "next_experiment.csv" in html
     assert "CC0" in html
 
@@ -294,7 +294,7 @@ def test_report_without_a_cause(verdict: str, says: str) -> None:
     html = " ".join(report_html(diagnosis, BLANK).split())
     assert says in sentence(diagnosis)
     assert "<b>6.10 mm</b>" in html
-    assert chosen_rows(html) == ["no effect (calibration alone)"]
+    assert chosen_rows(html) == ["no effect (model as specified)"]
     assert "85.3" not in html[: html.index("How large")]
     assert "next_experiment.csv" not in html
     assert to_json(diagnosis)["causes"] == []
@@ -365,7 +365,7 @@ def test_one_set_of_the_ranking_is_highlighted_and_it_is_the_named_one(place: in
     page = report_html(made_up(ranking=ranking), BLANK)
     assert chosen_rows(page) == ["tendon friction and backlash"]
     page = report_html(made_up("unexplained", ranking=ranking), BLANK)
-    assert chosen_rows(page) == ["no effect (calibration alone)"]
+    assert chosen_rows(page) == ["no effect (model as specified)"]
 
 
 def test_the_report_says_how_the_highlighted_set_came_about() -> None:

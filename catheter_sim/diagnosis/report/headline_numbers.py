@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from catheter_sim.diagnosis.report.result import Diagnosis, UnitResult
-from catheter_sim.diagnosis.report.rows import shown_unit
+from catheter_sim.diagnosis.report.rows import before_model, shown_unit
 from catheter_sim.diagnosis.report.to_json import tip_mm
 from catheter_sim.diagnosis.report.wording import digits_to_tell, fixed, half_width, interval, rounded
 
@@ -108,14 +108,9 @@ def simulated_text(diagnosis: Diagnosis, unit: str) -> str:
     return "-" if math.isnan(error) else fixed(error, places)
 
 
-def model_word(diagnosis: Diagnosis) -> str:
-    """Return what the reported model is: "corrected", "calibrated", or as the robot's file specifies it."""
-    return "corrected" if diagnosis.is_corrected else before_word(diagnosis)
-
-
-def before_word(diagnosis: Diagnosis) -> str:
-    """Return what the model before correction is: "calibrated" only where something was calibrated."""
-    return "calibrated" if diagnosis.calibrated else "specified"
+def reported_model(diagnosis: Diagnosis, noun: str = "model") -> str:
+    """Return what the reported model is called: "corrected model", or as before correction."""
+    return f"corrected {noun}" if diagnosis.is_corrected else before_model(diagnosis, noun)
 
 
 def headline_numbers(diagnosis: Diagnosis) -> list[dict[str, str]]:
@@ -124,21 +119,25 @@ def headline_numbers(diagnosis: Diagnosis) -> list[dict[str, str]]:
     MuJoCo's error comes first. Beside it stands that of the fast model (the analytic twin, by which causes
     are fitted), then the noise.
     """
-    error, model = heldout_error(diagnosis), model_word(diagnosis)
+    error, fast = heldout_error(diagnosis), reported_model(diagnosis, "fast model")
     corrected = diagnosis.is_corrected
     numbers = []
     if not math.isnan(error.simulated):
         numbers.append(
-            ("", error.said(error.simulated), f"{error.what} on held-out data, {model} simulation (MuJoCo)")
+            (
+                "",
+                error.said(error.simulated),
+                f"{error.what} on held-out data, {reported_model(diagnosis, 'simulation')} (MuJoCo)",
+            )
         )
         numbers.append(
-            ("", error.said(error.after), f"{error.what} of the {model} fast model, which was fitted")
+            ("", error.said(error.after), f"{error.what} of the {fast}, by which causes are fitted")
         )
     else:
-        words = f"{error.what} on held-out data, {model} fast model; MuJoCo was not run"
+        words = f"{error.what} on held-out data, {fast}; MuJoCo was not run"
         numbers.append(("", error.said(error.after), words))
     if corrected:
-        words = f"{error.what} before correction: the {before_word(diagnosis)} fast model"
+        words = f"{error.what} before correction: the {before_model(diagnosis, 'fast model')}"
         numbers.append(("before", error.said(error.before), words))
     numbers.append(("", error.said_noise, "row-to-row noise"))
     if not math.isnan(error.repeatability):

@@ -12,7 +12,6 @@ from typing import Any
 
 from catheter_sim.diagnosis.report.fitted_series import fit_files
 from catheter_sim.diagnosis.report.headline_numbers import (
-    before_word,
     headline_numbers,
     heldout_error,
     simulated_text,
@@ -27,6 +26,7 @@ from catheter_sim.diagnosis.report.result import (
     Diagnosis,
 )
 from catheter_sim.diagnosis.report.rows import (
+    before_model,
     cause_rows,
     corrected_names,
     errors_and_noise,
@@ -154,7 +154,7 @@ def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture], head: Head | 
         "dataset": diagnosis.dataset,
         "diagnosis": diagnosis,
         "unit": shown_unit(diagnosis.unit),
-        "before_word": before_word(diagnosis),
+        "before_model": before_model(diagnosis),
         "provenance": diagnosis.provenance,
         **_summary(diagnosis),
         **_ranking(diagnosis),
@@ -249,7 +249,7 @@ def _ranking_words(diagnosis: Diagnosis) -> str:
     """Return what the highlighted row of the ranking is."""
     named = corrected_names(diagnosis)
     if not named:
-        return f"The highlighted row is the {before_word(diagnosis)} model, without any cause."
+        return f"The highlighted row is the {before_model(diagnosis)}, without any cause."
     if set(diagnosis.chosen_in_training) == named:
         return "The highlighted set was chosen inside the training data. The held-out error took no part."
     first = listed([words(name) for name in diagnosis.chosen_in_training]) or "no cause"

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from catheter_sim.diagnosis.data.columns import TIP, unit_of
 from catheter_sim.diagnosis.report.drawing import COLOURS, LEGEND, errors_of, png_of, tidy_axes
-from catheter_sim.diagnosis.report.headline_numbers import before_word
 from catheter_sim.diagnosis.report.paths_picture import paths_figure
 from catheter_sim.diagnosis.report.result import Diagnosis, TrialFit
+from catheter_sim.diagnosis.report.rows import before_model
 from catheter_sim.diagnosis.report.series_picture import loops_figure, series_figure
 from catheter_sim.diagnosis.report.view_picture import view_figure
 from catheter_sim.diagnosis.report.wording import axis_label
@@ -113,7 +113,7 @@ def _paths_picture(diagnosis: Diagnosis) -> list[Picture]:
 
 def _stages_words(diagnosis: Diagnosis) -> str:
     """Return which models the pictures show as before and after."""
-    before = f"Before is the {before_word(diagnosis)} fast model"
+    before = f"Before is the {before_model(diagnosis, 'fast model')}"
     return f"{before}, after the corrected one." if diagnosis.is_corrected else f"{before}; so is after."
 
 

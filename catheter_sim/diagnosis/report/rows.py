@@ -76,7 +76,8 @@ def ranking_row(diagnosis: Diagnosis, candidate: Candidate, ranking: Sequence[Ca
     width = 100.0 * candidate.heldout_rmse / largest if math.isfinite(candidate.heldout_rmse) else 0.0
     named = corrected_names(diagnosis)
     return {
-        "causes": listed([words(name) for name in candidate.causes]) or "no effect (calibration alone)",
+        "causes": listed([words(name) for name in candidate.causes])
+        or f"no effect ({before_model(diagnosis)})",
         "heldout": fixed(candidate.heldout_rmse, digits_to_tell(finite, digits=3)),
         "inside": fixed(candidate.cross_validated_rmse, digits_to_tell(finite, digits=3)),
         "width": f"{width:.1f}",
@@ -100,7 +101,9 @@ def cause_rows(causes: Sequence[Cause]) -> list[dict[str, Any]]:
             "summary": EFFECTS[cause.name].summary.replace("`", "") if cause.name in EFFECTS else "",
             **form_words(cause),
             "trace": EFFECTS[cause.name].trace if cause.name in EFFECTS else "",
-            "gain": rounded(cause.gain_percent, 5.0),
+            "share": f"It takes away {rounded(cause.gain_percent, 5.0)} % of the error."
+            if cause.gain_percent > 0.0
+            else "By itself it does not lower the error.",
             "probability": "" if math.isnan(cause.probability) else f"{cause.probability:.2f}",
             "parameters": [parameter_row(name, item) for name, item in cause.parameters.items()],
         }
@@ -179,6 +182,11 @@ def key_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
     rows += [{"words": number_words(name)[0], "key": name} for name in diagnosis.calibrated]
     columns = (*diagnosis.dataset.input_channels, *diagnosis.dataset.output_channels)
     return rows + [{"words": column_words(name), "key": name} for name in columns]
+
+
+def before_model(diagnosis: Diagnosis, noun: str = "model") -> str:
+    """Return what the model before correction is called; "calibrated" only where something was calibrated."""
+    return f"calibrated {noun}" if diagnosis.calibrated else f"{noun} as specified"
 
 
 def shown_unit(unit: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from catheter_sim.diagnosis.report.headline_numbers import heldout_error, model_word
+from catheter_sim.diagnosis.report.headline_numbers import heldout_error, reported_model
 from catheter_sim.diagnosis.report.result import (
     CAUSE_FOUND,
     DATA_SUSPECT,
@@ -51,10 +51,10 @@ def bench_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
 
 def use_words(diagnosis: Diagnosis) -> str:
     """Return how far the model can be trusted now, in a sentence or two."""
-    error, model = heldout_error(diagnosis), model_word(diagnosis)
+    error, model = heldout_error(diagnosis), reported_model(diagnosis)
     if diagnosis.verdict == DATA_SUSPECT:
         return "Until the data are right, no number on this page says anything about the robot."
-    right = f"On held-out data the {error.what} of the {model} model is {error.said(error.best_known)}."
+    right = f"On held-out data the {error.what} of the {model} is {error.said(error.best_known)}."
     if diagnosis.verdict == CAUSE_FOUND:
         return f"{right} This holds while the robot stays as it was measured."
     if diagnosis.verdict == IMPROVED:
