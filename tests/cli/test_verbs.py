@@ -285,7 +285,8 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     for text in (
         "is wrong about backlash",
         "verdict: cause_found",
-        "held out, RMSE [mm]: 6.10 before, 0.900 after; row-to-row noise 0.0500; gain 85.2 % (95 %: 83.0 to 87.1)",
+        "held out, RMSE [mm]: 6.10 before, 0.900 after; row-to-row noise 0.0500; ",
+        "gain 85.2 % (95 %: 83.0 to 87.1)",
         "cause: backlash, 85.2 % of the error before",
         "width_mm = -0.420 (95 %: -0.440 to -0.400)",
         "these data cannot tell apart: stiffness, actuation_gain",

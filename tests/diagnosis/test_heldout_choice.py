@@ -116,6 +116,6 @@ def test_a_chosen_cause_with_other_numbers_may_do_another_ones_work_too():
     assert rival_groups(chosen, [rival, of(frame, common)]) == (
         ("precurvature", "actuation_offset", "measurement_frame"),
     )
-    assert "precurvature, actuation offset does as well as actuation offset" in str(
+    assert "precurvature, actuation offset and actuation offset do equally well" in str(
         heldout_choice_note(chosen, rival)
     )

@@ -7,10 +7,10 @@ import os
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
-from catheter_sim import __version__
 from catheter_sim.catalogue import read_toml
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.report.result import Diagnosis, Provenance
@@ -29,8 +29,16 @@ def stamped(diagnosis: Diagnosis, command: str = "") -> Diagnosis:
     moment = time.gmtime(int(given) if given.isdecimal() else None)
     made = time.strftime("%Y-%m-%dT%H:%M:%SZ", moment)
     return replace(
-        diagnosis, provenance=Provenance(__version__, made, command, data_digest(diagnosis.dataset))
+        diagnosis, provenance=Provenance(_version(), made, command, data_digest(diagnosis.dataset))
     )
+
+
+def _version() -> str:
+    """Return the version of this package; "" where it is not installed."""
+    try:
+        return version("catheter-sim")
+    except PackageNotFoundError:
+        return ""
 
 
 def data_digest(dataset: Dataset) -> str:

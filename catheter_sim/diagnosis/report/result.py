@@ -12,14 +12,8 @@ from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.thresholds import SIGNIFICANT_P
 from catheter_sim.tables import Array, Table
 
-CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = (
-    "cause_found",
-    "improved",
-    "no_discrepancy",
-    "unexplained",
-    "data_suspect",
-)
-VERDICTS = (CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT)
+VERDICTS = ("cause_found", "improved", "no_discrepancy", "unexplained", "data_suspect")
+CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = VERDICTS
 
 NEXT_EXPERIMENT_FILE = "next_experiment.csv"
 
@@ -210,14 +204,7 @@ class StructureTest:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a report comes from.
-
-    Attributes:
-        version: of this package.
-        made: when, in UTC ("2026-11-27T22:47:37Z").
-        command: the command line, or the call in Python.
-        data_digest: SHA-256 of the data, in hexadecimal digits.
-    """
+    """Where a report comes from: package version, time in UTC, command, SHA-256 of the data; "": unknown."""
 
     version: str = ""
     made: str = ""

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
-from catheter_sim import __version__
 from catheter_sim.diagnosis.report.result import (
     NEXT_EXPERIMENT_FILE,
     Cause,
@@ -66,8 +66,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
             for unit, item in diagnosis.residual.items()
         },
         "residual_tests": _residual_tests(diagnosis),
-        "version": diagnosis.provenance.version or __version__,
-        **{name: getattr(diagnosis.provenance, name) or None for name in ("made", "command", "data_digest")},
+        **{name: text or None for name, text in asdict(diagnosis.provenance).items()},
     }
     undefined: dict[str, str] = {}
     finite: dict[str, Any] = _finite(document, "", undefined)

@@ -110,7 +110,7 @@ def _mark(cause: Cause, what: str, how_probable: str) -> str:
 def _origin(diagnosis: Diagnosis) -> list[str]:
     """Return where the extended robot comes from: the same for the same data, whenever it was made."""
     made = diagnosis.provenance
-    if not made.version:
+    if not made.made:
         return []
     return [
         f"catheter-sim {made.version}, diagnosis: {diagnosis.verdict}",
