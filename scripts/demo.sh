@@ -53,11 +53,12 @@ import json
 import sys
 
 found = json.load(open(sys.argv[1], encoding="utf-8"))
-held_out = found["heldout"]
-causes = ", ".join(cause["name"] for cause in found["causes"]) or "no cause"
+causes = ", ".join(" or ".join(cause.get("one_of", [cause["name"]])) for cause in found["causes"])
+corrections = f"{len(found['corrections'])} corrections, none established" if found["corrections"] else ""
+tip = found["tip_mm"]
 print(
-    f"  {found['robot']}: {found['verdict']}: {causes}; held-out error {held_out['rmse_before']:.3g} -> "
-    f"{held_out['rmse_after']:.3g} {found['unit']}, gain {held_out['gain_percent']:.0f} %"
+    f"  {found['robot']}: {found['verdict']}: {'; '.join(filter(None, [causes, corrections])) or 'no cause'}; "
+    f"tip error on held-out data {tip['before']:.3g} mm before, {tip['after']:.3g} mm after"
 )
 PYTHON
     echo "    $out/$report/report.html"

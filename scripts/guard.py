@@ -135,12 +135,13 @@ def environments() -> list[str]:
 
 
 def diagnose(dataset: Path) -> dict[str, Any]:
-    """Return the diagnosis.json of the data set in a folder."""
+    """Return the diagnosis.json of the data set in a folder, without its time and command."""
     with tempfile.TemporaryDirectory() as folder:
         status, text = run_verb("diagnose", str(dataset), "-o", folder)
         if status:
             return {"failed": text}
-        return json.loads((Path(folder) / "diagnosis.json").read_text(encoding="utf-8"))
+        found = json.loads((Path(folder) / "diagnosis.json").read_text(encoding="utf-8"))
+        return {name: value for name, value in found.items() if name not in ("made", "command")}
 
 
 def bench(turns: int) -> list[dict[str, Any]]:

@@ -49,7 +49,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.files import check_output_folder
 
 if TYPE_CHECKING:
-    from catheter_sim.diagnosis.report.result import Diagnosis
+    from catheter_sim.diagnosis.report.result import Cause, Diagnosis
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -80,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Diagnose, then print the verdict and its figures."""
+    """Diagnose, then print what was found."""
     folder = check_output_folder(options.output)
     from catheter_sim.foreign.data import is_foreign
 
@@ -97,6 +97,7 @@ def run(options: argparse.Namespace) -> int:
         progress=True,
         dask=options.dask,
         budget_s=options.budget or math.inf,
+        command=options.command_line,
     )
     print("\n".join(_lines(diagnosis)).replace("−", "-"))  # a minus sign that programs read
     print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml and the fitted series")
@@ -124,6 +125,7 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
     """Say what changed since one earlier data set or several."""
     from catheter_sim.diagnosis.data.dataset import load_dataset
     from catheter_sim.diagnosis.fitting.workers import Workers
+    from catheter_sim.diagnosis.report.provenance import stamped
     from catheter_sim.diagnosis.since.from_report import earlier_recording
     from catheter_sim.diagnosis.since.report import comparison_sentence, mass_lines, write_comparison
     from catheter_sim.diagnosis.since.series import compare_series
@@ -138,9 +140,10 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
         budget_s=options.budget or COMPARING_BUDGET_S,
     )
     found, several = series.last, len(series.comparisons) > 1
+    found = replace(found, diagnosis=stamped(found.diagnosis, options.command_line))
     write_comparison(found, folder, series if several else None)
     shown = replace(found.diagnosis, causes=found.changes)
-    lines = [comparison_sentence(found), f"verdict: {found.verdict}", *list(_lines(shown))[2:]]
+    lines = [comparison_sentence(found), f"verdict: {found.verdict}", *list(_lines(shown, "change"))[2:]]
     lines.insert(2, f"rows that pair with the earlier recording: {found.paired_rows} of {found.rows}")
     lines += (*mass_lines(found), *(series_lines(series) if several else ()))
     print("\n".join(lines).replace("−", "-"))
@@ -151,47 +154,75 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
     return 0
 
 
-def _lines(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield the verdict in a sentence, then the figures behind it."""
+def _lines(diagnosis: Diagnosis, noun: str = "cause") -> Iterator[str]:
+    """Yield the verdict in words, then the figures behind it; `noun`: what its causes are called."""
+    from catheter_sim.diagnosis.report.headline_numbers import heldout_error
     from catheter_sim.diagnosis.report.html import sentence
     from catheter_sim.diagnosis.report.spoken import figure_words
-    from catheter_sim.diagnosis.report.wording import interval, rounded
+    from catheter_sim.diagnosis.report.to_json import tip_mm
+    from catheter_sim.diagnosis.report.what_to_do import ASKS
+    from catheter_sim.diagnosis.report.wording import rounded
     from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY, NEAR_NOISE
 
     yield sentence(diagnosis)
     yield f"verdict: {diagnosis.verdict}"
+    tip, error = tip_mm(diagnosis), heldout_error(diagnosis)
+    if tip is not None:
+        simulated = "" if math.isnan(error.simulated) else f"; {rounded(error.simulated)} in MuJoCo"
+        simulated = simulated if error.what == "tip error" else ""
+        yield (
+            f"held out, tip error in space, RMS [mm]: {rounded(tip['before'])} before, "
+            f"{rounded(tip['after'])} after{simulated}"
+        )
     for unit, result in diagnosis.by_unit.items():
         low, high = (rounded(end, 5.0) for end in result.gain_percent_ci95)
         before, after = rounded(result.rmse_before), rounded(result.rmse_after)
         yield (
-            f"held out, RMSE [{unit}]: {before} before, {after} after; noise {rounded(result.noise_floor)}; "
-            f"gain {rounded(result.gain_percent, 5.0)} % (95 %: {low} to {high})"
+            f"held out, RMSE [{unit}]: {before} before, {after} after; row-to-row noise "
+            f"{rounded(result.noise_floor)}; gain {rounded(result.gain_percent, 5.0)} % "
+            f"(95 %: {low} to {high})"
         )
+    for unit, value in diagnosis.repeatability.items():
+        yield f"repeatability at the same commands and history [{unit}]: {rounded(value)}"
     for cause in diagnosis.causes:
-        yield (
-            f"cause: {cause.name}, {rounded(cause.gain_percent, 5.0)} % of the error before, "
-            f"probability {cause.probability:.2f}"
-        )
-        for name, parameter in cause.parameters.items():
-            half = abs(parameter.ci95[1] - parameter.ci95[0]) / 2.0
-            bounds = interval(parameter.value, parameter.ci95)
-            yield f"  {name} = {rounded(parameter.value, half)} (95 %: {bounds})"
+        yield from _cause_lines(cause, noun)
+    for cause in diagnosis.corrections:
+        yield from _cause_lines(cause, "correction, not established")
     for cause in diagnosis.absorbs:
-        yield f"not plausible, soaks up what is missing: {cause.name}"
+        yield f"not believed, a number at a bound or unlikely: {cause.name}"
     yield "probabilities: " + ", ".join(
         f"{name} {value:.2f}"
         for name, value in sorted(diagnosis.probabilities.items(), key=lambda item: -item[1])
         if value >= LEAST_SHOWN_PROBABILITY
     )
     for unit, item in diagnosis.residual.items():
-        on = f", and depends on {', '.join(item.structure)}" if item.structure else ""
+        on = f", depends on {', '.join(item.structure)}" if item.structure else ""
         if item.times_noise <= NEAR_NOISE:
             on = ", as little as a right model leaves"
-        yield f"left, held out [{unit}]: {item.times_noise:.2g} times the noise{on}"
+        yield f"left, held out [{unit}]: {item.times_noise:.2g} times the row-to-row noise{on}"
     for group in diagnosis.indistinguishable:
-        yield f"not to be told apart on these data: {', '.join(group)}"
+        yield f"these data cannot tell apart: {', '.join(group)}"
     for name, value in diagnosis.extra.items():
         yield f"{name} = {rounded(value)} ({figure_words(name)[0]})"
     for note in dict.fromkeys((*diagnosis.dataset.notes, *diagnosis.notes)):
         yield f"note: {note}"
+    if noun == "cause":
+        yield f"what to do: {ASKS[diagnosis.verdict]}"
     yield f"next experiment: {diagnosis.next_experiment.words}"
+
+
+def _cause_lines(cause: Cause, noun: str) -> Iterator[str]:
+    """Yield a cause, a correction or a change, and its numbers."""
+    from catheter_sim.diagnosis.report.wording import interval, rounded
+
+    members = ", ".join(f"{name} {value:.2f}" for name, value in cause.members.items())
+    probable = "" if math.isnan(cause.probability) else f", probability {cause.probability:.2f}"
+    yield (
+        f"{noun}: {' or '.join(cause.one_of)}{probable}{f' ({members})' if members else ''}, "
+        f"{rounded(cause.gain_percent, 5.0)} % of the error before"
+    )
+    for name, parameter in cause.parameters.items():
+        half = abs(parameter.ci95[1] - parameter.ci95[0]) / 2.0
+        bounds = interval(parameter.value, parameter.ci95)
+        of = f"{cause.name}: " if members else ""
+        yield f"  {of}{name} = {rounded(parameter.value, half)} (95 %: {bounds})"

@@ -12,6 +12,7 @@ import argparse
 import io
 import logging
 import os
+import shlex
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
@@ -153,6 +154,7 @@ def _run(argv: Sequence[str]) -> int:
         return int(ended.code or 0)
     if arguments.verb is None:
         raise InputError(f"a verb is needed; choices: {', '.join(VERBS)}")
+    arguments.command_line = shlex.join(["catheter-sim", *argv])
     with _errors_alone_on_stderr(), compilations_told():
         # Here and not in each verb: every one of them uses MuJoCo sooner or later.
         from catheter_sim.pictures.backend import require_mujoco

@@ -16,6 +16,7 @@ from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
+from catheter_sim.diagnosis.report.provenance import stamped
 from catheter_sim.diagnosis.report.result import Diagnosis
 from catheter_sim.diagnosis.report.write import write_results
 from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
@@ -48,6 +49,7 @@ def diagnose(
     progress: bool = False,
     dask: str = "",
     budget_s: float = math.inf,
+    command: str = "",
 ) -> Diagnosis:
     """Diagnose a data set and write what was found to a folder.
 
@@ -61,6 +63,7 @@ def diagnose(
         progress: show what is being done where standard error is a terminal.
         dask: address of a Dask scheduler to fit on instead, "" for none.
         budget_s: seconds after which the search for causes ends with the best so far.
+        command: how this was asked for, for the report.
 
     Raises:
         InputError: the data set is not what it must be, the output folder cannot be written, or no
@@ -68,7 +71,8 @@ def diagnose(
     """
     data = dataset if isinstance(dataset, Dataset) else load_dataset(dataset)
     unfinished = Path(output_folder) / UNFINISHED
-    diagnosis = diagnose_dataset(data, Workers(jobs, dask, unfinished), progress, budget_s=budget_s)
+    found = diagnose_dataset(data, Workers(jobs, dask, unfinished), progress, budget_s=budget_s)
+    diagnosis = stamped(found, command)
     write_diagnosis(diagnosis, output_folder)
     shutil.rmtree(unfinished, ignore_errors=True)
     return diagnosis
@@ -81,7 +85,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: str | os.PathLike[str]) -> Non
         InputError: the folder cannot be made or written.
     """
     actuation = diagnosis.dataset.trials[0].inputs.actuation
-    write_results(diagnosis, folder, build_mjcf(embodied(diagnosis.extended_robot), actuation))
+    write_results(stamped(diagnosis), folder, build_mjcf(embodied(diagnosis.extended_robot), actuation))
 
 
 def diagnose_dataset(

@@ -62,12 +62,12 @@ EFFECT = Effect(
     summary="the input channels' scale is wrong: what arrives is scale * scale_<channel> * input, "
     "or the scale changes with the input",
     trace="an error in proportion to the input, the same on the way out and back",
-    bench="Command known steps, and measure at the tendon, with a ruler or a second force gauge, what"
-    " arrives; compare spools, gears and the sensor's calibration with the robot's file.",
+    bench="Command known steps. Measure at the tendon, with a ruler or a second force gauge, how "
+    "much arrives. Compare spools, gears and the sensor's calibration with the robot's file.",
     forms=(
         Form(
             name="scale",
-            equation="u' = scale scale_<channel> u",
+            equation="u' = scale * scale_<channel> * u",
             stage=Stage.COMMAND,
             parameters=lambda robot: common_and_each(robot, _parameter(_COMMON), _EACH),
             groups=lambda robot: common_then_each(robot, _COMMON, _EACH),
@@ -75,7 +75,7 @@ EFFECT = Effect(
         ),
         Form(
             name="curved",
-            equation="u' = (1 + (curve + curve_<channel>) |u|) u: a tendon wound on itself",
+            equation="u' = (1 + (curve + curve_<channel>) * |u|) * u, as of a tendon wound on itself",
             stage=Stage.COMMAND,
             parameters=_curve_parameters,
             groups=lambda robot: common_then_each(robot, *_curves(robot)),
@@ -85,7 +85,7 @@ EFFECT = Effect(
     ),
     advice={
         frozenset({"coupling", "actuation_offset", "measurement_frame", "twist"}): "Drive each section or "
-        "joint alone while the others stand at zero, and then against a pretension of the others: only "
-        "coupling moves them.",
+        "joint alone with the others at zero, then against a pretension of the others. Only coupling moves "
+        "them.",
     },
 )

@@ -37,7 +37,7 @@ EFFECT = Effect(
     name="actuation_offset",
     summary="the input channels' zero is wrong: what arrives is input + offset + offset_<channel>",
     trace="an error that is there at zero input already, and does not depend on direction",
-    bench="At zero command, measure every tendon's tension or place at the robot; set zero and "
+    bench="At zero command, measure every tendon's tension or position at the robot. Set zero and "
     "pretension again before each recording.",
     forms=(
         Form(

@@ -31,8 +31,8 @@ EFFECT = Effect(
     name="axial_compression",
     summary="backbone and mount give way along the axis, in series with the specified mount",
     trace="too little bending where several tendons pull together, and a tip that sinks with the sum",
-    bench="Pull all tendons of a segment together, and watch base plate and backbone with a dial "
-    "gauge: which of the two gives way?",
+    bench="Pull all tendons of a segment together. Watch base plate and backbone with a dial gauge: "
+    "which of the two moves?",
     forms=(
         Form(
             name="mount",

@@ -117,8 +117,8 @@ EFFECT = Effect(
     summary="dead-band between each actuator and its tendon; whole widths, of all and of each, add up; "
     "of a soft one `soft_through` of the input goes on at once",
     trace="a loop of constant width in the input, and a standstill after each reversal",
-    bench="Hold the tip still and turn each actuator gently to and fro: how far it goes before the "
-    "tendon pulls is the dead-band. Look at knots, clamps, couplings and gears.",
+    bench="Hold the tip still and turn each actuator gently to and fro. The dead-band is how far it "
+    "goes before the tendon pulls. Look at knots, clamps, couplings and gears.",
     forms=(
         Form(
             name="play",
@@ -130,7 +130,8 @@ EFFECT = Effect(
         ),
         Form(
             name="uneven",
-            equation="the same, of a width of its own in each channel",
+            equation="y = clip(y before, u - width_<channel> / 2, u + width_<channel> / 2), a width for "
+            "each channel",
             stage=Stage.COMMAND,
             parameters=_uneven,
             memory=_PLAY,
@@ -138,7 +139,8 @@ EFFECT = Effect(
         ),
         Form(
             name="soft",
-            equation="u' = soft_through u + (1 - soft_through) y: a spring across the dead-band",
+            equation="u' = soft_through * u + (1 - soft_through) * y, y the play's output: a spring "
+            "across the dead-band",
             stage=Stage.COMMAND,
             parameters=_soft,
             memory=_Play(_soft_names, _THROUGH),
@@ -146,7 +148,7 @@ EFFECT = Effect(
         ),
         Form(
             name="slack",
-            equation="a pair draws sign(u) max(|u| - slack, 0): its elastic return leaves no loop",
+            equation="a pair draws sign(u) * max(|u| - slack, 0); its elastic return leaves no loop",
             stage=Stage.SPECIFICATION,
             parameters=_slack,
             specify=lambda robot, values: added_at(robot, Role.SLACK, values),

@@ -125,12 +125,12 @@ EFFECT = Effect(
     name="coupling",
     summary="<from>_to_<to> times the input of one section or joint is added to the other's, side to side",
     trace="a section or joint that moves while only another one is driven, in proportion",
-    bench="Drive one section or joint alone, and watch the others' tendons and angles: what moves "
-    "that should not?",
+    bench="Drive one section or joint alone. Watch the tendons and angles of the others: which one "
+    "moves that should not?",
     forms=(
         Form(
             name="share",
-            equation="u_b' = u_b + <a>_to_<b> u_a",
+            equation="u_b' = u_b + <a>_to_<b> * u_a",
             stage=Stage.COMMAND,
             parameters=_parameters,
             groups=_groups,
@@ -138,7 +138,7 @@ EFFECT = Effect(
         ),
         Form(
             name="growing",
-            equation="u_b' = u_b + <a>_to_<b>_per_<unit> |u_a| u_a: more, the more the other is bent",
+            equation="u_b' = u_b + <a>_to_<b>_per_<unit> * |u_a| * u_a: more, the more the other is bent",
             stage=Stage.COMMAND,
             parameters=_growth_parameters,
             groups=_growth_groups,

@@ -167,16 +167,15 @@ def _fewest_first(robot: RobotSpec, forms: tuple[Form, ...]) -> Iterable[Form]:
 _MEMORY = _Drift()
 EFFECT = Effect(
     name="drift",
-    summary="the zero of the inputs wanders by zero + zero_<channel> a minute of the trial, or what arrives "
-    "under a held input grows by the share `creep` with the time constant `creep_time_s`; or what is "
-    "observed grows so by `response_creep`",
+    summary="the zero of the inputs wanders by zero + zero_<channel> a minute; or under a held input what "
+    "arrives (`creep`) or is observed (`response_creep`) grows by a share, with a time constant",
     trace="an error that grows with the time in the trial, also where the same input returns or is held",
-    bench="Hold one input for ten minutes, return to zero and wait as long: what goes on moving? Look"
-    " at temperature, slipping clamps and creeping polymers.",
+    bench="Hold one input for ten minutes, return to zero and wait as long. What keeps moving? Check "
+    "temperature, slipping clamps and creeping polymers.",
     forms=(
         Form(
             name="zero",
-            equation="u' = u + zero t, t from the trial's start",
+            equation="u' = u + zero * t, t from the trial's start",
             stage=Stage.COMMAND,
             parameters=_zeros,
             # One rate for several channels would be a pair's both sides, or joints of several kinds, at once.
@@ -185,7 +184,8 @@ EFFECT = Effect(
         ),
         Form(
             name="creep",
-            equation="u' = u + creep y with T y' = u - y: a spring in series with a Kelvin-Voigt element",
+            equation="u' = u + creep * y with T dy/dt = u - y: a spring in series with a Kelvin-Voigt "
+            "element",
             stage=Stage.COMMAND,
             parameters=lambda robot: _creep(_CREEP),
             memory=_MEMORY,
@@ -193,7 +193,7 @@ EFFECT = Effect(
         ),
         Form(
             name="response",
-            equation="x' = x + response_creep y with T y' = (x - x_first) - y, of what is observed",
+            equation="x' = x + response_creep * y with T dy/dt = (x - x_first) - y, x as observed",
             stage=Stage.OBSERVATION,
             parameters=lambda robot: _creep(_RESPONSE),
             memory=_Response(),
@@ -202,7 +202,7 @@ EFFECT = Effect(
     ),
     advice={
         frozenset({"actuation_offset", "actuation_gain", "stiffness", "tendon_elongation"}): "Hold one input "
-        "for several minutes, return to zero and wait as long: only drift goes on moving.",
+        "for several minutes, return to zero and wait as long: only drift keeps moving.",
     },
     # It begins anew with each trial; inside one its slow lines fit whatever else a model lacks.
     least_trials=2,

@@ -45,19 +45,19 @@ EFFECT = Effect(
     summary="measured positions are the true ones turned about the base by a rotation vector, then shifted, "
     "then `scale` times as far from the tracker's zero, then sheared",
     trace="an error that depends on where the tip is, not on how it came there",
-    bench="Touch three known points of the base with the tracker and compare them with the drawing: "
-    "is its frame turned or shifted?",
+    bench="Touch three known points of the base with the tracker and compare them with the drawing. "
+    "Is its frame turned or shifted?",
     forms=(
         Form(
             name="rigid",
-            equation="p' = R p + t, with R the turn by a rotation vector; orientations R' = R R",
+            equation="p' = R p + t, R the turn by a rotation vector; orientations turn by R too",
             stage=Stage.OBSERVATION,
             parameters=lambda robot: _PARAMETERS,
             observe=_seen,
         ),
         Form(
             name="scale",
-            equation="p' = scale p: a camera that is nearer than it was calibrated for",
+            equation="p' = scale * p, as of a camera that is nearer than it was calibrated for",
             stage=Stage.OBSERVATION,
             parameters=lambda robot: _SCALED,
             groups=lambda robot: ((_SCALE,), (*(item.name for item in _PARAMETERS), _SCALE)),
@@ -66,7 +66,7 @@ EFFECT = Effect(
         ),
         Form(
             name="sheared",
-            equation="p_i' = p_i + shear_ij p_j: a tracker whose axes are not at right angles",
+            equation="p_i' = p_i + shear_ij * p_j, as of a tracker whose axes are not at right angles",
             stage=Stage.OBSERVATION,
             parameters=lambda robot: _SHEARED,
             observe=_sheared,
@@ -75,6 +75,6 @@ EFFECT = Effect(
     ),
     advice={
         frozenset({"precurvature", "actuation_offset", "twist"}): "Track two points on the base and one in "
-        "the middle of the robot: they show the frame and the shape at rest apart from each other.",
+        "the middle of the robot. They separate the frame from the shape at rest.",
     },
 )

@@ -35,21 +35,23 @@ def _stiffened(robot: R, values: Values) -> R:
 
 EFFECT = Effect(
     name="nonlinear_stiffness",
-    summary="moment EI (k + cubic k^3 + quintic k^5) of the bend per length k, added to the specified law",
+    summary="moment EI * (k + cubic * k^3 + quintic * k^5) of the bend per length k, added to the "
+    "specified law",
     trace="an error that grows faster than the bending, alike in all directions",
-    bench="With slack tendons, bend the robot at its tip with a spring scale to small and to large "
-    "angles: does the force stay in proportion?",
+    bench="With slack tendons, bend the robot at its tip with a spring scale, first a little, then "
+    "far. Does the force stay in proportion?",
     forms=(
         Form(
             name="cubic",
-            equation="moment EI (k + cubic k^3) of the bend per length k",
+            equation="moment = EI * (k + cubic * k^3), k the bend per length",
             stage=Stage.SPECIFICATION,
             parameters=_parameters,
             specify=_stiffened,
         ),
         Form(
             name="quintic",
-            equation="moment EI (k + cubic k^3 + quintic k^5): what gives way may come back, a plateau",
+            equation="moment = EI * (k + cubic * k^3 + quintic * k^5): it may soften and stiffen again, "
+            "a plateau",
             stage=Stage.SPECIFICATION,
             parameters=_with_quintic,
             # Alone, or beside the cubic term.

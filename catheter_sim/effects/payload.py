@@ -68,8 +68,8 @@ EFFECT = Effect(
     name="payload",
     summary="a constant force on the tip, in the base frame, or a mass there",
     trace="an error that is there at rest and changes with where the robot points; a mass also slows swings",
-    bench="Look for what hangs on the tip (a tool, a tube, a tracker's cable), weigh it, and write it"
-    " into the robot's file; see which way gravity points in the base frame.",
+    bench="Look for a load on the tip: a tool, a tube, a tracker's cable. Weigh it and write it into "
+    "the robot's file. Check the direction of gravity in the base frame.",
     forms=(
         Form(
             name="force",
@@ -81,7 +81,7 @@ EFFECT = Effect(
         ),
         Form(
             name="mass",
-            equation="a mass fixed to the tip: weight m g, and inertia where the robot moves",
+            equation="a mass m fixed to the tip: weight m * g, and inertia where the robot moves",
             stage=Stage.SPECIFICATION,
             parameters=_masses,
             groups=_tried(Role.TIP_MASS, _masses),

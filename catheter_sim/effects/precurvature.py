@@ -22,11 +22,11 @@ EFFECT = Effect(
     summary="the unloaded robot is bent: a rest curvature (of a catheter, its exposed tube's, or a bending "
     "joint's rest bend) is added to its own",
     trace="an error that is largest near rest, where the tip is off the axis",
-    bench="Slacken all tendons and look at the robot from two sides: is it straight? Turn its base by"
-    " 180 deg: a bend of its own turns along, weight does not.",
+    bench="Slacken all tendons and look at the robot from two sides. Is it straight? Turn its base "
+    "by 180 deg: a bend of the robot turns with it, weight does not.",
     forms=(
-        _form("curvature", "moment EI (k - curvature) of the bend per length k", Role.REST_CURVATURE),
-        _form("joint_bend", "moment K (angle - rest bend) of a joint", Role.REST_BEND),
+        _form("curvature", "moment = EI * (k - curvature), k the bend per length", Role.REST_CURVATURE),
+        _form("joint_bend", "moment = K * (angle - rest bend) of a joint", Role.REST_BEND),
     ),
     same_as=frozenset({Role.REST_CURVATURE}),
 )

@@ -68,29 +68,29 @@ def _damped(robot: R, values: Values) -> R:
 _BEFORE, _BEHIND = Late("lag_s", "delay_s"), Late("output_lag_s", "output_delay_s")
 EFFECT = Effect(
     name="rate",
-    summary="what arrives follows the inputs with a first-order lag, or late by a delay, all channels alike; "
-    "or what is observed so follows the robot, but for tensions at the actuators; or the robot's material "
-    "resists a rate of strain by more than specified",
+    summary="what arrives, or what is observed but for tensions, follows with a first-order lag or a delay, "
+    "all channels alike; or the material resists a rate of strain by more than specified",
     trace="a loop whose width grows with the speed, and which closes where the input is held",
-    bench="Step one input and record as fast as the tracker can: how long until the tip moves, and "
-    "until it rests? See whether inputs and tracker have one clock.",
+    bench="Step one input and record as fast as the tracker can. How long until the tip moves, and "
+    "until it rests? Check that inputs and tracker share one clock.",
     forms=(
-        _form("input_lag", "lag_s y' = u - y", "lag_s", _BEFORE),
+        _form("input_lag", "lag_s * dy/dt = u - y", "lag_s", _BEFORE),
         _form("input_delay", "y(t) = u(t - delay_s)", "delay_s", _BEFORE),
         Form(
             name="viscous",
-            equation="stress = E (strain + (T + damping_time_s) rate), T as specified: Kelvin and Voigt's",
+            equation="stress = E * (strain + (T + damping_time_s) * strain rate), T as specified "
+            "(Kelvin and Voigt)",
             stage=Stage.SPECIFICATION,
             parameters=_damping,
             specify=_damped,
             in_motion=True,
         ),
-        _form("output_lag", "output_lag_s y' = x - y", "output_lag_s", _BEHIND),
+        _form("output_lag", "output_lag_s * dy/dt = x - y", "output_lag_s", _BEHIND),
         _form("output_delay", "y(t) = x(t - output_delay_s)", "output_delay_s", _BEHIND),
     ),
     advice={
         frozenset({"backlash", "tendon_friction"}): "Play the same loops at half and at twice the speed, and "
-        "hold still in the middle of each way: a lag's loop changes its width with the speed and closes in "
-        "the hold, the others' do neither.",
+        "hold still in the middle of each way. The loop of a lag changes its width with the speed and closes "
+        "in the hold. The others' loops do neither.",
     },
 )

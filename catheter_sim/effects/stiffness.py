@@ -51,19 +51,19 @@ EFFECT = Effect(
     name="stiffness",
     summary="every elastic constant is `scale` times the specified one, or those of a section are",
     trace="too little or too much bending under tension or load, in proportion, in every direction",
-    bench="With slack tendons, hang a known weight on the tip and measure how far it sinks; compare "
-    "material, diameter and wall of what bends with the robot's file.",
+    bench="With slack tendons, hang a known weight on the tip and measure how far it sinks. Compare "
+    "the material, diameter and wall of each bending part with the robot's file.",
     forms=(
         Form(
             name="scale",
-            equation="moment scale EI k of the bend per length k",
+            equation="moment = scale * EI * k, k the bend per length",
             stage=Stage.SPECIFICATION,
             parameters=_parameters,
             specify=_scaled,
         ),
         Form(
             name="section",
-            equation="moment scale_<section> EI k of one section's bend per length k",
+            equation="moment = scale_<section> * EI * k in one section, k the bend per length",
             stage=Stage.SPECIFICATION,
             parameters=_sections,
             groups=_each,
@@ -73,7 +73,7 @@ EFFECT = Effect(
     ),
     same_as=frozenset({Role.ELASTIC_SCALE, Role.ELASTIC_CONSTANT}),
     advice={
-        frozenset({"actuation_gain", "nonlinear_stiffness"}): "Hang a known weight on the tip at rest: the "
-        "stiffness answers, the inputs' scale does not.",
+        frozenset({"actuation_gain", "nonlinear_stiffness"}): "Hang a known weight on the tip at rest: its "
+        "sag depends on the stiffness, not on the inputs' scale.",
     },
 )

@@ -118,19 +118,19 @@ EFFECT = Effect(
     summary="tendons stretch with tension, in series with the specified stiffness, or stay longer by "
     "`set_share` of the most that they have been pulled",
     trace="too little bending, in proportion to the tension, alike in all directions",
-    bench="Clamp the robot's end of a tendon, pull with known forces and measure how long it gets; "
-    "let go, and see whether it comes back whole.",
+    bench="Clamp the robot's end of a tendon, pull with known forces and measure its stretch. Let "
+    "go, and check that it returns to its length.",
     forms=(
         Form(
             name="spring",
-            equation="a tendon stretches by tension / stiffness, beside what it does as specified",
+            equation="a tendon stretches by tension / stiffness, in addition to its specified stretch",
             stage=Stage.SPECIFICATION,
             parameters=_spring,
             specify=_softened,
         ),
         Form(
             name="set",
-            equation="y = u - set_share max(u so far), either tendon of a pair for itself",
+            equation="y = u - set_share * max(u so far), each tendon of a pair for itself",
             stage=Stage.COMMAND,
             parameters=_set,
             memory=_Lengthened(),
@@ -138,7 +138,7 @@ EFFECT = Effect(
         ),
         Form(
             name="cyclic",
-            equation="over its length a tendon stretches by Nayar 2023, Algorithm 1, permanent set included",
+            equation="a tendon stretches over its length by Nayar 2023, Algorithm 1, permanent set included",
             stage=Stage.SPECIFICATION,
             parameters=_cyclic,
             groups=lambda robot: (),  # it is one tendon's, measured
@@ -148,6 +148,6 @@ EFFECT = Effect(
     same_as=frozenset({Role.TENDON_STIFFNESS, Role.DRIVE_STIFFNESS}),
     advice={
         frozenset({"axial_compression", "nonlinear_stiffness", "actuation_offset"}): "Pull a segment's "
-        "tendons together, without bending: only what gives way along the axis answers.",
+        "tendons together, without bending: the tip sinks only where something gives way along the axis.",
     },
 )

@@ -81,13 +81,14 @@ EFFECT = Effect(
     summary="the tendons' capstan friction differs from the specification, or a catheter's path is tortuous, "
     "or tendons that are pulled rub before they reach the robot",
     trace="a loop between loading and unloading whose width grows with tension and bending",
-    bench="Hang a weight on one end of a tendon, bend the robot by hand, and pull the other end with "
-    "a spring scale: the force at which the tendon starts to slide, over the weight, is what "
-    "friction makes of it. Look for worn or dirty eyelets.",
+    bench="Bend the robot by hand and hang a weight on one end of a tendon. Pull the other end with "
+    "a spring scale. When the tendon starts to slide, force over weight gives the friction. "
+    "Look for worn or dirty eyelets.",
     forms=(
         Form(
             name="coefficient",
-            equation="the tensions before and after a turn by an angle a differ by at most exp(mu a) (Euler)",
+            equation="the tensions before and after a turn by an angle a differ by at most exp(mu * a) "
+            "(Euler)",
             stage=Stage.SPECIFICATION,
             parameters=_coefficient,
             specify=_rubbed,
@@ -102,7 +103,7 @@ EFFECT = Effect(
         ),
         Form(
             name="drive",
-            equation="before the robot T' stays between T exp(-path_loss) and T exp(path_loss) (Euler)",
+            equation="before the robot T' stays between T * exp(-path_loss) and T * exp(path_loss) (Euler)",
             stage=Stage.COMMAND,
             parameters=_loss,
             memory=_Path(),

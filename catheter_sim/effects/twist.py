@@ -63,8 +63,8 @@ EFFECT = Effect(
     summary="the tendons' holes turn about the backbone at a constant rate along the robot; of a robot that "
     "bends in a plane, its elements do",
     trace="a bending plane that turns from segment to segment",
-    bench="Look along the straight robot from its tip: do the holes of all disks lie on straight "
-    "lines? See how the disks are fixed to the backbone.",
+    bench="Look along the straight robot from its tip. Do the holes of all disks lie on straight "
+    "lines? Check how the disks are fixed to the backbone.",
     forms=(
         Form(
             name="holes",

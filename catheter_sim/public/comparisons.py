@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,12 +66,12 @@ class Comparison:
 
     @property
     def changes(self) -> tuple[Cause, ...]:
-        """Return what changed, by share of the gain; none unless the verdict is "changed"."""
+        """Return what changed, the most probable first; none unless the verdict is "changed"."""
         return self.result.changes
 
     @property
     def sentence(self) -> str:
-        """Return what was found, in one sentence."""
+        """Return what was found, in a sentence or two."""
         from catheter_sim.diagnosis.since.report import comparison_sentence
 
         return comparison_sentence(self.result)
@@ -146,7 +146,7 @@ class Comparison:
         write_comparison(self.result, check_output_folder(path_of(path, "save")), self.over_time)
 
     def __repr__(self) -> str:
-        names = ", ".join(cause.name for cause in self.changes)
+        names = ", ".join(" or ".join(cause.one_of) for cause in self.changes)
         return f"<Comparison: {self.verdict}{f' ({names})' if names else ''}>"
 
     def _repr_html_(self) -> str:
@@ -198,6 +198,7 @@ def compare(
     """
     from catheter_sim.diagnosis.data.trials import Dataset as Data
     from catheter_sim.diagnosis.fitting.workers import Workers
+    from catheter_sim.diagnosis.report.provenance import stamped
     from catheter_sim.diagnosis.since.from_report import earlier_recording
     from catheter_sim.diagnosis.since.series import compare_series
     from catheter_sim.files import check_output_folder
@@ -212,7 +213,8 @@ def compare(
         for item in given
     ]
     series = compare_series(earlier, later, place, budget_s=budget_s)
-    found = Comparison(series.last, series if len(earlier) > 1 else None)
+    last = replace(series.last, diagnosis=stamped(series.last.diagnosis, "cs.compare(...)"))
+    found = Comparison(last, series if len(earlier) > 1 else None)
     if folder is not None:
         found.save(folder)
     return found

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from catheter_sim.diagnosis.report.result import Diagnosis as Result
 
 _MOST_JOBS = 256
+_CALL = "cs.diagnose(...)"  # as the report's command
 
 
 @dataclass(frozen=True, repr=False)
@@ -54,17 +55,22 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """Return "cause_found", "no_discrepancy", "unexplained" or "data_suspect"."""
+        """Return "cause_found", "improved", "no_discrepancy", "unexplained" or "data_suspect"."""
         return self.result.verdict
 
     @property
     def causes(self) -> tuple[Cause, ...]:
-        """Return the causes, by their share of the gain; none unless the verdict is "cause_found"."""
+        """Return the causes, the most probable first; none unless the verdict is "cause_found"."""
         return self.result.causes
 
     @property
+    def corrections(self) -> tuple[Cause, ...]:
+        """Return what lowers the held-out error and is not established, the most probable first."""
+        return self.result.corrections
+
+    @property
     def sentence(self) -> str:
-        """Return what was found, in one sentence."""
+        """Return what was found, in a sentence or two."""
         from catheter_sim.diagnosis.report.html import sentence
 
         return sentence(self.result)
@@ -78,12 +84,16 @@ class Diagnosis:
 
     @property
     def robot(self) -> RobotSpec:
-        """Return the extended robot: the specification with calibration and causes in it."""
+        """Return the specification with calibration, causes and corrections in it."""
         return self.result.extended_robot
 
     def to_table(self) -> Listing:
-        """Return a row for each parameter of each cause, with its 95 % interval; no cause: no row."""
-        return parameter_listing(self.verdict, self.causes, "cause", "gain_percent")
+        """Return a row for each parameter of each cause, with its 95 % interval; no cause: no row.
+
+        Of the verdict "improved": of each correction.
+        """
+        first = "correction" if self.corrections and not self.causes else "cause"
+        return parameter_listing(self.verdict, self.causes or self.corrections, first, "gain_percent")
 
     def to_dataframe(self) -> Any:
         """Return `to_table` as a pandas `DataFrame`.
@@ -126,11 +136,11 @@ class Diagnosis:
         write_diagnosis(self.result, check_output_folder(path_of(path, "save")))
 
     def __repr__(self) -> str:
-        names = ", ".join(cause.name for cause in self.causes)
+        names = ", ".join(" or ".join(cause.one_of) for cause in self.causes)
         return f"<Diagnosis: {self.verdict}{f' ({names})' if names else ''}>"
 
     def _repr_html_(self) -> str:
-        table = self.to_table()._repr_html_() if self.causes else ""
+        table = self.to_table()._repr_html_() if self.causes or self.corrections else ""
         return f"<p>{html.escape(self.sentence)}</p>{table}"
 
 
@@ -171,6 +181,7 @@ def diagnose(
     from catheter_sim.diagnosis.fitting.workers import Workers
     from catheter_sim.diagnosis.pipeline import diagnose as diagnose_into
     from catheter_sim.diagnosis.pipeline import diagnose_dataset
+    from catheter_sim.diagnosis.report.provenance import stamped
     from catheter_sim.files import check_output_folder
     from catheter_sim.public.data import load_dataset
 
@@ -178,8 +189,8 @@ def diagnose(
     folder = None if out is None else check_output_folder(path_of(out, "out"))
     data = dataset if isinstance(dataset, Data) else load_dataset(dataset)
     if folder is None:
-        return Diagnosis(diagnose_dataset(data, Workers(jobs), budget_s=budget_s))
-    return Diagnosis(diagnose_into(data, folder, jobs, budget_s=budget_s))
+        return Diagnosis(stamped(diagnose_dataset(data, Workers(jobs), budget_s=budget_s), _CALL))
+    return Diagnosis(diagnose_into(data, folder, jobs, budget_s=budget_s, command=_CALL))
 
 
 def parameter_listing(verdict: str, causes: Sequence[Cause], first: str, last: str) -> Listing:

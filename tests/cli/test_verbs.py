@@ -258,8 +258,10 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     dataset = load_dataset(assets_folder() / "examples" / "opencr_v4")
     asked: list[object] = []
 
-    def diagnose(data: str, out: Path, jobs: int, progress: bool, dask: str, budget_s: float) -> Diagnosis:
-        asked.extend([data, str(out), jobs, progress, budget_s])
+    def diagnose(
+        data: str, out: Path, jobs: int, progress: bool, dask: str, budget_s: float, command: str
+    ) -> Diagnosis:
+        asked.extend([data, str(out), jobs, progress, budget_s, command])
         return Diagnosis(
             dataset=dataset,
             verdict="cause_found",
@@ -276,16 +278,18 @@ def test_diagnose_prints_the_verdict_and_its_figures(
         )
 
     monkeypatch.setattr(pipeline, "diagnose", diagnose)
-    ran = run("diagnose", "data", "-o", "out", "--jobs", "2", "--budget", "90")
+    given = ("diagnose", "data", "-o", "out", "--jobs", "2", "--budget", "90")
+    ran = run(*given)
     assert ran.status == 0
-    assert asked == ["data", "out", 2, True, 90.0]
+    assert asked == ["data", "out", 2, True, 90.0, f"catheter-sim {' '.join(given)}"]
     for text in (
         "is wrong about backlash",
         "verdict: cause_found",
-        "held out, RMSE [mm]: 6.10 before, 0.900 after; noise 0.0500; gain 85.2 % (95 %: 83.0 to 87.1)",
+        "held out, RMSE [mm]: 6.10 before, 0.900 after; row-to-row noise 0.0500; ",
+        "gain 85.2 % (95 %: 83.0 to 87.1)",
         "cause: backlash, 85.2 % of the error before",
         "width_mm = -0.420 (95 %: -0.440 to -0.400)",
-        "not to be told apart on these data: stiffness, actuation_gain",
+        "these data cannot tell apart: stiffness, actuation_gain",
         "tip_rmse_mm = 1.25",
         "note: A doubt.",
         "next experiment: Pull slower.",

@@ -73,7 +73,7 @@ def test_noise_follows_nothing(seed):
     """Whatever noise is drawn, of a tenth of a millimetre or of a few, it is seen to be noise."""
     for size in (0.1, 3.0):
         (doubt,) = outputs_that_do_not_follow(problem(np.array([0.0, 60.0]) + noisy(seed, size)), [MODEL])
-        assert "does not follow the inputs" in doubt.what
+        assert "do not follow the inputs" in doubt.what
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -71,7 +71,7 @@ def test_everything_in_metres_is_doubted(sound):
         smaller,
         lambda _, columns: {name: values.mean() + 1e-3 * values for name, values in columns.items()},
     )
-    assert_doubted(smaller, "the robot hardly moves")
+    assert_doubted(smaller, "The robot hardly moves")
 
 
 def test_a_cause_of_a_third_of_the_motion_is_no_mistake_in_the_data():
@@ -113,7 +113,7 @@ def test_outputs_in_other_units(sound):
     inches = with_outputs(sound, lambda index, columns: {name: v / 25.4 for name, v in columns.items()})
     assert_doubted(inches, "inches for mm")
     one = with_outputs(sound, lambda index, columns: columns | {"tip_x_mm": 0.1 * columns["tip_x_mm"]})
-    assert_doubted(one, "tip_x_mm: cm for mm")
+    assert_doubted(one, "The unit of tip_x_mm looks wrong: cm for mm")
 
 
 def test_an_axis_that_points_the_other_way(sound):
@@ -160,7 +160,7 @@ def test_ten_rows(sound):
         )
         for trial in sound.trials[-2:]
     ]
-    assert_doubted(replace(sound, trials=tuple(trials)), "fewer than 60")
+    assert_doubted(replace(sound, trials=tuple(trials)), "At least 60")
 
 
 def test_a_frozen_sensor_is_taken_out_and_said(sound):
@@ -232,7 +232,7 @@ def test_a_tracker_that_hangs_on_nothing(sound, wander):
             for name, v in columns.items()
         }
 
-    assert_doubted(with_outputs(sound, loose), "is the tracker attached")
+    assert_doubted(with_outputs(sound, loose), "Is the tracker attached")
 
 
 @pytest.mark.parametrize("trial", [0, 1, 2])

@@ -98,7 +98,7 @@ def test_inputs_are_proposed_to_which_rivals_answer_unlike():
     """Only a force across the tip shows which it is: that is what is to be played, and what it shows."""
     found = proposed(1.0)
     assert "known force" in found.words
-    assert "twist, fitted anew, would be off by" in found.words
+    assert "a refitted twist would miss the new data by" in found.words
     assert np.any(found.inputs.columns["force_tip_x_N"])
     assert found.apart["twist for nonlinear_stiffness"].twin > TELLS_APART_NOISE
 
@@ -108,7 +108,7 @@ def test_where_no_inputs_tell_them_apart_it_is_said():
     found = proposed(0.0)
     assert found.apart["twist for nonlinear_stiffness"].twin < 0.1
     assert "Play the CSV" not in found.words
-    assert "No inputs that were tried tell nonlinear stiffness from twist." in found.words
+    assert "None of the inputs that were tried tells nonlinear stiffness from twist." in found.words
 
 
 def test_where_time_is_up_words_are_left():

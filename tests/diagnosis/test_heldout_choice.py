@@ -68,7 +68,7 @@ def test_held_out_trials_decide_where_they_can(chosen, other):
     assert equals == ()
     if chosen is FORWARD:
         note = heldout_choice_note(first, taken).text
-        assert "twist does as well as nonlinear stiffness" in note
+        assert "twist and nonlinear stiffness do equally well" in note
         assert note.count("nonlinear stiffness") == 2
 
 
@@ -116,6 +116,6 @@ def test_a_chosen_cause_with_other_numbers_may_do_another_ones_work_too():
     assert rival_groups(chosen, [rival, of(frame, common)]) == (
         ("precurvature", "actuation_offset", "measurement_frame"),
     )
-    assert "precurvature, actuation offset does as well as actuation offset" in str(
+    assert "precurvature, actuation offset and actuation offset do equally well" in str(
         heldout_choice_note(chosen, rival)
     )

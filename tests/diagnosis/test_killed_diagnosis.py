@@ -75,11 +75,17 @@ def written_data(folder: Path) -> Path:
 
 def started(data: Path, output: Path) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "catheter_sim", "diagnose", str(data), "-o", str(output), "--jobs", "2"]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True, text=True)
+    same_time = os.environ | {"SOURCE_DATE_EPOCH": "0"}  # reports say when they were made
+    return subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, start_new_session=True, text=True, env=same_time
+    )
 
 
 def files_below(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    """Return the files of an output folder, but for its own path, which is in the command that they name."""
+    own = os.fsencode(folder)
+    found = [path for path in folder.rglob("*") if path.is_file()]
+    return {str(path.relative_to(folder)): path.read_bytes().replace(own, b"OUT") for path in found}
 
 
 def left_running(session: int) -> list[int]:

@@ -168,7 +168,7 @@ def test_fits_take_longer_steps_only_where_these_hide_in_the_noise() -> None:
     longer, own = (twin_of(item, item.trials) for item in (noisy, exact))
     assert longer.predict.twin.timestep_s > ROBOT.dynamics.motion_timestep_s
     assert own.predict.twin.timestep_s == 0.0
-    assert "s of a processor for each simulated second" in str(longer.notes[0])
+    assert "s of a processor." in str(longer.notes[0])
 
 
 @pytest.mark.parametrize(("lengths_s", "enough"), [((4.9,), False), ((5.0,), True), ((2.0, 3.0), True)])

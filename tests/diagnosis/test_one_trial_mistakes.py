@@ -27,11 +27,11 @@ def in_all(measured):
 
 
 SPOILED = {
-    "the x axis of all points looks turned": lambda v: v * [-1.0, 1.0, -1.0, 1.0],
-    "the axes x and z of all points look exchanged": lambda v: v[:, [1, 0, 3, 2]],
-    "the points tip and body_5 look exchanged": lambda v: v[:, [2, 3, 0, 1]],
-    "the columns tip_x_mm and tip_z_mm look swapped": lambda v: v[:, [1, 0, 2, 3]],
-    "tip_x_mm: m for mm": lambda v: v * [1e-3, 1.0, 1.0, 1.0],
+    "The x axis of all points looks turned": lambda v: v * [-1.0, 1.0, -1.0, 1.0],
+    "The axes x and z of all points look exchanged": lambda v: v[:, [1, 0, 3, 2]],
+    "The points tip and body_5 look exchanged": lambda v: v[:, [2, 3, 0, 1]],
+    "The columns tip_x_mm and tip_z_mm look swapped": lambda v: v[:, [1, 0, 2, 3]],
+    "The unit of tip_x_mm looks wrong: m for mm": lambda v: v * [1e-3, 1.0, 1.0, 1.0],
 }
 
 
@@ -54,7 +54,8 @@ def test_one_trial_in_another_unit(unit):
     sound = changed(lambda k, v: v)
     (fault,) = of_one([unit * v if k == 4 else v for k, v in enumerate(sound)])
     assert fault.where == "trial_4.csv"
-    assert fault.what.startswith("all columns in mm: " + ("m for mm" if unit == 1e-3 else "inches for mm"))
+    what = "m for mm" if unit == 1e-3 else "inches for mm"
+    assert fault.what.startswith(f"The unit of all columns in mm looks wrong: {what}")
 
 
 def test_inputs_in_grams():

@@ -128,10 +128,11 @@ def test_a_report_says_in_which_form_a_cause_acts() -> None:
     """With its equation and what does as well; nothing where a cause has one form alone."""
     late = Cause("rate", {}, 90.0, "output_lag", ("input_lag", "output_delay"))
     said = form_words(late)
-    assert said.startswith("Here it acts on what is observed, as output lag: output_lag_s y' = x - y.")
-    assert said.endswith('On these data the form "input lag" or "output delay" would do as well.')
-    assert form_words(Cause("axial_compression", {}, 90.0, "mount")) == ""
-    assert form_words(Cause("rate", {}, 90.0)) == ""
+    assert said["form"] == "It acts on what is observed, in the form “output lag”"
+    assert said["equation"] == "output_lag_s * dy/dt = x - y"
+    assert said["other_forms"] == "“input lag” or “output delay”"
+    for plain in (Cause("axial_compression", {}, 90.0, "mount"), Cause("rate", {}, 90.0)):
+        assert set(form_words(plain).values()) == {""}
 
 
 def test_a_form_also_takes_the_place_of_what_stood_in_for_it() -> None:

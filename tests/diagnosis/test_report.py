@@ -206,7 +206,7 @@ def test_folder_holds_everything(tmp_path: Path) -> None:
     assert {path.name for path in written} == {path.name for path in folder.iterdir()}
     assert written[-1].name == "diagnosis.json"
     assert json.loads((folder / "diagnosis.json").read_text()) == to_json(diagnosis)
-    assert (folder / "model.xml").read_text() == "<mujoco/>"
+    assert (folder / "model.xml").read_text().endswith("-->\n<mujoco/>")
     assert load_robot(folder / "robot.toml") == diagnosis.extended_robot
     assert read_table(folder / "next_experiment.csv").columns["tension_right_N"].tolist() == [0.0, 0.3, 0.0]
     series = read_table(folder / "fitted_heldout_b.csv").columns
@@ -259,15 +259,15 @@ def test_report_of_a_cause() -> None:
     """The cause, its value and interval, its doubt, the ranking and the groups are all there."""
     html = " ".join(report_html(made_up(), BLANK).split())
     head = html[html.index("<h1>") :]
-    assert "backlash and tendon friction" in head[:400]
+    assert "is wrong about backlash and tendon friction." in head[:400]
     assert "85.3 %" in head[: head.index("<h2>")]
     assert "0.422" in html
     assert "0.401 to 0.443" in html
     assert "−0.02 to 0.64 *" in html
-    assert "probability 0.93" in html
-    assert "by itself this number is not established" in html
-    assert "stiffness and actuation gain" in html
-    assert "no effect (calibration alone)" in html
+    assert "Probability 0.93" in html
+    assert "By itself this number is not established" in html
+    assert "stiffness or actuation gain" in html
+    assert "no effect (model as specified)" in html
     assert "next_experiment.csv" in html
     assert "CC0" in html
 
@@ -275,8 +275,11 @@ def test_report_of_a_cause() -> None:
 @pytest.mark.parametrize(
     ("verdict", "says"),
     [
-        ("no_discrepancy", "agrees with these measurements"),
-        ("unexplained", "no cause that was tried explains it"),
+        ("no_discrepancy", "agrees with these data"),
+        (
+            "unexplained",
+            "the most probable one, backlash, has probability 0.93 and does not pass every check",
+        ),
     ],
 )
 def test_report_without_a_cause(verdict: str, says: str) -> None:
@@ -291,7 +294,7 @@ def test_report_without_a_cause(verdict: str, says: str) -> None:
     html = " ".join(report_html(diagnosis, BLANK).split())
     assert says in sentence(diagnosis)
     assert "<b>6.10 mm</b>" in html
-    assert chosen_rows(html) == ["no effect (calibration alone)"]
+    assert chosen_rows(html) == ["no effect (model as specified)"]
     assert "85.3" not in html[: html.index("How large")]
     assert "next_experiment.csv" not in html
     assert to_json(diagnosis)["causes"] == []
@@ -332,7 +335,7 @@ def test_numbers_side_by_side_have_the_same_decimals() -> None:
     assert digits_to_tell((6.104, 0.9)) == 2
     assert digits_to_tell((0.104, 0.0123)) == 3
     assert digits_to_tell((float("nan"), 0.0)) == 2
-    assert sentence(made_up()).endswith("falls from 6.10 mm to 0.90 mm.")
+    assert sentence(made_up()).endswith("its error on held-out data falls from 6.10 to 0.90 mm.")
 
 
 def test_words_for_names() -> None:
@@ -362,26 +365,28 @@ def test_one_set_of_the_ranking_is_highlighted_and_it_is_the_named_one(place: in
     page = report_html(made_up(ranking=ranking), BLANK)
     assert chosen_rows(page) == ["tendon friction and backlash"]
     page = report_html(made_up("unexplained", ranking=ranking), BLANK)
-    assert chosen_rows(page) == ["no effect (calibration alone)"]
+    assert chosen_rows(page) == ["no effect (model as specified)"]
 
 
 def test_the_report_says_how_the_highlighted_set_came_about() -> None:
     """Chosen in training alone, or changed by the held-out data."""
     page = report_html(made_up(chosen_in_training=("tendon_friction", "backlash")), BLANK)
-    assert "the held-out error took no part" in page
+    assert "The held-out error took no part" in page
     page = report_html(made_up(chosen_in_training=("tendon_friction", "backlash", "rate")), BLANK)
-    assert "the held-out error took no part" not in page
-    assert "is tendon friction, backlash and rate; the held-out data" in page
+    assert "The held-out error took no part" not in page
+    assert "Inside the training data tendon friction, backlash and rate was chosen." in page
 
 
 def test_suspected_data_are_told_in_the_sentence_the_report_and_the_json() -> None:
     """What, where and which rows; no cause, no claim about the model."""
-    doubt = DataFault("all positions jump here", "b.csv", (38, 75))
+    doubt = DataFault("All positions jump here.", "b.csv", (38, 75))
     diagnosis = made_up("data_suspect", data_faults=(doubt,))
-    assert sentence(diagnosis).endswith("no cause was looked for: b.csv: all positions jump here")
+    assert sentence(diagnosis).endswith("so no cause was looked for. b.csv: All positions jump here.")
     page = report_html(diagnosis, BLANK)
-    assert "<code>b.csv</code>: all positions jump here (rows 38 to 75)" in page
-    assert "First mend what looks wrong in the data" in page
+    assert "<code>b.csv</code>: All positions jump here. (rows 38 to 75)" in page
+    assert "Correct the data where the report says" in page
     document = to_json(diagnosis)
     assert document["verdict"] == "data_suspect"
-    assert document["suspicions"] == [{"what": "all positions jump here", "where": "b.csv", "rows": [38, 75]}]
+    assert document["suspicions"] == [
+        {"what": "All positions jump here.", "where": "b.csv", "rows": [38, 75]}
+    ]

@@ -23,8 +23,8 @@ from catheter_sim.tables import Table
 
 SIMULATED = {"heldout_simulation_rmse_after_mm": 0.93, "heldout_simulation_minus_twin_rms_mm": 0.1}
 NOTES = (
-    Note("number_at_bound", "coupling.base_to_tip stands at its bound, where its interval ends."),
-    Note("frozen", "trial_05.csv: body_6_z_mm repeats 24.6024 from row 23 to 31: a frozen sensor?"),
+    Note("number_at_bound", "coupling.base_to_tip is at its bound, where its interval ends."),
+    Note("frozen", "trial_05.csv: body_6_z_mm repeats 24.6024 from row 23 to 31. Is it a frozen sensor?"),
     Note("harm", "raises the held-out error of tip_x_mm from 0.127 to 1.05 mm (displacement_bending_mm)."),
 )
 
@@ -60,7 +60,7 @@ def test_the_page_is_read_on_a_telephone_and_holds_no_raw_key(diagnosis: Diagnos
     """Viewport, nothing wider than 390 px, tables in boxes that scroll, pictures with words, no keys."""
     page = read_page(report_html(diagnosis, BLANK))
     assert page.problems == []
-    assert "coupling, base to tip stands at its bound" in page.seen
+    assert "coupling, base to tip is at its bound" in page.seen
     assert "held-out error of tip x from 0.127 to 1.05 mm (displacement bending)" in page.seen
 
 
@@ -117,12 +117,12 @@ def test_keys_are_said_in_words() -> None:
     assert number_words("curvature_tip_x_per_m") == ("curvature, tip x", "1/m")
     assert number_words("frame_shift_z_mm") == ("tracker's frame, shift along z", "mm")
     assert figure_words("heldout_simulation_rmse_after_mm") == (
-        "MuJoCo, corrected: error, root mean square",
+        "MuJoCo, after: error of each output, RMS",
         "mm",
     )
     text, unit = figure_words("heldout_tip_distance_rmse_aligned_after_mm_as_chosen_in_training")
-    assert text.startswith("fast model, corrected: distance of the tip, root mean square, mean offset taken")
-    assert (text.endswith("as chosen in training"), unit) == (True, "mm")
+    assert text.startswith("fast model, after: tip error in space, RMS, without its mean offset")
+    assert (text.endswith("chosen in training"), unit) == (True, "mm")
     said = spoken("<b> backlash.width_mm, a_b/c_1.csv and 0.5 N/mm, i.e. 3.17.0.")
     assert said == (
         '&lt;b&gt; <span title="backlash.width_mm">backlash, width</span>, <code>a_b/c_1.csv</code> and '

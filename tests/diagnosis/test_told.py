@@ -12,7 +12,7 @@ from catheter_sim.diagnosis.report.result import Diagnosis, UnitResult
 def told(causes: tuple[str, ...], **gains: tuple[float, float]) -> str:
     units = {unit: UnitResult(unit, 0.1, 1.0, 0.5, 50.0, interval) for unit, interval in gains.items()}
     first = next(iter(units))
-    diagnosis = SimpleNamespace(causes=causes, by_unit=units, unit=first, headline=units[first])
+    diagnosis = SimpleNamespace(is_corrected=bool(causes), by_unit=units, headline=units[first])
     return Diagnosis.told.fget(diagnosis).unit
 
 

@@ -72,10 +72,10 @@ def test_most_of_a_large_error_left_speaks_against_the_causes(rmse_after, most):
 def test_what_is_left_is_told():
     """How much, how far above the noise, and what it hangs on where it hangs on something."""
     after, result = fitted(2.0, 2.0), replace(RESULT, rmse_after=3.0)
-    said = remainder_note(after, result, None).text
-    assert "30.0 times the noise is left" in said
-    assert "60 % of the error" in said
-    assert "45 % of it depends on" in remainder_note(after, result, HANGING).text
+    said = str(remainder_note(after, result, None))
+    assert "from 5 to 3 mm. The error left is 30.0 times the row-to-row noise" in said
+    assert "and it is 60 % of the error before." in said
+    assert "and 45 % of it depends on" in remainder_note(after, result, HANGING).text
 
 
 def test_cause_without_which_the_error_is_as_small_is_not_named():

@@ -70,7 +70,7 @@ def test_a_cause_that_the_simulation_makes_unsure_is_not_named(scales):
     left = weigh(scales, both, shift)
     assert [cause.name for cause in left.causes] == ["actuation_gain"]
     assert left.unsure == ("tendon_friction",)
-    assert any("tendon friction pays, but" in note.text for note in weighing_notes(left, None))
+    assert any("tendon friction lowers the error, but" in note.text for note in weighing_notes(left, None))
 
 
 def test_a_cause_without_which_much_is_lost_stays_and_that_is_said(scales):

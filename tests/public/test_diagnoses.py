@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,14 @@ def small_data() -> Dataset:
     return cs.dataset(ROBOT, trials, name="bends")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def same_time() -> Iterator[None]:
+    """Reports say when they were made: here all at once."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SOURCE_DATE_EPOCH", "0")
+        yield
+
+
 @pytest.fixture(scope="module")
 def found() -> cs.Diagnosis:
     return cs.diagnose(small_data())
@@ -49,6 +58,7 @@ def test_planted_cause_is_found_and_told(found: cs.Diagnosis) -> None:
     assert f"<p>{found.sentence}</p>" in shown
     assert f"<td>{row['value']:.6g}</td>" in shown
     assert repr(found) == "<Diagnosis: cause_found (backlash)>"
+    assert found.document["command"] == "cs.diagnose(...)"
     assert found.robot.effects["backlash"]["width_mm"] == pytest.approx(row["value"])
 
 

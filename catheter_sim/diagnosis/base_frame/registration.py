@@ -94,8 +94,8 @@ def registration_notes(registration: Registration, fitted: Mapping[str, float]) 
     notes = []
     if registration.factor != 1.0:
         said = (
-            "The positions in columns called mm are in metres: the measured points are a thousandth as far "
-            "apart as the robot's. They were multiplied by 1000."
+            "The positions in columns called mm are in metres: the measured points lie a thousand times "
+            "closer together than the robot's. They were multiplied by 1000."
         )
         notes.append(Note("positions_in_metres", said))
     if registration.turned or registration.shift_mm.any():
@@ -106,15 +106,15 @@ def registration_notes(registration: Registration, fitted: Mapping[str, float]) 
         if np.any(told["translation_mm"]):
             where = ", ".join(f"{part:.4g}" for part in told["translation_mm"])
             parts.append(f"the robot's base at ({where}) mm in its frame")
-        fitted_too = ", fitted anew with every hypothesis" if registration.free else ""
+        fitted_too = " The shift is fitted again with every hypothesis." if registration.free else ""
         said = (
-            f"The tracker has a frame of its own: {'; '.join(parts)}{fitted_too}. Every position here and in "
-            "the CSV files is in the robot's base frame."
+            f"The tracker has its own frame: {'; '.join(parts)}.{fitted_too} Every position here and in the "
+            "CSV files is in the robot's base frame."
         )
         notes.append(Note("tracker_frame", said))
     if registration.turned and not registration.turn_known:
         said = (
-            "How the tracker is turned cannot be told from these points, which lie on a line: the least turn "
+            "These points lie on a line, so they do not show how the tracker is turned. The smallest turn "
             "was taken."
         )
         notes.append(Note("turn_unknown", said))

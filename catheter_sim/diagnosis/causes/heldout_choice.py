@@ -86,8 +86,8 @@ def heldout_choice_note(chosen: Fit, taken: Fit) -> Note:
     )
     return Note(
         "heldout_choice",
-        f"On the training trials {gone} does as well as {come}; the held-out trials tell them apart, for "
-        f"{come}. So the gain is the better one of both, a little above that on trials that decide nothing.",
+        f"On the training trials {gone} and {come} do equally well. The held-out trials favour {come}. They "
+        "decided this choice, so the gain is slightly too good.",
     )
 
 

@@ -31,7 +31,7 @@ def soaking_notes(soaked: Sequence[Cause]) -> list[Note]:
         Note(
             "not_plausible",
             f"{cause.name.replace('_', ' ').capitalize()} lowers the error only with implausible numbers: "
-            f"{', '.join(cause.parameters)}. The fit uses it to soak up something that is missing, so it is "
+            f"{', '.join(cause.parameters)}. The fit uses it to take up an error of another origin, so it is "
             "left out of the corrected robot.",
         )
         for cause in soaked

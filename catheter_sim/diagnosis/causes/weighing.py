@@ -144,16 +144,16 @@ def weighing_notes(weighed: Weighed, shift: Array | None) -> list[Note]:
     notes = [
         Note(
             "no_gain_on_heldout",
-            f"{name.replace('_', ' ')} pays on stretches left out of the training data, but not on the "
-            "held-out data, and is not named.",
+            f"{name.replace('_', ' ')} lowers the error inside the training data, but not on the held-out "
+            "data. It is not named.",
         )
         for name in weighed.weak
     ]
     notes += [
         Note(
             "may_be_nothing",
-            f"{name.replace('_', ' ')} pays, but its numbers' intervals hold the values that do nothing: it "
-            "is not named.",
+            f"{name.replace('_', ' ')} lowers the error, but the intervals of its numbers hold the values "
+            "without effect. It is not named.",
         )
         for name in weighed.unsure
     ]
@@ -161,8 +161,8 @@ def weighing_notes(weighed: Weighed, shift: Array | None) -> list[Note]:
     notes += [
         Note(
             "named_though_open",
-            f"Each number of {name.replace('_', ' ')} by itself may be nothing, since it trades against "
-            "others; it is named because without all of them the held-out error is far larger.",
+            f"Each number of {name.replace('_', ' ')} may be zero by itself, since others can replace it. It "
+            "is kept because the held-out error is far larger without all of them.",
         )
         for name in weighed.needed
         if name in open_ones

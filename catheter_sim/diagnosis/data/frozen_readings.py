@@ -36,7 +36,7 @@ def without_old_readings(dataset: Dataset) -> tuple[Dataset, tuple[Note, ...]]:
             trial = replace(trial, outputs=replace(trial.outputs, columns=columns))
             said = (
                 f"{trial.file}: {int(old.sum())} of {len(old)} rows repeat all readings of the row before "
-                "while the robot is driven: old readings, as of a slower sensor. Taken as missing."
+                "while the robot is driven, as a slower sensor does. These old readings are taken as missing."
             )
             notes.append(Note("old_readings", said))
         trials.append(trial)
@@ -75,7 +75,7 @@ def without_frozen_readings(dataset: Dataset) -> tuple[Dataset, tuple[Note, ...]
                 kept[start + 1 : end] = np.nan
                 said = (
                     f"{trial.file}: {name} repeats {values[start]:g} from row {start + 1} to {end} while the "
-                    "robot is driven: a frozen sensor? Taken as missing there."
+                    "robot is driven. Is it a frozen sensor? These rows are taken as missing."
                 )
                 notes.append(Note("frozen_sensor", said))
             columns[name] = kept

@@ -64,8 +64,8 @@ def without_copies(dataset: Dataset) -> tuple[Dataset, tuple[Note, ...], tuple[C
             shorter = copy.second if len(second.inputs) <= len(first.inputs) else copy.first
             other = first if shorter == copy.second else second
             out[shorter] = (
-                f"{dataset.trials[shorter].file}: its readings are those of {other.file} to the last digit: "
-                "a copy, not a repeated measurement. Counted once."
+                f"{dataset.trials[shorter].file}: its readings are those of {other.file} to the last digit. "
+                "It is a copy, not a repeated measurement, and counts once."
             )
     if not out or len(out) == len(dataset.trials):
         return dataset, (), tuple(left)

@@ -45,7 +45,7 @@ def bumped_trackers(
         if row is not None:
             found.append(
                 DataFault(
-                    "all positions jump here and stay off by as much, which the inputs do not say: was "
+                    "All positions jump here and stay off by as much, and the inputs do not explain it. Was "
                     f"the tracker, or the robot's base, moved (before row {row + 1})?",
                     trial.file,
                     (row + 1, len(model)),

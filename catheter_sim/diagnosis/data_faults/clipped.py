@@ -28,8 +28,8 @@ def clipped_outputs(seen: BesideModel) -> tuple[DataFault, ...]:
             if beyond > CLIPPED_BEYOND_SHARE * float(np.ptp(computed)):
                 faults.append(
                     DataFault(
-                        f"{int(rows.sum())} rows stand at exactly its {word} value, {end:g}, while the model "
-                        f"moves by {beyond:.2g} there: does its sensor end there? Leave these cells empty.",
+                        f"{int(rows.sum())} rows have exactly its {word} value, {end:g}, while the model "
+                        f"moves by {beyond:.2g}. Does its sensor end there? Leave these cells empty.",
                         seen.columns[column],
                     )
                 )

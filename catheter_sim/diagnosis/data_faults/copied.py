@@ -22,8 +22,8 @@ def copied_rows(trials: Sequence[Trial], copies: Sequence[Copy]) -> tuple[DataFa
         one = "trains" if first.role == "train" else "is held out" if first.role else "has no role"
         faults.append(
             DataFault(
-                f"its readings are those of {first.file}, which {one}, to the last digit of both: a copy, "
-                "not a repeated measurement. Leave one of them out.",
+                f"Its readings are those of {first.file}, which {one}, to the last digit. It is a copy, not "
+                "a repeated measurement. Leave one of them out.",
                 second.file,
                 copy.rows,
             )

@@ -25,8 +25,8 @@ def exchanged_points(seen: BesideModel) -> tuple[DataFault, ...]:
             names = [seen.columns[point[0]].rsplit("_", 2)[0] for point in (one, other)]
             faults.append(
                 DataFault(
-                    f"{names[0]} and {names[1]} look exchanged in {len(index)} rows: were two markers taken "
-                    "for one another? Exchange them there, or leave these cells empty.",
+                    f"{names[0]} and {names[1]} look exchanged in {len(index)} rows. Did the tracker confuse "
+                    "two markers? Exchange them there, or leave these cells empty.",
                     seen.trials[number].file,
                     (int(index[0]) + 1, int(index[-1]) + 1),
                 )

@@ -37,8 +37,8 @@ def hardly_moved(
         return ()
     return (
         DataFault(
-            f"the robot hardly moves: by {measured:.2g} mm as measured and by {computed:.2g} mm as computed, "
-            f"of its {length_mm:.4g} mm; are inputs and outputs in another unit, m for mm say?"
+            f"The robot hardly moves: by {measured:.2g} mm as measured and by {computed:.2g} mm as computed, "
+            f"of its {length_mm:.4g} mm. Are inputs and outputs in another unit, such as m for mm?"
         ),
     )
 

@@ -29,8 +29,8 @@ def interpolated_outputs(seen: BesideModel) -> tuple[DataFault, ...]:
         return ()
     return (
         DataFault(
-            f"{100.0 * float(np.median(shares)):.0f} % of the rows lie on straight lines between the others: "
-            "were they filled in? Leave the cells empty in which nothing was measured.",
+            f"{100.0 * float(np.median(shares)):.0f} % of the rows lie on straight lines between the others. "
+            "Were they filled in? Leave cells empty where nothing was measured.",
             ", ".join(seen.columns[column] for column in seen.moves),
         ),
     )

@@ -63,8 +63,8 @@ def jumps_elsewhere(seen: BesideModel) -> tuple[DataFault, ...]:
         faults.append(
             DataFault(
                 f"{', '.join(points)} leaps away and comes back ({rows} rows: {', '.join([*spans][:5])}"
-                f"{', ...' if len(spans) > 5 else ''}): did the tracker lose it, or take something else for "
-                "it? Leave these cells empty.",
+                f"{', ...' if len(spans) > 5 else ''}). Did the tracker lose it, or follow something else? "
+                "Leave these cells empty.",
                 seen.trials[number].file,
                 (min(item.start for item in mine) + 1, max(item.end for item in mine)),
             )

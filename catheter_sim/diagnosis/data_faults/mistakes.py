@@ -95,9 +95,9 @@ def _output_mistakes(look: _Look) -> Iterator[Mistake]:
 
     for i, j in itertools.combinations(range(len(columns)), 2):
         if unit_of(columns[i]) == unit_of(columns[j]):
-            yield tried({i: (j, 1.0), j: (i, 1.0)}, f"the columns {columns[i]} and {columns[j]} look swapped")
+            yield tried({i: (j, 1.0), j: (i, 1.0)}, f"The columns {columns[i]} and {columns[j]} look swapped")
     for i, name in enumerate(columns):
-        yield tried({i: (i, -1.0)}, f"the column {name} looks turned in sign")
+        yield tried({i: (i, -1.0)}, f"The column {name} looks turned in sign")
     for change, words in _point_mistakes(columns):
         yield tried(change, words)
     for unit in dict.fromkeys(unit_of(name) for name in columns):
@@ -109,7 +109,7 @@ def _output_mistakes(look: _Look) -> Iterator[Mistake]:
                 for group in [*whole, *([i] for i in mine if len(mine) > 1)]:
                     named = [columns[i] for i in group]
                     names = ", ".join(named) if len(named) < 4 else f"all columns in {unit}"
-                    yield tried({i: (i, factor) for i in group}, f"{names}: {what}, it seems")
+                    yield tried({i: (i, factor) for i in group}, f"The unit of {names} looks wrong: {what}")
 
 
 def _point_mistakes(columns: Sequence[str]) -> Iterator[tuple[dict[int, tuple[int, float]], str]]:
@@ -121,16 +121,16 @@ def _point_mistakes(columns: Sequence[str]) -> Iterator[tuple[dict[int, tuple[in
     for axis in axes:
         yield (
             {point[axis]: (point[axis], -1.0) for point in points.values()},
-            f"the {axis} axis of all points looks turned: a mirror image",
+            f"The {axis} axis of all points looks turned: a mirror image",
         )
     for a, b in itertools.combinations(axes, 2):
         swap = {point[a]: (point[b], 1.0) for point in points.values()}
         swap |= {point[b]: (point[a], 1.0) for point in points.values()}
-        yield swap, f"the axes {a} and {b} of all points look exchanged"
+        yield swap, f"The axes {a} and {b} of all points look exchanged"
     for one, other in itertools.combinations(points, 2):
         exchange = {points[one][axis]: (points[other][axis], 1.0) for axis in axes}
         exchange |= {points[other][axis]: (points[one][axis], 1.0) for axis in axes}
-        yield exchange, f"the points {one} and {other} look exchanged"
+        yield exchange, f"The points {one} and {other} look exchanged"
 
 
 def _input_mistakes(look: _Look, most: float) -> Iterator[Mistake]:
@@ -154,16 +154,16 @@ def _input_mistakes(look: _Look, most: float) -> Iterator[Mistake]:
         for i, j in itertools.combinations(range(count), 2):
             swap = np.eye(count)
             swap[[i, j]] = swap[[j, i]]
-            yield tried(swap, f"the columns {names[i]} and {names[j]} look swapped")
+            yield tried(swap, f"The columns {names[i]} and {names[j]} look swapped")
         for i in range(0 if drives[0].quantity is Quantity.TENSION else count):
             turned = np.eye(count)
             turned[i, i] = -1.0
-            yield tried(turned, f"the column {names[i]} looks turned in sign")
+            yield tried(turned, f"The column {names[i]} looks turned in sign")
     # With tiny inputs the model stands still, which is near to anything that hardly moves.
     still = [_at_middle(values) for values in look.measured]
     moves = relative_error(still, look.measured, look.columns, look.shifted, look.beside)
     for factor, what in INPUT_FACTORS[drives[0].quantity].items():
-        mistake = tried(factor * np.eye(count), f"the inputs look given in another unit ({what})")
+        mistake = tried(factor * np.eye(count), f"The inputs look given in another unit ({what})")
         if mistake.error < MISTAKE_CONVINCING * moves:
             yield mistake
 

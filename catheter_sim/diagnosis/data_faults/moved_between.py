@@ -55,9 +55,9 @@ def moved_between_trials(seen: BesideModel) -> tuple[DataFault, ...]:
     where = "in this trial" if len(best.trials) == 1 else f"from this trial on ({len(best.trials)} trials)"
     return (
         DataFault(
-            f"all points lie elsewhere {where}: {best.before:.2g} mm from the other trials at the same "
-            f"inputs, {best.left:.2g} mm once moved back as one body, and so before the robot is driven. Was "
-            "the tracker, or the robot's base, moved? Measure again, or leave these trials out.",
+            f"All points lie elsewhere {where}, from the first rows on: {best.before:.2g} mm from the "
+            f"other trials at the same inputs. Moved back as one body, {best.left:.2g} mm are left. Was the "
+            "tracker, or the robot's base, moved? Measure again, or leave these trials out.",
             first,
         ),
     )

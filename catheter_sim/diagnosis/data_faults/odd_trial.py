@@ -38,8 +38,8 @@ def odd_trial(
         return ()
     return (
         DataFault(
-            f"the calibrated model errs there by {alone:.0f} times the noise and agrees with all other "
-            f"trials (at most {most:.1f} times): another robot or set-up in that trial?",
+            f"The model misses this trial by {alone:.0f} times the noise and agrees with all other trials "
+            f"(at most {most:.1f} times). Was it another robot or set-up?",
             trials[odd].file,
         ),
     )

@@ -57,9 +57,9 @@ def mistakes_of_one_trial(
         if found is not None:
             faults.append(
                 DataFault(
-                    f"{found.words}: put right, the calibrated model's error falls from "
-                    f"{100 * found.before:.0f} to {100 * found.error:.0f} % of the spread; in the other "
-                    "trials there is no such mistake.",
+                    f"{found.words}. If you correct that, the model's error falls from "
+                    f"{100 * found.before:.0f} to {100 * found.error:.0f} % of the spread. The other trials "
+                    "have no such mistake.",
                     trial.file,
                 )
             )
@@ -90,7 +90,7 @@ def _zero_off(
                 tendon = np.maximum(tendon, 0.0)
             error = seen.error_share(number, predict(replace(given, tendon=tendon)))
             if error < best.error:
-                words = f"the zero of {name} looks off by about {100 * share:.0f} % of the largest value"
+                words = f"The zero of {name} looks off by about {100 * share:.0f} % of the largest value"
                 best = Mistake(words, error, before)
     solved = best.error < min(ZERO_CONVINCING * before, max(ONE_TRIAL_TIMES * usual, OUTSTANDING_SHARE))
     return best if solved else None

@@ -42,8 +42,8 @@ def _ahead(seen: BesideModel) -> tuple[DataFault, ...]:
             if shift < 0:
                 faults.append(
                     DataFault(
-                        f"what is measured comes {-shift} rows before the inputs that cause it: are rows "
-                        "of the outputs lost, or the two logs shifted against one another?",
+                        f"The outputs come {-shift} rows before the inputs that cause them. Are rows of "
+                        "the outputs lost, or are the two logs shifted against each other?",
                         seen.trials[number].file,
                         (part.start + 1, part.stop),
                     )
@@ -84,8 +84,8 @@ def _late_alone(seen: BesideModel) -> tuple[DataFault, ...]:
             return ()
     return tuple(
         DataFault(
-            f"what is measured comes {shifts[number]} rows late, and in the other trials it does not: are "
-            "the two logs of this trial shifted against one another?",
+            f"The outputs come {shifts[number]} rows late, and in the other trials they do not. Are the two "
+            "logs of this trial shifted against each other?",
             seen.trials[number].file,
         )
         for number in late

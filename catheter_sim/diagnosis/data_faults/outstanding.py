@@ -38,9 +38,9 @@ def _far_worse(seen: BesideModel) -> tuple[DataFault, ...]:
         if least > max(OUTSTANDING_SHARE, OUTSTANDING_TIMES * next_one):
             return tuple(
                 DataFault(
-                    f"the calibrated model errs there by {100.0 * seen.error_shares[number]:.0f} % of the "
-                    f"motion, in every other trial by at most {100.0 * next_one:.0f} %: are these the "
-                    "outputs of this trial, of this robot, in the same set-up?",
+                    f"The model misses this trial by {100.0 * seen.error_shares[number]:.0f} % of the "
+                    f"motion, every other trial by at most {100.0 * next_one:.0f} %. Are these the outputs "
+                    "of this trial, of this robot, in the same set-up?",
                     seen.trials[number].file,
                 )
                 for number in sorted(odd)
@@ -58,8 +58,8 @@ def _following_nothing(seen: BesideModel) -> tuple[DataFault, ...]:
         return ()
     return (
         DataFault(
-            "what is measured does not follow the inputs, as it does in every other trial: are these the "
-            "outputs of this trial, with their rows in order?",
+            "The outputs do not follow the inputs, as they do in every other trial. Are these the outputs of "
+            "this trial, with their rows in order?",
             seen.trials[order[0]].file,
         ),
     )

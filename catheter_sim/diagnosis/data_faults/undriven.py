@@ -36,8 +36,8 @@ def moved_without_inputs(seen: BesideModel) -> tuple[DataFault, ...]:
         return ()
     return tuple(
         DataFault(
-            "what is measured goes out and comes back while the inputs stand still: is an input missing from "
-            "the file, or does its sensor end there?",
+            "The outputs go out and come back while the inputs stand still. Is an input missing from the "
+            "file, or does its sensor end there?",
             seen.trials[number].file,
             (rows.start + 1, rows.stop),
         )

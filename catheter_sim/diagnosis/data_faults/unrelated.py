@@ -56,14 +56,14 @@ def outputs_that_do_not_follow(problem: Problem, models: Sequence[Array]) -> tup
         if moving:
             answers[name] = _following(problem, models, measured, moving), moving
     if answers and all(answer is Following.HIDDEN for answer, _ in answers.values()):
-        return (DataFault("the noise hides the motion that the model expects: nothing can be told."),)
+        return (DataFault("The noise hides the motion that the model expects."),)
     idle = [problem.columns[k] for answer, group in answers.values() if answer is Following.NO for k in group]
     if not idle:
         return ()
     return (
         DataFault(
-            "what is measured does not follow the inputs, though the robot should move: is the tracker "
-            "attached and the robot driven?",
+            "The outputs do not follow the inputs, though the robot should move. Is the tracker attached and "
+            "the robot driven?",
             ", ".join(idle),
         ),
     )

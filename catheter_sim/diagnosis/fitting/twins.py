@@ -71,13 +71,11 @@ def _with_longer_steps(
         chosen, change, cost_s = longer, apart, spent_s
     step_s = chosen.twin.timestep_s or own_s
     length_s = float(sum(item.time_s[-1] - item.time_s[0] for item in inputs))
-    said = (
-        f"Fits go by the simulation in motion, in steps of {1e3 * step_s:g} ms: {cost_s / length_s:.2g} s of "
-    )
-    said += "a processor for each simulated second."
+    said = f"The robot moves, so every fit runs MuJoCo in steps of {1e3 * step_s:g} ms. "
+    said += f"A simulated second takes {cost_s / length_s:.2g} s of a processor."
     if step_s > own_s:
         said += (
-            f" The robot's own steps, {1e3 * own_s:g} ms, would move outputs by {change:.2g} of the noise."
+            f" The robot's own steps, {1e3 * own_s:g} ms, would change outputs by {change:.2g} of the noise."
         )
     return ChosenTwin(chosen, (Note("moving_twin", said),))
 

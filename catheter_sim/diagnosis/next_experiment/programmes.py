@@ -56,14 +56,14 @@ def programmes(robot: RobotSpec, trials: Sequence[Trial]) -> tuple[Programme, ..
         Programme("all channels pulled together and let go, twice", _together(robot, trials)),
         Programme("each channel out, held for four minutes, home, and as long at rest", _held(robot, trials)),
         Programme(
-            "each channel out and home at four times the pace so far and at a quarter of it, with holds",
+            "each channel out and home, at four times and at a quarter of the pace so far, with holds",
             _paced(robot, trials),
         ),
     ]
     if len(_columns(robot, trials)) > 1:
         found.append(
             Programme(
-                "the loops of each channel while the others stand at a third of their reach",
+                "the loops of each channel with the others at a third of their reach",
                 _against(robot, trials),
             )
         )

@@ -33,8 +33,8 @@ from catheter_sim.errors import InputError
 from catheter_sim.tables import Table
 
 _LOOPS = (
-    "The CSV drives each channel alone through a full loop, a half loop and a reversal on the way, then "
-    "plays the first channel's loops again: the repeat shows noise, drift and what slips at random."
+    "The CSV drives each channel alone through a full loop, a half loop and a reversal on the way. Then it "
+    "repeats the first channel's loops: the repeat shows noise, drift and random slip."
 )
 
 
@@ -65,7 +65,7 @@ def next_experiment(
         deadline: on the clock of `time.monotonic`, after which no inputs are tried any more [s].
     """
     if not groups:
-        checking = advice(likeliest[:1], f"To check {_said(likeliest[:1])} by itself: ")
+        checking = advice(likeliest[:1], f"To check {_said(likeliest[:1])}: ")
         table = loops(problem.robot, problem.trials)
         return NextExperiment(f"{checking} {_LOOPS}".strip(), table)
     rivals = _rivals(chosen, equals)
@@ -129,13 +129,13 @@ def _group_words(group: Sequence[str], checked: dict[str, Separation]) -> str:
         simulated = item.simulation
         again = f", {simulated:.1f} times in the simulation" if np.isfinite(simulated) else ""
         words.append(
-            f"If it is {_said([first])}, {_said([name])}, fitted anew, would be off by "
+            f"If the cause is {_said([first])}, a refitted {_said([name])} would miss the new data by "
             f"{item.twin:.1f} times the noise{again}."
         )
     left = [name for name in others if name not in told]
     if left:
         alone = advice([first, *left]) or "Measure more of the robot: points along it, or tensions."
-        words.append(f"No inputs that were tried tell {_said([first])} from {_said(left)}. {alone}")
+        words.append(f"None of the inputs that were tried tells {_said([first])} from {_said(left)}. {alone}")
     return " ".join(words)
 
 

@@ -22,9 +22,6 @@ COLOURS = {"measured": "#222222", "before": "#b5532a", "after": "#1f5f8b"}
 LEGEND: dict[str, Any] = {"fontsize": 9, "frameon": False}
 
 
-STAGE_LABELS = {"before": "before: calibrated model", "after": "after: extended model"}
-
-
 def tidy_axes(axes: Any) -> None:
     axes.tick_params(labelsize=8)
     axes.grid(color="0.92", linewidth=0.7)

@@ -1,25 +1,34 @@
-"""The report of a diagnosis: a page that a person reads in a minute, with the evidence folded below it.
+"""The report of a diagnosis: a page that takes a minute to read, with the evidence folded below it.
 
-One sentence, the figures, the paths in space, what is wrong, what to do now, what was tried, the doubts. One
-HTML file that needs no network and is read on a telephone as on paper; its pictures are inlined.
+What was found, the figures, the paths in space, what is wrong, what to do now, what was tried, the doubts.
+One HTML file with its pictures in it: it needs no network and fits a telephone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from catheter_sim.diagnosis.report.fitted_series import fit_files
-from catheter_sim.diagnosis.report.headline_numbers import headline_numbers, simulated_text
+from catheter_sim.diagnosis.report.headline_numbers import (
+    headline_numbers,
+    heldout_error,
+    simulated_text,
+)
 from catheter_sim.diagnosis.report.pictures import PATHS, Picture, judged
 from catheter_sim.diagnosis.report.result import (
     CAUSE_FOUND,
     DATA_SUSPECT,
+    IMPROVED,
     NEXT_EXPERIMENT_FILE,
+    NO_DISCREPANCY,
     Diagnosis,
 )
 from catheter_sim.diagnosis.report.rows import (
+    before_model,
     cause_rows,
+    corrected_names,
     errors_and_noise,
     extra_row,
     key_rows,
@@ -35,10 +44,10 @@ from catheter_sim.diagnosis.report.rows import (
     unit_row,
 )
 from catheter_sim.diagnosis.report.spoken import column_words, spoken
-from catheter_sim.diagnosis.report.what_to_do import bench_rows, use_words
+from catheter_sim.diagnosis.report.what_to_do import ASKS, bench_rows, use_words
 from catheter_sim.diagnosis.report.wording import axis_label, listed, words
 from catheter_sim.diagnosis.residuals.coordinates import VIEWS
-from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY, SIGNIFICANT_P
+from catheter_sim.diagnosis.thresholds import ESTABLISHED, LEAST_SHOWN_PROBABILITY, SIGNIFICANT_P
 from catheter_sim.page.render import png_source, rendered
 
 _TEMPLATE = "report_template.html"
@@ -48,53 +57,105 @@ _MOST_CANDIDATES = 6  # rows of the ranking; diagnosis.json holds all
 
 
 def sentence(diagnosis: Diagnosis) -> str:
-    """Return what was found, in one sentence."""
-    head = diagnosis.told
-    robot = diagnosis.extended_robot.name
-    before, after, noise = (f"{text} {shown_unit(head.unit)}".strip() for text in errors_and_noise(head))
+    """Return what was found, in one to three sentences."""
+    robot, error = diagnosis.extended_robot.name, heldout_error(diagnosis)
     if diagnosis.verdict == CAUSE_FOUND:
-        causes = [_or_equals(cause.name, diagnosis.indistinguishable) for cause in diagnosis.causes]
-        if any(note.code == "something_else_too" for note in diagnosis.notes):
-            causes.append("something that is not named")
-        return (
-            f"The model of {robot} is wrong about {listed(causes)}: corrected, its error on data held out "
-            f"falls from {before} to {after}."
+        names = [listed([words(name) for name in cause.one_of], "or") for cause in diagnosis.causes]
+        return " ".join(
+            [
+                f"The model of {robot} is wrong about {listed(names)}.",
+                f"Corrected, its {error.what} on held-out data {error.course}.",
+                *_beside(diagnosis),
+            ]
         )
-    if diagnosis.verdict == "no_discrepancy":
+    if diagnosis.verdict == IMPROVED:
+        several = len(diagnosis.corrections) != 1
+        what, none = ("corrections", "None of them is") if several else ("a correction", "It is not")
         return (
-            f"The calibrated model of {robot} agrees with these measurements: its error on data held out "
-            f"is {before}, the noise {noise}, and no cause is named."
+            f"With {what}, the {error.what} of {robot} on held-out data {error.course}. {none} established: "
+            f"{_why_not(diagnosis)}."
+        )
+    if diagnosis.verdict == NO_DISCREPANCY:
+        model = "calibrated model" if diagnosis.calibrated else "model"
+        as_is = "" if diagnosis.calibrated else ", as specified,"
+        return (
+            f"The {model} of {robot}{as_is} agrees with these data. Its {error.what} on held-out data is "
+            f"{error.said(error.before)}; row-to-row noise is {error.said_noise}."
         )
     if diagnosis.verdict == DATA_SUSPECT:
-        return (
-            f"These data of {robot} look wrong, so that no cause was looked for: "
-            f"{listed([item.words for item in diagnosis.data_faults])}"
-        )
+        first, *others = [item.words for item in diagnosis.data_faults] or ["the report does not say where."]
+        more = f" There {'is' if len(others) == 1 else 'are'} {len(others)} more below." if others else ""
+        return f"These data of {robot} look wrong, so no cause was looked for. {first}{more}"
     return (
-        f"The model of {robot} is off by {before} on data held out, where the noise is {noise}, and no cause "
-        "that was tried explains it."
+        f"The {error.what} of {robot} on held-out data is {error.said(error.before)}; row-to-row noise is "
+        f"{error.said_noise}. No cause is established: {_why_not(diagnosis)}."
     )
 
 
-def _or_equals(name: str, groups: Sequence[Sequence[str]]) -> str:
-    """Return a cause in words, with those that these data cannot tell from it."""
-    others = [words(other) for group in groups if name in group for other in group if other != name]
-    return f"{words(name)} (or {listed(others, 'or')})" if others else words(name)
+def _beside(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield what is said beside named causes: further corrections, and something else at work."""
+    count = len(diagnosis.corrections)
+    if count:
+        number = "One further correction lowers" if count == 1 else f"{count} further corrections lower"
+        yield f"{number} the error; {'it is not' if count == 1 else 'none is'} established."
+    outside = diagnosis.probabilities.get("outside", 0.0)
+    if outside >= ESTABLISHED:
+        yield f"Something outside the list is at work too, with probability {outside:.2f}."
+    elif any(note.code == "something_else_too" for note in diagnosis.notes):
+        yield "Something else is at work too."
 
 
-def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture], head: str = "") -> str:
+def _why_not(diagnosis: Diagnosis) -> str:
+    """Return why no cause is established, by the probabilities."""
+    outside = diagnosis.probabilities.get("outside", 0.0)
+    if outside >= ESTABLISHED:
+        return f"something outside the list is at work with probability {outside:.2f}"
+    likely = {
+        name: value
+        for name, value in diagnosis.probabilities.items()
+        if name not in ("none", "outside") and value >= LEAST_SHOWN_PROBABILITY
+    }
+    if not likely:
+        return "these data do not show what is wrong"
+    name = max(likely, key=lambda item: likely[item])
+    said = f"the most probable one, {words(name)}, has probability {likely[name]:.2f}"
+    return f"{said} and does not pass every check" if likely[name] >= ESTABLISHED else said
+
+
+@dataclass(frozen=True)
+class Head:
+    """What a report says that is not of one recording, but of a comparison of two.
+
+    Attributes:
+        sentence: what was found.
+        verdict: of diagnosis.json.
+        asks: what the verdict asks a reader to do.
+        title: above the causes.
+        null: what a number's value without the cause is.
+    """
+
+    sentence: str
+    verdict: str
+    asks: str
+    title: str = "What is wrong"
+    null: str = "without the effect"
+
+
+def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture], head: Head | None = None) -> str:
     """Return the report as one HTML text.
 
     Args:
         diagnosis: what was found.
         pictures: from `figures`.
-        head: what was found, in one sentence; "": as `sentence` says it.
+        head: of a comparison; None: the diagnosis's own.
     """
     context = {
-        "sentence": head or sentence(diagnosis),
+        "head": head or Head(sentence(diagnosis), diagnosis.verdict, ASKS[diagnosis.verdict]),
         "dataset": diagnosis.dataset,
         "diagnosis": diagnosis,
         "unit": shown_unit(diagnosis.unit),
+        "before_model": before_model(diagnosis),
+        "provenance": diagnosis.provenance,
         **_summary(diagnosis),
         **_ranking(diagnosis),
         **_evidence(diagnosis, pictures),
@@ -106,12 +167,13 @@ def _summary(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return what stands before the evidence."""
     return {
         "numbers": headline_numbers(diagnosis),
-        "verdict": diagnosis.verdict.replace("_", " "),
-        "causes": cause_rows(diagnosis),
-        "absorbs": listed([words(cause.name) for cause in diagnosis.absorbs]),
+        "causes": cause_rows(diagnosis.causes),
+        "corrections": cause_rows(diagnosis.corrections),
+        "absorbs": [words(cause.name) for cause in diagnosis.absorbs],
         "indistinguishable": [
-            listed([words(name) for name in group]) for group in diagnosis.indistinguishable
+            listed([words(name) for name in group], "or") for group in diagnosis.indistinguishable
         ],
+        "why_not": _why_not(diagnosis),
         "bench": bench_rows(diagnosis),
         "next_words": diagnosis.next_experiment.words,
         "next_file": NEXT_EXPERIMENT_FILE if diagnosis.next_experiment.inputs is not None else "",
@@ -122,7 +184,7 @@ def _summary(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
     best = sorted(diagnosis.ranking, key=lambda item: sortable(item.heldout_rmse))
-    named = {cause.name for cause in diagnosis.causes}
+    named = corrected_names(diagnosis)
     shown = [
         item
         for index, item in enumerate(best)
@@ -185,13 +247,13 @@ def _evidence(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, An
 
 def _ranking_words(diagnosis: Diagnosis) -> str:
     """Return what the highlighted row of the ranking is."""
-    if diagnosis.verdict != CAUSE_FOUND:
-        return "The highlighted row is the calibrated model, in which no cause is named."
-    how = "by the error inside the training data (each part predicted from the others)"
-    if set(diagnosis.chosen_in_training) == {cause.name for cause in diagnosis.causes}:
-        return f"The highlighted set was chosen {how}; the held-out error took no part."
+    named = corrected_names(diagnosis)
+    if not named:
+        return f"The highlighted row is the {before_model(diagnosis)}, without any cause."
+    if set(diagnosis.chosen_in_training) == named:
+        return "The highlighted set was chosen inside the training data. The held-out error took no part."
     first = listed([words(name) for name in diagnosis.chosen_in_training]) or "no cause"
     return (
-        f"The highlighted set is the one that is named. What was chosen {how} is {first}; the held-out "
-        "data, or the intervals of its numbers, changed it, as the notes say."
+        f"The highlighted set is in robot.toml. Inside the training data {first} was chosen. The notes say "
+        "what changed it."
     )

@@ -13,6 +13,7 @@ from catheter_sim.diagnosis.data.columns import TIP, unit_of
 from catheter_sim.diagnosis.report.drawing import COLOURS, LEGEND, errors_of, png_of, tidy_axes
 from catheter_sim.diagnosis.report.paths_picture import paths_figure
 from catheter_sim.diagnosis.report.result import Diagnosis, TrialFit
+from catheter_sim.diagnosis.report.rows import before_model
 from catheter_sim.diagnosis.report.series_picture import loops_figure, series_figure
 from catheter_sim.diagnosis.report.view_picture import view_figure
 from catheter_sim.diagnosis.report.wording import axis_label
@@ -104,11 +105,16 @@ def _paths_picture(diagnosis: Diagnosis) -> list[Picture]:
         return []
     which = "held-out trial" if fit.role == "heldout" else "training trial"
     caption = (
-        f"Paths in space in the {which} {fit.file}: measured, computed before (calibrated model without "
-        "causes) and after (corrected model), both by the fast model. Thin lines join what was measured to "
-        "what is computed after."
+        f"Paths in space in the {which} {fit.file}. {_stages_words(diagnosis)} Thin lines join each measured "
+        "point to the one computed after."
     )
     return [Picture(PATHS, caption, png_of(figure))]
+
+
+def _stages_words(diagnosis: Diagnosis) -> str:
+    """Return which models the pictures show as before and after."""
+    before = f"Before is the {before_model(diagnosis, 'fast model')}"
+    return f"{before}, after the corrected one." if diagnosis.is_corrected else f"{before}; so is after."
 
 
 def _headline_picture(diagnosis: Diagnosis) -> Picture:
@@ -129,11 +135,10 @@ def _headline_picture(diagnosis: Diagnosis) -> Picture:
     else:
         figure = series_figure(fit, columns, in_space=is_point(columns))
         seen = "over time"
-        last = " The last panel is the error left."
+        last = " The last panel is the error."
     return Picture(
         "headline",
-        f"The {which} {fit.file} {seen}: measured, computed before (calibrated model without causes) and "
-        f"after (extended model).{last}",
+        f"The {which} {fit.file} {seen}. {_stages_words(diagnosis)}{last}",
         png_of(figure),
     )
 
@@ -165,4 +170,4 @@ def _error_picture(diagnosis: Diagnosis) -> Picture:
     axes.set_ylim(0.0, 100.0)
     axes.legend(**LEGEND)
     tidy_axes(axes)
-    return Picture("errors", f"How large the errors are: the share of {which} by error.", png_of(figure))
+    return Picture("errors", f"The share of {which} with at most this error.", png_of(figure))

@@ -12,14 +12,8 @@ from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.thresholds import SIGNIFICANT_P
 from catheter_sim.tables import Array, Table
 
-CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = (
-    "cause_found",
-    "improved",
-    "no_discrepancy",
-    "unexplained",
-    "data_suspect",
-)
-VERDICTS = (CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT)
+VERDICTS = ("cause_found", "improved", "no_discrepancy", "unexplained", "data_suspect")
+CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = VERDICTS
 
 NEXT_EXPERIMENT_FILE = "next_experiment.csv"
 
@@ -209,6 +203,16 @@ class StructureTest:
 
 
 @dataclass(frozen=True)
+class Provenance:
+    """Where a report comes from: package version, time in UTC, command, SHA-256 of the data; "": unknown."""
+
+    version: str = ""
+    made: str = ""
+    command: str = ""
+    data_digest: str = ""
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The answer for one data set, with its evidence.
 
@@ -234,6 +238,9 @@ class Diagnosis:
         absorbs: causes whose numbers are not plausible: by them the fit soaks up what is missing.
         corrections: of the verdicts "cause_found" and "improved": what lowers the held-out error beside the
             causes and is not established, the most probable first.
+        repeatability: by how much a repeat at the same commands and history differs, root mean square, by
+            unit; empty where nothing was repeated.
+        provenance: version, time, command and data; empty where nobody said.
         probabilities: that each cause is at work, by name, and "none" and "outside"
             (`verdict.probabilities`).
         evidence: what they were worked out from.
@@ -262,6 +269,8 @@ class Diagnosis:
     evidence: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     residual: Mapping[str, Remainder] = field(default_factory=dict)
     corrections: tuple[Cause, ...] = ()
+    repeatability: Mapping[str, float] = field(default_factory=dict)
+    provenance: Provenance = Provenance()
 
     @property
     def is_corrected(self) -> bool:

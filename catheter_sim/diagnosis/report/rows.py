@@ -74,29 +74,40 @@ def ranking_row(diagnosis: Diagnosis, candidate: Candidate, ranking: Sequence[Ca
     finite = [item.heldout_rmse for item in ranking if math.isfinite(item.heldout_rmse)]
     largest = max(finite, default=1.0) or 1.0
     width = 100.0 * candidate.heldout_rmse / largest if math.isfinite(candidate.heldout_rmse) else 0.0
-    named = {cause.name for cause in diagnosis.causes}
+    named = corrected_names(diagnosis)
     return {
-        "causes": listed([words(name) for name in candidate.causes]) or "no effect (calibration alone)",
+        "causes": listed([words(name) for name in candidate.causes])
+        or f"no effect ({before_model(diagnosis)})",
         "heldout": fixed(candidate.heldout_rmse, digits_to_tell(finite, digits=3)),
         "inside": fixed(candidate.cross_validated_rmse, digits_to_tell(finite, digits=3)),
         "width": f"{width:.1f}",
         "chosen": set(candidate.causes) == named,
-        "mark": "named" if named else "reported",
+        "mark": "reported",
     }
 
 
-def cause_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+def corrected_names(diagnosis: Diagnosis) -> set[str]:
+    """Return the names of the causes and corrections that the extended robot holds."""
+    return {cause.name for cause in (*diagnosis.causes, *diagnosis.corrections)}
+
+
+def cause_rows(causes: Sequence[Cause]) -> list[dict[str, Any]]:
+    """Return causes or corrections in words."""
     return [
         {
-            "name": words(cause.name),
+            "name": listed([words(name) for name in cause.one_of], "or"),
+            "first": words(cause.name),
+            "members": listed([f"{words(name)} {value:.2f}" for name, value in cause.members.items()]),
             "summary": EFFECTS[cause.name].summary.replace("`", "") if cause.name in EFFECTS else "",
-            "form": form_words(cause),
+            **form_words(cause),
             "trace": EFFECTS[cause.name].trace if cause.name in EFFECTS else "",
-            "gain": rounded(cause.gain_percent, 5.0),
+            "share": f"It takes away {rounded(cause.gain_percent, 5.0)} % of the error."
+            if cause.gain_percent > 0.0
+            else "By itself it does not lower the error.",
             "probability": "" if math.isnan(cause.probability) else f"{cause.probability:.2f}",
             "parameters": [parameter_row(name, item) for name, item in cause.parameters.items()],
         }
-        for cause in diagnosis.causes
+        for cause in causes
     ]
 
 
@@ -116,7 +127,7 @@ def remainder_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
         {
             "unit": f" [{shown_unit(unit)}]" if shown_unit(unit) else "",
             "times": f"{item.times_noise:.2g}",
-            "on": f", and depends on {listed(on)}" if on else "",
+            "on": f" It depends on {listed(on)}." if on else "",
         }
         for unit, item in diagnosis.residual.items()
         for on in [[TESTS[name] for name in item.structure]]
@@ -165,12 +176,17 @@ def key_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
     """Return what the keys of programs are called on the page: of causes, calibrated numbers and columns."""
     rows = [
         {"words": f"{words(cause.name)}, {number_words(name)[0]}", "key": f"{cause.name}.{name}"}
-        for cause in (*diagnosis.causes, *diagnosis.absorbs)
+        for cause in (*diagnosis.causes, *diagnosis.corrections, *diagnosis.absorbs)
         for name in cause.parameters
     ]
     rows += [{"words": number_words(name)[0], "key": name} for name in diagnosis.calibrated]
     columns = (*diagnosis.dataset.input_channels, *diagnosis.dataset.output_channels)
     return rows + [{"words": column_words(name), "key": name} for name in columns]
+
+
+def before_model(diagnosis: Diagnosis, noun: str = "model") -> str:
+    """Return what the model before correction is called; "calibrated" only where something was calibrated."""
+    return f"calibrated {noun}" if diagnosis.calibrated else f"{noun} as specified"
 
 
 def shown_unit(unit: str) -> str:
@@ -187,12 +203,14 @@ def sortable(value: float) -> float:
     return value if math.isfinite(value) else math.inf
 
 
-def form_words(cause: Cause) -> str:
-    """Return in which of its forms a cause acts; "" where it has one alone."""
+def form_words(cause: Cause) -> dict[str, str]:
+    """Return where a cause acts, its formula, and forms that do as well; "" where it has one form."""
     forms = {form.name: form for form in EFFECTS[cause.name].forms} if cause.name in EFFECTS else {}
     if len(forms) < 2 or cause.form not in forms:
-        return ""
+        return {"form": "", "equation": "", "other_forms": ""}
     form = forms[cause.form]
-    said = f"Here it acts {form.stage.value}, as {words(form.name)}: {form.equation}."
-    others = listed([f'"{words(name)}"' for name in cause.forms_as_good], "or")
-    return f"{said} On these data the form {others} would do as well." if others else said
+    return {
+        "form": f"It acts {form.stage.value}, in the form “{words(form.name)}”",
+        "equation": form.equation,
+        "other_forms": listed([f"“{words(name)}”" for name in cause.forms_as_good], "or"),
+    }

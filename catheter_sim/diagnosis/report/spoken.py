@@ -43,12 +43,11 @@ _FURTHER = re.compile(
     r"(?P<aligned>_aligned)?(?:_(?P<stage>before|after))?(?:_(?P<unit>mm|deg|N))?(?P<first>_as_chosen_in_training)?"
 )
 _WHAT = {
-    "tip_distance_rmse": "distance of the tip, root mean square",
-    "tip_distance_mean": "distance of the tip, mean",
-    "rmse": "error, root mean square",
-    "minus_twin_rms": "difference from the fast model, root mean square",
+    "tip_distance_rmse": "tip error in space, RMS",
+    "tip_distance_mean": "tip error in space, mean",
+    "rmse": "error of each output, RMS",
+    "minus_twin_rms": "difference from the fast model, RMS",
 }
-_STAGES = {"before": "calibrated", "after": "corrected"}
 _TOKEN = re.compile(r"[A-Za-z0-9_.<>/\\-]*[A-Za-z0-9>](?:[._/][A-Za-z0-9_.<>/-]*[A-Za-z0-9_>])")
 _FILE = re.compile(r".*\.(csv|tsv|txt|json|toml|xml|html|png|dat)|.*/.*", re.IGNORECASE)
 
@@ -72,9 +71,9 @@ def figure_words(name: str) -> tuple[str, str]:
     if found is None:
         return name_and_unit(name)
     who = "MuJoCo" if found["simulation"] else "fast model"
-    stage = f", {_STAGES[found['stage']]}" if found["stage"] else ""
-    aligned = ", mean offset taken out" if found["aligned"] else ""
-    first = "; with the causes as chosen in training" if found["first"] else ""
+    stage = f", {found['stage']}" if found["stage"] else ""
+    aligned = ", without its mean offset" if found["aligned"] else ""
+    first = "; with the causes chosen in training" if found["first"] else ""
     return f"{who}{stage}: {_WHAT[found['what']]}{aligned}{first}", found["unit"] or ""
 
 

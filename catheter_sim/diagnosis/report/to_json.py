@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 from catheter_sim.diagnosis.report.result import (
@@ -32,8 +33,11 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "unit": diagnosis.unit,
         "verdict": diagnosis.verdict,
         "noise_floor": head.noise_floor,
+        "repeatability": dict(diagnosis.repeatability),
         "heldout": _heldout(head),
+        "tip_mm": tip_mm(diagnosis),
         "causes": _causes(diagnosis.causes),
+        "corrections": _causes(diagnosis.corrections),
         "absorbs": _causes(diagnosis.absorbs),
         "probabilities": dict(diagnosis.probabilities),
         "evidence": {name: dict(numbers) for name, numbers in diagnosis.evidence.items()},
@@ -62,12 +66,26 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
             for unit, item in diagnosis.residual.items()
         },
         "residual_tests": _residual_tests(diagnosis),
+        **{name: text or None for name, text in asdict(diagnosis.provenance).items()},
     }
     undefined: dict[str, str] = {}
     finite: dict[str, Any] = _finite(document, "", undefined)
     if undefined:
         finite["undefined"] = undefined
     return finite
+
+
+def tip_mm(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    """Return the tip's distance in space, root mean square over held-out rows; None: it was not measured."""
+    before, after, aligned_before, aligned_after = (
+        diagnosis.extra.get(f"heldout_tip_distance_rmse{aligned}_{stage}_mm")
+        for aligned in ("", "_aligned")
+        for stage in ("before", "after")
+    )
+    if before is None or after is None:
+        return None
+    aligned = None if aligned_after is None else {"before": aligned_before, "after": aligned_after}
+    return {"before": before, "after": after, "of": "held-out", "aligned": aligned}
 
 
 def causes_document(causes: Sequence[Cause], key: str) -> tuple[list[dict[str, Any]], dict[str, str]]:
@@ -91,6 +109,7 @@ def _causes(causes: Sequence[Cause]) -> list[dict[str, Any]]:
             "forms_as_good": list(cause.forms_as_good),
             "probability": cause.probability,
             "plausible": cause.plausible,
+            **({"one_of": list(cause.one_of), "members": dict(cause.members)} if cause.members else {}),
         }
         for cause in causes
     ]

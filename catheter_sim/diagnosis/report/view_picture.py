@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.report.drawing import COLOURS, STAGE_LABELS
+from catheter_sim.diagnosis.report.drawing import COLOURS
 from catheter_sim.diagnosis.report.result import TrialFit
 from catheter_sim.diagnosis.report.wording import axis_label
 from catheter_sim.diagnosis.residuals.coordinates import STAGES, VIEWS, Residuals, stack
@@ -44,7 +44,7 @@ def view_figure(
                 curve.mean,
                 yerr=np.nan_to_num(curve.half_width),
                 color=COLOURS[stage],
-                label=STAGE_LABELS[stage],
+                label=stage,
                 marker="o" if stage == "before" else "s",
                 markersize=3.5,
                 linewidth=1.3,
@@ -62,8 +62,8 @@ def view_figure(
     panels[0].set_ylabel(f"mean residual [{unit_of(columns[0])}]", fontsize=9)
     panels[0].legend(fontsize=7.5, frameon=False)
     figure.suptitle(
-        f"Against {VIEWS[score.view]}, {subject}: explains {percent(score.before_percent)} of the residuals "
-        f"before, {percent(score.after_percent)} after",
+        f"Residuals against {VIEWS[score.view]}, {subject}: explains {percent(score.before_percent)} before, "
+        f"{percent(score.after_percent)} after",
         fontsize=10,
     )
     return figure

@@ -88,7 +88,7 @@ def recording_of_report(folder: Path, later: Dataset) -> Dataset:
             if name.startswith(INPUT)
         }
         if not given:
-            raise InputError(f"{path}: no columns {INPUT}...: written by an earlier version, diagnose anew")
+            raise InputError(f"{path}: no columns {INPUT}...: written by an earlier version, diagnose again")
         measured = {name: table.columns[name] for name in later.output_channels}
         role = "heldout" if path.name.startswith("fitted_heldout") else "train"
         trials.append(

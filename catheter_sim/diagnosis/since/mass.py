@@ -10,8 +10,8 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.report.result import Cause, FittedParameter
 
 HOLDS_IF = (
-    "grams are as right as the forces: as the tensions that were measured, or the stiffness that the robot's "
-    "file states; masses of several recordings compare without that"
+    "grams are as right as the measured tensions, or as the stiffness in the robot's file; masses of several "
+    "recordings can be compared without that"
 )
 
 

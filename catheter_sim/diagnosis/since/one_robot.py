@@ -68,9 +68,9 @@ class OneRobot:
         """
         note = Note(
             "one_robot",
-            f"{listed([words(cause.name) for cause in found.changes])} would explain the later recording, "
-            "but a robot that is the same in both explains them as well: no change is shown. Give the later "
-            "recording the earlier one's commands.",
+            f"{listed([words(cause.name) for cause in found.changes])} would explain the later recording. "
+            "But one unchanged robot explains both recordings equally well, so no change is shown. Repeat "
+            "the earlier recording's commands.",
         )
         told = compared(run, self.base, self.later, simulation, most=0)
         return replace(told, diagnosis=replace(told.diagnosis, notes=(*told.diagnosis.notes, note)))

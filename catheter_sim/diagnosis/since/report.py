@@ -1,12 +1,16 @@
-"""A comparison of two recordings, told: in a sentence, as a document, in a folder."""
+"""The report of a comparison of two recordings: a sentence, a document, a folder."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
-from catheter_sim.diagnosis.report.html import sentence
+from catheter_sim.diagnosis.report.headline_numbers import heldout_error
+from catheter_sim.diagnosis.report.html import Head, sentence
+from catheter_sim.diagnosis.report.provenance import stamped
+from catheter_sim.diagnosis.report.result import DATA_SUSPECT, UNEXPLAINED
 from catheter_sim.diagnosis.report.to_json import causes_document, finite_document, to_json
 from catheter_sim.diagnosis.report.wording import half_width, interval, listed, rounded, words
 from catheter_sim.diagnosis.report.write import write_results
@@ -18,30 +22,40 @@ from catheter_sim.effects.apply import embodied
 from catheter_sim.files import check_output_folder
 from catheter_sim.modelling.build import build_mjcf
 
+ASKS: Mapping[str, str] = {
+    CHANGED: "Look at the robot for what changed. Go on with robot.toml, the robot of the later recording.",
+    UNCHANGED: "Nothing. The model of the earlier recording still holds.",
+    UNEXPLAINED: "Repeat the earlier recording's commands, so that rows pair. Then compare again.",
+    DATA_SUSPECT: "Correct the data where the report says, or measure again. Then compare again.",
+}
+
 
 def comparison_sentence(found: Comparison) -> str:
-    """Return what changed, in one sentence."""
-    head = found.diagnosis.told
-    after, before = found.name, found.since
+    """Return what changed, in a sentence or two."""
+    error = heldout_error(found.diagnosis)
+    between = f"From “{found.since}” to “{found.name}”"
     if found.verdict == CHANGED:
-        names = listed([words(cause.name) for cause in found.changes])
+        names = listed([listed([words(name) for name in cause.one_of], "or") for cause in found.changes])
         if found.backward:
             return (
-                f"From “{before}” to “{after}” {names} changed: put back into the second, what went explains "
-                f"the first, whose error on data held out falls from {rounded(head.rmse_before)} to "
-                f"{rounded(head.rmse_after)} {head.unit}."
+                f"{between}, {names} changed. With what the second has lost, the {error.what} on held-out "
+                f"data of the first {error.course}."
             )
-        return (
-            f"From “{before}” to “{after}” {names} changed: with it the error on data held out falls from "
-            f"{rounded(head.rmse_before)} to {rounded(head.rmse_after)} {head.unit}."
-        )
+        return f"{between}, {names} changed. With it the {error.what} on held-out data {error.course}."
     if found.verdict == UNCHANGED:
         return (
-            f"From “{before}” to “{after}” nothing changed: what explains the first explains the second to "
-            f"{rounded(head.rmse_before)} {head.unit}, where a repetition differs by "
-            f"{rounded(head.noise_floor)}."
+            f"{between}, nothing changed. The model of the first meets the second to "
+            f"{error.said(error.before)}; a repeat differs by {error.said_noise}."
         )
-    return f"From “{before}” to “{after}”: {sentence(found.diagnosis)}"
+    if found.verdict == DATA_SUSPECT:
+        return f"{between}: {sentence(found.diagnosis)}"
+    return f"{between}, no change is established. {sentence(found.diagnosis)}"
+
+
+def comparison_head(found: Comparison) -> Head:
+    """Return what the report of a comparison says at its head."""
+    asks = ASKS.get(found.verdict, ASKS[UNEXPLAINED])
+    return Head(comparison_sentence(found), found.verdict, asks, "What changed", "in the earlier recording")
 
 
 def mass_lines(found: Comparison) -> Iterator[str]:
@@ -103,6 +117,7 @@ def write_comparison(found: Comparison, folder: str | os.PathLike[str], series: 
     Raises:
         InputError: the folder cannot be made or written.
     """
+    found = replace(found, diagnosis=stamped(found.diagnosis))
     actuation = found.diagnosis.dataset.trials[0].inputs.actuation
     model = build_mjcf(embodied(found.diagnosis.extended_robot), actuation)
     if series is not None:
@@ -110,4 +125,4 @@ def write_comparison(found: Comparison, folder: str | os.PathLike[str], series: 
         target.mkdir(parents=True, exist_ok=True)
         write_series(series, target)
     document = comparison_document(found, series)
-    write_results(found.diagnosis, folder, model, document, comparison_sentence(found))
+    write_results(found.diagnosis, folder, model, document, comparison_head(found))

@@ -1,4 +1,4 @@
-"""A series of recordings, told: in lines, as a part of the document, as a table and a picture."""
+"""The report of a series of recordings: lines, a part of the document, a table and a picture."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ def course_words(series: Series, item: NumberOverTime) -> str:
 
 
 def series_lines(series: Series) -> Iterator[str]:
-    """Yield what was told of each later recording, then each number over all of them."""
+    """Yield the verdict on each later recording, then each number over all of them."""
     for name, item in zip(series.names[1:], series.comparisons, strict=True):
-        changed = ", ".join(cause.name for cause in item.changes)
+        changed = ", ".join(" or ".join(cause.one_of) for cause in item.changes)
         yield f"{name} since {item.since}: {item.verdict}{f' ({changed})' if changed else ''}"
     for number in series.numbers:
         shown = [

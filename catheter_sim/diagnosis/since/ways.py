@@ -115,8 +115,7 @@ def _of_paired_trials(run: Run, before: Dataset, after: Dataset, simulation: boo
     files = ", ".join(item.file for item, is_pair in zip(after.trials, pairs, strict=True) if not is_pair)
     note = Note(
         "unpaired_left_out",
-        f"Nothing in the earlier recording pairs with {files}, and what both recordings share is not known "
-        "well enough there: only the other trials were compared.",
+        f"Nothing in the earlier recording pairs with {files}. Only the other trials were compared.",
     )
     kept = [replace(item, role="") for item, is_pair in zip(after.trials, pairs, strict=True) if is_pair]
     base = baseline(run, before, is_paired=True)

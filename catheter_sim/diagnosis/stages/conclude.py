@@ -151,7 +151,7 @@ def _notes_on_causes(
         notes.append(
             Note(
                 "search_unfinished",
-                "Time ran out before the search for causes ended. You see the best that was found by then.",
+                "Time ran out before the search for causes ended. The report shows the best set so far.",
             )
         )
     if set(weighed.after.causes) - set(choice.fit.causes) and verdict.corrects:

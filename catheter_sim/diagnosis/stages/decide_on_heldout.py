@@ -57,7 +57,7 @@ def decide_on_heldout(run: Run, posed: Posed, before: Calibrated, choice: Choice
     noise = noise_beside(train, after)
     by_unit = held_out(train, heldout, before.fit, after, noise)
     unit = max(by_unit, key=lambda name: by_unit[name].rmse_after / max(by_unit[name].noise_floor, 1e-12))
-    run.say("weighing the causes")
+    run.say("testing the causes on held-out data")
     scales = Scales(train, heldout, before.fit, noise, unit, posed.thorough, run.pool)
     return with_plausible_causes(
         run, posed, choice, scales, weigh(scales, with_shares(scales, after)), equals

@@ -42,7 +42,7 @@ from catheter_sim.diagnosis.stages.calibrate import Calibrated
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.thresholds import FEWEST_VALUES
 
-SUSPECTED = "The data look wrong, so that no cause was looked for"
+SUSPECTED = "The data look wrong, so no cause was looked for"
 
 
 @dataclass(frozen=True)
@@ -118,11 +118,11 @@ def _too_little(problem: Problem) -> tuple[DataFault, ...]:
     if values < FEWEST_VALUES:
         return (
             DataFault(
-                f"only {values} measured values to learn from: fewer than {FEWEST_VALUES} prove nothing."
+                f"There are only {values} measured values to learn from. At least {FEWEST_VALUES} are needed."
             ),
         )
     if not any(np.ptp(all_inputs(trial.inputs), axis=0).any() for trial in problem.trials):
-        return (DataFault("the inputs never change: nothing that depends on them can be told."),)
+        return (DataFault("The inputs never change, so nothing that depends on them shows."),)
     return ()
 
 
@@ -136,8 +136,8 @@ def _mistake_in_all(problem: Problem, before: Fit) -> tuple[DataFault, ...]:
         return ()
     return (
         DataFault(
-            f"{found.words}: put right, the calibrated model's error falls from "
-            f"{100 * found.before:.0f} to {100 * found.error:.0f} % of the measurements' spread."
+            f"{found.words}. If you correct that, the model's error falls from {100 * found.before:.0f} to "
+            f"{100 * found.error:.0f} % of the measurements' spread."
         ),
     )
 

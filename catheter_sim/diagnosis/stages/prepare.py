@@ -72,8 +72,8 @@ def too_short_to_prove(heldout: Sequence[Trial]) -> tuple[Note, ...]:
     if stretches >= wanted:
         return ()
     text = (
-        f"The held-out trials are cut into stretches of {LEAST_BLOCK_S:g} s: {stretches}, too few for any "
-        f"gain to be more than chance, so that no cause can be named. Hold out at least {wanted}."
+        f"The held-out trials give {stretches} stretches of {LEAST_BLOCK_S:g} s. That is too few to tell a "
+        f"gain from chance, so no cause can be named. Hold out at least {wanted}."
     )
     return (Note("short_heldout", text),)
 

@@ -24,9 +24,11 @@ def agreement_with_simulation(
     notes: list[Note] = []
     for trial, item in zip(heldout, replays, strict=True):
         if item.failure:
-            notes.append(Note("simulation_failed", f"Simulation of {trial.file}: {item.failure}."))
+            notes.append(
+                Note("simulation_failed", f"MuJoCo could not simulate {trial.file}: {item.failure}.")
+            )
         if item.restless:
-            said = f"Simulation of {trial.file}: {item.restless} rows had not come to rest."
+            said = f"In MuJoCo, {item.restless} rows of {trial.file} had not come to rest."
             notes.append(Note("simulation_restless", said))
     twins = [
         np.stack([item.after.columns[name] for name in problem.columns], axis=1)

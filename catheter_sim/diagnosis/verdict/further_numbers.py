@@ -28,19 +28,19 @@ def further_numbers(
             }
             extra |= {f"heldout_{name.format(stage)}": value for name, value in tip_errors(columns).items()}
         said = (
-            "rmse counts every output by itself; a tip distance error is the length of the error vector in "
-            "space. Aligned: with the mean offset over the held-out rows taken out."
+            "The tip error is a distance in space. RMSE counts every output by itself. An aligned error is "
+            "without its mean offset over the held-out rows."
         )
         notes.append(Note("how_errors_count", said))
     if not problem.nuisances:
         said = (
-            "Before is the robot as its file specifies it: no calibration range is known for it, so that "
-            "nothing was calibrated away, the tracker's frame included."
+            "Nothing was calibrated: no calibration range is known for this robot. Before is the robot as "
+            "its file specifies it, in the tracker's frame as given."
         )
         notes.append(Note("nothing_calibrated", said))
     for fitted, stuck in zip(after.numbers, after.held, strict=True):
         if stuck and fitted.effect:
-            said = f"{fitted.effect}.{fitted.parameter.name} stands at its bound, where its interval ends."
+            said = f"{fitted.effect}.{fitted.parameter.name} is at its bound, where its interval ends."
             notes.append(Note("number_at_bound", said))
     return extra, notes
 
@@ -52,8 +52,8 @@ def doubts(causes: Sequence[Cause], by_unit: Mapping[str, UnitResult]) -> list[N
         times = result.rmse_after / max(result.noise_floor, 1e-12)
         if causes and times > DOUBT_NOISE:
             said = (
-                f"After correction the error [{unit}] is still {times:.0f} times "
-                "what is white in it from row to row: most of what is left has causes that are not named."
+                f"The remaining error [{unit}] is {times:.0f} times the row-to-row noise. Most of it is "
+                "unexplained."
             )
             notes.append(Note("error_left", said))
     return notes

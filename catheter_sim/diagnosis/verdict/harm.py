@@ -73,9 +73,8 @@ def harm_note(after: Fit, found: tuple[Harm, ...]) -> Note:
     worst = found[0]
     return Note(
         "causes_do_harm",
-        f"The best that was found, {names}, raises the held-out error of {worst.what} from "
-        f"{worst.before:.3g} to {worst.after:.3g} {worst.unit}: something else is wrong, so that no cause is "
-        "named.",
+        f"The best set found is {names}. It raises the held-out error of {worst.what} from "
+        f"{worst.before:.3g} to {worst.after:.3g} {worst.unit}, so it is not used. Something else is wrong.",
     )
 
 

@@ -123,12 +123,16 @@ def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None) -
         left: on what the rest depends; None: on nothing, but there is too much of it.
     """
     names = ", ".join(name.replace("_", " ") for name in after.causes)
-    what = f"{100.0 * result.rmse_after / max(result.rmse_before, 1e-300):.0f} % of the error"
+    times = result.rmse_after / max(result.noise_floor, 1e-300)
+    what = f"it is {100.0 * result.rmse_after / max(result.rmse_before, 1e-300):.0f} % of the error before"
     if left is not None:
-        what += f", and {left.share_percent:.0f} % of it depends on {TESTS[left.name]} ({left.coordinate})"
+        what = f"{left.share_percent:.0f} % of it depends on {TESTS[left.name]} ({left.coordinate})"
+    verb = "lower" if result.rmse_after < result.rmse_before else "raise"
+    many = "" if len(after.causes) > 1 else "s"
+    course = f"the held-out error from {result.rmse_before:.3g} to {result.rmse_after:.3g} {result.unit}"
     return Note(
         "something_else_too",
-        f"With {names}, {result.rmse_after / max(result.noise_floor, 1e-300):.1f} times the noise is left. "
-        f"That is {what}: something else is wrong as well, or a cause acts in a form that is not listed. "
-        "Intervals are widened by an error of that size.",
+        f"{names} {verb}{many} {course}. The error left is {times:.1f} times the row-to-row noise, and {what}. "
+        "Something else is wrong too, or a cause acts in a form that is not listed. The intervals allow for an "
+        "error of that size.",
     )
