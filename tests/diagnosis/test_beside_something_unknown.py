@@ -42,7 +42,7 @@ def test_a_dead_band_is_named_beside_a_lens_with_rings() -> None:
     assert low < WIDTH_MM < high
     assert high - low > 0.2  # what is left could move it by as much
     (said,) = (note.text for note in diagnosis.notes if note.code == "something_else_too")
-    assert "omething else is wrong as well" in said
+    assert "omething else is wrong too" in said
     assert diagnosis.probabilities["outside"] > 0.5
 
 

@@ -132,7 +132,7 @@ def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None) -
     course = f"the held-out error from {result.rmse_before:.3g} to {result.rmse_after:.3g} {result.unit}"
     return Note(
         "something_else_too",
-        f"{names} {verb}{many} {course}. The error left is {times:.1f} times the row-to-row noise, and {what}. "
-        "Something else is wrong too, or a cause acts in a form that is not listed. The intervals allow for an "
-        "error of that size.",
+        f"{names} {verb}{many} {course}. The error left is {times:.1f} times the row-to-row noise, and "
+        f"{what}. Something else is wrong too, or a cause acts in a form that is not listed. The intervals "
+        "allow for an error of that size.",
     )
