@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.notes import Attempts, Note
 from catheter_sim.foreign.causes import Number, Variant, variants_of
 from catheter_sim.foreign.data import ForeignData, noise_of, read_foreign
 from catheter_sim.foreign.fit import Fit, Fitter
@@ -75,6 +76,7 @@ class ForeignDiagnosis:
         weights: share of the evidence of each single cause and of "none"; they add up to one. They have not
             been compared with how often they are right.
         indistinguishable: groups of single causes that explain the data alike.
+        notes: on parts that failed.
     """
 
     data: ForeignData
@@ -85,6 +87,7 @@ class ForeignDiagnosis:
     ranking: tuple[Judged, ...]
     weights: Mapping[str, float]
     indistinguishable: tuple[tuple[str, ...], ...]
+    notes: tuple[Note, ...] = ()
 
     @property
     def causes(self) -> tuple[str, ...]:
@@ -182,10 +185,19 @@ def _searched(data: ForeignData, noise: Array, jobs: int, stages: Stages) -> For
     stages.say("each cause alone")
     singles = [judge(fit) for fit in _singles(fitter, before.fit, variants_of(data.model))]
     best = max(singles, key=lambda item: item.fit.evidence)
-    last = judge(fitter.fit(best.fit.variants, best.fit.values, LAST_STEPS))
-    singles[singles.index(best)], best = last, last
+    attempt, first = Attempts(), best
+    best = attempt(
+        "The last steps of the fit",
+        lambda: judge(fitter.fit(first.fit.variants, first.fit.values, LAST_STEPS)),
+        lambda: first,
+    )
+    singles[singles.index(first)] = best
     stages.say("a second cause")
-    pairs = [judge(fit) for fit in _pairs(fitter, best.fit, variants_of(data.model))]
+    pairs: list[Judged] = attempt(
+        "The search for a second cause",
+        lambda: [judge(fit) for fit in _pairs(fitter, best.fit, variants_of(data.model))],
+        list,
+    )
     stages.say("the verdict")
     chosen = _chosen(before, best, pairs)
     ranking = sorted((before, *singles, *pairs), key=lambda item: -item.fit.evidence)
@@ -201,6 +213,7 @@ def _searched(data: ForeignData, noise: Array, jobs: int, stages: Stages) -> For
         tuple(ranking),
         _weights(before, singles),
         (group,) if alone else (),
+        tuple(attempt.notes),
     )
 
 

@@ -52,6 +52,11 @@ def steps_of(trials: Sequence[Trial], columns: Sequence[str]) -> dict[str, float
     return found
 
 
+def resolution_by_unit(steps: Mapping[str, float]) -> dict[str, float]:
+    """Return the largest step of each unit's columns."""
+    return {unit_of(name): max(steps[k] for k in steps if unit_of(k) == unit_of(name)) for name in steps}
+
+
 def rounding_of(columns: Sequence[str], steps: Mapping[str, float]) -> dict[str, float]:
     """Return what rounding leaves of each unit: the root mean square over its columns."""
     squares: dict[str, list[float]] = {}
@@ -118,7 +123,7 @@ def _counted_step(known: Array, within: float, commands: Array) -> float:
             return 0.0
         counts = np.concatenate([[0.0], np.cumsum(np.rint(np.diff(known) / step))])
         step, start = np.polyfit(counts, known, 1)
-        if np.abs(start + step * counts - known).max() <= 1.1 * within:
+        if np.abs(start + step * counts - known).max() <= 1.5 * within:
             if len(known) < GRID_FILLED_SHARE * (counts[-1] + 1.0):
                 return float(step)
             shared = len(np.unique(commands, axis=0)) >= SHARED_READINGS * len(known)

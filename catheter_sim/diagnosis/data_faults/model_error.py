@@ -82,7 +82,7 @@ def errors_in_noise(
     problem: Problem, result: Fit, trials: Sequence[Trial], noise: Mapping[str, float]
 ) -> Array:
     """Return each trial's error, root mean square in units of the noise, shape (k,)."""
-    scale = np.array([max(noise[unit_of(name)], 1e-12) for name in problem.columns])
+    scale = np.array([noise[unit_of(name)] for name in problem.columns])
     return np.array(
         [
             np.sqrt(np.nanmean(((model - measured_of(trial, problem.columns)) / scale) ** 2))

@@ -25,6 +25,7 @@ from catheter_sim.diagnosis.thresholds import (
     REPEATED_SHARE,
     REPEATED_TIMES,
     SMALLEST_NOISE_SHARE,
+    STEP_BY_STEP,
     WHITE_CORRELATION,
 )
 
@@ -45,7 +46,9 @@ def repeat_noise(trials: Sequence[Trial], columns: Sequence[str]) -> dict[str, f
             difference = first.outputs.columns[name] - second.outputs.columns[name]
             squares.setdefault(unit_of(name), []).append(difference[np.isfinite(difference)] ** 2)
     return {
-        unit: float(np.sqrt(np.mean(np.concatenate(parts)) / 2.0)) for unit, parts in squares.items() if parts
+        unit: float(np.sqrt(np.mean(np.concatenate(parts)) / 2.0))
+        for unit, parts in squares.items()
+        if any(len(part) for part in parts)
     }
 
 
@@ -75,7 +78,7 @@ def white_noise(
         parts = [values for found in mine.values() for values in found]
         size = _size(parts, least)
         if size is not None:
-            noise[unit] = _of_readings(mine, trials, size, least) if trials else size
+            noise[unit] = _of_readings(mine, trials, steps, size, least) if trials else size
     return noise
 
 
@@ -132,47 +135,61 @@ def _bends(values: Array, apart: int = 1) -> Array:
 
 
 def _of_readings(
-    series: Mapping[str, Sequence[Array]], trials: Sequence[Trial], size: float, rounding: float
+    series: Mapping[str, Sequence[Array]],
+    trials: Sequence[Trial],
+    steps: Mapping[str, float],
+    size: float,
+    rounding: float,
 ) -> float:
-    """Return the noise of one unit, given that from row to row, with held readings and dense logs in mind.
-
-    Where readings of one command repeat more often than rounded noise repeats them, each level counts once:
-    its last row.
-    """
-    parts, held = [], []
+    """Return the noise of one unit, given that from row to row, with held readings and dense logs in mind."""
+    parts, once, changes = [], [], []
     for name, found in series.items():
         for values, trial in zip(found, trials, strict=True):
             known = np.isfinite(trial.outputs.columns[name])
+            last, change = _held_rows(trial, name, known, steps.get(name, 0.0))
             parts.append(values)
-            held.append((values[known], *_held_rows(trial, name, known)))
-    asked = sum(int((~last).sum()) for _, last, _ in held)
-    again = sum(repeats for _, _, repeats in held)
-    expected = min(REPEATED_TIMES * _repeats_of(size, rounding) + REPEATED_SHARE, MOST_REPEATED_SHARE)
-    if asked and again > expected * asked:
-        size = _size([values[last] for values, last, _ in held], rounding) or size
+            once.append(values[known][last])
+            changes.append(change)
+    if _says_nothing(np.concatenate(changes)):
+        size = _size(once, rounding) or size
     apart = [_rows_apart(trial) for _ in series for trial in trials]
     further = _size(parts, rounding, apart) if max(apart) > 1 else None
     return further if further is not None and further > DENSE_TIMES * size else size
 
 
-def _held_rows(trial: Trial, name: str, known: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return which known readings are the last of a held command, and how many repeat the one before it."""
+def _held_rows(trial: Trial, name: str, known: np.ndarray, step: float) -> tuple[np.ndarray, Array]:
+    """Return which known readings are the last of a held command, and how readings change within one.
+
+    Changes are in steps, infinite where the readings have none. A column that never moves has none at all.
+    """
     drive, values = all_inputs(trial.inputs)[known], trial.outputs.columns[name][known]
     held = (drive[1:] == drive[:-1]).all(axis=1)
-    same = np.abs(np.diff(values)) <= 1e-9 * float(np.abs(values).max(initial=0.0))
-    return np.append(~held, [True] * (len(values) > 0)), int((held & same).sum())
+    last = np.append(~held, [True] * (len(values) > 0))
+    change = np.abs(np.diff(values))
+    same = change <= 1e-9 * float(np.abs(values).max(initial=0.0))
+    change = np.where(same, 0.0, change / step if step else np.inf)
+    return last, change[held] if not same.all() else change[:0]
 
 
-def _repeats_of(size: float, rounding: float) -> float:
-    """Return how often noise, rounded, gives the same reading twice in a row; `size` has the rounding in it.
+def _says_nothing(changes: Array) -> bool:
+    """Return whether readings of held commands repeat more often than rounded noise does.
 
-    Two values a normal distance d apart fall on one grid point with the probability 1 - d / step.
+    Then each level counts once, by its last row: its readings are one, written several times. Differences of
+    size s, in steps, are within the step that rounding takes away with the probability 1 / (s sqrt(2 pi)).
+
+    Args:
+        changes: of readings of one command from row to row, in steps.
     """
-    variance = size**2 - rounding**2
-    if variance <= 0.0 or rounding == 0.0:
-        return float(rounding > 0.0)
-    a = math.sqrt(12.0) * rounding / math.sqrt(2.0 * variance)
-    return math.erf(a / math.sqrt(2.0)) - math.sqrt(2.0 / math.pi) * (1.0 - math.exp(-0.5 * a * a)) / a
+    if not len(changes):
+        return False
+    repeated = float(np.mean(changes == 0.0))
+    if repeated > MOST_REPEATED_SHARE:
+        return True
+    typical = float(np.median(changes[changes > 0.0]))
+    if typical <= STEP_BY_STEP:
+        return False  # the last digit flickers: that is noise
+    expected = 1.0 / (_MAD_TO_SIGMA * typical * math.sqrt(2.0 * math.pi))
+    return repeated > REPEATED_TIMES * expected + REPEATED_SHARE
 
 
 def _rows_apart(trial: Trial) -> int:

@@ -229,6 +229,9 @@ class Diagnosis:
             (`verdict.probabilities`).
         evidence: what they were worked out from.
         residual: what the reported model leaves, by unit.
+        repeatability: scatter of one recording, by unit: root mean square difference of trials that repeat
+            one another, over sqrt(2); empty without repeats.
+        resolution: step of the readings, by unit that shows one.
     """
 
     dataset: Dataset
@@ -252,6 +255,8 @@ class Diagnosis:
     probabilities: Mapping[str, float] = field(default_factory=dict)
     evidence: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     residual: Mapping[str, Remainder] = field(default_factory=dict)
+    repeatability: Mapping[str, float] = field(default_factory=dict)
+    resolution: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def headline(self) -> UnitResult:

@@ -32,6 +32,8 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "unit": diagnosis.unit,
         "verdict": diagnosis.verdict,
         "noise_floor": head.noise_floor,
+        "repeatability": dict(diagnosis.repeatability),
+        "resolution": dict(diagnosis.resolution),
         "heldout": _heldout(head),
         "causes": _causes(diagnosis.causes),
         "absorbs": _causes(diagnosis.absorbs),

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
+from catheter_sim.diagnosis.notes import Attempts
+from catheter_sim.diagnosis.pipeline import model_of
 from catheter_sim.diagnosis.report.html import sentence
 from catheter_sim.diagnosis.report.to_json import causes_document, finite_document, to_json
 from catheter_sim.diagnosis.report.wording import half_width, interval, listed, rounded, words
@@ -14,9 +17,7 @@ from catheter_sim.diagnosis.since.compare import CHANGED, UNCHANGED, Comparison
 from catheter_sim.diagnosis.since.mass import HOLDS_IF, mass_of
 from catheter_sim.diagnosis.since.series import Series
 from catheter_sim.diagnosis.since.series_report import series_document, write_series
-from catheter_sim.effects.apply import embodied
 from catheter_sim.files import check_output_folder
-from catheter_sim.modelling.build import build_mjcf
 
 
 def comparison_sentence(found: Comparison) -> str:
@@ -103,11 +104,17 @@ def write_comparison(found: Comparison, folder: str | os.PathLike[str], series: 
     Raises:
         InputError: the folder cannot be made or written.
     """
-    actuation = found.diagnosis.dataset.trials[0].inputs.actuation
-    model = build_mjcf(embodied(found.diagnosis.extended_robot), actuation)
+    attempt = Attempts()
     if series is not None:
         target = check_output_folder(folder)
         target.mkdir(parents=True, exist_ok=True)
-        write_series(series, target)
-    document = comparison_document(found, series)
-    write_results(found.diagnosis, folder, model, document, comparison_sentence(found))
+        attempt("The series of recordings", partial(write_series, series, target), lambda: None)
+    diagnosis = found.diagnosis
+    document = attempt(
+        "What changed, in diagnosis.json,",
+        lambda: comparison_document(found, series),
+        lambda: to_json(diagnosis) | {"verdict": found.verdict},
+    )
+    sentence = attempt("The sentence at the head", lambda: comparison_sentence(found), str)
+    model = attempt("model.xml", lambda: model_of(diagnosis), str)
+    write_results(diagnosis, folder, model, document, sentence, attempt)

@@ -59,6 +59,17 @@ class Conclusion:
     notes: tuple[Note, ...]
 
 
+def concluded_plainly(posed: Posed, before: Calibrated, settled: Settled, verdict: Verdict) -> Conclusion:
+    """Return the reported hypothesis with its figures and nothing else, where the rest could not be told."""
+    shown, by_unit = verdict.shown, settled.weighed.by_unit
+    causes, _ = parted(settled.weighed.causes, settled.weighed.after)
+    if not verdict.names_causes:
+        causes, by_unit = (), settled.scales.held_out(shown)
+    trials = (*posed.train.trials, *posed.heldout.trials)
+    fits = trial_fits(posed.train, trials, before.fit, shown)
+    return Conclusion(shown, dict(by_unit), causes, (), (), (), fits, verdict.structure, {}, {}, ())
+
+
 def conclude(
     run: Run,
     posed: Posed,

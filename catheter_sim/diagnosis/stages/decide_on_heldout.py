@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from catheter_sim.diagnosis.causes.heldout_choice import choose_on_heldout
 from catheter_sim.diagnosis.causes.weighing import Scales, Weighed, weigh, with_shares
 from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.noise import times_noise
 from catheter_sim.diagnosis.stages.calibrate import Calibrated, noise_beside
 from catheter_sim.diagnosis.stages.choose_causes import Choice
 from catheter_sim.diagnosis.stages.pose import Posed
@@ -38,6 +39,15 @@ class Settled:
         return self.scales.unit
 
 
+def nothing_settled(run: Run, posed: Posed, before: Calibrated) -> Settled:
+    """Return the calibrated model without causes, where none could be decided on."""
+    train, heldout = posed.train, posed.heldout
+    by_unit = held_out(train, heldout, before.fit, before.fit, before.noise)
+    unit = max(by_unit, key=lambda name: times_noise(by_unit[name].rmse_after, by_unit[name].noise_floor))
+    scales = Scales(train, heldout, before.fit, before.noise, unit, posed.thorough, run.pool)
+    return Settled(scales, Weighed(before.fit, by_unit, ()), ())
+
+
 def decide_on_heldout(run: Run, posed: Posed, before: Calibrated, choice: Choice) -> Settled:
     """Return what the held-out trials leave of the chosen causes."""
     train, heldout = posed.train, posed.heldout
@@ -46,7 +56,7 @@ def decide_on_heldout(run: Run, posed: Posed, before: Calibrated, choice: Choice
     )
     noise = noise_beside(train, after)
     by_unit = held_out(train, heldout, before.fit, after, noise)
-    unit = max(by_unit, key=lambda name: by_unit[name].rmse_after / max(by_unit[name].noise_floor, 1e-12))
+    unit = max(by_unit, key=lambda name: times_noise(by_unit[name].rmse_after, by_unit[name].noise_floor))
     run.say("weighing the causes")
     scales = Scales(train, heldout, before.fit, noise, unit, posed.thorough, run.pool)
     return Settled(scales, weigh(scales, with_shares(scales, after)), equals)

@@ -6,7 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, StructureTest, TrialFit
+from catheter_sim.diagnosis.report.result import (
+    CAUSE_FOUND,
+    DATA_SUSPECT,
+    UNEXPLAINED,
+    StructureTest,
+    TrialFit,
+)
 from catheter_sim.diagnosis.residuals.coordinates import STAGES
 from catheter_sim.diagnosis.residuals.structure import structure_tests
 from catheter_sim.diagnosis.stages.calibrate import Calibrated
@@ -44,6 +50,13 @@ class Verdict:
     def names_causes(self) -> bool:
         """Return whether causes are named."""
         return self.name == CAUSE_FOUND
+
+
+def unjudged(posed: Posed, before: Calibrated, faults: Faults) -> Verdict:
+    """Return the verdict that names nothing, where no other could be worked out."""
+    trials = (*posed.train.trials, *posed.heldout.trials)
+    fits = trial_fits(posed.train, trials, before.fit, before.fit)
+    return Verdict(DATA_SUSPECT if faults.found else UNEXPLAINED, before.fit, fits, {}, None)
 
 
 def judge(posed: Posed, before: Calibrated, settled: Settled, faults: Faults) -> Verdict:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from catheter_sim.diagnosis.causes.plausible import implausible
 from catheter_sim.diagnosis.causes.scored import Scored, scored
+from catheter_sim.diagnosis.fitting.noise import times_noise
 from catheter_sim.diagnosis.report.result import DATA_SUSPECT
 from catheter_sim.diagnosis.stages.choose_causes import Choice
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
@@ -14,7 +16,8 @@ from catheter_sim.diagnosis.stages.judge import Verdict
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.stages.run import Run
 from catheter_sim.diagnosis.verdict.evidence import as_numbers, evidence
-from catheter_sim.diagnosis.verdict.probabilities import probabilities
+from catheter_sim.diagnosis.verdict.probabilities import NONE, OUTSIDE, probabilities
+from catheter_sim.effects import EFFECTS
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,11 @@ class Scores:
     evidence: Mapping[str, Mapping[str, float]]
 
 
+def unscored() -> Scores:
+    """Return what is known where hypotheses could not be scored: no probability of anything."""
+    return Scores((), dict.fromkeys((*EFFECTS, NONE, OUTSIDE), math.nan), {})
+
+
 def score_hypotheses(run: Run, posed: Posed, choice: Choice, settled: Settled, verdict: Verdict) -> Scores:
     """Return what every hypothesis predicts, and how probable every cause is."""
     run.say("scoring the hypotheses")
@@ -39,6 +47,6 @@ def score_hypotheses(run: Run, posed: Posed, choice: Choice, settled: Settled, v
     hypotheses = scored(posed.train, posed.heldout, choice.selection, after)
     if verdict.name == DATA_SUSPECT:
         return Scores(hypotheses, probabilities(None, verdict.name), {})
-    times = max(item.rmse_after / max(item.noise_floor, 1e-300) for item in settled.weighed.by_unit.values())
+    times = max(times_noise(item.rmse_after, item.noise_floor) for item in settled.weighed.by_unit.values())
     found = evidence(posed.train, posed.heldout, hypotheses, after.causes, times)
     return Scores(hypotheses, probabilities(found, verdict.name, implausible(after)), as_numbers(found))

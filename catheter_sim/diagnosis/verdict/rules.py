@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from catheter_sim.diagnosis.causes.plausible import implausible
-from catheter_sim.diagnosis.fitting.evidence import residual_series
+from catheter_sim.diagnosis.fitting.evidence import gain_percent, residual_series
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.noise import is_white
+from catheter_sim.diagnosis.fitting.noise import is_white, times_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.result import (
@@ -56,7 +56,7 @@ def verdict_of(
     much_left = most_error_remains(by_unit[unit], problem.model_share)
     if believed and left is None and not harmful and not much_left and gains:
         return CAUSE_FOUND
-    times = max(result.rmse_before / max(result.noise_floor, 1e-12) for result in by_unit.values())
+    times = max(times_noise(result.rmse_before, result.noise_floor) for result in by_unit.values())
     white = not structured and all(is_white(series) for series in residual_series(problem, before).values())
     return NO_DISCREPANCY if times <= (ROUGH_NOISE if white else NEAR_NOISE) else UNEXPLAINED
 
@@ -117,8 +117,8 @@ def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None, i
         in_part: they are named, since they are surely at work whatever else is wrong.
     """
     names = ", ".join(name.replace("_", " ") for name in after.causes)
-    times = result.rmse_after / result.noise_floor
-    what = f"{100.0 * result.rmse_after / result.rmse_before:.0f} % of the error"
+    times = times_noise(result.rmse_after, result.noise_floor)
+    what = f"{100.0 - gain_percent(result.rmse_before, result.rmse_after):.0f} % of the error"
     if left is not None:
         what = f"{left.share_percent:.0f} % of it hangs on {TESTS[left.name]} ({left.coordinate})"
     if in_part:
