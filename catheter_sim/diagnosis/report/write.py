@@ -76,7 +76,7 @@ def write_results(
     page = attempt(
         "Most of report.html",
         lambda: report_html(told, pictures, sentence),
-        lambda: _plain_page(told, sentence),
+        lambda: _plain_page(with_notes(diagnosis, attempt), sentence),
     )
     put("report.html", lambda: page)
     made = attempt("Most of diagnosis.json", lambda: dict(document or to_json(told)), lambda: _least(told))
