@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from typing import Any
 
 LONGEST_MESSAGE = 500  # characters
+TRACEBACK_VARIABLE = "CATHETER_SIM_TRACEBACK"  # set to anything: defects and warnings show in full
 _LONGEST_CHOICES = 300  # characters; of more, the nearest names and their number
 _LONGEST_NAME = 60
 _NEAREST = 5

@@ -44,7 +44,7 @@ from catheter_sim.cli import (
     workspace,
 )
 from catheter_sim.cli.arguments import split_settings
-from catheter_sim.errors import LONGEST_MESSAGE, InputError, cut
+from catheter_sim.errors import LONGEST_MESSAGE, TRACEBACK_VARIABLE, InputError, cut
 from catheter_sim.progress import compilations_told
 from catheter_sim.signals import Stopped, unwound_by_signals
 
@@ -70,7 +70,6 @@ VERBS: dict[str, ModuleType] = {
     "workspace": workspace,
     "lab": lab,
 }
-TRACEBACK_VARIABLE = "CATHETER_SIM_TRACEBACK"  # set to anything: defects and warnings show in full
 
 _EPILOG = """\
 exit status: 0 done, 1 a check failed, 2 bad usage or bad input (one line on stderr says what)

@@ -16,25 +16,26 @@ from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
+from catheter_sim.diagnosis.notes import Attempts
 from catheter_sim.diagnosis.report.provenance import stamped
 from catheter_sim.diagnosis.report.result import Diagnosis
-from catheter_sim.diagnosis.report.write import write_results
+from catheter_sim.diagnosis.report.write import with_notes, write_results
 from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
 from catheter_sim.diagnosis.stages.assemble import assemble
 from catheter_sim.diagnosis.stages.calibrate import Calibrated, calibrate
 from catheter_sim.diagnosis.stages.choose_causes import Choice, choose_causes
-from catheter_sim.diagnosis.stages.conclude import conclude
-from catheter_sim.diagnosis.stages.decide_on_heldout import Settled, decide_on_heldout
-from catheter_sim.diagnosis.stages.examine import Examined, examine
+from catheter_sim.diagnosis.stages.conclude import conclude, concluded_plainly
+from catheter_sim.diagnosis.stages.decide_on_heldout import Settled, decide_on_heldout, nothing_settled
+from catheter_sim.diagnosis.stages.examine import Examined, examine, examined_plainly
 from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_faults
-from catheter_sim.diagnosis.stages.judge import Verdict, judge
-from catheter_sim.diagnosis.stages.plan_next_experiment import plan_next_experiment
+from catheter_sim.diagnosis.stages.judge import Verdict, judge, unjudged
+from catheter_sim.diagnosis.stages.plan_next_experiment import nothing_planned, plan_next_experiment
 from catheter_sim.diagnosis.stages.pose import Posed, pose
 from catheter_sim.diagnosis.stages.prepare import Prepared, prepare
 from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed, replay_in_mujoco, weigh_again
 from catheter_sim.diagnosis.stages.run import Run, running
-from catheter_sim.diagnosis.stages.score_hypotheses import Scores, score_hypotheses
-from catheter_sim.diagnosis.stages.widen_intervals import widen_intervals
+from catheter_sim.diagnosis.stages.score_hypotheses import Scores, score_hypotheses, unscored
+from catheter_sim.diagnosis.stages.widen_intervals import Numbers, widen_intervals
 from catheter_sim.diagnosis.thresholds import MOST_CAUSES
 from catheter_sim.effects.apply import embodied
 from catheter_sim.modelling.build import build_mjcf
@@ -73,19 +74,31 @@ def diagnose(
     unfinished = Path(output_folder) / UNFINISHED
     found = diagnose_dataset(data, Workers(jobs, dask, unfinished), progress, budget_s=budget_s)
     diagnosis = stamped(found, command)
-    write_diagnosis(diagnosis, output_folder)
+    diagnosis = write_diagnosis(diagnosis, output_folder)
     shutil.rmtree(unfinished, ignore_errors=True)
     return diagnosis
 
 
-def write_diagnosis(diagnosis: Diagnosis, folder: str | os.PathLike[str]) -> None:
+def write_diagnosis(diagnosis: Diagnosis, folder: str | os.PathLike[str]) -> Diagnosis:
     """Write report, diagnosis.json, the extended robot and its model, and the fitted series to `folder`.
+
+    Returns:
+        The diagnosis as it was written: with a note on each file that is missing.
 
     Raises:
         InputError: the folder cannot be made or written.
     """
+    attempt = Attempts()
+    diagnosis = stamped(diagnosis)
+    model = attempt("model.xml", lambda: model_of(diagnosis), str)
+    write_results(diagnosis, folder, model, attempt=attempt)
+    return with_notes(diagnosis, attempt)
+
+
+def model_of(diagnosis: Diagnosis) -> str:
+    """Return the extended robot as MJCF."""
     actuation = diagnosis.dataset.trials[0].inputs.actuation
-    write_results(stamped(diagnosis), folder, build_mjcf(embodied(diagnosis.extended_robot), actuation))
+    return build_mjcf(embodied(diagnosis.extended_robot), actuation)
 
 
 def diagnose_dataset(
@@ -166,31 +179,90 @@ def investigate_prepared(
     before = calibrate(posed)
     faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
     choice = chosen or choose_causes(run, posed, faults, most)
-    settled, examined, scores, verdict, replayed = _settle(run, posed, before, choice, faults, simulation)
-    conclusion = conclude(posed, before, choice, settled, examined, scores, verdict, replayed)
-    following = plan_next_experiment(run, posed, conclusion, simulation)
-    numbers = widen_intervals(run, posed, conclusion, replayed, verdict.more_is_wrong)
+    attempt = Attempts()
+    settled, examined, scores, verdict, replayed = _settle(
+        run, posed, before, choice, faults, simulation, attempt
+    )
+    conclusion = attempt(
+        "What is said of the causes",
+        lambda: conclude(posed, before, choice, settled, examined, scores, verdict, replayed),
+        lambda: concluded_plainly(posed, before, settled, examined, scores, verdict),
+    )
+    following = attempt(
+        "The next experiment",
+        lambda: plan_next_experiment(run, posed, conclusion, simulation),
+        nothing_planned,
+    )
+    numbers = attempt(
+        "How sure the numbers are",
+        lambda: widen_intervals(run, posed, conclusion, replayed, verdict.more_is_wrong),
+        lambda: Numbers(conclusion.causes, conclusion.corrections, {}),
+    )
     found = assemble(
-        prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores
+        prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores, attempt
     )
     return Investigation(found, posed, settled.weighed.after, conclusion.equals, scores.hypotheses)
 
 
 def _settle(
-    run: Run, posed: Posed, before: Calibrated, choice: Choice, faults: Faults, simulation: bool
+    run: Run,
+    posed: Posed,
+    before: Calibrated,
+    choice: Choice,
+    faults: Faults,
+    simulation: bool,
+    attempt: Attempts,
 ) -> tuple[Settled, Examined, Scores, Verdict, Replayed]:
     """Return the hypothesis that stays, with what was found of it, the verdict and its replay.
 
     The replay may take a cause out. What is left is then another hypothesis, which is judged and replayed
     once more.
     """
-    settled = decide_on_heldout(run, posed, before, choice)
+    settled = attempt(
+        "What the held-out data say of the causes",
+        lambda: decide_on_heldout(run, posed, before, choice),
+        lambda: nothing_settled(run, posed, before),
+    )
     while True:
-        examined = examine(posed, before, settled)
-        scores = score_hypotheses(run, posed, choice, settled, examined, faults)
-        verdict = judge(posed, before, settled, faults, examined, scores)
-        replayed = replay_in_mujoco(run, posed, verdict, simulation)
-        again = weigh_again(run, posed, choice, settled, replayed) if verdict.corrects else settled
-        if again.weighed.after is settled.weighed.after:
-            return again, examined, scores, verdict, replayed
-        settled = again
+        found = _judged(run, posed, before, choice, settled, faults, simulation, attempt)
+        if found[0].weighed.after is settled.weighed.after:
+            return found
+        settled = found[0]
+
+
+def _judged(
+    run: Run,
+    posed: Posed,
+    before: Calibrated,
+    choice: Choice,
+    settled: Settled,
+    faults: Faults,
+    simulation: bool,
+    attempt: Attempts,
+) -> tuple[Settled, Examined, Scores, Verdict, Replayed]:
+    """Return a hypothesis weighed beside its replay, what was found of it, the verdict and the replay."""
+    examined = attempt(
+        "On what the error depends",
+        lambda: examine(posed, before, settled),
+        lambda: examined_plainly(posed, before, settled),
+    )
+    scores = attempt(
+        "How probable each cause is",
+        lambda: score_hypotheses(run, posed, choice, settled, examined, faults),
+        unscored,
+    )
+    verdict = attempt(
+        "The judgement of the causes",
+        lambda: judge(posed, before, settled, faults, examined, scores),
+        lambda: unjudged(before, faults),
+    )
+    replayed = attempt(
+        "The replay in MuJoCo", lambda: replay_in_mujoco(run, posed, verdict, simulation), Replayed
+    )
+    if verdict.corrects:
+        settled = attempt(
+            "The weighing of the causes",
+            lambda: weigh_again(run, posed, choice, settled, replayed),
+            lambda: settled,
+        )
+    return settled, examined, scores, verdict, replayed

@@ -44,6 +44,58 @@ are old readings. Why: assumed; by noise alone no row repeats in all its digits.
 STALE_VALUES_SHARE = 0.5
 """[values per change] With fewer a sensor counts coarsely, and repeats what it measures. Why: assumed; a
 reading of a fine sensor never comes again."""
+STEP_BY_STEP = 1.5
+"""[steps of the readings] Where no reading changes by more, the robot is slow, and not the sensor. Why: a
+slow sensor leaves steps out where the robot moves fast."""
+
+# ---------------------------------------------------------------- resolution and noise of readings
+
+FEWEST_READINGS = 8
+"""[distinct readings] Fewer show no grid. Why: assumed; a few numbers are at equal distances by chance."""
+FEWEST_STEPS = 20
+"""[steps] A column that moves by less shows no grid by itself. Why: assumed; a handful of levels, each set by
+hand, are at equal distances too."""
+MOST_STEPS = 1e5
+"""[steps in the largest reading] With more, readings are continuous. Why: six digits are how many numbers are
+printed, whatever measured them; what rounds them there is far below any noise."""
+GRID_SHARE = 0.9
+"""[share of the distinct readings] That must lie on a decimal grid. Why: of continuous readings a tenth lies
+on any; cells that somebody filled in lie off it."""
+GRID_MISSED_SHARE = 0.1
+"""[share of a step] That readings may lie off the grid of a counting sensor, in all. Why: eight readings are
+as near by chance once in a million times."""
+GRID_FILLED_SHARE = 0.95
+"""[share of the grid's points] From it on a grid may be a ramp of commands, followed without noise. Why:
+readings of a sensor leave points out, unless many commands share each of them."""
+SHARED_READINGS = 2.0
+"""[commands per reading] Many commands share each reading of a sensor that counts. Why: as of
+`GRID_FILLED_SHARE`; a model without noise has a reading of its own for each."""
+REPEATED_TIMES = 1.3
+"""[times as often as rounded noise repeats a reading] Where readings of a held command repeat more often,
+each level counts once for the noise. Why: assumed; the share of repeats of a hundred rows is known to a
+tenth."""
+REPEATED_SHARE = 0.02
+"""[share of held rows] More repeats than that besides. Why: assumed; so few move a median by less than the
+noise itself is known."""
+MOST_REPEATED_SHARE = 0.9
+"""[share of held rows] From it on each level counts once, whatever rounds its readings. Why: assumed; nothing
+is seen of the noise while a command is held."""
+CLIPPED_BENDS = 3.0
+"""[times the noise] Where the noise is less than a step, the squares of second differences count, up to so
+many times it. Why: their median is one of a few numbers then, often zero; normal noise goes no further, jumps
+do."""
+DENSE_SHARE = 5e-3
+"""[share of an input's range] A log in which the robot moves by less over several rows is dense: its noise
+is read from rows so far apart. Why: assumed; no cause makes an error bend within half a percent of the
+motion."""
+DENSE_TIMES = 1.25
+"""[times the noise from row to row] The noise of rows further apart counts where it is larger by this. Why:
+assumed; white noise has the same at any distance, that of a filtered sensor grows."""
+SMALLEST_NOISE_SHARE = 1e-6
+"""[share of the spread of a unit's measurements] No noise is smaller. Why: computed data without any would be
+infinitely far from every model but one."""
+MOST_TIMES = 1e6
+"""[times the noise] Larger errors are told as that. Why: as of `SMALLEST_NOISE_SHARE`."""
 
 # ---------------------------------------------------------------- the tracker's frame
 

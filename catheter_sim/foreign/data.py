@@ -20,6 +20,7 @@ from catheter_sim.diagnosis.data.dataset import (
     trial_entries,
 )
 from catheter_sim.diagnosis.data.parting import last_trials
+from catheter_sim.diagnosis.data.resolution import step_of
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.foreign.model import CONTROL, ForeignModel
 from catheter_sim.foreign.thresholds import LEAST_ROWS
@@ -152,16 +153,21 @@ def _with_roles(trials: Sequence[Trial], where: str) -> list[Trial]:
 def noise_of(trials: Sequence[Trial], least_share: float) -> Array:
     """Return the noise of each output from its third differences, shape (o,), in the columns' units.
 
-    Of independent errors of size s these are sqrt(20) s; what moves smoothly leaves little there. It is no
-    less than a share of the column's range.
+    Of independent errors of size s these are sqrt(20) s; what moves smoothly leaves little there. A reading
+    that is repeated counts once, unless rounding repeats it. The noise is no less than what rounding leaves,
+    nor than a share of the column's range.
     """
+    controls = np.concatenate([trial.controls for trial in trials])
     columns = trials[0].outputs.shape[1]
     found = np.empty(columns)
     for k in range(columns):
         parts = [trial.outputs[np.isfinite(trial.outputs[:, k]), k] for trial in trials]
+        rounding = step_of(np.concatenate([t.outputs[:, k] for t in trials]), controls) / math.sqrt(12.0)
+        if not rounding:
+            parts = [part[np.diff(part, prepend=np.nan) != 0.0] for part in parts]
         differences = np.concatenate([np.diff(part, 3) for part in parts if len(part) > 3] or [np.zeros(1)])
         spread = 1.4826 * float(np.median(np.abs(differences))) / math.sqrt(20.0)
         values = np.concatenate(parts)
         span = float(np.ptp(values)) if len(values) else 1.0
-        found[k] = max(spread, least_share * span, 1e-9)
+        found[k] = max(spread, rounding, least_share * span, 1e-9)
     return found

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.notes import Attempts, Note
 from catheter_sim.diagnosis.report.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
 from catheter_sim.foreign.causes import Number, Variant, variants_of
 from catheter_sim.foreign.data import ForeignData, noise_of, read_foreign
@@ -77,6 +78,7 @@ class ForeignDiagnosis:
         weights: share of the evidence of each single cause and of "none"; they add up to one.
         likely: the causes of the chosen fit with their probabilities, the most probable first.
         probabilities: of these and their groups, of "none", and of something that was not tried ("outside").
+        notes: on parts that failed.
     """
 
     data: ForeignData
@@ -88,6 +90,7 @@ class ForeignDiagnosis:
     weights: Mapping[str, float]
     likely: tuple[Likely, ...]
     probabilities: Mapping[str, float]
+    notes: tuple[Note, ...] = ()
 
     @property
     def named(self) -> tuple[Likely, ...]:
@@ -210,10 +213,19 @@ def _searched(data: ForeignData, noise: Array, jobs: int, stages: Stages) -> For
     stages.say("each cause alone")
     singles = [judge(fit) for fit in _singles(fitter, before.fit, variants_of(data.model))]
     best = max(singles, key=lambda item: item.fit.evidence)
-    last = judge(fitter.fit(best.fit.variants, best.fit.values, LAST_STEPS))
-    singles[singles.index(best)], best = last, last
+    attempt, first = Attempts(), best
+    best = attempt(
+        "The last steps of the fit",
+        lambda: judge(fitter.fit(first.fit.variants, first.fit.values, LAST_STEPS)),
+        lambda: first,
+    )
+    singles[singles.index(first)] = best
     stages.say("a second cause")
-    pairs = [judge(fit) for fit in _pairs(fitter, best.fit, variants_of(data.model))]
+    pairs: list[Judged] = attempt(
+        "The search for a second cause",
+        lambda: [judge(fit) for fit in _pairs(fitter, best.fit, variants_of(data.model))],
+        list,
+    )
     stages.say("the verdict")
     chosen = _chosen(before, best, pairs)
     ranking = sorted((before, *singles, *pairs), key=lambda item: -item.fit.evidence)
@@ -231,6 +243,7 @@ def _searched(data: ForeignData, noise: Array, jobs: int, stages: Stages) -> For
         _weights(before, singles),
         found,
         probabilities(found, _tried(shown), _tried(before)),
+        tuple(attempt.notes),
     )
 
 

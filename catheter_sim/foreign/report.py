@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from html import escape
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from catheter_sim.diagnosis.fitting.noise import times_noise
+from catheter_sim.diagnosis.notes import Attempts
 from catheter_sim.diagnosis.report.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
 from catheter_sim.diagnosis.report.to_json import finite_document
 from catheter_sim.files import check_output_folder
@@ -30,30 +35,56 @@ def write_foreign(found: ForeignDiagnosis, output: str | Path) -> tuple[str, ...
     """Write a diagnosis into a folder, which is made; return the names of what the model's file lacks."""
     folder = check_output_folder(output)
     folder.mkdir(parents=True, exist_ok=True)
-    spec, left = extended_spec(found.data.model, found.corrected)
-    spec.compile()
-    with replaced_when_whole(folder / "model.xml") as file:
-        file.write(spec.to_xml())
-    with replaced_when_whole(folder / "diagnosis.json") as file:
-        json.dump(document(found, left), file, indent=1)
-    with replaced_when_whole(folder / "report.html") as file:
-        file.write(_page(found, document(found, left)))
-    for trial, before, after in zip(
-        found.data.of("heldout"), found.before.outputs, found.best.outputs, strict=True
-    ):
-        columns: dict[str, Any] = {}
-        for k, column in enumerate(found.data.model.columns):
-            columns |= {
-                f"measured_{column.name}": trial.outputs[:, k],
-                f"before_{column.name}": before[:, k],
-                f"after_{column.name}": after[:, k],
-            }
-        write_table(Table(trial.time_s, columns), folder / f"fitted_{Path(trial.file).stem}.csv")
+    attempt = Attempts()
+    left = attempt(
+        "model.xml",
+        lambda: _write_model(found, folder / "model.xml"),
+        lambda: tuple(number.name for number in found.corrected),
+    )
+    for number, trial in enumerate(found.data.of("heldout")):
+        name = f"fitted_{Path(trial.file).stem}.csv"
+        attempt(name, partial(_write_series, found, number, folder / name), lambda: None)
+    picture = attempt("The picture", lambda: _picture(found), bytes)
+    told = replace(found, notes=(*found.notes, *attempt.notes))
+    page = attempt(
+        "Most of report.html",
+        lambda: _page(told, document(told, left), picture),
+        lambda: f"<!doctype html><meta charset='utf-8'><h1>{escape(sentence(found))}</h1>",
+    )
+    _put(folder / "report.html", page)
+    told = replace(found, notes=(*found.notes, *attempt.notes))
+    _put(folder / "diagnosis.json", json.dumps(document(told, left), indent=1))
     return left
 
 
-def _page(found: ForeignDiagnosis, described: dict[str, Any]) -> str:
-    """Return `report.html`."""
+def _put(path: Path, text: str) -> None:
+    with replaced_when_whole(path) as file:
+        file.write(text)
+
+
+def _write_model(found: ForeignDiagnosis, path: Path) -> tuple[str, ...]:
+    """Write the extended model; return the names of what its file lacks."""
+    spec, left = extended_spec(found.data.model, found.corrected)
+    spec.compile()
+    _put(path, spec.to_xml())
+    return left
+
+
+def _write_series(found: ForeignDiagnosis, number: int, path: Path) -> None:
+    """Write what was measured and simulated of a held-out trial."""
+    trial = found.data.of("heldout")[number]
+    columns: dict[str, Any] = {}
+    for k, column in enumerate(found.data.model.columns):
+        columns |= {
+            f"measured_{column.name}": trial.outputs[:, k],
+            f"before_{column.name}": found.before.outputs[number][:, k],
+            f"after_{column.name}": found.best.outputs[number][:, k],
+        }
+    write_table(Table(trial.time_s, columns), path)
+
+
+def _page(found: ForeignDiagnosis, described: dict[str, Any], picture: bytes) -> str:
+    """Return `report.html`; `picture` is a PNG, b"" where there is none."""
     return rendered(
         "catheter_sim.foreign",
         "report.html",
@@ -61,7 +92,7 @@ def _page(found: ForeignDiagnosis, described: dict[str, Any]) -> str:
             "found": {"name": found.data.name, "robot": found.data.robot, "verdict": found.verdict},
             "sentence": sentence(found),
             "document": described,
-            "picture": png_source(_picture(found)),
+            "picture": png_source(picture) if picture else "",
             "step_ms": 1e3 * described["timestep_s"],
         },
         {"short": lambda value: "-" if value is None else f"{value:.4g}"},
@@ -98,7 +129,7 @@ def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
     gain, low, high = found.gain_percent()
     before, after = (found.heldout_rms(item) for item in (found.before, found.best))
     noise = _noise_by_unit(found)
-    unit = max(before, key=lambda name: before[name] / noise[name])
+    unit = max(before, key=lambda name: times_noise(before[name], noise[name]))
     described = {
         "dataset": found.data.name,
         "robot": found.data.robot,
@@ -133,6 +164,7 @@ def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
         },
         "timestep_s": float(found.data.model.simulated.opt.timestep),
         "not_in_model": list(left),
+        "notes": [note.text for note in found.notes],
     }
     finite, undefined = finite_document(described, "")
     return {**finite, "undefined": undefined} if undefined else dict(finite)
@@ -164,7 +196,7 @@ def lines(found: ForeignDiagnosis) -> list[str]:
     )
     if used < own:
         said.append(f"note: simulated with steps of {1e3 * used:g} ms: the file's {1e3 * own:g} ms change it")
-    return said
+    return said + [f"note: {note}" for note in found.notes]
 
 
 def sentence(found: ForeignDiagnosis) -> str:

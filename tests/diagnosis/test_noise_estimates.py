@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_problem import gain_problem
 from planted import as_inputs
 
 from catheter_sim.diagnosis.data.parting import is_repeat
+from catheter_sim.diagnosis.data.resolution import steps_of
 from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.noise import is_white, noise_floor, repeat_noise, white_noise
-from catheter_sim.tables import Table
+from catheter_sim.diagnosis.fitting.fit import fit
+from catheter_sim.diagnosis.fitting.noise import (
+    is_white,
+    noise_floor,
+    noise_from_row_to_row,
+    repeat_noise,
+    residual_noise,
+    times_noise,
+    white_noise,
+)
+from catheter_sim.diagnosis.stages.calibrate import noise_beside
+from catheter_sim.tables import Array, Table
 
 ROWS = 20_000
 
@@ -60,6 +73,131 @@ def test_faster_is_no_repeat():
     larger = replace(first, inputs=replace(inputs, tendon=1.001 * inputs.tendon))
     assert not is_repeat(first, faster)
     assert not is_repeat(first, larger)
+
+
+def read_as(commands: Array, readings: Array, true: Array) -> tuple[float, float]:
+    """Return the noise of readings from row to row alone, and with their repeats and resolution in mind."""
+    inputs = as_inputs(np.stack([commands, 0.0 * commands], axis=1), "displacement")
+    trial = Trial("a.csv", "train", inputs, Table(inputs.time_s, {"tip_x_mm": readings}))
+    series = {"tip_x_mm": [true - readings]}
+    known = white_noise(series, [trial], steps_of([trial], ("tip_x_mm",)))
+    return white_noise(series)["mm"], known["mm"]
+
+
+def bent(commands: Array) -> Array:
+    return 30.0 * np.sin(commands)
+
+
+def held(count: int, rows: int, seed: int = 5) -> Array:
+    """Return commands in no order, each held for so many rows."""
+    return np.repeat(np.random.default_rng(seed).uniform(-1.0, 1.0, count), rows)
+
+
+def rounded(values: Array, step: float) -> Array:
+    return step * np.round(values / step)
+
+
+@pytest.mark.parametrize("rows", [2, 3, 5, 10])
+@pytest.mark.parametrize("step", [0.05, 0.1, 0.25])
+def test_held_readings_without_noise_have_that_of_their_rounding(step: float, rows: int) -> None:
+    """What rounding leaves is evenly distributed over a step: its root mean square is step / sqrt(12)."""
+    true = bent(held(60, rows))
+    alone, found = read_as(held(60, rows), rounded(true, step), true)
+    assert found == pytest.approx(step / math.sqrt(12.0), rel=0.12)
+    assert rows == 2 or alone < 0.6 * found  # most second differences are of one reading
+
+
+@pytest.mark.parametrize("rows", [3, 5, 10])
+@pytest.mark.parametrize(("step", "noise"), [(0.1, 0.03), (0.1, 0.05), (0.25, 0.08), (0.25, 0.25)])
+def test_held_readings_that_flicker_have_noise_and_rounding(step: float, noise: float, rows: int) -> None:
+    """The variances add up, whatever share of the rows repeats the one before."""
+    true = bent(held(100, rows))
+    noisy = true + noise * np.random.default_rng(6).normal(size=len(true))
+    _, found = read_as(held(100, rows), rounded(noisy, step), true)
+    assert found == pytest.approx(math.hypot(noise, step / math.sqrt(12.0)), rel=0.18)
+
+
+@pytest.mark.parametrize("step", [0.0, 0.01, 0.1])
+@pytest.mark.parametrize("rows", [2, 5, 10])
+def test_a_reading_that_is_written_several_times_counts_once(step: float, rows: int) -> None:
+    """A sensor slower than its log, its noise three steps and more: what is repeated is noise, too."""
+    commands = held(600, 2 * rows)
+    noise = 0.3 * np.repeat(np.random.default_rng(7).normal(size=1200), rows)
+    readings = bent(commands) + noise
+    _, found = read_as(commands, rounded(readings, step) if step else readings, bent(commands))
+    assert found == pytest.approx(0.3, rel=0.2)
+
+
+@pytest.mark.parametrize("rows", [600, 2000, 10_000])
+@pytest.mark.parametrize(("step", "noise"), [(0.05, 0.0), (0.1, 0.0), (0.1, 0.03), (0.25, 0.0), (0.25, 0.1)])
+def test_a_slow_sweep_that_is_read_coarsely(step: float, noise: float, rows: int) -> None:
+    """Readings stay at one value for several rows of a motion, however densely it is logged."""
+    commands = np.sin(3.0 * np.pi * np.arange(rows) / rows)
+    noisy = bent(commands) + noise * np.random.default_rng(8).normal(size=rows)
+    _, found = read_as(commands, rounded(noisy, step), bent(commands))
+    assert found == pytest.approx(math.hypot(noise, step / math.sqrt(12.0)), rel=0.12)
+
+
+@pytest.mark.parametrize("digits", [4, 12])
+@pytest.mark.parametrize("commands", [held(300, 1), held(100, 5), np.sin(np.arange(3000) / 300.0)])
+def test_nothing_changes_for_readings_that_are_fine(commands: Array, digits: int) -> None:
+    """White noise of many steps, in levels held or not, or in a sweep: to the last digit as row by row."""
+    readings = np.round(bent(commands) + np.random.default_rng(9).normal(0.0, 0.05, len(commands)), digits)
+    alone, found = read_as(commands, readings, bent(commands))
+    assert found == alone
+
+
+def test_the_noise_of_a_filtered_sensor_is_read_from_rows_further_apart() -> None:
+    """Means over eight rows of white noise, in a log in which the robot moves 30,000 rows from end to end.
+
+    From row to row they hardly change; their size is that of white noise over sqrt(8).
+    """
+    rows = 60_000
+    commands = np.sin(np.pi * np.arange(rows) / 30_000)
+    white = np.random.default_rng(10).normal(0.0, 0.4, rows)
+    smooth = np.convolve(white, np.full(8, 0.125), mode="same")
+    alone, found = read_as(commands, bent(commands) + smooth, bent(commands))
+    assert found == pytest.approx(0.4 / math.sqrt(8.0), rel=0.05)
+    assert alone < 0.6 * found
+
+
+def test_no_noise_is_zero() -> None:
+    """Of readings computed without any, held, repeated and explained to the last digit."""
+    commands = held(20, 5)
+    trials = tuple(replace(trial_of(commands, file), inputs=held_inputs(commands)) for file in ("a", "b"))
+    problem = gain_problem(trials, 0.1, ("tip_x_mm",))
+    exact = fit(problem, (), cross_validate=False)
+    assert 0.0 < residual_noise(problem, exact)["mm"] < 1e-5
+    assert 0.0 < noise_beside(problem, exact)["mm"] < 1e-5
+    stepped = replace(problem, resolution={"tip_x_mm": 0.1})
+    assert noise_beside(stepped, exact)["mm"] == pytest.approx(0.1 / math.sqrt(12.0))
+
+
+def held_inputs(commands: Array):
+    return as_inputs(np.stack([commands, 0 * commands, 0 * commands], axis=1), "displacement")
+
+
+def test_noise_from_row_to_row_is_no_less_than_rounding() -> None:
+    """Of a column that stands still for most rows, and of one without a step."""
+    values = np.stack([rounded(np.linspace(0.0, 1.0, 400), 0.1), np.linspace(0.0, 1.0, 400)], axis=1)
+    found = noise_from_row_to_row([values], (0.1, 0.0))
+    assert found[0] == pytest.approx(0.1 / math.sqrt(12.0))
+    assert 0.0 < found[1] < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("error", "noise", "times"),
+    [
+        (0.3, 0.1, 3.0),
+        (0.0, 0.1, 0.0),
+        (0.0, 0.0, 0.0),
+        (0.3, 0.0, 1e6),
+        (0.3, 1e-300, 1e6),
+        (1e-310, 0.1, 0.0),
+    ],
+)
+def test_an_error_is_a_finite_number_of_times_the_noise(error: float, noise: float, times: float) -> None:
+    assert times_noise(error, noise) == pytest.approx(times)
 
 
 def test_floor_is_the_smaller_bound():

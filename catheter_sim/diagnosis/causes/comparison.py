@@ -9,7 +9,7 @@ import numpy as np
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.fitting.evidence import chance_of_gain, residual_series
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.noise import white_noise
+from catheter_sim.diagnosis.fitting.noise import residual_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.thresholds import (
     EQUAL_FACTOR,
@@ -46,8 +46,7 @@ def settled(problem: Problem, best: Fit, factor: float = SETTLED_FACTOR) -> bool
     A wild row counts as `WILD_ERROR`; of a robot in motion all of it, as there a cause may show in few rows.
     """
     series = residual_series(problem, best)
-    white = white_noise(series)
-    for unit, size in white.items():
+    for unit, size in residual_noise(problem, best).items():
         errors = np.concatenate([part for name in series if unit_of(name) == unit for part in series[name]])
         most = np.inf if problem.moving else WILD_ERROR * size
         tame = np.clip(errors, -most, most)
@@ -65,13 +64,13 @@ def within_model(problem: Problem, null: Fit, best: Fit) -> bool:
     """Return whether what a hypothesis leaves is no more than a model as wrong as this one may leave."""
     if not problem.model_share:
         return False
-    noise = residual_noise(problem, best)
+    noise = noise_in_weights(problem, best)
     return best.cross_validated_rms**2 <= noise**2 + (problem.model_share * null.cross_validated_rms) ** 2
 
 
-def residual_noise(problem: Problem, best: Fit) -> float:
+def noise_in_weights(problem: Problem, best: Fit) -> float:
     """Return the white part of what a hypothesis leaves, of all outputs together, in weights."""
-    white = white_noise(residual_series(problem, best))
+    white = residual_noise(problem, best)
     pairs = zip(problem.columns, problem.weight, strict=True)
     sizes = [white[unit_of(name)] / weight for name, weight in pairs]
     return float(np.sqrt(np.mean(np.square(sizes))))

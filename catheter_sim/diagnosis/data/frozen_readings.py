@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
+from catheter_sim.diagnosis.data.resolution import resolution_of
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, all_inputs
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.thresholds import (
@@ -17,6 +18,7 @@ from catheter_sim.diagnosis.thresholds import (
     FROZEN_SHARE,
     STALE_SHARE,
     STALE_VALUES_SHARE,
+    STEP_BY_STEP,
 )
 
 
@@ -25,12 +27,13 @@ def without_old_readings(dataset: Dataset) -> tuple[Dataset, tuple[Note, ...]]:
 
     A log that is faster than its sensor gives the last reading again. Where many rows of a trial repeat all
     outputs while the inputs move, all such rows become missing values. A sensor that counts coarsely repeats
-    values, too, but these come again elsewhere.
+    values, too, but these come again elsewhere, or change by single steps.
     """
     notes: list[Note] = []
     trials = []
+    steps = resolution_of(dataset)
     for trial in dataset.trials:
-        old = _old_rows(trial)
+        old = _old_rows(trial, steps)
         if old.any():
             columns = {name: np.where(old, np.nan, values) for name, values in trial.outputs.columns.items()}
             trial = replace(trial, outputs=replace(trial.outputs, columns=columns))
@@ -43,8 +46,11 @@ def without_old_readings(dataset: Dataset) -> tuple[Dataset, tuple[Note, ...]]:
     return (replace(dataset, trials=tuple(trials)) if notes else dataset), tuple(notes)
 
 
-def _old_rows(trial: Trial) -> np.ndarray:
-    """Return which rows hold the readings of the row before, shape (r,); none where a few do."""
+def _old_rows(trial: Trial, steps: Mapping[str, float]) -> np.ndarray:
+    """Return which rows hold the readings of the row before, shape (r,); none where a few do.
+
+    `steps`: of the readings, by column.
+    """
     values = np.stack(list(trial.outputs.columns.values()), axis=1)
     drive = all_inputs(trial.inputs)
     same = np.zeros(len(values), dtype=bool)
@@ -53,6 +59,10 @@ def _old_rows(trial: Trial) -> np.ndarray:
     driven[1:] = (drive[1:] != drive[:-1]).any(axis=1)
     none = np.zeros(len(values), dtype=bool)
     if not driven.any() or (same & driven).sum() < STALE_SHARE * driven.sum():
+        return none
+    changes = [np.abs(np.diff(column[np.isfinite(column)])) for column in values.T]
+    least = [steps.get(name, 0.0) for name in trial.outputs.columns]
+    if all((change <= STEP_BY_STEP * step).all() for change, step in zip(changes, least, strict=True)):
         return none
     # Of the column with the finest readings.
     distinct = max(len(np.unique(column[np.isfinite(column)])) for column in values.T)

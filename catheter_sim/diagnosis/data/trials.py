@@ -51,6 +51,8 @@ class Dataset:
         model_share: share of an error that a right cause may leave, beside the noise, of a model that is
             known to be wrong.
         repeatability: by how much a second recording of the same would differ, by unit, where that is known.
+        resolution: step of the readings, by column that shows one (`resolution.steps_of`); None: not looked
+            for yet.
         notes: what a reader of a diagnosis must know of the files.
     """
 
@@ -68,6 +70,7 @@ class Dataset:
     calibration: tuple[Nuisance, ...] | None = None
     notes: tuple[Note, ...] = ()
     repeatability: Mapping[str, float] = field(default_factory=dict)
+    resolution: Mapping[str, float] | None = None
     model_share: float = 0.0
 
 

@@ -62,7 +62,7 @@ def most_likely_mistake(
     if before <= GROSS_SHARE:
         return None
     # Noise alone leaves so much of outputs that hardly move.
-    most = min(MISTAKE_CONVINCING * before, math.hypot(solved, noise_share(measured, columns)))
+    most = min(MISTAKE_CONVINCING * before, math.hypot(solved, noise_share(trials, columns)))
     look = _Look(trials, columns, robot, predict, shifted, models, measured, beside)
     best = min((*_output_mistakes(look), *_input_mistakes(look, most)), key=lambda item: item.error)
     return replace(best, before=before) if best.error < most else None

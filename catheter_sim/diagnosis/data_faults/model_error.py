@@ -10,6 +10,7 @@ import numpy as np
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.columns import unit_of
+from catheter_sim.diagnosis.data.resolution import steps_of
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.noise import white_noise
@@ -60,10 +61,11 @@ def relative_error(
     return math.sqrt(sum(shares) / len(shares)) if shares else 0.0
 
 
-def noise_share(measured: Sequence[Array], columns: Sequence[str]) -> float:
+def noise_share(trials: Sequence[Trial], columns: Sequence[str]) -> float:
     """Return what noise alone would make of `relative_error`; an upper bound, from row to row."""
-    noise = white_noise({name: [item[:, k] for item in measured] for k, name in enumerate(columns)})
-    values = np.concatenate(measured)
+    series = {name: [trial.outputs.columns[name] for trial in trials] for name in columns}
+    noise = white_noise(series, trials, steps_of(trials, columns))
+    values = np.concatenate([measured_of(trial, columns) for trial in trials])
     shares = []
     for unit, size in noise.items():
         mine = [k for k, name in enumerate(columns) if unit_of(name) == unit]
@@ -80,7 +82,7 @@ def errors_in_noise(
     problem: Problem, result: Fit, trials: Sequence[Trial], noise: Mapping[str, float]
 ) -> Array:
     """Return each trial's error, root mean square in units of the noise, shape (k,)."""
-    scale = np.array([max(noise[unit_of(name)], 1e-12) for name in problem.columns])
+    scale = np.array([noise[unit_of(name)] for name in problem.columns])
     return np.array(
         [
             np.sqrt(np.nanmean(((model - measured_of(trial, problem.columns)) / scale) ** 2))

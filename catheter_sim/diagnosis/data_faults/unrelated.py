@@ -100,7 +100,8 @@ def _following(
         left += float(rest @ rest)
         total += size * float(np.var(shown[known]))
         motion += size * float(np.var(computed[known]))
-        white += size * white_noise({name: series}).get(unit_of(name), 0.0) ** 2
+        noise = white_noise({name: series}, problem.trials, problem.resolution)
+        white += size * noise.get(unit_of(name), 0.0) ** 2
         count, numbers = count + size, numbers + features.shape[1]
     if total == 0.0:
         return Following.NO

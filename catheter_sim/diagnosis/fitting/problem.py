@@ -63,6 +63,7 @@ class Problem:
         moving: the robot moved while it was measured; otherwise each row was held.
         model_share: share of the error without causes that a right cause may leave, beside the noise.
         repeatability: by how much a second recording of the same would differ, by unit, where that is known.
+        resolution: step of the readings, by column that shows one.
     """
 
     robot: RobotSpec
@@ -74,6 +75,7 @@ class Problem:
     every: int = 1
     moving: bool = False
     repeatability: Mapping[str, float] = field(default_factory=dict)
+    resolution: Mapping[str, float] = field(default_factory=dict)
     model_share: float = 0.0
 
 

@@ -8,7 +8,7 @@ end goes by the robot's own step.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.motion import motion_step_s
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.data.resolution import resolution_of
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, beginnings, measured_of
 from catheter_sim.diagnosis.fitting.noise import noise_from_row_to_row
 from catheter_sim.diagnosis.notes import Note
@@ -50,16 +51,21 @@ def twin_of(dataset: Dataset, train: Sequence[Trial]) -> ChosenTwin:
     if not dataset.motion.moving:
         return ChosenTwin(twin_for(robot, actuation, columns, dataset.gravity_mps2))
     own = moving_twin_for(robot, actuation, columns, dataset.gravity_mps2)
-    return _with_longer_steps(own, robot, train, columns)
+    return _with_longer_steps(own, robot, train, columns, resolution_of(dataset))
 
 
 def _with_longer_steps(
-    own: MovingPrediction, robot: RobotSpec, train: Sequence[Trial], columns: Sequence[str]
+    own: MovingPrediction,
+    robot: RobotSpec,
+    train: Sequence[Trial],
+    columns: Sequence[str],
+    resolution: Mapping[str, float],
 ) -> ChosenTwin:
     """Return the twin with the longest steps that change outputs by little beside the noise."""
     inputs = [trial.inputs for trial in beginnings(train, SECONDS_TO_STEP_BY)]
     exact, cost_s = _computed(own, robot, inputs)
-    noise = noise_from_row_to_row([measured_of(trial, columns) for trial in train])
+    steps = [resolution.get(name, 0.0) for name in columns]
+    noise = noise_from_row_to_row([measured_of(trial, columns) for trial in train], steps)
     own_s = motion_step_s(robot)
     chosen, change = own, 0.0
     for factor in LONGER_STEPS:

@@ -245,6 +245,9 @@ class Diagnosis:
             (`verdict.probabilities`).
         evidence: what they were worked out from.
         residual: what the reported model leaves, by unit.
+        repeatability: scatter of one recording, by unit: root mean square difference of trials that repeat
+            one another, over sqrt(2); empty without repeats.
+        resolution: step of the readings, by unit that shows one.
     """
 
     dataset: Dataset
@@ -270,6 +273,7 @@ class Diagnosis:
     residual: Mapping[str, Remainder] = field(default_factory=dict)
     corrections: tuple[Cause, ...] = ()
     repeatability: Mapping[str, float] = field(default_factory=dict)
+    resolution: Mapping[str, float] = field(default_factory=dict)
     provenance: Provenance = Provenance()
 
     @property

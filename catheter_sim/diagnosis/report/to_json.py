@@ -34,6 +34,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         "noise_floor": head.noise_floor,
         "repeatability": dict(diagnosis.repeatability),
+        "resolution": dict(diagnosis.resolution),
         "heldout": _heldout(head),
         "tip_mm": tip_mm(diagnosis),
         "causes": _causes(diagnosis.causes),

@@ -14,6 +14,7 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.base_frame.registration import Registration
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, measured_of
+from catheter_sim.diagnosis.fitting.noise import times_noise
 from catheter_sim.diagnosis.fitting.prediction import robot_with
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.stretches import blocks_of
@@ -117,7 +118,7 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
         problem=replace(posed.train, trials=trials),
         registration=posed.registration,
         twin=prepared.twin,
-        misfit=max(size / max(before.noise.get(unit, 0.0), 1e-12) for unit, size in sizes.items()),
+        misfit=max(times_noise(size, before.noise.get(unit, 0.0)) for unit, size in sizes.items()),
         relative_error=max(size / max(spread[unit], 1e-12) for unit, size in sizes.items()),
         notes=tuple(note for note in dataset.notes if note.code == LEFT_OUT),
         choice=choice,

@@ -12,6 +12,7 @@ from catheter_sim.diagnosis.base_frame.move import registered
 from catheter_sim.diagnosis.base_frame.registration import unmoved
 from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings
 from catheter_sim.diagnosis.data.parting import split
+from catheter_sim.diagnosis.data.resolution import resolution_of, rounding_of
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, measured_of
 from catheter_sim.diagnosis.since.baseline import Baseline, by_unit, smooth_errors
 from catheter_sim.diagnosis.since.pairing import Pairs, paired
@@ -47,7 +48,8 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
     Raises:
         InputError: the two are not recordings of the same outputs.
     """
-    readings, frozen = without_frozen_readings(registered(dataset, base.registration))
+    rounded = replace(dataset, resolution=resolution_of(dataset))
+    readings, frozen = without_frozen_readings(registered(rounded, base.registration))
     if tuple(dataset.output_channels) != base.columns:
         raise InputError(
             f"{dataset.folder}: measures {', '.join(dataset.output_channels)}; the earlier recording "
@@ -65,7 +67,7 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
         robot=base.robot,
         trials=trials,
         calibration=(),
-        repeatability=_repeatability(base, pairs, smooth, _measured_rows(readings)),
+        repeatability=_repeatability(base, pairs, smooth, readings),
         model_share=MODEL_SHARE if base.misfit > NEAR_NOISE else 0.0,
     )
     train, heldout = split(made)
@@ -91,13 +93,14 @@ def _measured_rows(dataset: Dataset) -> list[np.ndarray]:
 
 
 def _repeatability(
-    base: Baseline, pairs: Sequence[Pairs], smooth: Sequence[Array], measured: Sequence[np.ndarray]
+    base: Baseline, pairs: Sequence[Pairs], smooth: Sequence[Array], readings: Dataset
 ) -> dict[str, float]:
     """Return by how much the later recording would differ where nothing changed, by unit.
 
     Of rows that pair with several, the scatter of these; else what the smooth error leaves of the earlier
-    recording, at least its noise.
+    recording, at least its noise. No less than what rounding leaves of both.
     """
+    measured = _measured_rows(readings)
     spread = np.concatenate([item.spread for item in pairs])
     scatter = by_unit(base.columns, np.sqrt(spread))
     own = smooth_errors(base, replace(base.problem, trials=_unmeasured_of(base), every=1))
@@ -107,13 +110,15 @@ def _repeatability(
     whole = np.concatenate(
         [np.isfinite(item.error[mine]).all(axis=1) for item, mine in zip(pairs, measured, strict=True)]
     )
-    if whole.all():
-        return dict(scatter)
-    share = float(whole.mean())
-    return {
-        unit: float(np.sqrt(share * scatter.get(unit, 0.0) ** 2 + (1.0 - share) * value**2))
-        for unit, value in left.items()
-    }
+    found = dict(scatter)
+    if not whole.all():
+        share = float(whole.mean())
+        found = {
+            unit: float(np.sqrt(share * scatter.get(unit, 0.0) ** 2 + (1.0 - share) * value**2))
+            for unit, value in left.items()
+        }
+    first, second = (rounding_of(base.columns, resolution_of(item)) for item in (base.dataset, readings))
+    return {unit: max(size, float(np.hypot(first[unit], second[unit]))) for unit, size in found.items()}
 
 
 def _without(trial: Trial, columns: Sequence[str], error: Array) -> Trial:

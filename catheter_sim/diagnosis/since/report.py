@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
+from catheter_sim.diagnosis.notes import Attempts
+from catheter_sim.diagnosis.pipeline import model_of
 from catheter_sim.diagnosis.report.headline_numbers import heldout_error
 from catheter_sim.diagnosis.report.html import Head, sentence
 from catheter_sim.diagnosis.report.provenance import stamped
@@ -18,9 +21,7 @@ from catheter_sim.diagnosis.since.compare import CHANGED, UNCHANGED, Comparison
 from catheter_sim.diagnosis.since.mass import HOLDS_IF, mass_of
 from catheter_sim.diagnosis.since.series import Series
 from catheter_sim.diagnosis.since.series_report import series_document, write_series
-from catheter_sim.effects.apply import embodied
 from catheter_sim.files import check_output_folder
-from catheter_sim.modelling.build import build_mjcf
 
 ASKS: Mapping[str, str] = {
     CHANGED: "Look at the robot for what changed. Go on with robot.toml, the robot of the later recording.",
@@ -117,12 +118,18 @@ def write_comparison(found: Comparison, folder: str | os.PathLike[str], series: 
     Raises:
         InputError: the folder cannot be made or written.
     """
+    attempt = Attempts()
     found = replace(found, diagnosis=stamped(found.diagnosis))
-    actuation = found.diagnosis.dataset.trials[0].inputs.actuation
-    model = build_mjcf(embodied(found.diagnosis.extended_robot), actuation)
     if series is not None:
         target = check_output_folder(folder)
         target.mkdir(parents=True, exist_ok=True)
-        write_series(series, target)
-    document = comparison_document(found, series)
-    write_results(found.diagnosis, folder, model, document, comparison_head(found))
+        attempt("The series of recordings", partial(write_series, series, target), lambda: None)
+    diagnosis = found.diagnosis
+    document = attempt(
+        "What changed, in diagnosis.json,",
+        lambda: comparison_document(found, series),
+        lambda: to_json(diagnosis) | {"verdict": found.verdict},
+    )
+    head = attempt("The sentence at the head", lambda: comparison_head(found), lambda: None)
+    model = attempt("model.xml", lambda: model_of(diagnosis), str)
+    write_results(diagnosis, folder, model, document, head, attempt)

@@ -18,7 +18,9 @@ from catheter_sim.diagnosis.fitting.fit import fit
 from catheter_sim.diagnosis.fitting.intervals import cause_intervals
 from catheter_sim.diagnosis.fitting.problem import Term
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
+from catheter_sim.diagnosis.notes import Attempts
 from catheter_sim.diagnosis.report.result import DATA_SUSPECT, FittedParameter
+from catheter_sim.diagnosis.report.write import with_notes
 from catheter_sim.diagnosis.since.baseline import Baseline, baseline
 from catheter_sim.diagnosis.since.compare import Comparison, change_of, check_pair, compared
 from catheter_sim.diagnosis.since.course import Course, course_of
@@ -104,6 +106,7 @@ def compare_series(
             check_pair(first, dataset)
     with running(place, progress, budget_s) as run:
         begun = time.monotonic()
+        attempt = Attempts()
         bases: dict[bool, Baseline] = {}
         found: list[tuple[Baseline, Differences]] = []
         comparisons = []
@@ -118,9 +121,18 @@ def compare_series(
         if len(later) == 1 and not first.is_of_report and (suspect or found[0][0].misfit > NEAR_NOISE):
             more = replace(run, deadline=min(run.deadline, _soon_after(begun)))
             same = None if paired else OneRobot(found[0][0], after, found[0][1])
-            comparisons[0] = told_best(more, first.dataset, after, comparisons[0], same, simulation)
-        numbers = _numbers(found, comparisons) if len(later) > 1 else ()
-    return Series(tuple(comparisons), tuple(numbers))
+            told = comparisons[0]
+            comparisons[0] = attempt(
+                "What other ways to compare say",
+                lambda: told_best(more, first.dataset, after, told, same, simulation),
+                lambda: told,
+            )
+        numbers: tuple[NumberOverTime, ...] = ()
+        if len(later) > 1:
+            numbers = attempt("How numbers went", lambda: tuple(_numbers(found, comparisons)), lambda: ())
+    last = comparisons[-1]
+    comparisons[-1] = replace(last, diagnosis=with_notes(last.diagnosis, attempt))
+    return Series(tuple(comparisons), numbers)
 
 
 def _soon_after(begun: float) -> float:

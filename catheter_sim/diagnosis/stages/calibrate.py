@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from catheter_sim.diagnosis.fitting.evidence import residual_series
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.noise import noise_floor, repeat_noise, white_noise
+from catheter_sim.diagnosis.fitting.noise import least_noise, noise_floor, repeat_noise, residual_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.stages.pose import Posed
 
@@ -34,8 +33,11 @@ def calibrate(posed: Posed) -> Calibrated:
 def noise_beside(train: Problem, result: Fit) -> dict[str, float]:
     """Return the noise of each unit: from repeats, and from what is white in a hypothesis's residuals.
 
-    Of the training trials alone: where one trial was cut, its held-out part runs through all of its rows.
+    It is no less than what the readings' resolution leaves. Of the training trials alone: where one trial was
+    cut, its held-out part runs through all of its rows.
     """
-    white = white_noise(residual_series(train, result))
-    found = noise_floor(white, repeat_noise(train.trials, train.columns))
-    return {unit: max(value, train.repeatability.get(unit, 0.0)) for unit, value in found.items()}
+    found = noise_floor(residual_noise(train, result), repeat_noise(train.trials, train.columns))
+    least = least_noise(train)
+    return {
+        unit: max(value, least[unit], train.repeatability.get(unit, 0.0)) for unit, value in found.items()
+    }

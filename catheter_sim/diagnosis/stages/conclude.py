@@ -64,6 +64,22 @@ class Conclusion:
     notes: tuple[Note, ...]
 
 
+def concluded_plainly(
+    posed: Posed, before: Calibrated, settled: Settled, examined: Examined, scores: Scores, verdict: Verdict
+) -> Conclusion:
+    """Return the reported hypothesis with its figures and nothing else, where the rest could not be told."""
+    shown, by_unit = verdict.shown, settled.weighed.by_unit
+    ordered = by_probability(settled.weighed.causes, scores.beliefs)
+    if not verdict.corrects:
+        ordered, by_unit = (), settled.scales.held_out(shown)
+    causes = tuple(cause for cause in ordered if cause.name in verdict.established)
+    corrections = tuple(cause for cause in ordered if cause not in causes)
+    trials = (*posed.train.trials, *posed.heldout.trials)
+    fits = trial_fits(posed.train, trials, before.fit, shown)
+    structure = examined.structure
+    return Conclusion(shown, dict(by_unit), causes, corrections, (), (), (), fits, structure, {}, {}, ())
+
+
 def conclude(
     posed: Posed,
     before: Calibrated,

@@ -12,6 +12,7 @@ from catheter_sim.diagnosis.causes.again import equals_of
 from catheter_sim.diagnosis.causes.heldout_choice import also_equal_on_heldout, choose_on_heldout
 from catheter_sim.diagnosis.causes.weighing import Scales, Weighed, weigh, with_shares, without_soaking
 from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.noise import times_noise
 from catheter_sim.diagnosis.fitting.problem import Term
 from catheter_sim.diagnosis.report.result import Cause
 from catheter_sim.diagnosis.stages.calibrate import Calibrated, noise_beside
@@ -48,6 +49,15 @@ class Settled:
         return (*self.weighed.after.terms, *(Term(item.name, tuple(item.parameters)) for item in self.soaked))
 
 
+def nothing_settled(run: Run, posed: Posed, before: Calibrated) -> Settled:
+    """Return the calibrated model without causes, where none could be decided on."""
+    train, heldout = posed.train, posed.heldout
+    by_unit = held_out(train, heldout, before.fit, before.fit, before.noise)
+    unit = max(by_unit, key=lambda name: times_noise(by_unit[name].rmse_after, by_unit[name].noise_floor))
+    scales = Scales(train, heldout, before.fit, before.noise, unit, posed.thorough, run.pool)
+    return Settled(scales, Weighed(before.fit, by_unit, ()), (), ())
+
+
 def decide_on_heldout(run: Run, posed: Posed, before: Calibrated, choice: Choice) -> Settled:
     """Return what the held-out trials leave of the chosen causes."""
     train, heldout = posed.train, posed.heldout
@@ -56,7 +66,7 @@ def decide_on_heldout(run: Run, posed: Posed, before: Calibrated, choice: Choice
     )
     noise = noise_beside(train, after)
     by_unit = held_out(train, heldout, before.fit, after, noise)
-    unit = max(by_unit, key=lambda name: by_unit[name].rmse_after / max(by_unit[name].noise_floor, 1e-12))
+    unit = max(by_unit, key=lambda name: times_noise(by_unit[name].rmse_after, by_unit[name].noise_floor))
     run.say("testing the causes on held-out data")
     scales = Scales(train, heldout, before.fit, noise, unit, posed.thorough, run.pool)
     return with_plausible_causes(

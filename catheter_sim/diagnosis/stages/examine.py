@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from catheter_sim.diagnosis.fitting.noise import times_noise
 from catheter_sim.diagnosis.report.result import StructureTest, TrialFit, UnitResult
 from catheter_sim.diagnosis.residuals.coordinates import STAGES
 from catheter_sim.diagnosis.residuals.structure import structure_tests
@@ -44,12 +45,12 @@ class Examined:
     @property
     def times_before(self) -> float:
         """Return the largest held-out error without causes over the noise, of any unit."""
-        return max(item.rmse_before / max(item.noise_floor, 1e-12) for item in self.by_unit.values())
+        return max(times_noise(item.rmse_before, item.noise_floor) for item in self.by_unit.values())
 
     @property
     def times_after(self) -> float:
         """Return the same of the hypothesis."""
-        return max(item.rmse_after / max(item.noise_floor, 1e-12) for item in self.by_unit.values())
+        return max(times_noise(item.rmse_after, item.noise_floor) for item in self.by_unit.values())
 
 
 def examine(posed: Posed, before: Calibrated, settled: Settled) -> Examined:
@@ -67,3 +68,10 @@ def examine(posed: Posed, before: Calibrated, settled: Settled) -> Examined:
         most_error_remains(told, share),
         harms(posed.heldout, before.fit, weighed.after, settled.scales.noise),
     )
+
+
+def examined_plainly(posed: Posed, before: Calibrated, settled: Settled) -> Examined:
+    """Return the series alone, where the rest could not be found."""
+    trials = (*posed.train.trials, *posed.heldout.trials)
+    fits = trial_fits(posed.train, trials, before.fit, settled.weighed.after)
+    return Examined(fits, dict.fromkeys(STAGES, ()), settled.weighed.by_unit, None, False, ())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, IMPROVED
+from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, IMPROVED, UNEXPLAINED
 from catheter_sim.diagnosis.stages.calibrate import Calibrated
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
 from catheter_sim.diagnosis.stages.examine import Examined
@@ -46,7 +46,7 @@ def judge(
     more = examined.remainder is not None or examined.much_left
     if faults.found:
         return Verdict(DATA_SUSPECT, before.fit, more_is_wrong=more)
-    likely = tuple(name for name in after.causes if scores.beliefs.groups[name] >= ESTABLISHED)
+    likely = tuple(name for name in after.causes if scores.beliefs.groups.get(name, 0.0) >= ESTABLISHED)
     name = verdict_of(
         posed.train,
         before.fit,
@@ -60,3 +60,8 @@ def judge(
     if not found.corrects:
         return found
     return Verdict(name, after, likely if name == CAUSE_FOUND else (), more)
+
+
+def unjudged(before: Calibrated, faults: Faults) -> Verdict:
+    """Return the verdict that names nothing, where no other could be worked out."""
+    return Verdict(DATA_SUSPECT if faults.found else UNEXPLAINED, before.fit)

@@ -12,6 +12,11 @@ from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.stages.run import Run
 
 
+def nothing_planned() -> NextExperiment:
+    """Return what is said where no experiment could be planned."""
+    return NextExperiment("No next experiment could be planned.")
+
+
 def plan_next_experiment(run: Run, posed: Posed, conclusion: Conclusion, simulation: bool) -> NextExperiment:
     """Return what to measure next, tried in the twin, and in the simulation if `simulation`."""
     run.say("looking for what to measure next")

@@ -11,10 +11,10 @@ from catheter_sim.diagnosis.base_frame.numbers import frame_numbers
 from catheter_sim.diagnosis.base_frame.registration import Registration
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.nuisance import Nuisance, nuisances_of
+from catheter_sim.diagnosis.data.resolution import resolution_of
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, measured_of
-from catheter_sim.diagnosis.fitting.evidence import residual_series
 from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.noise import white_noise
+from catheter_sim.diagnosis.fitting.noise import residual_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.twins import twin_of
 from catheter_sim.diagnosis.report.result import DataFault
@@ -88,6 +88,7 @@ def training_problem(
         twin=twin,
         moving=dataset.motion.moving,
         repeatability=dataset.repeatability,
+        resolution=resolution_of(dataset),
         model_share=dataset.model_share,
     )
     spread: dict[str, float] = {}
@@ -95,7 +96,7 @@ def training_problem(
         values = np.concatenate([measured_of(trial, columns)[:, index] for trial in train])
         spread[unit_of(name)] = max(spread.get(unit_of(name), 0.0), float(np.nanstd(values)), 1e-9)
     problem = replace(problem, weight=np.array([spread[unit_of(name)] for name in columns]))
-    noise = white_noise(residual_series(problem, fit(problem, (), cross_validate=False)))
+    noise = residual_noise(problem, fit(problem, (), cross_validate=False))
     weight = [
         max(noise.get(unit_of(name), 0.0), SMALLEST_WEIGHT_SHARE * spread[unit_of(name)]) for name in columns
     ]

@@ -13,6 +13,7 @@ from catheter_sim.diagnosis.base_frame.register import register
 from catheter_sim.diagnosis.base_frame.registration import Registration, unmoved
 from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings, without_old_readings
 from catheter_sim.diagnosis.data.parting import split
+from catheter_sim.diagnosis.data.resolution import resolution_of
 from catheter_sim.diagnosis.data.same_readings import without_copies
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.data_faults.copied import copied_rows
@@ -50,7 +51,7 @@ class Prepared:
 
 def prepare(dataset: Dataset) -> Prepared:
     """Return a data set as it can be fitted."""
-    single, twice, copies = without_copies(dataset)
+    single, twice, copies = without_copies(replace(dataset, resolution=resolution_of(dataset)))
     faults = copied_rows(single.trials, copies)
     new, old = without_old_readings(single)
     readings, frozen = without_frozen_readings(new)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -21,7 +22,8 @@ from catheter_sim.diagnosis.verdict.evidence import (
     evidence,
     one_unlisted_form,
 )
-from catheter_sim.diagnosis.verdict.probabilities import Beliefs, beliefs
+from catheter_sim.diagnosis.verdict.probabilities import NONE, OUTSIDE, Beliefs, beliefs
+from catheter_sim.effects import EFFECTS
 
 
 @dataclass(frozen=True)
@@ -70,3 +72,8 @@ def score_hypotheses(
         unlisted = one_unlisted_form(train, heldout, hypotheses, names)
     believed = beliefs(found, tuple(cause.name for cause in settled.soaked))
     return Scores(hypotheses, believed, as_numbers(found), unlisted)
+
+
+def unscored() -> Scores:
+    """Return what is known where hypotheses could not be scored: no probability of anything."""
+    return Scores((), Beliefs(dict.fromkeys((*EFFECTS, NONE, OUTSIDE), math.nan), {}, {}), {})

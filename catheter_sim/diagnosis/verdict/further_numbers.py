@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from catheter_sim.diagnosis.data.columns import TIP
 from catheter_sim.diagnosis.fitting.evidence import tip_errors
 from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.fitting.noise import times_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.result import Cause, TrialFit, UnitResult
@@ -49,7 +50,7 @@ def doubts(causes: Sequence[Cause], by_unit: Mapping[str, UnitResult]) -> list[N
     """Return doubts about the causes: a note for each unit in which much error is left."""
     notes = []
     for unit, result in by_unit.items():
-        times = result.rmse_after / max(result.noise_floor, 1e-12)
+        times = times_noise(result.rmse_after, result.noise_floor)
         if causes and times > DOUBT_NOISE:
             said = (
                 f"The remaining error [{unit}] is {times:.0f} times the row-to-row noise. Most of it is "

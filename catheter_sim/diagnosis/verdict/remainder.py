@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.fitting.noise import times_noise
 from catheter_sim.diagnosis.report.result import Remainder, TrialFit, UnitResult
 from catheter_sim.diagnosis.residuals.structure import structure_tests
 
@@ -23,6 +24,6 @@ def remainders(
     for unit, result in by_unit.items():
         tests = structure_tests(dataset, fits, unit, "after")
         strong = sorted((item for item in tests if item.significant), key=lambda item: -item.share_percent)
-        times = result.rmse_after / max(result.noise_floor, 1e-300)
+        times = times_noise(result.rmse_after, result.noise_floor)
         found[unit] = Remainder(times, tuple(item.name for item in strong))
     return found

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from catheter_sim.diagnosis.fitting.evidence import residual_series
+from catheter_sim.diagnosis.fitting.evidence import gain_percent, residual_series
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.noise import is_white
+from catheter_sim.diagnosis.fitting.noise import is_white, times_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.result import (
@@ -61,7 +61,7 @@ def verdict_of(
     holds = bool(after.terms) and not harmful and any(gains_surely(item) for item in by_unit.values())
     if holds and established:
         return CAUSE_FOUND
-    times = max(result.rmse_before / max(result.noise_floor, 1e-12) for result in by_unit.values())
+    times = max(times_noise(result.rmse_before, result.noise_floor) for result in by_unit.values())
     white = not structured and all(is_white(series) for series in residual_series(problem, before).values())
     if times <= (ROUGH_NOISE if white else NEAR_NOISE):
         return NO_DISCREPANCY
@@ -123,8 +123,8 @@ def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None) -
         left: on what the rest depends; None: on nothing, but there is too much of it.
     """
     names = ", ".join(name.replace("_", " ") for name in after.causes)
-    times = result.rmse_after / max(result.noise_floor, 1e-300)
-    what = f"it is {100.0 * result.rmse_after / max(result.rmse_before, 1e-300):.0f} % of the error before"
+    times = times_noise(result.rmse_after, result.noise_floor)
+    what = f"it is {100.0 - gain_percent(result.rmse_before, result.rmse_after):.0f} % of the error before"
     if left is not None:
         what = f"{left.share_percent:.0f} % of it depends on {TESTS[left.name]} ({left.coordinate})"
     verb = "lower" if result.rmse_after < result.rmse_before else "raise"
