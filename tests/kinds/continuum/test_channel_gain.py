@@ -18,6 +18,7 @@ from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
 from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
 from catheter_sim.effects.steps import Commands
+from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.errors import InputError
 from catheter_sim.exporting.causes import EXACT, find_causes
@@ -229,7 +230,7 @@ def test_a_motors_tendons_lengthen_one_by_one() -> None:
 
 
 @pytest.mark.slow
-def test_an_exported_file_carries_slack() -> None:
+def test_files_and_environments_carry_slack() -> None:
     """It is in the model that is built, as the length at which a tendon begins to pull."""
     robot = with_effects(with_motors(), {"backlash": {"slack_mm": 0.8}})
     (cause,) = find_causes(robot)
@@ -238,6 +239,8 @@ def test_an_exported_file_carries_slack() -> None:
     plain, slack = (mujoco.MjModel.from_xml_string(text) for text in texts)
     longer = (slack.actuator_biasprm - plain.actuator_biasprm)[:, 0] / plain.actuator_gainprm[:, 0]
     np.testing.assert_allclose(longer, -0.8e-3, rtol=1e-6)
+    stepped = Plant(robot, None, (0.0, 0.0, 0.0)).simulator.model
+    np.testing.assert_allclose(stepped.actuator_biasprm, slack.actuator_biasprm, rtol=1e-9)
 
 
 def test_coupling_reaches_both_tendons_of_a_motor() -> None:
