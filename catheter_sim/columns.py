@@ -98,8 +98,17 @@ def write_columns(
         R_w: the tip's orientation, shape (..., 3, 3); None where none is shown.
         joint_angles: gives the joints' angles, shape (..., j) [rad]; asked only where a column shows them.
         tension: at the actuators, shape (..., t) [N].
+
+    Raises:
+        ValueError: a column is left that nothing fills.
     """
-    result = np.empty((*tension.shape[:-1], len(shown.columns)))
+    result = np.full((*tension.shape[:-1], len(shown.columns)), np.nan)
+    filled = {*shown.coordinates[0].tolist()}
+    for places in (shown.quaternion if R_w is not None else (), shown.joints, shown.angles, shown.tensions):
+        filled.update(place for place, _ in places)
+    if len(filled) < len(shown.columns):
+        missing = [name for place, name in enumerate(shown.columns) if place not in filled]
+        raise ValueError(f"nothing fills the columns {', '.join(missing)}")
     at, point, axis = shown.coordinates
     if len(at):
         result[..., at] = p_w[..., point, axis] * 1e3

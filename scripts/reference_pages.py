@@ -69,7 +69,12 @@ _ORDER = """
 their own (`play_mm`) behind it. Two plays in a row do what one of the summed width does. Whether `backlash`
 or `coupling` comes first matters only where both are set: with a width of 0.4 mm and a share of 0.2 of the
 distal displacement, in a loop of 3 mm, it moves the tip of `mitral_4dof` by 1.0 mm and the distal torsion of
-`mitral_transseptal` by 0.9 deg; without `coupling` it moves nothing (2e-8 mm in the simulation)."""
+`mitral_transseptal` by 0.9 deg; without `coupling` it moves nothing (2e-8 mm in the simulation).
+
+The form `slack` of `backlash` is there for the bending pairs of catheters, and for a robot of your own whose
+channel pulls one tendon and lets another out (`channel_gain` below zero). There `slack_mm` is by how much
+each tendon is too long, and `slack_<channel>_mm` the same of one of several channels. It adds to the
+tendons' own `slack_mm` in the robot's file."""
 _PYTHON = """\
 # Names in Python
 

@@ -97,3 +97,15 @@ def test_an_orientation_that_is_missing_has_no_quaternion() -> None:
     values = write_columns(shown, np.zeros((3, 1, 3)), R_w, lambda: np.zeros((3, 0)), np.zeros((3, 2)))
     assert values[[0, 2], 0].tolist() == [1.0, 1.0]
     assert np.isnan(values[1, 0])
+
+
+def test_a_column_that_nothing_fills_is_refused() -> None:
+    """An orientation that was not worked out, and a name that no part of the robot has."""
+    robot = load_robot("neuroendoscope_section")
+    for columns, missing in (
+        (("tip_x_mm", "tip_qx"), "tip_qx"),
+        (("tip_x_mm", "tip_roll_deg"), "tip_roll_deg"),
+    ):
+        shown = shown_by(robot, columns)
+        with pytest.raises(ValueError, match=f"nothing fills the columns {missing}$"):
+            write_columns(shown, np.zeros((3, 1, 3)), None, lambda: np.zeros((3, 30)), np.zeros((3, 2)))

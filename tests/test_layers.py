@@ -45,10 +45,7 @@ UPWARD: dict[str, set[str]] = {
 }
 
 # Still permitted: files of more than 500 lines.
-LONG_FILES: set[str] = {
-    "diagnosis/thresholds.py",
-    "kinds/notched_tube/theory/kernel.py",
-}
+LONG_FILES: set[str] = {"diagnosis/thresholds.py"}
 
 
 def name_of(path: Path) -> str:
@@ -142,8 +139,9 @@ def test_nobody_compares_an_actuation() -> None:
 
 
 def test_files_are_short_enough() -> None:
-    """At most 500 lines."""
+    """At most 500 lines, but for some that are named and there."""
     long = {name_of(path): len(path.read_text().splitlines()) for path in FILES}
+    assert set(long) >= LONG_FILES
     assert {name for name, lines in long.items() if lines > 500} <= LONG_FILES
 
 

@@ -12,12 +12,14 @@ from catheter_sim.blind_bench.elsewhere import Diagnose, diagnose_elsewhere, dia
 from catheter_sim.blind_bench.folders import write_draw
 from catheter_sim.blind_bench.make import make
 from catheter_sim.blind_bench.makers import CannotMake
+from catheter_sim.blind_bench.nature.code import judging_code
 from catheter_sim.blind_bench.places import ANSWER, Folders, keep_settings, read_json, write_json
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 from catheter_sim.blind_bench.score import score
 from catheter_sim.blind_bench.table import NOT_MADE
 
 RUN = "run.json"
+CODE = "code.json"  # beside the answer: the digest of the code that made the draw and goes on with it
 
 
 def run_draw(
@@ -28,20 +30,21 @@ def run_draw(
     limit_s: float = 900.0,
     diagnose: Diagnose = diagnose_elsewhere,
 ) -> dict[str, Any]:
-    """Return the score of one draw, made unless its file is there and whole.
+    """Return the score of one draw, made unless its file is there, whole, and of this code.
 
-    Data, once whole, and a diagnosis, once ended, are not made again either.
+    Data, once whole, and a diagnosis, once ended, are not made again by the same code either.
     """
-    folders = Folders(root, index)
+    folders, code = Folders(root, index), judging_code()
     known = read_json(folders.score)
-    if known is not None:
+    if known is not None and known.get("code") == code:
         return dict(known)
-    if read_json(folders.answer / ANSWER) is None:
+    if read_json(folders.answer / CODE) != code or read_json(folders.answer / ANSWER) is None:
         folders.clear()
+        write_json(code, folders.answer / CODE)
         try:
             write_draw(make(seed, index, robots), folders)
         except CannotMake as error:
-            result = _not_made(seed, index, robots, str(error))
+            result = _not_made(seed, index, robots, str(error)) | {"code": code}
             write_json(result, folders.score)
             return result
     run = read_json(folders.found / RUN)
@@ -50,7 +53,7 @@ def run_draw(
         folders.found.mkdir(parents=True)
         run = diagnosed(folders, limit_s, diagnose)
         write_json(run, folders.found / RUN)
-    result = score(folders, run)
+    result = score(folders, run) | {"code": code}
     write_json(result, folders.score)
     return result
 

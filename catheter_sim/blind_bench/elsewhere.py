@@ -8,8 +8,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from pathlib import Path
 from threading import Thread
@@ -96,14 +97,27 @@ def run_all(
             scores.append(one(*item))
             on_score(scores[-1])
         return scores
-    # Read by the workers' libraries when they start: threads would only stand in one another's way.
-    os.environ.update({name: os.environ.get(name, "1") for name in _THREADS})
-    with ProcessPoolExecutor(jobs, get_context("spawn"), end_with_parent) as pool:
+    with _few_threads(), ProcessPoolExecutor(jobs, get_context("spawn"), end_with_parent) as pool:
         futures = [pool.submit(one, *item) for item in arguments]
         for future in as_completed(futures):
             if future.exception() is None:  # a fault of one draw is raised when the others are done
                 on_score(future.result())
         return [future.result() for future in futures]
+
+
+@contextmanager
+def _few_threads() -> Iterator[None]:
+    """Let processes that start in the meantime use one thread each, unless the environment says how many.
+
+    Their libraries read it as they start: threads would only stand in one another's way.
+    """
+    added = [name for name in _THREADS if name not in os.environ]
+    os.environ.update(dict.fromkeys(added, "1"))
+    try:
+        yield
+    finally:
+        for name in added:
+            os.environ.pop(name, None)
 
 
 def end_with_parent() -> None:

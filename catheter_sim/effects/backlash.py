@@ -17,7 +17,7 @@ from catheter_sim.effects._channels import (
     in_si,
     scale_of,
 )
-from catheter_sim.effects._places import added_at, places
+from catheter_sim.effects._places import added_at, groups_at, places
 from catheter_sim.mechanics.play import play, play_step
 
 _THROUGH = "soft_through"
@@ -66,7 +66,8 @@ def _soft(robot: RobotSpec) -> tuple[Parameter, ...]:
 
 
 def _slack(robot: RobotSpec) -> tuple[Parameter, ...]:
-    return tuple(_parameter(robot, item.parameter) for item in places(robot, Role.SLACK))
+    names = dict.fromkeys(item.parameter for item in places(robot, Role.SLACK))
+    return tuple(_parameter(robot, name) for name in names)
 
 
 @dataclass(frozen=True)
@@ -148,9 +149,11 @@ EFFECT = Effect(
         ),
         Form(
             name="slack",
-            equation="a pair draws sign(u) * max(|u| - slack, 0); its elastic return leaves no loop",
+            equation="each tendon is too long by slack: a pair draws sign(u) * max(|u| - slack, 0); "
+            "its elastic return leaves no loop",
             stage=Stage.SPECIFICATION,
             parameters=_slack,
+            groups=lambda robot: groups_at(robot, Role.SLACK),
             specify=lambda robot, values: added_at(robot, Role.SLACK, values),
         ),
     ),

@@ -101,10 +101,12 @@ def _pairs(robot: RobotSpec) -> Array:
 
     NaN for what else drives a joint: no tendon of it lengthens.
     """
-    slack = {item.key for item in places(robot, Role.SLACK)}
-    if not slack:
+    lengths = {item.key for item in places(robot, Role.TENDON_LENGTH)}
+    if not lengths:
         return np.zeros(len(robot.tendons))
-    return np.array([1.0 if f"tendons.{item.name}.slack_mm" in slack else np.nan for item in robot.tendons])
+    return np.array(
+        [1.0 if f"tendons.{item.name}.length_mm" in lengths else np.nan for item in robot.tendons]
+    )
 
 
 def _arriving(rows: Array, most: Array, least: Array, pairs: Array) -> Array:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from catheter_sim.core.posture import Array
@@ -85,8 +83,9 @@ def _toward(env: TipEnv, level: Array, way: Array, slopes: Array) -> Action:
     return (change_toward(way, slopes, env.length_m, least, most) / largest).astype(np.float32)
 
 
-@lru_cache(maxsize=1)
 def _planned_bends(plant: Plant, target_m: tuple[float, ...]) -> Array:
     """Return the bends with which the frictionless robot is at the target, shape (*b) [rad, m]."""
-    level = frictionless_level(plant, np.array(target_m))
-    return plant.quick.reach(level[np.newaxis], plant.rest_bends)[1][0]
+    if plant.planned is None or plant.planned[0] != target_m:
+        level = frictionless_level(plant, np.array(target_m))
+        plant.planned = target_m, plant.quick.reach(level[np.newaxis], plant.rest_bends)[1][0]
+    return plant.planned[1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -41,6 +42,8 @@ class Plant:
         inertial: it moves as its masses and its own damping let it.
         carriage: where the base is held, from where it stands in the model: the joints of `Surroundings`,
             shape (c,) [m, rad].
+        hinges: of every joint that bends its number, its place among the bends, and how many share that.
+        planned: the last target for which a controller asked, and the bends that it found; None: none yet.
     """
 
     def __init__(
@@ -103,11 +106,16 @@ class Plant:
         self.sees_the_past = remembers_what_was_seen(self.specified)
         self.segment_length = self.quick.segment_length
         self._bend_of = np.zeros((*self.quick.bend_unit.shape, self.simulator.model.nq))
+        places: dict[int, tuple[int, ...]] = {}
         for index in range(self.simulator.model.njnt):
             joint = self.simulator.model.joint(index)
             place = self.quick.bend_of(joint.name)
             if place is not None:
+                places[index] = place
                 self._bend_of[(*place, int(joint.qposadr[0]))] = 1.0
+        counts = Counter(places.values())
+        self.hinges = tuple((index, place, counts[place]) for index, place in places.items())
+        self.planned: tuple[tuple[float, ...], Array] | None = None
         self.rest_bends = self._bend_of @ self.simulator.model.qpos_spring
         self.reset()
 

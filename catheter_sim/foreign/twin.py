@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -44,7 +44,7 @@ class Trial:
     outputs: Array
 
 
-@dataclass
+@dataclass(frozen=True)
 class Runner:
     """Runs a model along trials.
 
@@ -57,18 +57,24 @@ class Runner:
     model: ForeignModel
     settle_s: float = 0.0
     jobs: int = 1
-    _pool: rollout.Rollout | None = field(default=None, init=False, repr=False)
 
     def outputs(self, many: Sequence[Values], trials: Sequence[Trial]) -> list[list[Array]]:
         """Return what each of many sets of numbers gives along each trial: [set][trial] of shape (r, o)."""
         models = [changed(self.model, values) for values in many]
         found: list[list[Array]] = [[] for _ in many]
-        for trial in trials:
-            for index, outputs in enumerate(self._along(models, many, trial)):
-                found[index].append(outputs)
+        with rollout.Rollout(nthread=self.jobs if self.jobs > 1 else 0) as pool:
+            for trial in trials:
+                for index, outputs in enumerate(self._along(pool, models, many, trial)):
+                    found[index].append(outputs)
         return found
 
-    def _along(self, models: Sequence[mujoco.MjModel], many: Sequence[Values], trial: Trial) -> list[Array]:
+    def _along(
+        self,
+        pool: rollout.Rollout,
+        models: Sequence[mujoco.MjModel],
+        many: Sequence[Values],
+        trial: Trial,
+    ) -> list[Array]:
         step_s = float(self.model.simulated.opt.timestep)
         at_s: Array = step_s * np.arange(float(np.ceil(trial.time_s[-1] / step_s)) + 1.0)
         held = round(self.settle_s / step_s)
@@ -76,9 +82,7 @@ class Runner:
         rest = np.repeat(arriving[:, :1], held, axis=1)
         controls = np.concatenate([rest, arriving], axis=1)
         states = np.stack([_at_rest(model) for model in models])
-        _, seen = self._rollout().rollout(
-            list(models), self._datas(models[0]), states, controls, skip_checks=False
-        )
+        _, seen = pool.rollout(list(models), self._datas(models[0]), states, controls, skip_checks=False)
         seen = seen[:, held:, self.model.sensor_places] * self.model.factors
         rows = []
         for own, values in zip(seen, many, strict=True):
@@ -86,11 +90,6 @@ class Runner:
             columns = [np.interp(trial.time_s, at_s, own[:, k]) for k in range(own.shape[1])]
             rows.append(as_tracked(self.model, np.stack(columns, axis=1), values))
         return rows
-
-    def _rollout(self) -> rollout.Rollout:
-        if self._pool is None:
-            self._pool = rollout.Rollout(nthread=self.jobs if self.jobs > 1 else 0)
-        return self._pool
 
     def _datas(self, model: mujoco.MjModel) -> list[mujoco.MjData]:
         return [mujoco.MjData(model) for _ in range(max(self.jobs, 1))]

@@ -3,7 +3,8 @@
 Numba renews what it keeps of a function when the function's own file changes. A kernel that calls another
 file's kernel, or holds another file's constant, would then keep the old one. Here a kernel is kept under a
 hash of its file and of every file of this package that this one imports, directly or not. Trees with the
-same sources share what is kept.
+same sources share what is kept. A tree forgets the oldest of its own states; a state that another tree has
+used within `_USED_DAYS` stays.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import os
 import re
 import shutil
 import tempfile
+import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -23,7 +26,9 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 _SOURCES = Path(__file__).resolve().parents[2]  # the folder in which the package lies
 _PACKAGE = "catheter_sim"
 _IMPORT = re.compile(rf"^\s*from {_PACKAGE}([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
-_KEPT_STATES = 4  # of each file's kernels: what an editor goes back and forth between
+_KEPT_STATES = 4  # of each file's kernels in a tree: what an editor goes back and forth between
+_MARK = ".used-"  # begins the name of an empty file in a state's folder: of a tree, changed when that used it
+_USED_DAYS = 30.0  # after which a tree that has not used a state again has no part in it
 
 
 def store_folders() -> Iterator[Path]:
@@ -83,11 +88,26 @@ def state_of(file: Path) -> str:
     return digest.hexdigest()[:20]
 
 
+def _users(folder: Path) -> dict[str, float]:
+    """Return the trees that use a state, by their marks, and when last; "" where none has marked it."""
+    return {item.name: _changed(item) for item in folder.glob(f"{_MARK}*")} or {"": _changed(folder)}
+
+
+def _changed(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:  # another process has just removed it
+        return 0.0
+
+
 class _Locator(_CacheLocator):
     def __init__(self, folder: Path, file: Path, function: Callable[..., Any]) -> None:
         self._state = state_of(file)
         self._folder = folder / f"{file.parent.name}.{file.stem}-{self._state}"
         self._line = function.__code__.co_firstlineno
+        self._mark = f"{_MARK}{hashlib.sha256(str(_SOURCES).encode()).hexdigest()[:12]}"
+        if self._folder.is_dir():
+            self._use()
 
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _Locator | None:
@@ -100,13 +120,23 @@ class _Locator(_CacheLocator):
         if not self._folder.exists():
             self._forget_old_states()
         self._folder.mkdir(parents=True, exist_ok=True)
+        self._use()
+
+    def _use(self) -> None:
+        with suppress(OSError):  # of another user
+            (self._folder / self._mark).touch()
 
     def _forget_old_states(self) -> None:
-        stem = self._folder.name.rsplit("-", 1)[0]
-        states = [item for item in self._folder.parent.glob(f"{stem}-*") if item.is_dir()]
-        states.sort(key=lambda item: item.stat().st_mtime)
-        for old in states[: max(0, len(states) - _KEPT_STATES + 1)]:
-            shutil.rmtree(old, ignore_errors=True)
+        """Forget the oldest states of this tree, and any that no tree has used for long."""
+        stem, since = self._folder.name.rsplit("-", 1)[0], time.time() - 86400.0 * _USED_DAYS
+        users = {item: _users(item) for item in self._folder.parent.glob(f"{stem}-*") if item.is_dir()}
+        mine = sorted((used[self._mark], item) for item, used in users.items() if self._mark in used)
+        old = {item for _, item in mine[: max(0, len(mine) - _KEPT_STATES + 1)]}
+        for folder, used in users.items():
+            if not any(
+                when > since for mark, when in used.items() if mark != self._mark or folder not in old
+            ):
+                shutil.rmtree(folder, ignore_errors=True)
 
     def get_cache_path(self) -> str:
         return str(self._folder)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Lock
 
 import mujoco
 
@@ -18,6 +19,7 @@ from catheter_sim.mjcf.backend import mjcf
 from catheter_sim.modelling.scene import add_scene
 
 _LOAD_RADIUS_M = 1e-4  # of gyration of a load at the tip: nothing beside its distance from any hinge
+_DEEP = Lock()  # Python's limit of calls within calls is one for all threads: one of them raises it at a time
 _DEEPEST_CALLS = 5000  # a few for each of the 400 links that a robot may have
 
 
@@ -112,9 +114,10 @@ def _follow_by_lag(root: mjcf.RootElement, actuator: mjcf.Element, lag_s: float)
 @contextmanager
 def _deep_enough() -> Iterator[None]:
     """Let Python call itself as deep as a robot's longest row of links: PyMJCF writes one inside another."""
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, _DEEPEST_CALLS))
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(before)
+    with _DEEP:
+        before = sys.getrecursionlimit()
+        sys.setrecursionlimit(max(before, _DEEPEST_CALLS))
+        try:
+            yield
+        finally:
+            sys.setrecursionlimit(before)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from threading import Lock
+
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.modelling.build import build_mjcf
 
 KEPT = 8
 _written: list[tuple[RobotSpec, str, bool, bool, str]] = []  # the newest first
+_lock = Lock()
 
 
 def remembered_mjcf(
@@ -14,9 +17,11 @@ def remembered_mjcf(
 ) -> str:
     """Return `build_mjcf` of the same arguments, from memory where it was among the last `KEPT`."""
     wanted = (robot, actuation or robot.actuation, friction_tails, motion)
-    last = tuple(_written)  # read once: other threads may write
+    with _lock:
+        last = tuple(_written)
     found = next((item for item in last if item[:4] == wanted), None)
     if found is None:
         found = (*wanted, build_mjcf(*wanted))
-    _written[:] = [found, *(item for item in last if item is not found)][:KEPT]
+    with _lock:  # other threads may have written since
+        _written[:] = [found, *(item for item in _written if item is not found)][:KEPT]
     return found[4]

@@ -10,7 +10,7 @@ regression (exact for noise as Gauss has it).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -191,17 +191,17 @@ def sense(
     pushes = _pushes(twin, robot, readings.inputs, noise)
     rng = np.random.default_rng(0)
     shares = {name: rng.uniform(-1.0, 1.0, (_DRAWS, 1, 1)) for name in slopes}
-    drawn = rng.standard_normal((_DRAWS, len(value), len(drives_of(robot, readings.inputs.actuation))))
-    # Readings of a row tell of the causes in all: then all rows are drawn together.
-    size = len(value) if readings.outputs else max(1, _CELLS // (_DRAWS * len(wanted)))
     if readings.outputs and len(value) * len(wanted) > _MOST_TOGETHER:
         most = _MOST_TOGETHER // len(wanted)
         raise InputError(f"with measured outputs at most {most} rows of {len(wanted)} columns; thin them out")
+    drives = len(drives_of(robot, readings.inputs.actuation))
+    noises = _noise_by_rows(pushes, rng, len(value), drives, len(wanted))
+    if readings.outputs:  # readings of a row tell of the causes in all: then all rows are drawn together
+        noises = iter([(range(len(value)), np.concatenate([part for _, part in noises], axis=1))])
     parts = []
-    for first in range(0, len(value), size):
-        rows = range(first, min(first + size, len(value)))
+    for rows, moved in noises:
         draws = {name: shares[name] * slope[rows.start : rows.stop] for name, slope in slopes.items()}
-        draws[_NOISE] = _drawn_noise(pushes, drawn, rows, len(wanted))
+        draws[_NOISE] = moved
         away = np.sum(list(draws.values()), axis=0)
         middle = np.zeros((len(rows), len(wanted)))
         if readings.outputs:
@@ -282,14 +282,37 @@ def _pushes(twin: Prediction, robot: RobotSpec, inputs: Inputs, noise: Noise) ->
     return found
 
 
+def _noise_by_rows(
+    pushes: Sequence[_Push], rng: np.random.Generator, rows: int, drives: int, outputs: int
+) -> Iterator[tuple[range, Array]]:
+    """Yield some rows after the other, and how far draws of the inputs' noise move them, shape (n, r, o)."""
+    size = max(1, _CELLS // (_DRAWS * max(drives, outputs)))
+    before = np.zeros((_DRAWS, 0, drives))
+    for first in range(0, rows, size):
+        some = range(first, min(first + size, rows))
+        drawn = np.concatenate([before, rng.standard_normal((_DRAWS, len(some), drives))], axis=1)
+        yield some, _drawn_noise(pushes, drawn, some, outputs)
+        before = drawn[:, -(REMEMBERED - 1) :].copy()
+
+
 def _drawn_noise(pushes: Sequence[_Push], drawn: Array, rows: range, outputs: int) -> Array:
-    """Return how far draws of the inputs' noise, (n, r, d) in deviations, move the outputs of some rows."""
+    """Return how far the inputs' noise moves the outputs of some rows, shape (n, r, o).
+
+    Args:
+        pushes: what noise does.
+        drawn: noise in deviations, of these rows and of those before that they remember, shape (n, k, d).
+        rows: which rows.
+        outputs: how many columns.
+    """
+    earliest = rows.stop - drawn.shape[1]
     total = np.zeros((len(drawn), len(rows), outputs))
     for push in pushes:
         for place, row in enumerate(rows):
             source = row - (row - push.first) % push.apart
             if source >= 0:
-                away = np.clip(drawn[:, source, push.drive] * push.deviation, *push.room[:, source])
+                away = np.clip(
+                    drawn[:, source - earliest, push.drive] * push.deviation, *push.room[:, source]
+                )
                 total[:, place] += away[:, np.newaxis] * push.gain[row]
     return total
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from threading import Lock
 
 import joblib
 import numpy as np
@@ -30,6 +31,7 @@ _REMEMBERED = 256  # runs, of some 100 kB each
 Asked = tuple[Sequence[RobotSpec], Sequence[Inputs]]  # robots, and what arrives at each
 _Run = tuple[Array, Array, Array, Array]  # p_w (r, k, 3), R_w (r, k, 3, 3), joints (r, j), tension (r, t)
 _runs: OrderedDict[str, _Run] = OrderedDict()
+_runs_lock = Lock()
 
 
 @dataclass(frozen=True)
@@ -67,8 +69,9 @@ class MovingTwin:
             for robot, inputs in zip(robots, arriving, strict=True)
         ]
         names = [str(joblib.hash((*pair, *common), hash_name="sha1")) for pair in pairs]
-        new = {name: pair for name, pair in zip(names, pairs, strict=True) if name not in _runs}
-        runs = {name: _runs[name] for name in names if name in _runs}
+        with _runs_lock:
+            runs = {name: _runs[name] for name in names if name in _runs}
+        new = {name: pair for name, pair in zip(names, pairs, strict=True) if name not in runs}
         tasks = _tasks(new)
         if len(tasks) > 1:
             parallel = joblib.Parallel(batch_size=1)
@@ -168,11 +171,12 @@ def _nothing(robot: RobotSpec, inputs: Inputs, elements: tuple[int, ...], every:
 
 
 def _remember(runs: dict[str, _Run]) -> None:
-    for name, run in runs.items():
-        _runs[name] = run
-        _runs.move_to_end(name)
-    while len(_runs) > _REMEMBERED:
-        _runs.popitem(last=False)
+    with _runs_lock:
+        for name, run in runs.items():
+            _runs[name] = run
+            _runs.move_to_end(name)
+        while len(_runs) > _REMEMBERED:
+            _runs.popitem(last=False)
 
 
 def _stacked(runs: Sequence[_Run]) -> TwinStates:

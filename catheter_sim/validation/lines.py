@@ -36,12 +36,12 @@ class Line:
         analytic: the static model's or reference solver's figure, None where there is none.
         published: the paper's figure, None where there is none.
         kind: what our figure is worth, of `KINDS`.
-
-    Raises:
-        ValueError: an unknown kind, or a tolerance for a figure that is not predicted.
         error: what is judged, in `unit`; largest deviation where whole histories are compared.
         tolerance: the error allowed, None where the line only informs.
         source: where the compared figure comes from.
+
+    Raises:
+        ValueError: an unknown kind, or a tolerance for a figure that is not predicted.
     """
 
     robot: str

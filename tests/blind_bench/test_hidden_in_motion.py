@@ -96,9 +96,13 @@ def test_a_draw_is_written_read_and_not_made_again(tmp_path: Path, monkeypatch: 
     assert [trial.role for trial in read.trials] == ["train", "heldout"]
     assert np.allclose(read.trials[1].inputs.tendon, one.trials[1].tendon)
     assert read.robot == one.robot  # as specified: the lag is in no file
-    run.write_json({"index": 3, "right": True}, tmp_path / "scores" / "draw_003.json")
+    score = {"index": 3, "right": True, "code": run.judging_code()}
+    run.write_json(score, tmp_path / "scores" / "draw_003.json")
     monkeypatch.setattr(run, "drawn", lambda *_: pytest.fail("made again"))
-    assert run.run_draw(1, 3, tmp_path, 2, 0.1, 1, 1.0) == {"index": 3, "right": True}
+    assert run.run_draw(1, 3, tmp_path, 2, 0.1, 1, 1.0) == score
+    monkeypatch.setattr(run, "judging_code", lambda: "other")
+    with pytest.raises(pytest.fail.Exception, match="made again"):
+        run.run_draw(1, 3, tmp_path, 2, 0.1, 1, 1.0)
 
 
 def test_the_seed_decides_the_draw(monkeypatch: pytest.MonkeyPatch) -> None:

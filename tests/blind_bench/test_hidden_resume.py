@@ -76,6 +76,42 @@ def test_scored_draw_is_not_run_again(steps, tmp_path):
     assert steps.counts == (1, 1, 1)
 
 
+def test_a_draw_of_other_code_is_made_again(steps, tmp_path, monkeypatch):
+    """Whole, from its data on; also where that code was stopped on its way."""
+    steps.run(tmp_path)
+    monkeypatch.setattr(bench, "judging_code", lambda: "other")
+    assert steps.run(tmp_path)["code"] == "other"
+    assert steps.counts == (2, 2, 2)
+    steps.killed_in = "score"
+    monkeypatch.setattr(bench, "judging_code", lambda: "third")
+    with pytest.raises(KeyboardInterrupt):
+        steps.run(tmp_path)
+    steps.killed_in = ""
+    monkeypatch.setattr(bench, "judging_code", lambda: "fourth")
+    steps.run(tmp_path)
+    assert steps.counts == (4, 4, 4)
+
+
+def threads() -> dict[str, str | None]:
+    return {name: os.environ.get(name) for name in elsewhere._THREADS}
+
+
+def threads_of_draw(index: int) -> dict[str, str | None]:
+    return threads()
+
+
+@pytest.mark.slow
+def test_workers_alone_are_told_to_use_one_thread(monkeypatch):
+    """What the environment says of its own stays, there and here."""
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
+    before, told = threads(), []
+    (found,) = elsewhere.run_all(threads_of_draw, [(0,)], 2, told.append)
+    assert found == {"OPENBLAS_NUM_THREADS": "3", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+    assert threads() == before
+
+
 @pytest.mark.parametrize(
     ("killed_in", "counts"), [("data", (2, 1, 1)), ("diagnosis", (1, 2, 1)), ("score", (1, 1, 2))]
 )

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from planted import Effects, data_set, displacement_history, pair_history, small_robot
+from planted import Effects, as_inputs, data_set, displacement_history, pair_history, small_robot
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
@@ -109,6 +109,42 @@ def test_a_cause_of_one_form_has_no_other() -> None:
     (cause,) = with_forms(problem, [Cause("stiffness", {}, 100.0)], chosen)
     assert (cause.form, cause.forms_as_good) == ("scale", ())
     assert with_forms(problem, [], chosen) == ()
+
+
+def wheel_data(effects: Effects) -> Dataset:
+    """Return three trials of a wheel that pulls one tendon of the small robot and lets its opposite out."""
+    first = replace(small_robot().tendons[0], channel="wheel")
+    opposite = replace(first, name="opposite", angle_rad=first.angle_rad + np.pi, channel_gain=-1.0)
+    robot = replace(small_robot(), tendons=(first, opposite))
+    swings = [most * np.sin(0.42 * np.arange(24.0)) for most in (2.5e-3, 3.0e-3, 3.5e-3)]
+    histories = [as_inputs(np.stack([way, -way], axis=1), "displacement") for way in swings]
+    columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+    return data_set(robot, "wheel.toml", effects, histories, columns, noise_mm=0.05)
+
+
+@pytest.mark.slow
+def test_slack_is_told_from_play() -> None:
+    """A dead zone about the middle is no loop: from play the search goes to slack, and to its size."""
+    dataset = wheel_data({"backlash": {"slack_mm": 0.8}})
+    problem = training_problem(dataset, split(dataset)[0])
+    found = in_best_forms(problem, fit(problem, (Term("backlash", ("width_mm",)),), cross_validate=False))
+    (cause,) = with_forms(problem, [Cause("backlash", {}, 100.0)], found)
+    assert found.terms == (Term("backlash", ("slack_mm",)),)
+    assert (cause.form, cause.forms_as_good) == ("slack", ())
+    assert found.values["backlash", "slack_mm"] == pytest.approx(0.8, abs=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("planted", "form"), [({"slack_mm": 0.8}, "slack"), ({"width_mm": 0.8}, "play"), ({}, "")]
+)
+def test_slack_of_a_channels_tendons_is_found(planted: dict[str, float], form: str) -> None:
+    """It is named alone, with its size; not where a play is planted, or nothing."""
+    found = diagnose_dataset(wheel_data({"backlash": planted} if planted else {}), simulation=False)
+    assert [(item.name, item.form) for item in found.causes] == [("backlash", form)] * bool(form)
+    assert found.verdict == ("cause_found" if form else "no_discrepancy")
+    for name, value in planted.items():
+        assert found.causes[0].parameters[name].value == pytest.approx(value, abs=0.02)
 
 
 @pytest.mark.long

@@ -12,6 +12,8 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+import mujoco
+import numba
 import numpy as np
 import pytest
 from killed import always_die, die_once, square
@@ -242,3 +244,14 @@ def test_diagnosis_does_not_depend_on_where_it_is_made(tmp_path):
     assert found(Workers(1, kept=tmp_path)) == here
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         assert found(Workers(dask=cluster.scheduler_address)) == here
+
+
+@pytest.mark.parametrize("library", [numba, mujoco])
+def test_results_of_another_library_are_not_taken_over(library, monkeypatch):
+    """Another version of the compiler or of the engine is another question."""
+    before = module._source()
+    monkeypatch.setattr(library, "__version__", "0.0")
+    module._source.cache_clear()
+    after = module._source()
+    module._source.cache_clear()
+    assert after != before

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import warnings
+import weakref
 from typing import Any
 
 import gymnasium
@@ -13,6 +15,7 @@ from episodes import episode, same
 from gymnasium.utils.env_checker import check_env
 
 from catheter_sim.core.inputs import Inputs
+from catheter_sim.envs import baseline
 from catheter_sim.envs.baseline import resolved_rate
 from catheter_sim.envs.reach import ReachEnv
 from catheter_sim.envs.targets import nearest, random_target, require_reachable, tip_at
@@ -285,3 +288,33 @@ def test_a_picture_shows_the_bent_robot_and_its_target(name: str) -> None:
     drawn = env._picture._data.site("tip").xpos  # type: ignore[union-attr]
     assert drawn == pytest.approx(1e-3 * info["tip_mm"], abs=1e-9)
     env.close()
+
+
+def test_plans_are_kept_with_their_robots(monkeypatch):
+    """Two environments in turn plan once each for a target; a plan does not hold a robot that is no more."""
+    asked = []
+
+    class Robot:
+        planned, rest_bends, quick = None, None, None
+
+        def reach(self, levels, bends):
+            return levels, 2.0 * levels
+
+    def level(robot, target_m):
+        asked.append(robot)
+        return target_m
+
+    monkeypatch.setattr(baseline, "frictionless_level", level)
+    robots = [Robot(), Robot()]
+    for robot in robots:
+        robot.quick = Robot()
+    for _ in range(3):
+        for robot in robots:
+            assert baseline._planned_bends(robot, (1.0, 2.0)).tolist() == [2.0, 4.0]
+    assert asked == robots
+    assert baseline._planned_bends(robots[0], (3.0, 0.0)).tolist() == [6.0, 0.0]
+    last = weakref.ref(robots[0])
+    robots.clear(), asked.clear()
+    del robot
+    gc.collect()
+    assert last() is None

@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from mujoco import rollout
 
 from catheter_sim.foreign.causes import variants_of
 from catheter_sim.foreign.extended import extended_spec
@@ -147,3 +148,23 @@ def test_the_extended_file_finds_meshes_from_anywhere(tmp_path: Path) -> None:
     spec.compile()
     (tmp_path / "model.xml").write_text(spec.to_xml())
     assert mujoco.MjModel.from_xml_path(str(tmp_path / "model.xml")).nmesh == 1
+
+
+def test_threads_of_a_run_end_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many runners a search makes."""
+    opened, closed = [], []
+
+    class Counted(rollout.Rollout):
+        def __init__(self, **options: int) -> None:
+            super().__init__(**options)
+            opened.append(self)
+
+        def close(self) -> None:
+            super().close()
+            closed.append(self)
+
+    monkeypatch.setattr(rollout, "Rollout", Counted)
+    for _ in range(3):
+        Runner(MODEL, jobs=2).outputs([{}], [TRIAL])
+    assert len(opened) == 3
+    assert closed == opened

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import pickle
 import sys
+import time
 from pathlib import Path
 from types import ModuleType
 
@@ -103,3 +105,50 @@ def test_a_list_that_cannot_be_read_is_made_anew(package: Path, rest: bytes) -> 
         index.write_bytes(version + rest)
     assert result(package, 2.0) == (12.0, 0)
     assert result(package, 2.0) == (12.0, 1)
+
+
+def states(folder: Path) -> set[str]:
+    return {item.name for item in folder.iterdir()}
+
+
+def test_a_tree_forgets_its_own_states_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many versions of one tree leave four, and what another tree has or uses, until that is long ago."""
+    store = tmp_path / "store"
+
+    def kept(tree: str, text: str) -> str:
+        """Keep a version of a tree's file, and return its state's name."""
+        file = tmp_path / tree / "catheter_sim" / "kernel.py"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        monkeypatch.setattr(kernel_store, "_SOURCES", tmp_path / tree)
+        kernel_store.state_of.cache_clear()
+        locator = kernel_store._Locator(store, file, kept)
+        locator.ensure_cache_path()
+        time.sleep(0.002)  # files are told apart by when they were changed
+        return Path(locator.get_cache_path()).name
+
+    other = kept("other", "0")
+    mine = [kept("mine", str(number)) for number in range(1, 8)]
+    assert states(store) == {other, *mine[-4:]}
+    assert kept("other", "4") == mine[3]  # in both trees
+    mine += [kept("mine", str(number)) for number in range(8, 12)]
+    assert states(store) == {other, mine[3], *mine[-4:]}
+    long_ago = time.time() - 86400.0 * (kernel_store._USED_DAYS + 1.0)
+    for mark in (store / other).iterdir():
+        os.utime(mark, (long_ago, long_ago))
+    mine.append(kept("mine", "12"))
+    assert states(store) == {mine[3], *mine[-4:]}
+
+
+def test_what_another_version_has_kept_stays_for_a_while(tmp_path: Path) -> None:
+    """Without marks the folder's own time counts."""
+    file = tmp_path / "kernel.py"
+    file.write_text("")
+    for name, days in (("new", 1.0), ("old", kernel_store._USED_DAYS + 1.0)):
+        folder = tmp_path / f"{tmp_path.name}.kernel-{name}"
+        folder.mkdir()
+        os.utime(folder, (time.time() - 86400.0 * days,) * 2)
+    locator = kernel_store._Locator(tmp_path, file, states)
+    locator.ensure_cache_path()
+    left = {item for item in states(tmp_path) if item.startswith(tmp_path.name)}
+    assert left == {f"{tmp_path.name}.kernel-new", Path(locator.get_cache_path()).name}

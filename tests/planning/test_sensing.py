@@ -8,6 +8,7 @@ import pytest
 import catheter_sim as cs
 from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
 from catheter_sim.kinds.catheter.theory.tendons import pulled_m
+from catheter_sim.planning import sensing
 
 BENT = {"time_s": [0.0], "displacement_bending_mm": [2.0]}
 GAUSS = 1.96  # deviations that hold 95 %
@@ -85,3 +86,59 @@ def test_a_rows_noise_is_remembered_by_the_rows_after_it() -> None:
     once = cs.sense(robot, alone, noise_tension_N=0.5, uncertain={}, columns=["tip_z_mm"]).sensed
     assert after(0.0) == pytest.approx(float(once.deviations["noise of the inputs"][0, 0]), rel=0.05)
     assert after(0.316) > 0.0
+
+
+class Given:
+    """Gives parts of what was drawn before, row after row, instead of random numbers."""
+
+    def __init__(self, drawn: np.ndarray) -> None:
+        self._drawn, self._next, self.most = drawn, 0, 0
+
+    def standard_normal(self, shape: tuple[int, int, int]) -> np.ndarray:
+        self._next, first = self._next + shape[1], self._next
+        self.most = max(self.most, shape[1])
+        return self._drawn[:, first : self._next]
+
+
+def test_rows_are_drawn_some_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A row's noise reaches the rows of the next part, too; no part is larger than the room for it."""
+    rows, draws = 23, 5
+    drawn = np.random.default_rng(3).standard_normal((draws, rows, 2))
+    wide = np.full((2, rows), np.inf) * [[-1.0], [1.0]]
+    gain = np.random.default_rng(4).normal(size=(2 * sensing.REMEMBERED, rows, 3))
+    pushes = [
+        sensing._Push(k % 2, k // 2, sensing.REMEMBERED, gain[k], 0.1 * (1 + k % 2), wide)
+        for k in range(2 * sensing.REMEMBERED)
+    ]
+    monkeypatch.setattr(sensing, "_DRAWS", draws)
+    found, given = [], Given(drawn)
+    for size in (rows, 4):
+        monkeypatch.setattr(sensing, "_CELLS", size * draws * 3)
+        given = Given(drawn)
+        found.append(
+            np.concatenate([part for _, part in sensing._noise_by_rows(pushes, given, rows, 2, 3)], axis=1)
+        )
+        assert given.most == size
+    # By hand: what the input's noise at the last pushed row before, or at the row, moves.
+    expected = np.zeros((draws, rows, 3))
+    for row in range(rows):
+        for age in range(min(row, sensing.REMEMBERED - 1) + 1):
+            for drive in range(2):
+                push = 2 * ((row - age) % sensing.REMEMBERED) + drive
+                expected[:, row] += 0.1 * (1 + drive) * drawn[:, row - age, drive, None] * gain[push, row]
+    np.testing.assert_allclose(found[0], expected, atol=1e-12)
+    np.testing.assert_allclose(found[1], expected, atol=1e-12)
+
+
+def test_regions_of_many_rows_are_those_of_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drawn four rows at a time the regions are as wide, to the scatter of 4000 draws."""
+    pulled = {"time_s": np.arange(12.0), "tension_active_N": np.linspace(5.0, 20.0, 12)}
+    widths = []
+    for cells in (sensing._CELLS, 4 * sensing._DRAWS):
+        monkeypatch.setattr(sensing, "_CELLS", cells)
+        found = cs.sense(
+            "chest_tube_section", pulled, noise_tension_N=0.5, uncertain={}, columns=["tip_x_mm"]
+        )
+        widths.append(found.sensed.high - found.sensed.low)
+    assert widths[0].min() > 0.5
+    np.testing.assert_allclose(widths[1], widths[0], rtol=0.1)

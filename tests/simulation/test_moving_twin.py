@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.simulation import moving_twin
 from catheter_sim.simulation.moving_twin import MovingTwin
 from catheter_sim.simulation.replay import simulate
 from tests.simulation.moving import HANGING, pulled, swinging
@@ -67,3 +71,38 @@ def test_a_robot_that_diverges_is_nan_from_there_on() -> None:
     strong = replace(pulls, tendon=1e4 * pulls.tendon)
     states = MovingTwin().solve([wild], [strong], HANGING, TIP, 1)
     assert np.isnan(states.p_w[0, -1]).all()
+
+
+def test_what_is_remembered_is_read_and_written_by_one_thread_at_a_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Every look into the memory, and every change of it, holds the lock; a second look finds the runs."""
+
+    class Watched(OrderedDict):
+        def __getitem__(self, name: str) -> object:
+            assert moving_twin._runs_lock.locked()
+            return super().__getitem__(name)
+
+        def __setitem__(self, name: str, run: object) -> None:
+            assert moving_twin._runs_lock.locked()
+            super().__setitem__(name, run)
+
+        def __contains__(self, name: object) -> bool:
+            assert moving_twin._runs_lock.locked()
+            return super().__contains__(name)
+
+    moved = []
+
+    def followed(robot: object, trials: list, *_: object) -> list:
+        moved.append(robot)
+        return [(np.zeros((1, 1, 3)), np.zeros((1, 1, 3, 3)), np.zeros((1, 1)), np.zeros((1, 2)))] * len(
+            trials
+        )
+
+    monkeypatch.setattr(moving_twin, "_runs", Watched())
+    monkeypatch.setattr(moving_twin, "_moved", followed)
+    robot = load_robot("neuroendoscope_section")
+    still = Inputs(np.zeros(1), "tension", np.zeros((1, 2)), np.zeros((1, 3)), np.zeros((1, 3)))
+    for _ in range(2):
+        moving_twin.MovingTwin().solve([robot], [still], np.zeros(3), [29], 1)
+    assert len(moved) == 1

@@ -15,6 +15,7 @@ import tomli_w
 
 from catheter_sim.blind_bench.in_motion.draw import HANGING, Draw, drawn
 from catheter_sim.blind_bench.in_motion.finer import WildMotion
+from catheter_sim.blind_bench.nature.code import judging_code
 from catheter_sim.blind_bench.places import keep_settings, read_json, write_json
 from catheter_sim.catalogue import robot_toml
 from catheter_sim.channels import input_channels
@@ -33,13 +34,14 @@ def story_of(index: int) -> str:
 def run_draw(
     seed: int, index: int, root: Path, trials: int, seconds: float, jobs: int, limit_s: float
 ) -> Score:
-    """Return the score of one draw, made unless its file is there and whole."""
+    """Return the score of one draw, made unless its file is there, whole, and of this code."""
+    code = judging_code()
     path = root / "scores" / f"draw_{index:03d}.json"
     known = read_json(path)
-    if known is not None:
+    if known is not None and known.get("code") == code:
         return dict(known)
     story = story_of(index)
-    score: Score = {"index": index, "story": story}
+    score: Score = {"index": index, "story": story, "code": code}
     try:
         draw = drawn(seed, index, story, trials, seconds)
     except WildMotion as error:

@@ -26,6 +26,8 @@ from threading import Thread
 from typing import Any, TypeVar
 
 import joblib
+import mujoco
+import numba
 import numpy
 import scipy
 from tqdm import tqdm
@@ -265,7 +267,7 @@ def _source() -> str:
     """Return a hash of what the package and its arithmetic are made of."""
     folder = Path(catheter_sim.__file__).parent
     texts = [path.read_bytes() for path in sorted(folder.rglob("*.py"))]
-    return _hash((texts, numpy.__version__, scipy.__version__))
+    return _hash((texts, *(library.__version__ for library in (numpy, scipy, numba, mujoco))))
 
 
 def _hash(value: Any) -> str:

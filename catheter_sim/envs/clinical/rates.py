@@ -7,9 +7,7 @@ still holds straight do not move; where the robot is pushed on, the joint that l
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
-from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -17,7 +15,6 @@ import numpy as np
 from catheter_sim.channels import body_count
 from catheter_sim.core.posture import Array
 from catheter_sim.envs.clinical.base import ClinicalEnv
-from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.steering import change_toward
 from catheter_sim.envs.tip import CONTROL_STEP_S, RATE_PER_S, Action
 from catheter_sim.mjcf.names import face as face_name
@@ -87,7 +84,7 @@ class Rates:
         slopes = np.zeros((model.nv, drives + len(env.motions)))
         length = float(plant.segment_length.sum()) / self.elements
         leaving = True
-        for index, place, count in _hinges(plant):
+        for index, place, count in plant.hinges:
             if data.xanchor[index, 2] < out_m:
                 continue
             dof = int(model.jnt_dofadr[index])
@@ -101,12 +98,3 @@ class Rates:
                 slopes[:, drives + number] *= motion.highest
             slopes[int(model.joint(motion.name).dofadr[0]), drives + number] = motion.highest
         return slopes
-
-
-@lru_cache(maxsize=1)
-def _hinges(plant: Plant) -> list[tuple[int, tuple[int, ...], int]]:
-    """Return the joints that bend: number, place among the bends, and how many share that place."""
-    model = plant.simulator.model
-    places = {index: plant.quick.bend_of(model.joint(index).name) for index in range(model.njnt)}
-    counts = Counter(places.values())
-    return [(index, place, counts[place]) for index, place in places.items() if place is not None]

@@ -99,7 +99,8 @@ def _check_tendon(tendon: Tendon, robot: ContinuumRobot, prefix: str) -> None:
     positive(tendon, "radius_m", prefix)
     need(tendon, "angle_rad", prefix, math.isfinite, "must be finite")
     positive(tendon, "stiffness_N_per_m", prefix, finite=False)
-    need(tendon, "pretension_N", prefix, lambda force: 0 <= force < math.inf, "must not be negative")
+    for name in ("pretension_N", "slack_m"):
+        need(tendon, name, prefix, lambda value: 0 <= value < math.inf, "must not be negative")
     low, high = _GAINS
     what = f"a size of {low:g} to {high:g} is needed, -1 for a tendon that its channel lets out"
     need(tendon, "channel_gain", prefix, lambda gain: low <= abs(gain) <= high, what)

@@ -19,8 +19,29 @@ def handles(robot: ContinuumRobot) -> tuple[Handle, ...]:
     Where a robot bends in any direction its tendons' holes turn; elsewhere whole cells do.
     """
     segments = tuple((item.name, item.length_m, item.bending_axes) for item in robot.segments)
-    pulled = robot.actuation == "tension"  # a tension arrives whatever the tendon's length
-    return _handles(segments, () if pulled else tuple(item.name for item in robot.tendons))
+    if robot.actuation == "tension":  # it arrives whatever the tendon's length
+        return _handles(segments, ())
+    return (*_handles(segments, tuple(item.name for item in robot.tendons)), *_slack(robot.tendons))
+
+
+@by_identity(1)
+def _slack(tendons: tuple[Tendon, ...]) -> tuple[Handle, ...]:
+    """Return the slack of tendons whose channel pulls some of them and lets others out.
+
+    It is one number of all, or one of each such channel. A tendon with its own channel has a zero instead.
+    """
+    gains: dict[str, list[float]] = {}
+    for tendon in tendons:
+        gains.setdefault(tendon.channel or tendon.name, []).append(tendon.channel_gain)
+    both_ways = [channel for channel, own in gains.items() if min(own) < 0.0 < max(own)]
+    names: dict[str, tuple[str, ...]] = dict.fromkeys(both_ways, ("slack_mm",))
+    if len(both_ways) > 1:
+        names = {channel: ("slack_mm", f"slack_{channel}_mm") for channel in both_ways}
+    return tuple(
+        Handle(Role.SLACK, f"tendons.{tendon.name}.slack_mm", name, group="each" if k else "all")
+        for tendon in tendons
+        for k, name in enumerate(names.get(tendon.channel or tendon.name, ()))
+    )
 
 
 @lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot

@@ -50,6 +50,7 @@ class Tendon:
     stiffness_N_per_m: float = math.inf  # of the whole tendon and its drive; inf: inextensible
     pretension_N: float = 0.0  # of a displacement-driven tendon at zero displacement, the robot as unloaded
     channel_gain: float = 1.0  # displacement over its channel's; -1: let out as far as the channel is pulled
+    slack_m: float = 0.0  # by which a displacement-driven tendon is too long at rest
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -15,14 +16,18 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
-from catheter_sim.effects.apply import arriving_inputs, with_effects
+from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
 from catheter_sim.effects.steps import Commands
+from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.errors import InputError
+from catheter_sim.exporting.causes import EXACT, find_causes
 from catheter_sim.exporting.write import write_model
 from catheter_sim.kinds import check_robot, kind_of
 from catheter_sim.kinds.continuum.drives import drives
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.kinds.continuum.theory.tdcr.displacement import drive as rods_drive
+from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
 from catheter_sim.theory.predict import twin_for
@@ -41,6 +46,8 @@ CAUSES = [
     ("drift", {"zero_bend_mm_per_min": 3.0}, {"zero_up_mm_per_min": 3.0, "zero_down_mm_per_min": -3.0}),
     ("rate", {"lag_s": 0.7}, {"lag_s": 0.7}),
 ]
+# Another slack of each motor's tendons, as zeros of four.
+UNLIKE = {"offset_up_mm": -0.8, "offset_down_mm": -0.8, "offset_left_mm": -0.3, "offset_right_mm": -0.3}
 
 
 def tendon(name: str, degrees: float, **more: float | str) -> Tendon:
@@ -132,6 +139,108 @@ def test_a_cause_of_a_channel_acts_on_what_the_channel_moves(
     commands = Commands(motors)
     stepped = [commands.step(row, float(k > 0))[0] for k, row in enumerate(one.tendon)]
     np.testing.assert_allclose(stepped, arrived, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("of_motors", "of_tendons"),
+    [
+        ({"slack_mm": 0.8}, {"offset_mm": -0.8}),
+        ({"slack_bend_mm": 0.8, "slack_turn_mm": 0.3}, UNLIKE),
+    ],
+)
+@pytest.mark.slow
+def test_slack_of_a_motors_tendons_is_a_zero_too_low_of_each(
+    of_motors: dict[str, float], of_tendons: dict[str, float]
+) -> None:
+    """In the simulation, the twin and static models."""
+    one, four = both()
+    slack = with_effects(with_motors(), {"backlash": of_motors})
+    low = with_effects(one_by_one(), {"actuation_offset": of_tendons})
+    weight = np.array([9.81, 0.0, 0.0])
+    columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+    seen = []
+    for robot, inputs in ((slack, one), (low, four)):
+        runs = (simulate(robot, inputs, weight), STATIC_MODELS["CC"].solve(robot, inputs, weight))
+        tips = [1e3 * np.array([row.p_w[-1] for row in run.postures]) for run in runs]
+        seen.append([*tips, twin_for(robot, "displacement", columns, weight)([robot], inputs)[0]])
+    np.testing.assert_allclose(np.array(seen[0]), np.array(seen[1]), rtol=0.0, atol=1e-9)
+    without = simulate(with_motors(), one, weight).postures
+    assert np.linalg.norm(1e3 * without[2].p_w[-1] - seen[0][0][2]) > 5.0
+
+
+@pytest.mark.slow
+def test_a_slack_pair_has_a_dead_zone_about_the_middle() -> None:
+    """A tendon that is 0.8 mm too long and was stretched by 0.1 mm pulls from 0.7 mm on, either way.
+
+    Beyond, an arc takes l = r phi of it, less what the tendon of 20 N/mm stretches by T = EI phi / (L r).
+    """
+    robot = replace(with_motors(), friction=Friction(0.0))
+    slack = with_effects(robot, {"backlash": {"slack_mm": 0.8}})
+    way = np.array([0.0, 0.65, -0.65, 2.7, -2.7])
+    inputs = given(robot, displacement_bend_mm=way)
+    tips = {
+        "simulated": np.array([1e3 * row.p_w[-1] for row in simulate(slack, inputs, NO_GRAVITY).postures]),
+        "twin": twin_for(robot, "displacement", ("tip_x_mm", "tip_y_mm", "tip_z_mm"), NO_GRAVITY)(
+            [slack], inputs
+        )[0],
+    }
+    arm = robot.segments[0]
+    bend = 2.0e-3 / (4e-3 + arm.bending_stiffness_N_m2 / (arm.length_m * 4e-3) / 2e4)
+    expected = 1e3 * arm.length_m / bend * (1.0 - np.cos(bend))
+    for tip in tips.values():
+        np.testing.assert_allclose(tip[:3, 0], 0.0, atol=0.01)
+        np.testing.assert_allclose(tip[3:, 0], [expected, -expected], rtol=0.02)
+    np.testing.assert_allclose(tips["simulated"], tips["twin"], atol=0.15)
+
+
+def test_only_channels_that_drive_antagonists_have_slack() -> None:
+    """Not tendons with a channel each, nor two that one channel pulls together, nor tensions."""
+    together = tuple(replace(item, channel_gain=abs(item.channel_gain)) for item in with_motors().tendons)
+    mixed = replace(with_motors(), tendons=(*with_motors().tendons[:2], *one_by_one().tendons[2:]))
+    names = {
+        name: [item["parameter"] for item in cs.list_effects(robot) if item["form"] == "slack"]
+        for name, robot in {
+            "motors": with_motors(),
+            "four": one_by_one(),
+            "together": replace(with_motors(), tendons=together),
+            "mixed": mixed,
+            "pulled": replace(one_by_one(), actuation="tension"),
+        }.items()
+    }
+    every = ["slack_mm", "slack_bend_mm", "slack_turn_mm"]
+    assert names == {"motors": every, "four": [], "together": [], "mixed": ["slack_mm"], "pulled": []}
+    built = embodied(with_effects(mixed, {"backlash": {"slack_mm": 0.8}}))
+    assert [item.slack_m for item in built.tendons] == pytest.approx([0.8e-3, 0.8e-3, 0.0, 0.0])
+    built = embodied(with_effects(with_motors(), {"backlash": {"slack_mm": 0.3, "slack_bend_mm": 0.5}}))
+    assert [item.slack_m for item in built.tendons] == pytest.approx([0.8e-3, 0.8e-3, 0.3e-3, 0.3e-3])
+    np.testing.assert_allclose(
+        1e3 * rods_drive(built, np.zeros((1, 4))).displacement_m, [[-0.8, -0.8, -0.3, -0.3]]
+    )
+
+
+def test_a_motors_tendons_lengthen_one_by_one() -> None:
+    """A pull that stays in the one (`set_share`) is none that stays in the other."""
+    one, four = both()
+    arrived = [
+        arriving_inputs(with_effects(robot, {"tendon_elongation": {"set_share": 0.1}}), inputs).tendon
+        for robot, inputs in ((with_motors(), one), (one_by_one(), four))
+    ]
+    np.testing.assert_array_equal(arrived[0], arrived[1])
+    assert np.abs(arrived[0] - one.tendon).max() > 1e-4
+
+
+@pytest.mark.slow
+def test_files_and_environments_carry_slack() -> None:
+    """It is in the model that is built, as the length at which a tendon begins to pull."""
+    robot = with_effects(with_motors(), {"backlash": {"slack_mm": 0.8}})
+    (cause,) = find_causes(robot)
+    assert (cause.form, cause.way) == ("slack", EXACT)
+    texts = [build_mjcf(embodied(item)) for item in (with_motors(), robot)]
+    plain, slack = (mujoco.MjModel.from_xml_string(text) for text in texts)
+    longer = (slack.actuator_biasprm - plain.actuator_biasprm)[:, 0] / plain.actuator_gainprm[:, 0]
+    np.testing.assert_allclose(longer, -0.8e-3, rtol=1e-6)
+    stepped = Plant(robot, None, (0.0, 0.0, 0.0)).simulator.model
+    np.testing.assert_allclose(stepped.actuator_biasprm, slack.actuator_biasprm, rtol=1e-9)
 
 
 def test_coupling_reaches_both_tendons_of_a_motor() -> None:

@@ -184,10 +184,11 @@ def add_displacement_actuators(root: mjcf.RootElement, robot: ContinuumRobot) ->
 
 
 def _rest_lengths(root: mjcf.RootElement, robot: ContinuumRobot) -> np.ndarray:
-    """Return the tendons' lengths in the unloaded robot, in the robot's order [m]."""
+    """Return the tendons' lengths in the unloaded robot, with their slack, in the robot's order [m]."""
     model = mujoco.MjModel.from_xml_string(root.to_xml_string())
     data = mujoco.MjData(model)
     for name, angle in zip(outputs(robot).joints, rest_angles(robot), strict=True):
         data.qpos[model.joint(name).qposadr[0]] = angle
     mujoco.mj_fwdPosition(model, data)
-    return np.array([data.ten_length[model.tendon(names.tendon(tendon.name)).id] for tendon in robot.tendons])
+    lengths = [data.ten_length[model.tendon(names.tendon(tendon.name)).id] for tendon in robot.tendons]
+    return np.array(lengths) + [tendon.slack_m for tendon in robot.tendons]

@@ -49,6 +49,7 @@ class ArcRobots:
             d = arm b + chord |b|^2 / 2, (B, T, S) [m]; zero for a tendon held everywhere.
         stiffness: of each tendon, (B, T) [N/m]; finite.
         pretension: (B, T) [N].
+        slack: by which tendons are too long, (B, T) [m].
         mu: friction coefficient, (B,).
         base_compliance: (B,) [m/N].
     """
@@ -63,6 +64,7 @@ class ArcRobots:
     chord: Array
     stiffness: Array
     pretension: Array
+    slack: Array
     mu: Array
     base_compliance: Array
 
@@ -139,7 +141,7 @@ def solve_rows(
         robots.arm,
         robots.chord,
         robots.stiffness,
-        robots.pretension / robots.stiffness,
+        robots.pretension / robots.stiffness - robots.slack,
         robots.mu,
         robots.base_compliance,
         loads.weight,

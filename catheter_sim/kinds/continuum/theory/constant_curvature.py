@@ -95,6 +95,7 @@ def arc_robots(robots: Sequence[ContinuumRobot], straight_between_disks: bool = 
         chord=chord,
         stiffness=np.array([[drive_stiffness(robot, item) for item in robot.tendons] for robot in robots]),
         pretension=np.array([[item.pretension_N for item in robot.tendons] for robot in robots]),
+        slack=np.array([[item.slack_m for item in robot.tendons] for robot in robots]),
         mu=np.array([robot.friction.mu for robot in robots]),
         base_compliance=np.array([1.0 / robot.mount.axial_stiffness_N_per_m for robot in robots]),
     )

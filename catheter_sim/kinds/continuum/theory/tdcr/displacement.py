@@ -51,7 +51,7 @@ class DisplacementDrive:
     Attributes:
         stiffness_N_per_m: of each tendon and its drive, finite, shape (t,) [N/m].
         pretension_N: shape (t,) [N].
-        displacement_m: shape (r, t) [m]; positive pulls.
+        displacement_m: less each tendon's slack, shape (r, t) [m]; positive pulls.
     """
 
     stiffness_N_per_m: Array
@@ -64,7 +64,7 @@ def drive(robot: ContinuumRobot, displacement_m: Array) -> DisplacementDrive:
     return DisplacementDrive(
         np.array([drive_stiffness(robot, tendon) for tendon in robot.tendons]),
         np.array([tendon.pretension_N for tendon in robot.tendons]),
-        np.asarray(displacement_m, dtype=float),
+        np.asarray(displacement_m, dtype=float) - [tendon.slack_m for tendon in robot.tendons],
     )
 
 
