@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.settings import Settings
 from catheter_sim.envs.arguments import checked_options, checked_whole
 from catheter_sim.envs.observation import Bounds, Observation
@@ -128,7 +129,7 @@ class ReachEnv(TipEnv):
 
     ## Arguments
 
-    - `robot`: a robot id or the path of a robot `.toml`.
+    - `robot`: a robot id, the path of a robot `.toml`, or a robot (`cs.load_robot`).
     - `settings`: a text `KEY=VALUE` as for `--set`, a list of such texts, or a mapping of keys to values
       (`{"friction.mu": 0}`); effects included (`"effects.backlash.width_N=0.02"`).
     - `action_type`: "tension" or "displacement"; default: the robot's own.
@@ -153,7 +154,7 @@ class ReachEnv(TipEnv):
 
     def __init__(
         self,
-        robot: str | os.PathLike[str],
+        robot: RobotSpec | str | os.PathLike[str],
         settings: Settings = (),
         action_type: str | None = None,
         *,
