@@ -65,8 +65,8 @@ def load_robot(
     Raises:
         InputError: unknown robot or key, unreadable file, impossible robot.
     """
-    known = isinstance(reference, RobotSpec | str | os.PathLike)
-    if not known or (not isinstance(reference, RobotSpec) and "\0" in str(reference)):
+    names_one = isinstance(reference, str | os.PathLike) and "\0" not in str(reference)
+    if not (names_one or isinstance(reference, RobotSpec)):
         raise InputError(f"robot = {shown(reference)}: a robot, its id or the path of its .toml is needed")
     text = reference.name if isinstance(reference, RobotSpec) else os.fspath(reference)
     given: set[str] | None = None  # the keys of a file that may leave some out

@@ -32,11 +32,12 @@ from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.randomised import RANDOMISED, check_randomised, drawn_settings, end_settings
 from catheter_sim.envs.surroundings import Surround
 from catheter_sim.envs.targets import frictionless_reach
-from catheter_sim.errors import InputError, SimulationDiverged
+from catheter_sim.errors import SimulationDiverged
 from catheter_sim.modelling.scene import View, views
 from catheter_sim.pictures.framing import fitted_view
 from catheter_sim.pictures.images import Picture
 from catheter_sim.pictures.state import State
+from catheter_sim.units import in_file_units
 
 Action = NDArray[np.float32]
 OBSERVATIONS = ("state", "pixels")
@@ -286,10 +287,7 @@ class TipEnv(RobotEnv):
         return {}
 
     def _common_info(self) -> dict[str, Any]:
-        """Return what every task tells, SI: true places in the base frame and the drives' inputs.
-
-        A task hands it out in the units of files (`units.in_file_units`).
-        """
+        """Return what every task tells, SI: true places in the base frame and the drives' inputs."""
         return {
             "tip_m": self._now.tip.copy(),
             "target_m": self.target_m.copy(),
@@ -298,6 +296,10 @@ class TipEnv(RobotEnv):
             commanded_name(self.drives): self.drives.tendon @ self._now.level,
             "diverged": self._diverged,
         }
+
+    def _handed_out(self, told: Mapping[str, Any]) -> dict[str, Any]:
+        """Return `info`: what a task tells, SI, in the units of files, and what was drawn of the robot."""
+        return {**in_file_units(told), **({"drawn": dict(self._drawn)} if self.randomised else {})}
 
 
 def commanded_name(drives: DriveLevels) -> str:

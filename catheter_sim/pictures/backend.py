@@ -95,8 +95,9 @@ def _renderer_class() -> type[mujoco.Renderer]:
 
 
 def _forked() -> InputError:
-    if "mujoco.egl" in sys.modules:  # what MuJoCo does at exit would hang as well
-        atexit.unregister(getattr(sys.modules["mujoco.egl"], "_terminate_display", None))
+    at_exit = getattr(sys.modules.get("mujoco.egl"), "_terminate_display", None)
+    if at_exit is not None:  # it would hang as well
+        atexit.unregister(at_exit)
     return InputError(
         "cannot draw: this process was forked from one that has drawn; start it with context='spawn' "
         "(AsyncVectorEnv, multiprocessing)"

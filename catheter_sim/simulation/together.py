@@ -56,8 +56,8 @@ def sharing(simulator: Simulator) -> list[Simulator]:
         return [simulator]
     if _SHARING.get((own, simulator.place.prefix)) is not simulator:
         raise InputError(
-            f"{simulator.robot.name}: a newer Simulator has the prefix {simulator.place.prefix!r} in the same "
-            "data: use that one"
+            f"{simulator.robot.name}: a newer Simulator has the prefix {simulator.place.prefix!r} in the "
+            "same data: use that one"
         )
     return [other for (data, _), other in list(_SHARING.items()) if data == own]
 

@@ -222,13 +222,13 @@ def test_arguments_of_another_kind_are_one_line() -> None:
     """The model, the place, the prefix, the robot, how it is driven."""
     spec, robot = mujoco.MjSpec(), load_robot("neuroendoscope_section")
     place = spec.worldbody
-    with pytest.raises(InputError, match="spec = 'x': a mujoco.MjSpec that is not compiled yet is needed"):
+    with pytest.raises(InputError, match=r"spec = 'x': a mujoco.MjSpec that is not compiled yet is needed"):
         attach("x", robot, place, "a_")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="frame = None: a frame, body or site of the spec is needed"):
         attach(spec, robot, None, "a_")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="prefix = 3: a text is needed"):
         attach(spec, robot, place, 3)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="robot = 5: a robot, its id or the path of its .toml is needed"):
+    with pytest.raises(InputError, match=r"robot = 5: a robot, its id or the path of its .toml is needed"):
         attach(spec, 5, place, "a_")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="unknown actuation 'push'; choices: tension, displacement"):
         attach(spec, robot, place, "a_", "push")

@@ -148,16 +148,14 @@ def test_what_is_no_simulator_or_no_state_of_the_model_is_one_line() -> None:
     """None at all, texts, a state of another model."""
     (one,) = scene(SECTION)
     for wrong in ([], "ab", [1, 2], None):
-        with pytest.raises(
-            InputError, match="step_together: simulators = .*: a list of Simulators is needed"
-        ):
+        with pytest.raises(InputError, match=r"step_together: simulators = .*a list of Simulators is needed"):
             step_together(wrong)  # type: ignore[arg-type]
     foreign = mujoco.MjData(mujoco.MjModel.from_xml_string("<mujoco/>"))
     with pytest.raises(InputError, match=r"data: is of another model: use mujoco.MjData\(model\)"):
         Simulator(SECTION, model=one.model, data=foreign, prefix="0_")
-    with pytest.raises(InputError, match="model = 'x': a compiled mujoco.MjModel is needed"):
+    with pytest.raises(InputError, match=r"model = 'x': a compiled mujoco.MjModel is needed"):
         Simulator(SECTION, model="x", prefix="0_")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="data = 5: a mujoco.MjData is needed"):
+    with pytest.raises(InputError, match=r"data = 5: a mujoco.MjData is needed"):
         Simulator(SECTION, model=one.model, data=5, prefix="0_")  # type: ignore[arg-type]
 
 
