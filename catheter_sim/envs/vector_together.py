@@ -208,7 +208,7 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
             AttributeError: they have nothing of this name.
         """
         each: dict[str, Any] = {
-            "target_m": self._target,
+            "target_m": self._target.copy(),
             "np_random": self.np_random,
             "np_random_seed": self.np_random_seed,
         }
