@@ -45,22 +45,9 @@ from catheter_sim.pictures.state import State
 from catheter_sim.units import in_file_units
 
 Infos = dict[str, Any]
-SHARED = (  # attributes of one environment that copies have in common
-    "action_space",
-    "drives",
-    "dynamics",
-    "hold_steps",
-    "layout",
-    "length_m",
-    "metadata",
-    "observation_space",
-    "pixels",
-    "randomised",
-    "render_mode",
-    "state_space",
-    "time_left",
-    "tolerance_m",
-)
+_SEEN = "action_space", "observation_space", "state_space", "layout", "metadata", "render_mode", "pixels"
+_TASK = "drives", "dynamics", "hold_steps", "length_m", "randomised", "time_left", "tolerance_m"
+SHARED = (*_SEEN, *_TASK)  # attributes of one environment that copies have in common
 
 
 class TogetherEnv(VectorEnv[Any, Any, Any]):

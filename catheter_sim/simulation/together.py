@@ -104,6 +104,22 @@ def settle_together(simulators: Sequence[Simulator], longest_s: float = 5.0) -> 
     Raises:
         InputError: as `step_together`.
         SimulationDiverged: the state of one of them is not finite.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> import mujoco
+        >>> robot, spec = cs.load_robot("neuroendoscope_section"), mujoco.MjSpec()
+        >>> spec.option.gravity = [0.0, 0.0, 0.0]
+        >>> for prefix in ("left_", "right_"):
+        ...     cs.attach(spec, robot, spec.worldbody.add_frame(), prefix)
+        >>> model = spec.compile()
+        >>> data = mujoco.MjData(model)
+        >>> both = [cs.Simulator(robot, model=model, data=data, prefix=p) for p in ("left_", "right_")]
+        >>> both[0].set_inputs([0.4, 0.0])
+        >>> cs.settle_together(both)
+        True
+        >>> [(1e3 * item.posture().p_w[-1]).round(1).tolist() for item in both]
+        [[40.5, 0.0, 36.0], [0.0, 0.0, 60.0]]
     """
     everyone = _all_of("settle_together", simulators)
     first = everyone[0]
