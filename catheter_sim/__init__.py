@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from catheter_sim.public.runs import Run, build, render, simulate, statics
     from catheter_sim.public.sensing import Sensing, sense
     from catheter_sim.simulation.simulator import Simulator
+    from catheter_sim.simulation.together import settle_together, step_together
 
 __version__ = "0.1.0"
 
@@ -47,6 +48,7 @@ _HOME = {
     "catheter_sim.public.runs": ("Run", "build", "render", "simulate", "statics"),
     "catheter_sim.public.sensing": ("Sensing", "sense"),
     "catheter_sim.simulation.simulator": ("Simulator",),
+    "catheter_sim.simulation.together": ("settle_together", "step_together"),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
@@ -86,8 +88,10 @@ __all__ = [
     "read_inputs",
     "render",
     "sense",
+    "settle_together",
     "simulate",
     "statics",
+    "step_together",
     "which_model",
     "workspace",
 ]

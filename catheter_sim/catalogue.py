@@ -19,7 +19,7 @@ from catheter_sim.core.document import check_plain, to_document
 from catheter_sim.core.published import Published
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.settings import SAID, Settings, set_all, settings_table
-from catheter_sim.errors import InputError, unknown
+from catheter_sim.errors import InputError, shown, unknown
 from catheter_sim.kinds import KINDS, check_robot, kind_of
 from catheter_sim.kinds.documents import complete_document, robot_from_document
 
@@ -39,14 +39,25 @@ _LARGEST_FILE = 10_000_000  # bytes
 _ENDLESS_KEY = re.compile(r"""(?<![\w"'.-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){100}""")
 
 
-def load_robot(reference: str | os.PathLike[str], settings: Settings = (), said: str = SAID) -> RobotSpec:
+def robot_of(robot: RobotSpec | str | os.PathLike[str]) -> RobotSpec:
+    """Return `robot` itself, or the one that it names.
+
+    Raises:
+        InputError: unknown robot, or neither a robot nor a name.
+    """
+    return robot if isinstance(robot, RobotSpec) else load_robot(robot)
+
+
+def load_robot(
+    reference: RobotSpec | str | os.PathLike[str], settings: Settings = (), said: str = SAID
+) -> RobotSpec:
     """Return the robot that `reference` names, with `settings` applied, checked.
 
     What its file leaves out and follows from the rest, its kind adds (`defaults.py`).
 
     Args:
-        reference: a robot id, or the path of a robot `.toml`, or of an MJCF `.xml` of a chain of hinges
-            (`kinds/<kind>/from_mjcf`).
+        reference: a robot id, the path of a robot `.toml`, or of an MJCF `.xml` of a chain of hinges
+            (`kinds/<kind>/from_mjcf`), or a robot.
         settings: a text `KEY=VALUE` with a key of the robot's `.toml` form, several, or a mapping of keys
             to values.
         said: what errors call the settings.
@@ -54,9 +65,14 @@ def load_robot(reference: str | os.PathLike[str], settings: Settings = (), said:
     Raises:
         InputError: unknown robot or key, unreadable file, impossible robot.
     """
-    text = os.fspath(reference)
+    names_one = isinstance(reference, str | os.PathLike) and "\0" not in str(reference)
+    if not (names_one or isinstance(reference, RobotSpec)):
+        raise InputError(f"robot = {shown(reference)}: a robot, its id or the path of its .toml is needed")
+    text = reference.name if isinstance(reference, RobotSpec) else os.fspath(reference)
     given: set[str] | None = None  # the keys of a file that may leave some out
-    if text.endswith(".toml"):
+    if isinstance(reference, RobotSpec):
+        document = to_document(reference)
+    elif text.endswith(".toml"):
         table = read_toml(Path(text))
         given = set(table)
         document = complete_document(table, text)

@@ -35,6 +35,19 @@ def actuations(robot: RobotSpec) -> tuple[str, ...]:
     return kind_of(robot).drives.actuations(robot)
 
 
+def checked_actuation(robot: RobotSpec, actuation: str | None) -> str:
+    """Return `actuation`; None: the robot's own.
+
+    Raises:
+        InputError: the robot takes no such inputs.
+    """
+    if actuation is None:
+        return robot.actuation
+    if actuation not in actuations(robot):
+        raise unknown("actuation", str(actuation), actuations(robot), robot.name)
+    return actuation
+
+
 def drives_of(robot: RobotSpec, actuation: str | None = None) -> tuple[Drive, ...]:
     """Return the robot's input columns; none where it takes no such inputs. Default: its own actuation."""
     face, kind = kind_of(robot).drives, actuation or robot.actuation

@@ -21,9 +21,10 @@ _NEAREST = 5
 class InputError(ValueError):
     """Bad usage or bad input: one line that names the file, row or key, and the choices."""
 
-    def __init__(self, message: str) -> None:
-        lines = message.splitlines()  # a name may hold a line's end
-        super().__init__(cut(message if len(lines) < 2 else " ".join(message.split()), LONGEST_MESSAGE))
+    def __init__(self, message: str | BaseException) -> None:
+        text = str(message)  # Gymnasium raises an error of another process with that error for its text
+        lines = text.splitlines()  # a name may hold a line's end
+        super().__init__(cut(text if len(lines) < 2 else " ".join(text.split()), LONGEST_MESSAGE))
 
 
 class SimulationDiverged(InputError):
@@ -52,6 +53,12 @@ def shown(value: Any) -> str:
         return "a whole number of thousands of digits"
     except Exception:  # whatever a user's own class raises
         return f"<{type(value).__name__}>"
+
+
+def require_type(name: str, value: Any, wanted: type | tuple[type, ...], needed: str) -> None:
+    """Raise `InputError` where the argument `name` is of no class `wanted`; `needed` says what would be."""
+    if not isinstance(value, wanted):
+        raise InputError(f"{name} = {shown(value)}: {needed} is needed")
 
 
 def unknown(what: str, name: str, choices: Iterable[str], where: str = "") -> InputError:

@@ -49,7 +49,11 @@ _TOGETHER = 10  # episodes of one process at a time
 
 def main() -> int:
     """Run the episodes, print and write the table; return the exit status."""
-    known = [name[len(PREFIX) : -len(SUFFIX)] for name in gymnasium.registry if name.startswith(PREFIX)]
+    known = [
+        name[len(PREFIX) : -len(SUFFIX)]
+        for name in gymnasium.registry
+        if name.startswith(PREFIX) and name.endswith(SUFFIX)
+    ]
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

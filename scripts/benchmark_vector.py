@@ -56,7 +56,11 @@ PIXELS = {"observation": "pixels", "width": 64, "height": 64}
 
 def main() -> int:
     """Measure, print and write the table; return the exit status."""
-    known = [name[len(PREFIX) : -len(SUFFIX)] for name in gymnasium.registry if name.startswith(PREFIX)]
+    known = [
+        name[len(PREFIX) : -len(SUFFIX)]
+        for name in gymnasium.registry
+        if name.startswith(PREFIX) and name.endswith(SUFFIX)
+    ]
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -114,7 +114,7 @@ def changed_simulation(change: Change) -> Iterator[None]:
 
     What is judged without a simulation gets the gain, too: a tendon by itself, printed lines, moments.
     """
-    made, given, build = Simulator.__init__, Simulator.set_inputs, rod_motion.build_mjcf
+    made, given, build = Simulator.__init__, Simulator.put_inputs, rod_motion.build_mjcf
     bend, sections = modified.bending_rad, tdcr_readings.section_moments
     signature = inspect.signature(made)
 
@@ -126,7 +126,7 @@ def changed_simulation(change: Change) -> Iterator[None]:
             named.arguments["robot"] = _with(change, named.arguments["robot"])
         made(*named.args, **named.kwargs)
 
-    def set_inputs(self: Simulator, tendon: Any, *args: Any, **kwargs: Any) -> None:
+    def put_inputs(self: Simulator, tendon: Any, *args: Any, **kwargs: Any) -> None:
         given(self, tendon * (change.gain if self.judged else 1.0), *args, **kwargs)  # type: ignore[attr-defined]
 
     def build_changed(robot: Any, **kwargs: Any) -> str:
@@ -151,7 +151,7 @@ def changed_simulation(change: Change) -> Iterator[None]:
         patch.object(modified, "bending_rad", bending_rad),
         patch.object(tdcr_readings, "section_moments", section_moments),
         patch.object(Simulator, "__init__", init),
-        patch.object(Simulator, "set_inputs", set_inputs),
+        patch.object(Simulator, "put_inputs", put_inputs),
         patch.object(rod_motion, "build_mjcf", build_changed),
         patch.object(mitral_elongation, "StretchingTendon", ChangedTendon),
     ):

@@ -52,7 +52,11 @@ class Walk:
 
 def main() -> int:
     """Take the steps and print what happened; return the exit status."""
-    known = [name[len(PREFIX) : -len(SUFFIX)] for name in gymnasium.registry if name.startswith(PREFIX)]
+    known = [
+        name[len(PREFIX) : -len(SUFFIX)]
+        for name in gymnasium.registry
+        if name.startswith(PREFIX) and name.endswith(SUFFIX)
+    ]
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

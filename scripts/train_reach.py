@@ -46,7 +46,11 @@ EVALUATION_SEED = 1_000_000
 
 def main() -> int:
     """Train, and write what is left of it; return the exit status."""
-    known = [name[len(PREFIX) : -len(SUFFIX)] for name in gymnasium.registry if name.startswith(PREFIX)]
+    known = [
+        name[len(PREFIX) : -len(SUFFIX)]
+        for name in gymnasium.registry
+        if name.startswith(PREFIX) and name.endswith(SUFFIX)
+    ]
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

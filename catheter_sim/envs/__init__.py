@@ -16,6 +16,7 @@ from catheter_sim.kinds import KINDS
 EPISODE_STEPS = 100  # control steps, 10 simulated seconds: five times the way through a drive's range
 
 CLINICAL_STEPS = 200  # 20 simulated seconds
+_LATER: dict[str, tuple[dict[str, Any], ...]] = {"Track": ({"time_left": True},)}  # arguments of v1, v2 ...
 
 # task -> entry point, entry point for many, steps
 _TASKS = {
@@ -52,7 +53,13 @@ def register_environments() -> None:
 
 
 def _register(environment: Environment, arguments: dict[str, Any]) -> None:
-    full = f"catheter_sim/{environment.name}-v0"
-    if full not in gymnasium.registry:
-        single, many, steps = _TASKS[environment.task]
-        gymnasium.register(full, single, max_episode_steps=steps, kwargs=arguments, vector_entry_point=many)
+    single, many, steps = _TASKS[environment.task]
+    for version, more in enumerate([{}, *_LATER.get(environment.task, ())]):
+        full = f"catheter_sim/{environment.name}-v{version}"
+        if full in gymnasium.registry:
+            continue
+        gymnasium.register(
+            full, single, max_episode_steps=steps, kwargs={**arguments, **more}, vector_entry_point=many
+        )
+        if version:  # v0 is not out of date, as Gymnasium would say of any that is not the highest
+            gymnasium.registry[full].version = None

@@ -75,6 +75,17 @@ def checked_whole(name: str, value: Any, least: int = 1) -> int:
     return int(value)
 
 
+def checked_flag(name: str, value: Any) -> bool:
+    """Return `value`, true or false.
+
+    Raises:
+        InputError: it is neither.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{name} = {shown(value)}: choices: True, False")
+    return bool(value)
+
+
 def checked_vector(name: str, value: Any, needed: str = "three finite numbers are needed") -> Array:
     """Return `value` as an array of three finite numbers, shape (3,).
 

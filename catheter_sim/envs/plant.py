@@ -209,7 +209,7 @@ class Plant:
             if self._stream_N is not None:
                 time_s = self._time_s - duration_s * (1.0 - step / steps)
                 force = force + self._stream_N(time_s, simulator.data.site(TIP).xpos)
-            simulator.set_inputs(now[:tendons], force, now[tendons + 3 :])
+            simulator.put_inputs(now[:tendons], force, now[tendons + 3 :])
             simulator.step()
         self._wrench = wrench
         simulator.require_finite()

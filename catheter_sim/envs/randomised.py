@@ -27,7 +27,7 @@ def check_randomised(randomised: Any) -> Randomised:
             f"{RANDOMISED} = {shown(randomised)}: a mapping of keys to bounds is needed, as in "
             "{'friction.mu': (0.1, 0.5)}"
         )
-    needed = "two finite numbers, least first, are needed"
+    needed = "two finite numbers, least first, are needed; values are drawn evenly between them"
     for name in randomised:
         if not isinstance(name, str) or "=" in name or not name.isprintable():
             raise InputError(f"{RANDOMISED}: {shown(name)}: a dotted key is needed, as in friction.mu")

@@ -10,13 +10,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.settings import Settings
 from catheter_sim.envs.arguments import checked_options, checked_whole
 from catheter_sim.envs.observation import Bounds, Observation
 from catheter_sim.envs.targets import random_target, require_reachable
 from catheter_sim.envs.tip import DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
 from catheter_sim.pictures.images import Picture
-from catheter_sim.units import in_file_units
 
 HOLD_STEPS = 5  # assumed: half a second
 REST_S = 1.0  # assumed: at rest is a tip that would take longer than this for one tolerance
@@ -124,11 +124,12 @@ class ReachEnv(TipEnv):
 
     `info` of `reset` and `step`, in the units of files, which stand at the end of the names: `tip_mm`,
     `target_mm` (true ones, base frame), `distance_mm`, `speed_mm_per_s`, `commanded_tension_N` or
-    `commanded_displacement_mm` (of each tendon), `is_success`, `diverged`.
+    `commanded_displacement_mm` (of each tendon), `is_success`, `diverged`; and `drawn`, of what is
+    `randomised`: each key and the value of this episode, in the key's unit.
 
     ## Arguments
 
-    - `robot`: a robot id or the path of a robot `.toml`.
+    - `robot`: a robot id, the path of a robot `.toml`, or a robot (`cs.load_robot`).
     - `settings`: a text `KEY=VALUE` as for `--set`, a list of such texts, or a mapping of keys to values
       (`{"friction.mu": 0}`); effects included (`"effects.backlash.width_N=0.02"`).
     - `action_type`: "tension" or "displacement"; default: the robot's own.
@@ -153,7 +154,7 @@ class ReachEnv(TipEnv):
 
     def __init__(
         self,
-        robot: str | os.PathLike[str],
+        robot: RobotSpec | str | os.PathLike[str],
         settings: Settings = (),
         action_type: str | None = None,
         *,
@@ -232,7 +233,7 @@ class ReachEnv(TipEnv):
         return self._observed({"target": self.target_m / self.length_m})
 
     def _info(self) -> dict[str, Any]:
-        return in_file_units({**self._common_info(), "is_success": self._held >= self.hold_steps})
+        return self._handed_out({**self._common_info(), "is_success": self._held >= self.hold_steps})
 
     def _more_bounds(self) -> Bounds:
         return {"held": (np.zeros(1), 1.0)}

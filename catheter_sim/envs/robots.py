@@ -1,7 +1,8 @@
 """Several equal robots that one thread moves: each by itself, or all together on a batch.
 
-Both ways give the same numbers (tested to 1e-9), and each copy those of a `plant.Plant` alone. `together`
-says which it can be; what it cannot be for, `simulation.copies.copied_together` names.
+Both ways give the same numbers, and each copy those of a `plant.Plant` alone, but for rounding, which
+friction amplifies over an episode (`vector`). `together` says which it can be; what it cannot be for,
+`simulation.copies.copied_together` names.
 """
 
 from __future__ import annotations

@@ -32,11 +32,12 @@ from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.randomised import RANDOMISED, check_randomised, drawn_settings, end_settings
 from catheter_sim.envs.surroundings import Surround
 from catheter_sim.envs.targets import frictionless_reach
-from catheter_sim.errors import InputError, SimulationDiverged, shown
+from catheter_sim.errors import SimulationDiverged
 from catheter_sim.modelling.scene import View, views
 from catheter_sim.pictures.framing import fitted_view
 from catheter_sim.pictures.images import Picture
 from catheter_sim.pictures.state import State
+from catheter_sim.units import in_file_units
 
 Action = NDArray[np.float32]
 OBSERVATIONS = ("state", "pixels")
@@ -91,7 +92,7 @@ class TipEnv(RobotEnv):
 
     def __init__(
         self,
-        robot: str | os.PathLike[str],
+        robot: RobotSpec | str | os.PathLike[str],
         settings: Settings = (),
         action_type: str | None = None,
         gravity_mps2: Sequence[float] = (0.0, 0.0, 0.0),
@@ -116,7 +117,7 @@ class TipEnv(RobotEnv):
         self.pixels = observation == "pixels"
         self._size = checked_size(width, height, _OBSERVED if self.pixels else _RENDERED)
         self.tolerance_m = checked_above_zero("tolerance_m", tolerance_m)
-        self._robot, self._settings = checked_robot(robot), settings_table(settings)
+        self._robot, self._settings = robot, settings_table(settings)
         self._action_type = checked_choice("action_type", action_type, ACTION_TYPES, True)
         self._gravity = checked_vector("gravity_mps2", gravity_mps2)
         self._largest_bend_rad = largest_bend_rad
@@ -286,10 +287,7 @@ class TipEnv(RobotEnv):
         return {}
 
     def _common_info(self) -> dict[str, Any]:
-        """Return what every task tells, SI: true places in the base frame and the drives' inputs.
-
-        A task hands it out in the units of files (`units.in_file_units`).
-        """
+        """Return what every task tells, SI: true places in the base frame and the drives' inputs."""
         return {
             "tip_m": self._now.tip.copy(),
             "target_m": self.target_m.copy(),
@@ -299,21 +297,14 @@ class TipEnv(RobotEnv):
             "diverged": self._diverged,
         }
 
+    def _handed_out(self, told: Mapping[str, Any]) -> dict[str, Any]:
+        """Return `info`: what a task tells, SI, in the units of files, and what was drawn of the robot."""
+        return {**in_file_units(told), **({"drawn": dict(self._drawn)} if self.randomised else {})}
+
 
 def commanded_name(drives: DriveLevels) -> str:
     """Return what the tendons' commanded inputs are called in `info`, with their SI unit."""
     return "commanded_tension_N" if drives.quantity is Quantity.TENSION else "commanded_displacement_m"
-
-
-def checked_robot(robot: Any) -> str | os.PathLike[str]:
-    """Return what names a robot.
-
-    Raises:
-        InputError: it is neither an id nor a path.
-    """
-    if isinstance(robot, str | os.PathLike) and "\0" not in str(robot):
-        return robot
-    raise InputError(f"robot = {shown(robot)}: a robot's id or the path of a robot .toml is needed")
 
 
 def level_after(level: Array, action: Array, drives: DriveLevels) -> Array:

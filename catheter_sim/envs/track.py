@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs import EPISODE_STEPS
+from catheter_sim.envs.arguments import checked_flag
 from catheter_sim.envs.draws import Path
-from catheter_sim.envs.observation import Observation
+from catheter_sim.envs.observation import Bounds, Observation
 from catheter_sim.envs.targets import random_path
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, TARGET_CLEARANCE, Action, TipEnv
 from catheter_sim.pictures.images import Picture
-from catheter_sim.units import in_file_units
 
 DIRECTION_TOLERANCE_RAD = math.radians(10.0)  # assumed
 DIRECTION_WEIGHT = 0.1  # assumed: robot lengths that a half turn of the tip costs
@@ -47,6 +49,7 @@ class TrackEnv(TipEnv):
     | `target` | 3 | where the target is now, base frame | L |
     | `target_direction` | 3 | unit vector that the tip's axis is wanted along | 1 |
     | `target_velocity` | 3 | mean velocity of the target over the step to come; zero at the end | L/s |
+    | `time_left` | 1 | last, in `...Track-v1` only: what is left of the way's steps, from 1 to 0 | 1 |
 
     ## Reward
 
@@ -55,9 +58,11 @@ class TrackEnv(TipEnv):
 
     ## Episode
 
-    It starts at rest on the target and terminates after 100 steps, where the way ends, or where the
-    simulation diverges. Success is judged at the end: the root mean square distance over all steps is
-    at most `tolerance_m`, and the root mean square angle at most 10 degrees (assumed).
+    It starts at rest on the target. It terminates only where the simulation diverges, and is truncated after
+    100 steps, where the way ends: the clock is no state of the robot. In `...Track-v0` the observation does
+    not hold the time; in `...Track-v1` it does, so that a value of what is still to come can be learned.
+    Success is judged at the end: the root mean square distance over all steps is at most `tolerance_m`, and
+    the root mean square angle at most 10 degrees (assumed).
 
     ## Reset
 
@@ -70,14 +75,25 @@ class TrackEnv(TipEnv):
 
     ## Arguments
 
-    Those of `reach.ReachEnv`. The registered environments have its tolerances: 5 mm, and 2 mm for
-    single sections and catheters.
+    Those of `reach.ReachEnv` but `hold_steps`, and `time_left`: whether the observation holds it. The
+    registered environments have its tolerances: 5 mm, and 2 mm for single sections and catheters.
     """
 
     goal = ("target", "target_direction", "target_velocity")
     path: Path
     _step: int
     _squares: np.ndarray
+
+    def __init__(
+        self, robot: RobotSpec | str | os.PathLike[str], *rest: Any, time_left: bool = False, **arguments: Any
+    ) -> None:
+        """Build the robot; see the class's text.
+
+        Raises:
+            InputError: an argument is impossible.
+        """
+        self.time_left, self._step = checked_flag("time_left", time_left), 0
+        super().__init__(robot, *rest, **arguments)
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -109,7 +125,13 @@ class TrackEnv(TipEnv):
             return self._observation(), DIVERGED_REWARD, True, False, self._info()
         self._squares = self._squares + np.square([self._distance_m, self._angle_rad()])
         cost = cost_of(self._distance_m, self._angle_rad(), self.length_m)
-        return self._observation(), -cost, self._step == EPISODE_STEPS, False, self._info()
+        return self._observation(), -cost, False, self._step == EPISODE_STEPS, self._info()
+
+    def _more_bounds(self) -> Bounds:
+        return {"time_left": (np.zeros(1), 1.0)} if self.time_left else {}
+
+    def _more_parts(self) -> Mapping[str, Array]:
+        return {"time_left": np.array([1.0 - self._step / EPISODE_STEPS])} if self.time_left else {}
 
     def _angle_rad(self) -> float:
         """Return the angle between the tip's axis and the wanted one."""
@@ -128,7 +150,7 @@ class TrackEnv(TipEnv):
     def _info(self) -> dict[str, Any]:
         distance, angle = np.sqrt(self._squares / max(self._step, 1))
         ended = self._step == EPISODE_STEPS and not self._diverged
-        return in_file_units(
+        return self._handed_out(
             {
                 **self._common_info(),
                 "angle_rad": self._angle_rad(),

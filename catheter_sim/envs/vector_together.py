@@ -15,10 +15,13 @@ from gymnasium.vector.utils import batch_space
 from catheter_sim.core.posture import Array
 from catheter_sim.envs import EPISODE_STEPS
 from catheter_sim.envs.arguments import (
+    checked_above_zero,
     checked_actions,
+    checked_choice,
     checked_mask,
     checked_options,
     checked_seeds,
+    checked_whole,
     require_running,
 )
 from catheter_sim.envs.draws import Path, random_paths, random_targets, require_standing
@@ -35,12 +38,16 @@ from catheter_sim.envs.tip import (
     level_after,
 )
 from catheter_sim.envs.track import TrackEnv, angle_between, cost_of, followed
+from catheter_sim.errors import InputError, shown
 from catheter_sim.mechanics.arrays import Index
 from catheter_sim.pictures.images import Picture
 from catheter_sim.pictures.state import State
 from catheter_sim.units import in_file_units
 
 Infos = dict[str, Any]
+_SEEN = "action_space", "observation_space", "state_space", "layout", "metadata", "render_mode", "pixels"
+_TASK = "drives", "dynamics", "hold_steps", "length_m", "randomised", "time_left", "tolerance_m"
+SHARED = (*_SEEN, *_TASK)  # attributes of one environment that copies have in common
 
 
 class TogetherEnv(VectorEnv[Any, Any, Any]):
@@ -152,8 +159,8 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         if len(stepping):
             rewards[stepping], terminations[stepping] = self._judge(stepping)
             self._elapsed[stepping] += 1
-        if self._limit is not None:
-            truncations[stepping] = self._elapsed[stepping] >= self._limit
+        over = self._over() if self._limit is None else self._over() | (self._elapsed >= self._limit)
+        truncations[stepping] = over[stepping]
         if len(starting):
             self._begin(starting, goals)
         ended = terminations | truncations
@@ -178,6 +185,52 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
             return None
         return tuple(self._picture(one) for one in range(self.num_envs))
 
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Return what each copy has under `name`, as `SyncVectorEnv.call`.
+
+        Copies are no environments. Each has `render`, `target_m`, `np_random` and `np_random_seed`; `SHARED`
+        names what they have in common: their task's arguments, the spaces, the drives.
+
+        Raises:
+            AttributeError: they have nothing of this name.
+        """
+        each: dict[str, Any] = {
+            "target_m": self._target.copy(),
+            "np_random": self.np_random,
+            "np_random_seed": self.np_random_seed,
+        }
+        if name == "render":
+            return self.render(*args, **kwargs) or (None,) * self.num_envs
+        if name in each:
+            return tuple(each[name])
+        if name in SHARED and hasattr(self.one, name):
+            return (getattr(self.one, name),) * self.num_envs
+        known = ", ".join(["render", *each, *(name for name in SHARED if hasattr(self.one, name))])
+        raise AttributeError(f"{name}: not of copies that are stepped together; choices: {known}")
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Return an attribute of each copy; see `call`."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set `tolerance_m` or `hold_steps` of all copies.
+
+        Args:
+            name: of the attribute.
+            values: the value, or a list of it for each copy.
+
+        Raises:
+            InputError: another name, a value that is impossible, or values that differ.
+        """
+        checks = {"tolerance_m": checked_above_zero, "hold_steps": checked_whole}
+        known = [item for item in checks if hasattr(self.one, item)]
+        check = checks[checked_choice("attribute of copies that are stepped together", name, known)]
+        every = values if isinstance(values, list | tuple) else [values]
+        found = {check(name, value) for value in every}
+        if len(found) != 1:
+            raise InputError(f"{name} = {shown(values)}: copies that are stepped together have one value")
+        setattr(self.one, name, found.pop())
+
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads and free the renderer."""
         self._fleet.close()
@@ -194,6 +247,10 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
     @abstractmethod
     def _judge(self, stepped: Index) -> tuple[Array, np.ndarray]:
         """Return rewards and whether the episode terminates of copies after a step, shapes (k,)."""
+
+    def _over(self) -> np.ndarray:
+        """Return of which copies the task itself has come to its end in time, shape (n,)."""
+        return np.zeros(self.num_envs, dtype=bool)
 
     @abstractmethod
     def _goal(self) -> Mapping[str, Array]:
@@ -367,6 +424,7 @@ class TrackTogether(TogetherEnv):
     def __init__(self, one: TrackEnv, num_envs: int, *rest: Any) -> None:
         """Make copies of `one`; arguments as of `TogetherEnv`."""
         super().__init__(one, num_envs, *rest)
+        self._track = one
         clearance = TARGET_CLEARANCE * one.length_m
 
         def draw(robots: Robots, chosen: Index, rngs: Sequence[np.random.Generator]) -> list[Path]:
@@ -400,7 +458,14 @@ class TrackTogether(TogetherEnv):
         lost = self._diverged[stepped]
         self._squares[stepped[~lost]] += np.square(np.stack([distance, angle], axis=1)[~lost])
         rewards = np.where(lost, DIVERGED_REWARD, -cost_of(distance, angle, self.one.length_m))
-        return rewards, lost | (self._steps[stepped] == EPISODE_STEPS)
+        return rewards, lost
+
+    def _over(self) -> np.ndarray:
+        return (self._steps == EPISODE_STEPS) & ~self._diverged
+
+    def _more_parts(self) -> Mapping[str, Array]:
+        left = 1.0 - self._steps[:, np.newaxis] / EPISODE_STEPS
+        return {"time_left": left} if self._track.time_left else {}
 
     def _angle_rad(self) -> Array:
         return angle_between(self._now.direction, self._looking[self._all, self._steps])

@@ -13,22 +13,30 @@ nothing, as in the robot's own model; its lights, cameras and background stay be
 
 from __future__ import annotations
 
-from typing import TypeAlias
+import os
+import warnings
+from typing import TypeAlias, get_args
 
 import mujoco
 
+from catheter_sim.catalogue import robot_of
+from catheter_sim.channels import checked_actuation
 from catheter_sim.core.drive import driven_by
 from catheter_sim.core.law import BASE
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import wholly_built_in
-from catheter_sim.errors import InputError
+from catheter_sim.errors import InputError, cut, require_type
 from catheter_sim.modelling.model_cache import remembered_mjcf
 
 Place: TypeAlias = mujoco.MjsFrame | mujoco.MjsBody | mujoco.MjsSite
 
 
 def attach(
-    spec: mujoco.MjSpec, robot: RobotSpec, frame: Place, prefix: str, actuation: str | None = None
+    spec: mujoco.MjSpec,
+    robot: RobotSpec | str | os.PathLike[str],
+    frame: Place,
+    prefix: str,
+    actuation: str | None = None,
 ) -> None:
     """Attach `robot` to a model that is not compiled yet.
 
@@ -36,16 +44,19 @@ def attach(
     integrator, and a time step that is not longer than the robot's: the laws that run beside a step are made
     for these.
 
+    The robot touches nothing: its geoms have no contacts. A Python warning says so where other geoms of the
+    model collide.
+
     Args:
         spec: the model; changed in place.
-        robot: the robot; such of its `effects` as act on the robot itself are built in.
+        robot: the robot, its id or its file; such of its `effects` as act on the robot itself are built in.
         frame: a frame, body or site of `spec` that becomes the robot's base frame.
         prefix: of the names of all its elements; no name in `spec` may begin with it.
         actuation: "tension" or "displacement"; default: the robot's own.
 
     Raises:
-        InputError: the prefix is empty or taken, the model's time step or integrator does not fit, or an
-            effect acts on inputs or outputs.
+        InputError: an argument is of another kind, the prefix is empty or taken, the model's time step or
+            integrator does not fit, or an effect acts on inputs or outputs.
 
     Examples:
         >>> import catheter_sim as cs
@@ -60,8 +71,12 @@ def attach(
         >>> (1e3 * scope.posture().p_w[-1]).round(1)
         array([40.5,  0. , 36. ])
     """
+    robot = robot_of(robot)
+    require_type("spec", spec, mujoco.MjSpec, "a mujoco.MjSpec that is not compiled yet")
+    require_type("frame", frame, get_args(Place), "a frame, body or site of the spec")
+    require_type("prefix", prefix, str, "a text")
     _require_free(spec, prefix)
-    actuation = actuation or robot.actuation
+    actuation = checked_actuation(robot, actuation)
     if robot.effects:
         robot = wholly_built_in(driven_by(robot, actuation))
     child = mujoco.MjSpec.from_string(remembered_mjcf(robot, actuation))
@@ -72,6 +87,14 @@ def attach(
     base.name = prefix + BASE
     # A body of its own, so that no frame is worked into the links' places, which laws move.
     spec.attach(child, prefix=prefix, frame=base.add_frame())
+    colliding = [geom.name for geom in spec.geoms if geom.contype or geom.conaffinity]
+    if colliding:
+        named = ", ".join(name for name in colliding if name) or "they have no names"
+        warnings.warn(
+            "attach: robots touch nothing: this one goes through every geom of the scene that collides "
+            f"({cut(named, 100)})",
+            stacklevel=2,
+        )
 
 
 def _require_free(spec: mujoco.MjSpec, prefix: str) -> None:

@@ -4,16 +4,21 @@ MuJoCo picks its backend from the environment variable `MUJOCO_GL` once, as `muj
 takes a window where it is unset. Here an unset variable means EGL, also where `mujoco` was imported
 long before. The variable itself is left alone: `MUJOCO_GL=egl` breaks `import mujoco` on a machine
 without an EGL library, which needs none to simulate.
+
+OpenGL does not survive a fork: the child of a process that has drawn would wait forever for threads that only
+its parent has. It gets an error instead.
 """
 
 from __future__ import annotations
 
+import atexit
 import importlib
 import os
 import platform
 import sys
 import warnings
-from typing import TYPE_CHECKING
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 from catheter_sim.errors import InputError
 
@@ -22,6 +27,7 @@ if TYPE_CHECKING:
 
 SMALLEST_SIDE, LARGEST_SIDE = 16, 4096  # of a picture [pixels]
 _VARIABLE = "MUJOCO_GL"
+_drew: set[int] = set()  # numbers of the processes that have drawn: this one, and those it was forked from
 _PACKAGES = "EGL is needed; on Debian: apt install libegl1 libgl1-mesa-dri"
 
 
@@ -43,11 +49,12 @@ def open_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Rend
     The model's offscreen buffer is enlarged where the picture needs it.
 
     Raises:
-        InputError: the size is no picture's, or no OpenGL context can be had.
+        InputError: the size is no picture's, no OpenGL context can be had, or the process was forked from one
+            that has drawn. What is opened raises the last too, where a fork took it along.
     """
+    if _drew - {os.getpid()}:
+        raise _forked()
     require_mujoco()
-    import mujoco
-
     for name, value in (("width", width), ("height", height)):
         if not SMALLEST_SIDE <= value <= LARGEST_SIDE:
             limits = f"{SMALLEST_SIDE} to {LARGEST_SIDE}"
@@ -58,9 +65,43 @@ def open_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Rend
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # GLFW warns; what follows says it in one line
             _choose_backend()
-            return mujoco.Renderer(model, height, width)
+            return _renderer_class()(model, height, width)
     except Exception as error:  # ctypes, PyOpenGL and MuJoCo each raise classes of their own
         raise _no_context(error) from None
+
+
+@cache
+def _renderer_class() -> type[mujoco.Renderer]:
+    import mujoco
+
+    class Renderer(mujoco.Renderer):
+        """MuJoCo's, but that it raises in a forked child, where MuJoCo's would hang."""
+
+        def __init__(self, *arguments: Any) -> None:
+            self._process = os.getpid()
+            super().__init__(*arguments)
+            _drew.add(self._process)
+
+        def render(self, **arguments: Any) -> Any:
+            if self._process != os.getpid():
+                raise _forked()
+            return super().render(**arguments)
+
+        def close(self) -> None:
+            if self._process == os.getpid():
+                super().close()
+
+    return Renderer
+
+
+def _forked() -> InputError:
+    at_exit = getattr(sys.modules.get("mujoco.egl"), "_terminate_display", None)
+    if at_exit is not None:  # it would hang as well
+        atexit.unregister(at_exit)
+    return InputError(
+        "cannot draw: this process was forked from one that has drawn; start it with context='spawn' "
+        "(AsyncVectorEnv, multiprocessing)"
+    )
 
 
 def _choose_backend() -> None:

@@ -34,14 +34,9 @@ def robot_of(robot: RobotSpec | str | os.PathLike[str]) -> RobotSpec:
     Raises:
         InputError: unknown robot, or neither a robot nor a name.
     """
-    from catheter_sim.catalogue import load_robot
-    from catheter_sim.core.robot import RobotSpec as Spec
+    from catheter_sim.catalogue import robot_of as value_of
 
-    if isinstance(robot, Spec):
-        return robot
-    if isinstance(robot, str | os.PathLike):
-        return load_robot(robot)
-    raise InputError(f"robot = {shown(robot)}: a robot, its id or the path of its .toml is needed")
+    return value_of(robot)
 
 
 def gravity_of(value: Sequence[float]) -> Array:

@@ -2,12 +2,62 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import mujoco
 import numpy as np
 
+from catheter_sim.core.drive import Drive, Quantity
 from catheter_sim.core.law import Controls, Pulls, RobotInModel
 from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.errors import InputError, shown
 from catheter_sim.mechanics.slack import clamp_slack
+from catheter_sim.simulation.divergence import LARGEST_INPUT
+
+ROUNDING = 1e-9  # by which an input may lie beyond its range [N or m]
+
+
+def checked_numbers(where: str, value: Any, shape: tuple[int, ...], needed: str) -> Array:
+    """Return `value` as an array of numbers of `shape`, none of which MuJoCo would put a zero in place of.
+
+    Raises:
+        InputError: it is none; `needed` says what would be one.
+    """
+    try:
+        numbers = np.asarray(value)
+        real = numbers.dtype.kind in "iuf" and numbers.shape == shape
+    except ValueError:  # rows of different lengths
+        real = False
+    if not real:
+        raise InputError(f"{where} = {shown(value)}: {needed}")
+    if not (np.abs(numbers) <= LARGEST_INPUT).all():  # false of what is not a number
+        raise InputError(f"{where} = {shown(value)}: finite numbers within {LARGEST_INPUT:g} are needed")
+    return np.asarray(numbers, dtype=float)
+
+
+def checked_inputs(robot: RobotSpec, drives: Sequence[Drive], value: Any) -> Array:
+    """Return inputs of a robot's tendons as an array, shape (t,), SI.
+
+    Raises:
+        InputError: other than one finite number for each tendon, a tension below zero, or a tube's advance
+            beyond its stroke.
+    """
+    names = [item.name for item in robot.tendons]
+    listed = f" ({', '.join(names)})" if names else ""
+    needed = f"{len(names)} numbers are needed, one for each of its tendons{listed}"
+    where = f"{robot.name}: set_inputs: tendon"
+    numbers = checked_numbers(where, value, (len(names),), needed)
+    for drive in drives:
+        for place in drive.tendons:
+            number = float(numbers[place])
+            if drive.quantity is Quantity.TENSION and number < -ROUNDING:
+                raise InputError(f"{where} {names[place]}: {number:g} N: a tendon cannot push")
+            if not drive.least - ROUNDING <= number <= drive.most + ROUNDING:
+                limits = f"{drive.least:g} to {drive.most:g} m"
+                raise InputError(f"{where} {names[place]}: {number:g} m: must lie in {limits}")
+    return numbers
 
 
 class Actuation:

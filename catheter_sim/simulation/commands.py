@@ -50,7 +50,7 @@ class Commands:
             for body, part in zip(self._bodies, values[t + 6 :].reshape(-1, 6), strict=True)
         ]
         others = (*self._others, *on_bodies)
-        simulator.set_inputs(values[:t], values[t : t + 3], values[t + 3 : t + 6], others)
+        simulator.put_inputs(values[:t], values[t : t + 3], values[t + 3 : t + 6], others)
 
     def means(self, at_s: Array, width_s: float) -> Array:
         """Return the inputs' means over windows about times since the first row, shape (k, c).

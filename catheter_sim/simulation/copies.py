@@ -37,8 +37,9 @@ from catheter_sim.simulation.divergence import LARGEST_INPUT, farthest
 from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.friction_copies import CapstanCopies
 from catheter_sim.simulation.path_copies import PathCopies, pathless
-from catheter_sim.simulation.simulator import SETTLE_BLOCK_S, SETTLED_ANGLE_RAD, Simulator
+from catheter_sim.simulation.simulator import SETTLED_ANGLE_RAD, Simulator
 from catheter_sim.simulation.site_tendons import applies
+from catheter_sim.simulation.together import SETTLE_BLOCK_S
 
 _NOTHING, _POSITIONS, _VELOCITIES, _ALL = (
     int(stage)

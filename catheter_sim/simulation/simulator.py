@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from catheter_sim.catalogue import robot_of
+from catheter_sim.channels import checked_actuation
 from catheter_sim.core.drive import Quantity, driven_by
 from catheter_sim.core.law import RobotInModel, Step
 from catheter_sim.core.loads import LinkForce
 from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import wholly_built_in
-from catheter_sim.errors import InputError, SimulationDiverged
+from catheter_sim.errors import InputError, SimulationDiverged, require_type, shown
 from catheter_sim.kinds import kind_of
 from catheter_sim.modelling.model_cache import remembered_mjcf
-from catheter_sim.simulation.actuation import Actuation
+from catheter_sim.simulation.actuation import Actuation, checked_inputs, checked_numbers
 from catheter_sim.simulation.divergence import Watch
 from catheter_sim.simulation.law_list import find_laws, needs_reference_friction
 from catheter_sim.simulation.loads import Loads
@@ -26,6 +31,7 @@ from catheter_sim.simulation.readout import Readout
 from catheter_sim.simulation.servo_lag import ServoLag
 from catheter_sim.simulation.site_tendons import SiteTendons, applies
 from catheter_sim.simulation.tissue import Tissue
+from catheter_sim.simulation.together import settle_together, share, sharing, take_steps
 
 # Reference friction law only. MuJoCo softens a friction constraint by R = (1 - d)/d A, where d is at
 # most 0.9999 and A the inverse inertia at the constraint: a stuck tendon of tiny inertia creeps. R is
@@ -33,7 +39,6 @@ from catheter_sim.simulation.tissue import Tissue
 # no longer converges.
 FRICTION_SOFTNESS = 0.01
 LIGHTER = 1e3  # by which a quasi-static run makes the masses smaller and gravity larger
-SETTLE_BLOCK_S = 0.05  # simulated time between two looks whether the robot is at rest
 SETTLED_ANGLE_RAD = 2e-6  # at rest: what a hinge would still move in one relaxation time
 ZERO_WRENCH = (0.0, 0.0, 0.0)
 _RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
@@ -64,6 +69,7 @@ class Simulator:
         dofs: degrees of freedom that are at rest where the robot is.
         tissue: the surroundings' regions and what they feel; None where none are.
         moving: whether the robot moves as it is, with inertia and its own damping (`let_go`).
+        shares: whether it stands in a model that holds more.
 
     Examples:
         >>> import catheter_sim as cs
@@ -77,7 +83,7 @@ class Simulator:
 
     def __init__(
         self,
-        robot: RobotSpec,
+        robot: RobotSpec | str | os.PathLike[str],
         actuation: str | None = None,
         gravity_mps2: ArrayLike = ZERO_WRENCH,
         friction: str = "capstan",
@@ -90,12 +96,15 @@ class Simulator:
     ) -> None:
         """Build the model, or find the robot in one that holds more (`modelling.attach`).
 
-        In such a model several robots may be simulated at once, one simulator each (`step_together`).
+        In such a model several robots may be simulated at once: one simulator each, all with the same `data`.
+        A step of one of them takes the others along; keep them all, since a robot whose simulator is gone
+        moves without its laws.
         Gravity, masses and contacts are the model's; the base frame is that of the body
         `<prefix>base_frame`, which may move.
 
         Args:
-            robot: the robot; such of its `effects` as act on the robot itself are built in.
+            robot: the robot, its id or its file; such of its `effects` as act on the robot itself are built
+                in.
             actuation: "tension" or "displacement"; default: the robot's own.
             gravity_mps2: gravity in the base frame [m/s^2].
             friction: "capstan" (shipped), "nested" (reference) or "none".
@@ -108,7 +117,8 @@ class Simulator:
             model: one to which `robot` has been attached; of the arguments before only `actuation` and
                 `friction` are then to be given, and not "nested". The laws change the robot's part of it:
                 one simulator for each robot in each model.
-            data: its state; default: a new one.
+            data: its state, the same for all robots of a scene; default: a new one, in which only this
+                robot's laws act.
             prefix: of the robot's elements in it.
 
         Raises:
@@ -116,21 +126,23 @@ class Simulator:
                 effect acts on inputs or outputs: that needs their whole history, which steps have not; or
                 the model does not hold the robot, or arguments are given that it has no use for.
         """
-        self.actuation = actuation or robot.actuation
-        self.moving = False
+        robot = robot_of(robot)
+        self.actuation = checked_actuation(robot, actuation)
+        self.moving = self.shares = False
         self._held: MotionNumbers | None = None
         self._free: MotionNumbers | None = None
         self._lag = ServoLag(0.0, 0.0)
         if robot.effects and model_text is not None:
             raise InputError(f"{robot.name}: effects: build them in before the model's text is written")
         self.robot = robot = _built_in(robot, self.actuation)
+        gravity_mps2 = checked_numbers("gravity_mps2", gravity_mps2, (3,), "three numbers are needed")
         nested = needs_reference_friction(robot, friction)
         if model is not None:
             alone = not (nested or model_text or tissue_N_per_m) and inertia and not np.any(gravity_mps2)
             self._join(model, data, prefix, friction, alone)
             return
         text = remembered_mjcf(robot, self.actuation, nested) if model_text is None else model_text
-        self._alone, self._nested, self._gravity = model_text is None, nested, np.array(gravity_mps2, float)
+        self._alone, self._nested, self._gravity = model_text is None, nested, np.array(gravity_mps2)
         self.model = mujoco.MjModel.from_xml_string(text)
         self.model.opt.gravity[:] = gravity_mps2
         if not inertia:
@@ -155,6 +167,12 @@ class Simulator:
                 f"{self.robot.name}: in a model of its own only: gravity_mps2, inertia=False, model_text, "
                 "tissue_N_per_m, friction='nested' or no prefix"
             )
+        require_type("model", model, mujoco.MjModel, "a compiled mujoco.MjModel")
+        require_type("prefix", prefix, str, "a text")
+        if data is not None:
+            require_type("data", data, mujoco.MjData, "a mujoco.MjData")
+            if data.signature != model.signature:
+                raise InputError(f"{self.robot.name}: data: is of another model: use mujoco.MjData(model)")
         self.model, self.data = model, mujoco.MjData(model) if data is None else data
         self._alone, self._nested, self._gravity = False, False, np.zeros(3)
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
@@ -167,6 +185,14 @@ class Simulator:
             raise InputError(f"{what}: attach it first ({error.args[0]})") from None
         model.tendon_invweight0[place.tendons()] *= FRICTION_SOFTNESS
         self.reset()
+        self.shares = True
+        share(self)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take over what was copied or pickled."""
+        self.__dict__.update(state)
+        if self.shares:
+            share(self)
 
     def _find_robot(self, place: RobotInModel, friction: str) -> None:
         """Prepare what is done beside MuJoCo's own step for the robot in the model."""
@@ -177,12 +203,14 @@ class Simulator:
         self._readout = Readout(place, data, outputs, face.sliding_joints(robot))
         self.faces, self.dofs = self._readout.faces, self._readout.dofs
         self._loads = Loads(place, outputs.elements)
-        drives = kind_of(robot).drives.drives(robot, self.actuation)
-        given = all(drive.quantity is Quantity.TENSION for drive in drives)
+        self._drives = kind_of(robot).drives.drives(robot, self.actuation)
+        given = all(drive.quantity is Quantity.TENSION for drive in self._drives)
         self._actuation = Actuation(place, data, face.controls(robot, place), given)
         self.controls, self.pulls = self._actuation.controls, self._actuation.pulls
         self.laws = find_laws(robot, place, self._actuation, friction)
-        self._now = Step(data, self.pulls, self._loads.force_tip, self._loads.per_element, self.span_tension)
+        # Not `self.span_tension`: a simulator that nobody keeps has to go at once.
+        span_tension = partial(self._readout.span_tension, self._actuation, self.laws)
+        self._now = Step(data, self.pulls, self._loads.force_tip, self._loads.per_element, span_tension)
 
     def reset(self) -> None:
         """Return to rest: the unloaded shape, zero inputs, no friction history; held, as at first.
@@ -209,7 +237,7 @@ class Simulator:
 
     def set_inputs(
         self,
-        tendon: Array,
+        tendon: ArrayLike,
         force_tip: ArrayLike = ZERO_WRENCH,
         moment_tip: ArrayLike = ZERO_WRENCH,
         others: Sequence[LinkForce] = (),
@@ -224,10 +252,31 @@ class Simulator:
             others: further forces, at points of elements (`Loads` says in which frame).
 
         Raises:
-            InputError: a force on an element that the robot does not have, or a catheter's displacement
-                beyond its joint's range.
+            InputError: other than one finite number for each tendon, a tension below zero, a catheter's
+                displacement beyond its joint's range, a tube's advance beyond its stroke, a force or moment
+                of other than three finite numbers, or a force on an element that the robot does not have.
         """
-        self._actuation.set(self._lag.arriving(np.asarray(tendon, dtype=float)))
+        inputs = checked_inputs(self.robot, self._drives, tendon)
+        where = f"{self.robot.name}: set_inputs:"
+        loads = [("force_tip", force_tip), ("moment_tip", moment_tip)]
+        for item in others:
+            if not isinstance(item, LinkForce):
+                raise InputError(f"{where} others: {shown(item)}: a LinkForce is needed")
+            loads += [(f"force on element {item.link}", item.force_N), ("its moment", item.moment_Nm)]
+        for name, value in loads:
+            if value is not ZERO_WRENCH:
+                checked_numbers(f"{where} {name}", value, (3,), "three numbers are needed")
+        self.put_inputs(inputs, force_tip, moment_tip, others)
+
+    def put_inputs(
+        self,
+        tendon: Array,
+        force_tip: ArrayLike = ZERO_WRENCH,
+        moment_tip: ArrayLike = ZERO_WRENCH,
+        others: Sequence[LinkForce] = (),
+    ) -> None:
+        """Set inputs that have been checked before: `set_inputs` without its checks of numbers."""
+        self._actuation.set(self._lag.arriving(tendon))
         self._loads.set(force_tip, moment_tip, others)
 
     def let_go(self) -> None:
@@ -278,20 +327,28 @@ class Simulator:
         return self._actuation.tension()
 
     def step(self, count: int = 1) -> None:
-        """Take `count` steps of the whole model under the present inputs, with this robot's laws.
+        """Take `count` steps of the whole model under the present inputs.
+
+        The other robots' simulators that stand on the same model and data are taken along (`step_together`).
 
         Raises:
+            InputError: a newer simulator has this one's prefix in the same data.
             SimulationDiverged: a law beside MuJoCo's own fails on a state that is not finite; otherwise
                 only `require_finite` looks.
         """
+        everyone = sharing(self)
         try:
+            if len(everyone) > 1:
+                take_steps(everyone, count)
+                return
             if self._paths is None:
                 self._step(count)
                 return
             with self._paths.instead_of_the_engine():
                 self._step(count)
         except Exception:
-            self.require_finite()  # what failed may be no more than the first to meet a NaN
+            for item in everyone:
+                item.require_finite()  # what failed may be no more than the first to meet a NaN
             raise
 
     def _step(self, count: int) -> None:
@@ -366,17 +423,22 @@ class Simulator:
     def settle(self, longest_s: float = 5.0) -> bool:
         """Step under the present inputs until the robot is at rest; return whether it came to rest.
 
-        At rest is a robot whose fastest hinge would move by less than `SETTLED_ANGLE_RAD` in one
-        relaxation time, and a tube that is advanced by as many meters.
+        The other robots' simulators that stand on the same model and data are taken along, and have to come
+        to rest too (`settle_together`).
+
+        Raises:
+            InputError, SimulationDiverged: as `step`.
         """
-        steps = max(1, round(SETTLE_BLOCK_S / self.model.opt.timestep))
+        return settle_together([self], longest_s)
+
+    def at_rest(self) -> bool:
+        """Return whether the robot is at rest.
+
+        So is a robot whose fastest hinge would move by less than `SETTLED_ANGLE_RAD` in one relaxation time,
+        and a tube that is advanced by as many meters.
+        """
         slowest = SETTLED_ANGLE_RAD / self.robot.dynamics.relaxation_time_s
-        for _ in range(max(1, round(longest_s / (steps * self.model.opt.timestep)))):
-            self.step(steps)
-            self.require_finite()
-            if np.abs(self.data.qvel[self.dofs]).max() < slowest:
-                return True
-        return False
+        return bool(np.abs(self.data.qvel[self.dofs]).max() < slowest)
 
     def span_tension(self) -> Array:
         """Return the tension of every tendon between its holes, NaN beyond its end, shape (t, n) [N].

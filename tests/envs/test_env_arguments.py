@@ -29,9 +29,9 @@ MATRIX = np.full((3, 3), math.nan)
 # What every environment refuses, and what its line says.
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"tolerance": 1e-3}, "unknown argument 'tolerance'; choices: "),
-    ({"robot": 5}, "robot = 5: a robot's id or the path of a robot .toml is needed"),
-    ({"robot": None}, "robot = None: a robot's id"),
-    ({"robot": "a\0.toml"}, "robot = 'a\\x00.toml': a robot's id"),
+    ({"robot": 5}, "robot = 5: a robot, its id or the path of its .toml is needed"),
+    ({"robot": None}, "robot = None: a robot, its id"),
+    ({"robot": "a\0.toml"}, "robot = 'a\\x00.toml': a robot, its id"),
     ({"robot": "scorpion"}, "unknown robot 'scorpion'; choices: neuroendoscope, "),
     ({"settings": 5}, "settings = 5: texts KEY=VALUE, or a mapping of keys to values, are needed"),
     ({"settings": None}, "settings = None: texts KEY=VALUE"),

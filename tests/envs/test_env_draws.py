@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
+import gymnasium
 import numpy as np
 import pytest
 from scipy.stats import kstest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import Friction
 from catheter_sim.envs.draws import random_level, random_levels, random_targets
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.randomised import check_randomised, drawn_settings
@@ -115,3 +118,76 @@ def test_settings_are_drawn_evenly_between_their_bounds() -> None:
     drawn = [values_of(drawn_settings(bounds, rng)) for _ in range(1000)]
     assert kstest([(item["friction.mu"] - 0.1) / 0.4 for item in drawn], "uniform").pvalue > 0.001
     assert {item["stiffness_scale"] for item in drawn} == {2.0}
+
+
+SECTION = "catheter_sim/NeuroendoscopeSectionReach-v0"
+TARGET = {"target": (0.0, 0.0, 0.06)}
+DRAWN = {"friction.mu": (0.1, 0.5), "effects.actuation_gain.scale": (0.9, 1.1)}
+
+
+@pytest.mark.slow
+def test_what_was_drawn_is_in_info() -> None:
+    """The numbers of the robot that is simulated, within their bounds; other ones at each reset."""
+    env = gymnasium.make(SECTION, randomised=DRAWN)
+    drawn = []
+    for seed in (0, None, None):
+        _, info = env.reset(seed=seed, options=TARGET)
+        later = env.step(np.zeros(2, np.float32))[4]
+        assert info["drawn"] == later["drawn"]
+        assert info["drawn"].keys() == DRAWN.keys()
+        robot = env.unwrapped.plant.specified  # type: ignore[attr-defined]
+        assert info["drawn"]["friction.mu"] == robot.friction.mu
+        assert info["drawn"]["effects.actuation_gain.scale"] == robot.effects["actuation_gain"]["scale"]
+        assert all(low <= info["drawn"][name] <= high for name, (low, high) in DRAWN.items())
+        drawn.append(info["drawn"]["friction.mu"])
+    assert len(set(drawn)) == 3
+    assert "drawn" not in gymnasium.make(SECTION).reset(options=TARGET)[1]
+
+
+@pytest.mark.slow
+def test_what_was_drawn_for_each_copy_is_in_info() -> None:
+    """As Gymnasium has it: an array for each key, and who has it; of an episode that ended, its own."""
+    many = gymnasium.make_vec(
+        SECTION,
+        2,
+        "vector_entry_point",
+        threads=1,
+        randomised=DRAWN,
+        max_episode_steps=1,
+        autoreset_mode="SameStep",
+    )
+    _, begun = many.reset(seed=4, options=TARGET)
+    one, other = (
+        gymnasium.make(SECTION, randomised=DRAWN).reset(seed=seed, options=TARGET)[1] for seed in (4, 5)
+    )
+    first = begun["drawn"]["friction.mu"]
+    assert first.tolist() == [one["drawn"]["friction.mu"], other["drawn"]["friction.mu"]]
+    assert begun["_drawn"].all()
+    info = many.step(np.zeros((2, 2), np.float32))[4]
+    assert np.array_equal(info["final_info"]["drawn"]["friction.mu"], first)
+    assert not np.isin(info["drawn"]["friction.mu"], first).any()
+    many.close()
+
+
+@pytest.mark.parametrize("law", [("normal", 0.3, 0.1), {"low": 0.1, "high": 0.5}, lambda rng: 0.3, [0.1]])
+def test_other_ways_to_draw_are_refused(law: object) -> None:
+    """One line that says what there is."""
+    with pytest.raises(InputError, match=r"randomised friction.mu = .*drawn evenly between them$"):
+        gymnasium.make(SECTION, randomised={"friction.mu": law})
+
+
+@pytest.mark.slow
+def test_a_robot_is_taken_for_its_id() -> None:
+    """The same numbers; settings and draws act on it too; it is checked."""
+    robot = load_robot("neuroendoscope_section", {"friction.mu": 0.2})
+    name = SECTION
+    by_value = gymnasium.make(name, robot=robot)
+    by_id = gymnasium.make(name, robot="neuroendoscope_section", settings={"friction.mu": 0.2})
+    assert np.array_equal(by_value.reset(seed=1)[0], by_id.reset(seed=1)[0])
+    changed = gymnasium.make(name, robot=robot, settings={"friction.mu": 0.1})
+    assert changed.unwrapped.plant.specified.friction.mu == 0.1  # type: ignore[attr-defined]
+    many = gymnasium.make_vec(name, 2, "vector_entry_point", threads=1, robot=robot)
+    assert np.array_equal(many.reset(seed=1)[0][0], by_id.reset(seed=1)[0])
+    many.close()
+    with pytest.raises(InputError, match=r"neuroendoscope_section: friction.mu = -1"):
+        gymnasium.make(name, robot=replace(robot, friction=Friction(-1.0)))

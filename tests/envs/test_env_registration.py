@@ -21,7 +21,10 @@ ROBOTS = (
 )
 CLINICAL = ("NeuroendoscopeTumour", "ChestTubeInsert", "MitralTransseptalDeliver", "Mitral4dofDeliver")
 TASKS = (*(robot + task for robot in ROBOTS for task in ("Reach", "Track")), *CLINICAL)
-IDS = tuple(f"catheter_sim/{name}-v0" for name in TASKS)
+IDS = (
+    *(f"catheter_sim/{name}-v0" for name in TASKS),
+    *(f"catheter_sim/{robot}Track-v1" for robot in ROBOTS),
+)
 
 
 def fresh(code: str) -> str:
@@ -57,7 +60,7 @@ def test_registration_is_idempotent_and_limits_episodes(recwarn: pytest.Warnings
     register_environments()
     assert all(gymnasium.registry[name] is spec for name, spec in before.items())
     for name, spec in before.items():
-        reaches = name.endswith(("Reach-v0", "Track-v0"))
+        reaches = name.endswith(("Reach-v0", "Track-v0", "Track-v1"))
         assert spec.max_episode_steps == (EPISODE_STEPS if reaches else CLINICAL_STEPS)
     assert (EPISODE_STEPS, CLINICAL_STEPS) == (100, 200)
     assert not recwarn.list

@@ -52,8 +52,8 @@ def run(env: TrackEnv, policy: Callable[[np.ndarray], np.ndarray], seed: int) ->
     seen = []
     for step in range(1, EPISODE_STEPS + 1):
         observation, reward, terminated, truncated, info = env.step(policy(observation))
-        assert not truncated
-        assert terminated == (step == EPISODE_STEPS)
+        assert not terminated
+        assert truncated == (step == EPISODE_STEPS)
         seen.append((reward, info))
     return seen
 
@@ -121,6 +121,50 @@ def test_observation_shows_the_target_and_where_it_goes():
         assert following_m == pytest.approx(env.path.tip_m[step + 1], abs=1e-7)
         observation = env.step(np.zeros(env.action_space.shape, np.float32))[0]
     assert not observation[env.layout["target_velocity"]].any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", [None, 3])
+def test_the_clock_truncates_and_the_later_version_sees_it(limit: int | None) -> None:
+    """v1 is v0 with one number more, the share of the way that is left; neither terminates by time."""
+    arguments = {} if limit is None else {"max_episode_steps": limit}
+    first, later = (
+        gymnasium.make(SECTION.replace("-v0", version), **arguments) for version in ("-v0", "-v1")
+    )
+    seen, _ = first.reset(seed=2)
+    more, _ = later.reset(seed=2)
+    assert later.unwrapped.layout.keys() - first.unwrapped.layout.keys() == {"time_left"}
+    still_ = np.zeros(2, np.float32)
+    for step in range(1, (limit or EPISODE_STEPS) + 1):
+        assert np.array_equal(more[:-1], seen)
+        assert more[-1] == pytest.approx(1.0 - (step - 1) / EPISODE_STEPS)
+        seen, _, terminated, truncated, _ = first.step(still_)
+        more, *_, ended, late, _ = later.step(still_)
+        assert not terminated
+        assert not ended
+        assert truncated == late == (step == (limit or EPISODE_STEPS))
+    if limit is None:
+        assert more[-1] == 0.0
+
+
+@pytest.mark.slow
+def test_copies_see_the_time_left_and_are_truncated() -> None:
+    """As single ones, with and without a limit of steps."""
+    many = gymnasium.make_vec(SECTION.replace("-v0", "-v1"), 2, "vector_entry_point", threads=1)
+    many.reset(seed=2)
+    still_ = np.zeros(many.action_space.shape, np.float32)
+    for step in range(1, EPISODE_STEPS + 1):
+        seen, _, terminated, truncated, _ = many.step(still_)
+        assert seen[:, -1] == pytest.approx(1.0 - step / EPISODE_STEPS)
+        assert not terminated.any()
+        assert truncated.tolist() == [step == EPISODE_STEPS] * 2
+    many.close()
+
+
+def test_what_is_neither_true_nor_false_is_refused() -> None:
+    """One line with the choices."""
+    with pytest.raises(InputError, match="time_left = 1: choices: True, False"):
+        track(time_left=1)
 
 
 @pytest.mark.slow

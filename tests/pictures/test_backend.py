@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from functools import partial
 
+import gymnasium
 import mujoco
 import pytest
+from gymnasium.vector import AsyncVectorEnv
 
 from catheter_sim.errors import InputError
 from catheter_sim.pictures.backend import open_renderer
@@ -34,13 +37,38 @@ except InputError as error:
     print("error", error)
 """
 
+# A child of a process that has drawn: what it prints, and that it ends within 20 s.
+FORK = """
+import os, signal, sys, mujoco
+from catheter_sim.errors import InputError
+from catheter_sim.pictures.backend import open_renderer
+model = mujoco.MjModel.from_xml_string("<mujoco/>")
+renderer = open_renderer(model, 64, 48)
+if sys.argv[1] == "closed":
+    renderer.close()
+child = os.fork()
+if child == 0:
+    signal.alarm(20)
+    try:
+        open_renderer(model, 64, 48) if sys.argv[1] != "taken along" else renderer.render()
+    except InputError as error:
+        print("child:", error, flush=True)
+    renderer.close()
+    sys.exit(7)
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), renderer.width)
+"""
 
-def run(program: str, **changes: str | None) -> list[str]:
+
+def run(program: str, *arguments: str, **changes: str | None) -> list[str]:
     """Return the lines that a fresh Python prints, its environment changed; nothing may go to stderr."""
     environment = {key: value for key, value in os.environ.items() if key not in ("MUJOCO_GL", "DISPLAY")}
     environment |= {key: value for key, value in changes.items() if value is not None}
     done = subprocess.run(
-        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", program, *arguments],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert done.stderr == ""
     return done.stdout.splitlines()
@@ -96,3 +124,38 @@ def test_picture_may_be_larger_than_the_models_buffer() -> None:
     with open_renderer(model, 800, 600) as renderer:
         renderer.update_scene(mujoco.MjData(model))
         assert renderer.render().shape == (600, 800, 3)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.parametrize("what", ["open", "closed", "taken along"])
+def test_the_child_of_a_process_that_has_drawn_says_why_it_cannot(what: str) -> None:
+    """MuJoCo's own renderer would wait forever, at its first picture and at the process's end."""
+    said, ended = run(FORK, what)
+    assert said.startswith("child: cannot draw: this process was forked from one that has drawn")
+    assert "context='spawn'" in said
+    assert ended == "7 64"
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*ERROR")  # Gymnasium's words for what a child raises
+@pytest.mark.parametrize("context", ["fork", "spawn"])
+def test_copies_in_processes_draw_where_they_can(context: str) -> None:
+    """After the parent's picture: forked environments end in one line, spawned ones draw."""
+    name = "catheter_sim/NeuroendoscopeSectionReach-v0"
+    make = partial(gymnasium.make, f"catheter_sim:{name}", observation="pixels", disable_env_checker=True)
+    straight = {"target": (0.0, 0.0, 0.06)}
+    env = make()
+    env.reset(seed=0, options=straight)
+    many = AsyncVectorEnv([make], context=context)
+    try:
+        if context == "fork":
+            with pytest.raises(InputError, match=r"forked from one that has drawn; start it with context"):
+                many.reset(options=straight)
+        else:
+            pictures, _ = many.reset(options=straight)
+            assert pictures.shape == (1, 64, 64, 3)
+            assert pictures.any()
+    finally:
+        many.close(terminate=True)
+        env.close()

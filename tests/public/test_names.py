@@ -24,6 +24,8 @@ PROMISED = (
     "build",
     "Simulator",
     "render",
+    "settle_together",
+    "step_together",
     "load_dataset",
     "dataset",
     "diagnose",

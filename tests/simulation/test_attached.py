@@ -21,6 +21,7 @@ ARM = """
 <mujoco>
   <compiler angle="radian"/>
   <option timestep="{timestep}" integrator="discrete"/>
+  <default><geom contype="0" conaffinity="0"/></default>
   <worldbody>
     <body name="upper" pos="0.1 -0.2 0.5">
       <joint name="shoulder" axis="0 1 0" damping="2e5" armature="1e3"/>
@@ -195,6 +196,42 @@ def test_what_does_not_fit_is_one_line() -> None:
     one, two = (Simulator(robot, model=model, prefix="a_") for _ in range(2))
     with pytest.raises(InputError, match="not in one model with one state"):
         step_together([one, two])
+
+
+@pytest.mark.parametrize(("contype", "conaffinity", "said"), [(0, 0, 0), (1, 0, 1), (0, 1, 1), (1, 1, 1)])
+def test_a_scene_that_collides_is_warned_of_once(contype: int, conaffinity: int, said: int) -> None:
+    """Robots have no contacts: two walls that could touch something are one warning, which names them."""
+    spec = mujoco.MjSpec()
+    for name in ("wall", "floor"):
+        size = [0.01, 0.01, 0.01]
+        spec.worldbody.add_geom(name=name, size=size, contype=contype, conaffinity=conaffinity)
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        attach(spec, "neuroendoscope_section", spec.worldbody, "a_")
+    assert len(found) == said
+    for one in found:
+        assert "robots touch nothing" in str(one.message)
+        assert "(wall, floor)" in str(one.message)
+        assert one.filename == __file__
+    model = spec.compile()
+    own = [model.geom(k).name.startswith("a_") for k in range(model.ngeom)]
+    assert not model.geom_contype[own].any()
+
+
+def test_arguments_of_another_kind_are_one_line() -> None:
+    """The model, the place, the prefix, the robot, how it is driven."""
+    spec, robot = mujoco.MjSpec(), load_robot("neuroendoscope_section")
+    place = spec.worldbody
+    with pytest.raises(InputError, match=r"spec = 'x': a mujoco.MjSpec that is not compiled yet is needed"):
+        attach("x", robot, place, "a_")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="frame = None: a frame, body or site of the spec is needed"):
+        attach(spec, robot, None, "a_")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="prefix = 3: a text is needed"):
+        attach(spec, robot, place, 3)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"robot = 5: a robot, its id or the path of its .toml is needed"):
+        attach(spec, 5, place, "a_")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="unknown actuation 'push'; choices: tension, displacement"):
+        attach(spec, robot, place, "a_", "push")
 
 
 def test_an_empty_model_takes_the_robots_step_over() -> None:

@@ -81,7 +81,7 @@ def test_a_law_without_a_solution_is_a_divergence() -> None:
 def test_a_reset_forgets_what_mujoco_warned_of() -> None:
     """After a divergence the simulator is as good as new."""
     simulator = Simulator(load_robot("neuroendoscope_section"))
-    simulator.set_inputs(np.array([TOO_MUCH_N, 0.0]))
+    simulator.put_inputs(np.array([TOO_MUCH_N, 0.0]))
     simulator.step()
     with pytest.raises(SimulationDiverged, match=r"diverged at 0\.005 simulated seconds"):
         simulator.require_finite()

@@ -21,7 +21,6 @@ from catheter_sim.modelling.surroundings import INSERTION
 from catheter_sim.pictures.framing import fitted_view
 from catheter_sim.pictures.images import Picture
 from catheter_sim.simulation.tissue import Tissue
-from catheter_sim.units import in_file_units
 
 FORCE_WEIGHT = 0.1  # assumed: robot lengths that a step at the limit of force costs
 _FORCE_BOUND = 10.0  # limits
@@ -220,7 +219,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
         }
         for motion, place in zip(self.motions, self.plant.carriage, strict=True):
             told[f"{motion.name}_{'m' if motion.name == INSERTION else 'rad'}"] = float(place)
-        return in_file_units(told)
+        return self._handed_out(told)
 
     def _view(self) -> View:
         points = self.seen_points()

@@ -152,7 +152,7 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     def __init__(
         self,
-        robot: str | os.PathLike[str],
+        robot: RobotSpec | str | os.PathLike[str],
         settings: Settings = (),
         tolerance_m: float = 1e-3 * POSITION_MM,
         angle_deg: float = ANGLE_DEG,

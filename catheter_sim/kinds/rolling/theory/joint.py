@@ -166,6 +166,7 @@ def closing_angle(radius: Array, offset: Array, mouth: Array, countersink: Array
     """
     distance = np.hypot(radius - mouth, offset)
     at_lowest = np.arctan2(offset, radius - mouth)
-    cosine = (radius + countersink) / distance
+    # A mouth in the middle of the arc's circle gets no nearer: `at_lowest` is zero.
+    cosine = (radius + countersink) / np.where(distance > 0.0, distance, 1.0)
     reached = (cosine <= 1.0 + 1e-12) & (at_lowest > 0.0)
     return np.where(reached, at_lowest - np.arccos(np.minimum(cosine, 1.0)), np.inf)
