@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from catheter_sim.diagnosis.thresholds import COMPARING_BUDGET_S
 from catheter_sim.errors import InputError
-from catheter_sim.public.arguments import path_of
-from catheter_sim.public.diagnoses import Diagnosis, number_of_jobs, parameter_listing, seconds_of
+from catheter_sim.public.arguments import budget_of, jobs_of, path_of, progress_of
+from catheter_sim.public.diagnoses import Diagnosis, parameter_listing
 from catheter_sim.public.listing import Listing
 
 if TYPE_CHECKING:
@@ -160,6 +160,7 @@ def compare(
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
     budget_s: float = COMPARING_BUDGET_S,
+    progress: bool | None = None,
 ) -> Comparison:
     """Say what changed between two data sets of one robot.
 
@@ -174,6 +175,7 @@ def compare(
         out: a folder for the report; default: nothing is written.
         jobs: processes to fit with.
         budget_s: time after which the search for causes ends with the best so far [s].
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: the data are not what they must be or not of one robot, or the folder cannot be written.
@@ -203,7 +205,7 @@ def compare(
     from catheter_sim.files import check_output_folder
     from catheter_sim.public.data import load_dataset
 
-    place, budget_s = Workers(number_of_jobs(jobs)), seconds_of(budget_s)
+    place, budget_s, shown = Workers(jobs_of(jobs)), budget_of(budget_s), progress_of(progress)
     folder = None if out is None else check_output_folder(path_of(out, "out"))
     later = after if isinstance(after, Data) else load_dataset(after)
     given = [before] if isinstance(before, Data | str | os.PathLike) else list(before)
@@ -211,7 +213,7 @@ def compare(
         earlier_recording(item if isinstance(item, Data) else Path(path_of(item, "before")), later)
         for item in given
     ]
-    series = compare_series(earlier, later, place, budget_s=budget_s)
+    series = compare_series(earlier, later, place, shown, budget_s=budget_s)
     found = Comparison(series.last, series if len(earlier) > 1 else None)
     if folder is not None:
         found.save(folder)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from catheter_sim.core.requirements import number_of, whole_of
 from catheter_sim.errors import InputError, shown
-from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, robot_of
+from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, progress_of, robot_of
 from catheter_sim.public.data import table_of
 from catheter_sim.public.listing import Listing, data_frame, listing_of
 
@@ -151,6 +152,7 @@ def inverse_kinematics(
     tolerance_mm: float | None = None,
     tolerance_deg: float | None = None,
     corrections: int | None = CORRECTIONS,
+    progress: bool | None = None,
 ) -> InverseKinematics:
     """Return inputs that bring `robot` to one target after another, or as near as its inputs' limits let it.
 
@@ -169,6 +171,7 @@ def inverse_kinematics(
         tolerance_mm, tolerance_deg: what a reached target may be missed by; default: 0.1 % of the robot's
             length, and 0.2 deg.
         corrections: largest number of corrections by simulation; None: the twin alone, without simulation.
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: anything is not possible.
@@ -192,9 +195,10 @@ def inverse_kinematics(
         _above_zero(tolerance_mm, TOLERANCE_SHARE * asked.length_mm, "tolerance_mm"),
         _above_zero(tolerance_deg, TOLERANCE_DEG, "tolerance_deg"),
     )
-    if corrections is not None and (not isinstance(corrections, int) or corrections < 0):
-        raise InputError(f"corrections = {shown(corrections)}: a whole number from 0, or None, is needed")
-    plan = solve(value, asked, drives, gravity_of(gravity_mps2), corrections, within)
+    if corrections is not None:
+        corrections = whole_of(corrections, "corrections", "a whole number from 0, or None,", 0)
+    gravity, told = gravity_of(gravity_mps2), progress_of(progress)
+    plan = solve(value, asked, drives, gravity, corrections, within, told)
     return InverseKinematics(value, plan)
 
 
@@ -202,13 +206,15 @@ def limits_of(limits: Mapping[str, Sequence[float]] | None) -> dict[str, tuple[f
     """Return limits as pairs of numbers.
 
     Raises:
-        InputError: one is no pair.
+        InputError: they are no mapping, or one is no pair.
     """
+    if limits is not None and not isinstance(limits, Mapping):
+        raise InputError(f"limits = {shown(limits)}: a mapping of inputs to (least, most) is needed")
     found = {}
     for name, ends in (limits or {}).items():
         try:
-            low, high = (float(end) for end in ends)
-        except (TypeError, ValueError):
+            low, high = (number_of(end, "limits", holds=lambda _: True) for end in ends)
+        except (TypeError, ValueError):  # an `InputError` is one, too
             raise InputError(f"limits: {name} = {shown(ends)}: least and most are needed") from None
         found[str(name)] = (low, high)
     return found
@@ -237,6 +243,4 @@ def clocked_table(given: Any, where: str) -> Table:
 def _above_zero(value: float | None, default: float, where: str) -> float:
     if value is None:
         return default
-    if not isinstance(value, int | float) or not 0.0 < value < float("inf"):
-        raise InputError(f"{where} = {shown(value)}: a number above zero is needed")
-    return float(value)
+    return number_of(value, where, "a number above zero", lambda size: 0.0 < size < float("inf"))

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from catheter_sim.errors import InputError, shown
-from catheter_sim.public.arguments import columns_of, gravity_of, path_of
-from catheter_sim.public.diagnoses import number_of_jobs
+from catheter_sim.core.requirements import number_of, whole_of
+from catheter_sim.errors import InputError
+from catheter_sim.public.arguments import columns_of, gravity_of, jobs_of, path_of, progress_of
 from catheter_sim.public.inverse import clocked_table, limits_of
 from catheter_sim.public.listing import Listing
 
@@ -170,6 +170,7 @@ class Laboratory:
         minutes: float = math.inf,
         wait_s: float = 0.0,
         jobs: int = 1,
+        progress: bool | None = None,
     ) -> FoundOut:
         """Diagnose, propose an experiment, measure it, diagnose everything together, until a cause is sure.
 
@@ -180,6 +181,7 @@ class Laboratory:
             minutes: most of the bench's time that is spent.
             wait_s: how long to wait for a real bench's recordings.
             jobs: processes to fit with.
+            progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
         Raises:
             InputError: the folder holds another loop, recordings of another robot or of other columns, or a
@@ -191,16 +193,15 @@ class Laboratory:
         from catheter_sim.diagnosis.fitting.workers import Workers
         from catheter_sim.files import check_output_folder
 
-        if isinstance(experiments, bool) or not isinstance(experiments, int) or experiments < 0:
-            raise InputError(f"experiments = {shown(experiments)}: a whole number from 0 is needed")
-        for name, value in (("minutes", minutes), ("wait_s", wait_s)):
-            if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0.0:
-                raise InputError(f"{name} = {shown(value)}: a number from 0 is needed")
-        place = Workers(number_of_jobs(jobs))
+        budget = Budget(
+            whole_of(experiments, "experiments", "a whole number from 0", 0),
+            number_of(minutes, "minutes", "a number from 0", lambda time: time >= 0.0),
+            wait_s=number_of(wait_s, "wait_s", "a number from 0", lambda time: time >= 0.0),
+        )
+        place, shown = Workers(jobs_of(jobs)), progress_of(progress)
         first = begun_with(self.rig, data, "data") if data is not None else []
         folder = check_output_folder(path_of(path, "path"))
-        budget = Budget(experiments, minutes, wait_s=wait_s)
-        outcome = run_loop(self.rig, folder, first, budget, place)
+        outcome = run_loop(self.rig, folder, first, budget, place, shown)
         write_story(outcome, self.robot.name, folder)
         return FoundOut(outcome, self.robot.name, folder)
 
@@ -266,10 +267,8 @@ def laboratory(
     reference, given = path_of(robot, "robot"), limits_of(limits)
     hidden = [hide] if isinstance(hide, str) else list(hide)
     wanted = tuple(columns_of(columns)) if columns else ()
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise InputError(f"seed = {shown(seed)}: a whole number from 0 is needed")
-    if isinstance(longest_s, bool) or not isinstance(longest_s, int | float) or not longest_s > 0.0:
-        raise InputError(f"longest_s = {shown(longest_s)}: a number above 0 is needed")
+    seed = whole_of(seed, "seed", "a whole number from 0", 0)
+    longest_s = number_of(longest_s, "longest_s", "a number above 0", lambda time: time > 0.0)
     if recordings is not None:
         if hidden:
             raise InputError("hide: a real bench (recordings) hides nothing that is known")

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from catheter_sim.errors import InputError, shown
-from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, robot_of
+from catheter_sim.core.requirements import number_of
+from catheter_sim.errors import InputError
+from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, progress_of, robot_of
 from catheter_sim.public.data import inputs_of
 from catheter_sim.public.listing import Listing
 
@@ -115,6 +116,7 @@ def which_model(
     tolerance_deg: float = math.inf,
     gravity_mps2: Sequence[float] = AT_REST,
     reference: str = "simulation",
+    progress: bool | None = None,
 ) -> ModelChoice:
     """Return which static model of `robot` is accurate enough along `inputs`, and fastest.
 
@@ -125,6 +127,7 @@ def which_model(
         tolerance_deg: largest allowed angle between the tips' frames [deg].
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         reference: "simulation", or one of `list_models(robot)`.
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: anything is not possible.
@@ -139,11 +142,10 @@ def which_model(
     from catheter_sim.planning.models import compare_models
 
     value = robot_of(robot)
-    for what, number in (("tolerance_percent", tolerance_percent), ("tolerance_deg", tolerance_deg)):
-        if not isinstance(number, int | float) or not number > 0.0:
-            raise InputError(f"{what} = {shown(number)}: a number above zero is needed")
-    commanded = inputs_of(value, inputs)
-    result = compare_models(
-        value, commanded, gravity_of(gravity_mps2), tolerance_percent, tolerance_deg, reference
+    percent, degrees = (
+        number_of(number, what, "a number above zero", lambda size: size > 0.0)
+        for what, number in (("tolerance_percent", tolerance_percent), ("tolerance_deg", tolerance_deg))
     )
-    return ModelChoice(value, result, tolerance_percent, tolerance_deg)
+    commanded, gravity, shown = inputs_of(value, inputs), gravity_of(gravity_mps2), progress_of(progress)
+    result = compare_models(value, commanded, gravity, percent, degrees, str(reference), progress=shown)
+    return ModelChoice(value, result, percent, degrees)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from catheter_sim.errors import InputError, shown, unknown
+from catheter_sim.core.requirements import number_of
+from catheter_sim.errors import InputError, unknown
 from catheter_sim.public.arguments import AT_REST, columns_of, gravity_of, path_of, robot_of
 from catheter_sim.public.listing import data_frame, listing_of
 
@@ -139,11 +140,16 @@ def sense(
     from catheter_sim.public.inverse import clocked_table
 
     value = robot_of(robot)
-    sizes = (noise_tension_N, noise_displacement_mm, noise_position_mm, noise_angle_deg)
-    for size in sizes:
-        if not isinstance(size, int | float) or not 0.0 <= size < float("inf"):
-            raise InputError(f"noise: a standard deviation of {shown(size)} is not possible")
-    noise = Noise(*(float(size) for size in sizes))
+    sizes = {
+        "noise_tension_N": noise_tension_N,
+        "noise_displacement_mm": noise_displacement_mm,
+        "noise_position_mm": noise_position_mm,
+        "noise_angle_deg": noise_angle_deg,
+    }
+    needed = "a standard deviation, a finite number from 0,"
+    noise = Noise(
+        *(number_of(size, name, needed, lambda of: 0.0 <= of < float("inf")) for name, size in sizes.items())
+    )
     names = sensed_columns(value) if columns is None else columns_of(columns)
     check_output_channels(value, names, "columns")
     asked = readings_of(value, clocked_table(readings, "readings"), noise)
@@ -190,11 +196,9 @@ def causes_of(robot: RobotSpec, uncertain: Mapping[str, float] | None, where: st
             raise unknown("number", key, choices, where)
         if key.endswith(READ_WITH):
             raise InputError(f"{where}: {key}: inputs are read with it, it has no range")
-        if (
-            not isinstance(half, int | float)
-            or not 0.0 < half < float("inf")
-            or not np.isfinite(choices[key])
-        ):
-            raise InputError(f"{where}: {key} = {shown(half)}: half a range, above zero, is needed")
-        found.append(Value(key, within_half(key, float(half))))
+        if not np.isfinite(choices[key]):
+            raise InputError(f"{where}: {key}: is infinite as specified, it has no range")
+        needed = "half a range, above zero,"
+        size = number_of(half, f"{where}: {key}", needed, lambda of: 0.0 < of < float("inf"))
+        found.append(Value(key, within_half(key, size)))
     return found
