@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import sys
+import warnings
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from datetime import date, timedelta
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,7 +50,8 @@ def inputs(robot: RobotSpec | str | os.PathLike[str], table: Any) -> Inputs:
     Args:
         robot: a robot, its id or its file.
         table: `time_s` [s], shape (r,), and input columns by name, each with its unit in its name, shape (r,)
-            or one number for all rows. A channel that is left out is zero.
+            or one number for all rows. A channel that is left out is zero. `time_s` may hold dates or
+            durations: they are taken as seconds, dates from the first row on.
 
     Raises:
         InputError: no `time_s`, an unknown channel, a missing or impossible value; the message names the row.
@@ -113,21 +117,21 @@ def table_of(table: Any, where: str, known: Collection[str] | None = None) -> Ta
         return table
     if not is_table(table):
         raise InputError(f"{where}: a mapping or a data frame of columns is needed, not {shown(table)}")
-    names = [str(name) for name in table.keys()]  # noqa: SIM118 - a data frame's iterator is its columns too
-    if "time_s" not in names:
-        raise InputError(f"{where}: no column time_s; columns: {cut(', '.join(names), 200) or '(none)'}")
-    time_s = _numbers(table["time_s"], f"{where}: time_s")
+    keys = {str(key): key for key in table.keys()}  # noqa: SIM118 - a data frame's iterator is its columns too
+    if "time_s" not in keys:
+        raise InputError(f"{where}: no column time_s; columns: {cut(', '.join(keys), 200) or '(none)'}")
+    time_s = _seconds(table["time_s"], f"{where}: time_s")
     if time_s.ndim != 1 or not len(time_s):
         raise InputError(f"{where}: time_s: one number a row is needed, one row at least")
     rows = tuple(range(1, len(time_s) + 1))
     columns, ignored = {}, []
-    for name in names:
+    for name, key in keys.items():
         if name == "time_s":
             continue
         if known is not None and name not in known:
             ignored.append(name)
             continue
-        columns[name] = _column(table[name], time_s, f"{where}: {name}")
+        columns[name] = _column(table[key], time_s, f"{where}: {name}")
     read = Value(time_s, columns, where, rows, tuple(ignored), row_noun="row")
     if not np.isfinite(time_s).all():
         raise InputError(f"{read.row(int(np.argmin(np.isfinite(time_s))))}: time_s: a number is needed")
@@ -150,13 +154,49 @@ def _column(values: Any, time_s: Array, where: str) -> Array:
 
 def _numbers(values: Any, where: str) -> Array:
     try:
-        return np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{where}: numbers are needed, not {shown(values)}") from None
+        if (
+            np.asarray(values).dtype.kind not in "bmM"
+        ):  # booleans, durations and dates would be read as numbers
+            return np.array(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise InputError(f"{where}: numbers are needed, not {shown(values)}") from None
+
+
+def _seconds(values: Any, where: str) -> Array:
+    """Return a clock as numbers: dates from the first row on, durations as they are, by their own unit [s].
+
+    Raises:
+        InputError: they are neither numbers, dates nor durations, or one is missing.
+    """
+    try:
+        given = np.asarray(values)
+    except ValueError:  # rows of several lengths
+        given = np.zeros(0)
+    if given.ndim != 1 or not len(given) or given.dtype.kind not in "mMO":
+        return _numbers(values, where)
+    try:
+        if given.dtype.kind == "M":
+            if (
+                np.datetime_data(given.dtype)[0] in "YM"
+            ):  # years and months have no length, their first days do
+                given = given.astype("datetime64[s]")
+            return np.asarray((given - given[0]) / np.timedelta64(1, "s"))
+        if given.dtype.kind == "m" and np.datetime_data(given.dtype)[0] not in ("Y", "M", "generic"):
+            return np.asarray(given / np.timedelta64(1, "s"))
+        if isinstance(given[0], date):  # of Python and of pandas
+            return np.array([(item - given[0]).total_seconds() for item in given])
+        if isinstance(given[0], timedelta):
+            return np.array([item.total_seconds() for item in given])
+    except (AttributeError, TypeError, ValueError):
+        raise InputError(f"{where}: dates or durations of one kind are needed in every row") from None
+    return _numbers(values, where)
 
 
 def load_dataset(path: str | os.PathLike[str]) -> Dataset:
     """Return the measured data in a folder (`dataset.toml` and a CSV for each trial), checked.
+
+    Columns that the robot does not know are ignored, with a warning.
 
     Raises:
         InputError: anything in the folder is missing, unknown or impossible.
@@ -175,7 +215,7 @@ def load_dataset(path: str | os.PathLike[str]) -> Dataset:
         raise InputError(
             f"{folder}: its robot is somebody's MJCF, driven by its controls: use diagnose_model"
         )
-    return load(folder)
+    return _warned_of_columns(load(folder))
 
 
 def dataset(
@@ -190,6 +230,8 @@ def dataset(
     warm_up_s: float = 0.0,
 ) -> Dataset:
     """Return measured data from mappings or data frames, one a trial, checked as those in a folder are.
+
+    Columns that the robot does not know are ignored, with a warning; a misspelled input is an error.
 
     Args:
         robot: a robot, its id or its file.
@@ -232,7 +274,21 @@ def dataset(
     trials = [(trial, given.get(trial, ""), table) for trial, table in named.items()]
     gravity = gravity_of(gravity_mps2)
     free = dict(calibration or {})
-    return dataset_of(value, reference, trials, outputs, gravity, free, name, motion, warm_up_s)
+    made = dataset_of(value, reference, trials, outputs, gravity, free, name, motion, warm_up_s)
+    return _warned_of_columns(made)
+
+
+def _warned_of_columns(dataset: Dataset) -> Dataset:
+    """Return `dataset`; warn, at the line outside the package that asked for it, of columns left out."""
+    from catheter_sim.diagnosis.data.dataset import UNKNOWN
+
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals["__name__"].startswith("catheter_sim."):
+        level, frame = level + 1, frame.f_back
+    for note in dataset.notes:
+        if note.code == UNKNOWN:
+            warnings.warn(note.text, stacklevel=level)
+    return dataset
 
 
 def _named(tables: Any, name: str) -> dict[str, Any]:

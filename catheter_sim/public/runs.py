@@ -185,7 +185,9 @@ def simulate(
             tendons.append(pulled_tendons(simulator.model, simulator.robot))
         states.append(state_of(simulator, tendons[0], states[-1] if states else None))
 
-    done = run_robot(value, commanded, gravity, dynamic=moving, progress=told, on_row=None if moving else keep)
+    done = run_robot(
+        value, commanded, gravity, dynamic=moving, progress=told, on_row=None if moving else keep
+    )
     if done.failure is not None:
         raise SimulationDiverged(done.failure)
     by = DYNAMIC if moving else HELD
