@@ -103,17 +103,20 @@ class Comparison:
         rows = () if self.over_time is None else tuple(series_rows(self.over_time))
         return Listing("series", COLUMNS, rows)
 
-    def plot_series(self) -> Figure:
+    def plot_series(self, ax: Any = None) -> Figure:
         """Return a figure of each number that changed over the recordings.
 
+        Args:
+            ax: axes of matplotlib to draw into, two in a row (one number: one); None: a new figure.
+
         Raises:
-            InputError: there were only two recordings.
+            InputError: there were only two recordings, or `ax` holds something else.
         """
         from catheter_sim.diagnosis.since.series_report import series_figure
 
         if self.over_time is None:
             raise InputError("plot_series: there are only two recordings; compare([A, B], C) gives a series")
-        return series_figure(self.over_time)
+        return series_figure(self.over_time, ax)
 
     def to_dataframe(self) -> Any:
         """Return `to_table` as a pandas `DataFrame`.
@@ -123,16 +126,17 @@ class Comparison:
         """
         return self.to_table().to_dataframe()
 
-    def plot(self, trial: str | None = None) -> Figure:
+    def plot(self, trial: str | None = None, ax: Any = None) -> Figure:
         """Return a figure of a trial of the later recording, without what both share.
 
         Args:
             trial: its name or file; default: the first that was held out.
+            ax: axes of matplotlib to draw into, one an output and one for the error; None: a new figure.
 
         Raises:
-            InputError: no such trial.
+            InputError: no such trial, or `ax` holds something else.
         """
-        return Diagnosis(self.result.diagnosis).plot(trial)
+        return Diagnosis(self.result.diagnosis).plot(trial, ax)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the report to a folder, as `catheter-sim diagnose --since` does.

@@ -166,11 +166,18 @@ class Control:
             self.plot().savefig(file, format="png", dpi=130)
         return [*names, "control.png"]
 
-    def plot(self) -> Figure:
-        """Return a figure of angles, errors and efforts over time, a column a joint."""
+    def plot(self, ax: Any = None) -> Figure:
+        """Return a figure of angles, errors and efforts over time, a column a joint.
+
+        Args:
+            ax: axes of matplotlib to draw into, three a moving joint, row by row; None: a new figure.
+
+        Raises:
+            InputError: `ax` holds something else.
+        """
         from catheter_sim.public.planning_figures import control_figure
 
-        return control_figure(self)
+        return control_figure(self, ax)
 
     def _is_papers(self) -> bool:
         return self.robot.name.partition("@")[0] == _PRINTED_OF[0]

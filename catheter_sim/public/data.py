@@ -44,6 +44,33 @@ def load_robot(ref: str | os.PathLike[str], settings: Settings = ()) -> RobotSpe
     return load(path_of(ref, "robot"), settings)
 
 
+def save_robot(robot: RobotSpec | str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
+    """Write a robot with its effects to a `.toml` that `load_robot` reads back to an equal value.
+
+    Args:
+        robot: a robot, its id or its file.
+        path: file to write, `.toml`.
+
+    Raises:
+        InputError: the robot is not possible, or the file cannot be written or does not end in `.toml`.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> worn = cs.load_robot("mitral_4dof", {"effects.backlash.width_mm": 0.4})
+        >>> cs.save_robot(worn, "worn.toml")
+        >>> cs.load_robot("worn.toml") == worn
+        True
+    """
+    from catheter_sim.catalogue import robot_toml
+    from catheter_sim.tables import replaced_when_whole
+
+    value, file = robot_of(robot), path_of(path, "save_robot")
+    if not file.endswith(".toml"):
+        raise InputError(f"{file}: a robot is saved as a table; choices: .toml")
+    with replaced_when_whole(file) as target:
+        target.write(robot_toml(value))
+
+
 def inputs(robot: RobotSpec | str | os.PathLike[str], table: Any) -> Inputs:
     """Return what drives `robot`, from a mapping or a data frame.
 

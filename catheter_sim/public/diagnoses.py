@@ -91,14 +91,15 @@ class Diagnosis:
         """
         return self.to_table().to_dataframe()
 
-    def plot(self, trial: str | None = None) -> Figure:
+    def plot(self, trial: str | None = None, ax: Any = None) -> Figure:
         """Return a figure of a trial over time: measured, before (calibrated, without causes) and after.
 
         Args:
             trial: its name or file; default: the first that was held out.
+            ax: axes of matplotlib to draw into, one an output and one for the error; None: a new figure.
 
         Raises:
-            InputError: no such trial.
+            InputError: no such trial, or `ax` holds something else.
         """
         from catheter_sim.diagnosis.report.pictures import is_point, shown_columns
         from catheter_sim.diagnosis.report.series_picture import series_figure
@@ -108,9 +109,7 @@ class Diagnosis:
             raise unknown("trial", str(trial), dict.fromkeys(fit.file for fit in self.result.fits))
         fit = next((fit for fit in fits if fit.role == "heldout"), fits[0])
         columns = shown_columns(self.result, [fit])
-        figure = series_figure(fit, columns, in_space=is_point(columns))
-        figure.suptitle(f"{fit.file} ({fit.role})", fontsize="medium")
-        return figure
+        return series_figure(fit, columns, is_point(columns), ax, f"{fit.file} ({fit.role})")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the report to a folder, as `catheter-sim diagnose` does.

@@ -118,11 +118,18 @@ class InverseKinematics:
         self.report().save(report)
         return report
 
-    def plot(self) -> Figure:
-        """Return a figure: targets and what is reached of them, and the inputs over the rows."""
+    def plot(self, ax: Any = None) -> Figure:
+        """Return a figure: targets and what is reached of them, and the inputs over the rows.
+
+        Args:
+            ax: axes of matplotlib to draw into, two; None: a new figure.
+
+        Raises:
+            InputError: `ax` holds something else.
+        """
         from catheter_sim.public.planning_figures import inverse_figure
 
-        return inverse_figure(self)
+        return inverse_figure(self, ax)
 
     def __repr__(self) -> str:
         count = int(self.plan.reachable.sum())

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from catheter_sim.core.requirements import number_of, whole_of
 from catheter_sim.errors import InputError
-from catheter_sim.public.arguments import columns_of, gravity_of, jobs_of, path_of, progress_of
+from catheter_sim.public.arguments import columns_of, gravity_of, jobs_of, path_of, progress_of, robot_of
 from catheter_sim.public.inverse import clocked_table, limits_of
 from catheter_sim.public.listing import Listing
 
@@ -220,7 +220,7 @@ class Laboratory:
 
 
 def laboratory(
-    robot: str | os.PathLike[str],
+    robot: RobotSpec | str | os.PathLike[str],
     hide: Sequence[str] | str = (),
     seed: int = 0,
     limits: Mapping[str, Sequence[float]] | None = None,
@@ -236,7 +236,7 @@ def laboratory(
     recordings arrive.
 
     Args:
-        robot: id of a robot, or path of a robot `.toml`, which needs `limits`.
+        robot: a robot, its id or its file; one that is none of a paper's needs `limits`.
         hide: of a simulated robot: causes, each "CAUSE", "CAUSE.FORM" or "CAUSE.FORM=SIZE" by the names of
             docs/truth/independent_bench.md, or "random". A size that is left out is drawn so that it shows.
         seed: of a simulated robot: of specimen, sizes and noise.
@@ -264,7 +264,8 @@ def laboratory(
     from catheter_sim.lab.rig import AS_ARGUMENTS
     from catheter_sim.lab.simulated import stand_in
 
-    reference, given = path_of(robot, "robot"), limits_of(limits)
+    held = os.fspath(robot) if isinstance(robot, str | os.PathLike) else robot_of(robot)
+    given = limits_of(limits)
     hidden = [hide] if isinstance(hide, str) else list(hide)
     wanted = tuple(columns_of(columns)) if columns else ()
     seed = whole_of(seed, "seed", "a whole number from 0", 0)
@@ -276,8 +277,8 @@ def laboratory(
             raise InputError("recordings: columns and limits are needed: what the bench measures and can do")
         folder = Path(path_of(recordings, "recordings"))
         gravity = gravity_of(gravity_mps2)
-        return Laboratory(recorded_rig(folder, reference, wanted, given, longest_s, gravity, AS_ARGUMENTS))
+        return Laboratory(recorded_rig(folder, held, wanted, given, longest_s, gravity, AS_ARGUMENTS))
     if np.any(gravity_of(gravity_mps2)):
         raise InputError("gravity_mps2: of a real bench alone; a simulated one draws its own")
-    rig = stand_in(reference, hidden, seed, given or None, longest_s, further=wanted, said=AS_ARGUMENTS)
+    rig = stand_in(held, hidden, seed, given or None, longest_s, further=wanted, said=AS_ARGUMENTS)
     return Laboratory(rig)

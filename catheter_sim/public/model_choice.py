@@ -96,11 +96,18 @@ class ModelChoice:
             raise InputError(f"{file}: a comparison is saved as a table; choices: .csv")
         self.to_table().save(file)
 
-    def plot(self) -> Figure:
-        """Return a figure of every model's error over its time."""
+    def plot(self, ax: Any = None) -> Figure:
+        """Return a figure of every model's error over its time.
+
+        Args:
+            ax: axes of matplotlib to draw into, one; None: a new figure.
+
+        Raises:
+            InputError: `ax` holds something else.
+        """
         from catheter_sim.public.planning_figures import models_figure
 
-        return models_figure(self)
+        return models_figure(self, ax)
 
     def __repr__(self) -> str:
         return f"<ModelChoice of {self.robot.name}: {self.model or 'none'}>"

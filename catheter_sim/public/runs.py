@@ -84,19 +84,19 @@ class Run:
         table = self.to_table(columns)
         return data_frame({"time_s": table.time_s, **table.columns})
 
-    def plot(self, columns: Sequence[str] | None = None) -> Figure:
+    def plot(self, columns: Sequence[str] | None = None, ax: Any = None) -> Figure:
         """Return a figure of output columns over time, those of one unit in one panel.
 
         Args:
             columns: default: the tip's place, and the tensions.
+            ax: axes of matplotlib to draw into, one for each unit; None: a new figure.
 
         Raises:
-            InputError: as for `to_table`.
+            InputError: as for `to_table`, or `ax` holds something else.
         """
-        from matplotlib.figure import Figure as Canvas
-
         from catheter_sim.channels import output_channels
         from catheter_sim.diagnosis.data.columns import unit_of
+        from catheter_sim.pictures.figures import entitle, panels_of
 
         names = (
             columns_of(columns)
@@ -107,15 +107,15 @@ class Run:
         units: dict[str, list[str]] = {}
         for name in names:
             units.setdefault(unit_of(name), []).append(name)
-        figure = Canvas(figsize=(8.0, 2.4 * max(1, len(units)) + 0.6), layout="constrained")
-        panels = figure.subplots(max(1, len(units)), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, (unit, members) in zip(panels, units.items(), strict=False):
+        count = max(1, len(units))
+        figure, panels = panels_of(ax, count, 1, (8.0, 2.4 * count + 0.6), sharex=True)
+        for axes, (unit, members) in zip(panels[:, 0], units.items(), strict=False):
             for name in members:
                 axes.plot(table.time_s, table.columns[name], label=name.removesuffix(f"_{unit}"))
             axes.set_ylabel(f"[{unit}]")
             axes.legend(fontsize="small", frameon=False)
-        panels[-1].set_xlabel("time [s]")
-        figure.suptitle(f"{self.robot.name}: {self.by}", fontsize="medium")
+        panels[-1, 0].set_xlabel("time [s]")
+        entitle(figure, panels, f"{self.robot.name}: {self.by}")
         return figure
 
     def save(self, path: str | os.PathLike[str]) -> None:

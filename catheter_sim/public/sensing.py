@@ -84,11 +84,18 @@ class Sensing:
             raise InputError(f"{file}: what is sensed is saved as a table; choices: .csv")
         write_table(self.to_table(), file)
 
-    def plot(self) -> Figure:
-        """Return a figure of every column over time with its region."""
+    def plot(self, ax: Any = None) -> Figure:
+        """Return a figure of every column over time with its region.
+
+        Args:
+            ax: axes of matplotlib to draw into, one a column; None: a new figure.
+
+        Raises:
+            InputError: `ax` holds something else.
+        """
         from catheter_sim.public.planning_figures import sensing_figure
 
-        return sensing_figure(self)
+        return sensing_figure(self, ax)
 
     def __repr__(self) -> str:
         return f"<Sensing of {self.robot.name}: {len(self)} rows>"
