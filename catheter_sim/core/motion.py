@@ -82,9 +82,8 @@ def require_steps(
     if seconds / step_s > most_steps:
         raise InputError(
             f"{where}: time_s runs over {seconds:g} s, {said} at most {most_steps * step_s:g} s: "
-            f"{len(time_s)} rows take {seconds / step_s:.0f} steps of {step_s:g} s "
-            f"(dynamics.motion_timestep_s), the budget is {most_steps} steps. Is time_s in seconds? If so, "
-            f"raise {option}"
+            f"{len(time_s)} rows, {seconds / step_s:.0f} steps of {step_s:g} s; the budget is {most_steps}. "
+            f"Is time_s in seconds? If so, raise {option}"
         )
 
 

@@ -319,7 +319,7 @@ def gains_of(pid: Sequence[float]) -> Any:
     try:
         p, i, d = (number_of(gain, "pid") for gain in pid)
     except (TypeError, ValueError):  # InputError too
-        raise InputError(f"pid = {shown(pid)}: three finite numbers KP, KI, KD are needed") from None
+        raise InputError(f"pid = {shown(pid)}: three numbers KP, KI, KD are needed, all finite") from None
     return Gains(p * DEG_TO_SI, i * DEG_TO_SI, d * DEG_TO_SI)
 
 
