@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -61,21 +61,49 @@ def gravity_of(value: Sequence[float]) -> Array:
     return np.array(gravity)
 
 
+def texts_of(value: Any, where: str, needed: str, least: int = 0) -> list[str]:
+    """Return names as a list; one name will do.
+
+    Args:
+        value: what a user gave.
+        where: what it is called.
+        needed: what would be right, in the plural.
+        least: how many there must be.
+
+    Raises:
+        InputError: they are none.
+    """
+    if isinstance(value, str):
+        return [value]
+    try:
+        listed = list(value)
+    except TypeError:
+        listed = [None]
+    if len(listed) < least or not all(isinstance(name, str) for name in listed):
+        raise InputError(f"{where} = {shown(value)}: {needed} are needed")
+    return listed
+
+
 def columns_of(names: Sequence[str] | str) -> list[str]:
     """Return names of columns as a list; one name will do.
 
     Raises:
         InputError: they are none.
     """
-    if isinstance(names, str):
-        return [names]
-    try:
-        listed = list(names)
-    except TypeError:
-        listed = []
-    if not listed or not all(isinstance(name, str) for name in listed):
-        raise InputError(f"columns = {shown(names)}: names of output columns are needed")
-    return listed
+    return texts_of(names, "columns", "names of output columns", 1)
+
+
+def mapping_of(value: Any, where: str, needed: str) -> dict[str, Any]:
+    """Return a mapping by its names; None is an empty one. The others as of `texts_of`.
+
+    Raises:
+        InputError: it is none.
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise InputError(f"{where} = {shown(value)}: a mapping of {needed} is needed")
+    return {str(name): item for name, item in value.items()}
 
 
 def jobs_of(value: int) -> int:

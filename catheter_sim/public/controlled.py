@@ -11,7 +11,7 @@ import numpy as np
 
 from catheter_sim.core.requirements import number_of, whole_of
 from catheter_sim.errors import InputError, shown, unknown
-from catheter_sim.public.arguments import path_of, progress_of, robot_of
+from catheter_sim.public.arguments import mapping_of, path_of, progress_of, robot_of, texts_of
 from catheter_sim.public.listing import Listing
 
 if TYPE_CHECKING:
@@ -241,9 +241,8 @@ def control(
     """
     value = robot_of(robot)
     taken_for = believed_robot(value) if believed is None else robot_of(believed)
-    setting = setting_of(
-        pid, noise_deg, frame_error_deg, motors, motor_gain, dead_band_mm or {}, rate_hz, seed
-    )
+    bands_mm = mapping_of(dead_band_mm, "dead_band_mm", "pairs to dead-bands")
+    setting = setting_of(pid, noise_deg, frame_error_deg, motors, motor_gain, bands_mm, rate_hz, seed)
     return controlled(value, taken_for, trajectory, models, setting, progress_of(progress))
 
 
@@ -289,7 +288,8 @@ def controlled(
     """
     from catheter_sim.controllers.comparison import follow, way_of
 
-    ways = list(dict.fromkeys(way_of(model) for model in ([models] if isinstance(models, str) else models)))
+    named = texts_of(models, "models", "ways of control, as pk+pid,", 1)
+    ways = list(dict.fromkeys(way_of(model) for model in named))
     desired = desired_values(robot, trajectory, setting.rate_hz)
     runs = follow(robot, believed, desired, ways, setting, progress)
     pairs = tuple(pair.name for pair in robot.tendons)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from catheter_sim.errors import InputError, cut, shown, unknown
-from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, robot_of
+from catheter_sim.public.arguments import AT_REST, gravity_of, mapping_of, path_of, robot_of
 
 if TYPE_CHECKING:
     from catheter_sim.core.inputs import Inputs
@@ -293,6 +293,8 @@ def dataset(
     from catheter_sim.diagnosis.data.dataset import known_inputs
     from catheter_sim.diagnosis.data.from_tables import dataset_of
 
+    if not isinstance(name, str) or not name.strip():
+        raise InputError(f"name = {shown(name)}: a text is needed")
     value = robot_of(robot)
     reference = os.fspath(robot) if isinstance(robot, str | os.PathLike) else value.name
     columns = {*known_inputs(value), *output_channels(value)}
@@ -300,7 +302,7 @@ def dataset(
     given = _roles(roles, list(named))
     trials = [(trial, given.get(trial, ""), table) for trial, table in named.items()]
     gravity = gravity_of(gravity_mps2)
-    free = dict(calibration or {})
+    free = mapping_of(calibration, "calibration", "numbers of the robot to (least, most)")
     made = dataset_of(value, reference, trials, outputs, gravity, free, name, motion, warm_up_s)
     return _warned_of_columns(made)
 
@@ -336,6 +338,7 @@ def _roles(roles: Mapping[str, str] | Sequence[str], trials: Sequence[str]) -> d
             if trial not in trials:
                 raise unknown("trial", str(trial), trials, "roles")
         return dict(roles)
-    if isinstance(roles, str) or (roles and len(roles) != len(trials)):
+    listed = list(roles) if isinstance(roles, Iterable) and not isinstance(roles, str) else [roles]
+    if listed and (isinstance(roles, str) or len(listed) != len(trials)):
         raise InputError(f"roles = {shown(roles)}: one for each of {len(trials)} trials is needed, or none")
-    return dict(zip(trials, roles, strict=False))
+    return dict(zip(trials, listed, strict=False))

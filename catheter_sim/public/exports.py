@@ -124,7 +124,7 @@ def export(
     if path is not None:
         from catheter_sim.files import check_output_file
 
-        check_output_file(os.fspath(path))
+        check_output_file(path_of(path, "path"))
         check_output_file(report_path(path))
     shown = progress_of(progress)
     model = write_model(robot_of(robot), engine, progress=shown)

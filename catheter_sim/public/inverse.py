@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from catheter_sim.core.requirements import number_of, whole_of
 from catheter_sim.errors import InputError, shown
-from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, progress_of, robot_of
+from catheter_sim.public.arguments import AT_REST, gravity_of, mapping_of, path_of, progress_of, robot_of
 from catheter_sim.public.data import table_of
 from catheter_sim.public.listing import Listing, data_frame, listing_of
 
@@ -195,16 +195,13 @@ def inverse_kinematics(
     from catheter_sim.planning.inverse import inverse_kinematics as solve
     from catheter_sim.planning.targets import targets_of
 
-    value = robot_of(robot)
-    drives = with_limits(plan_drives(value), limits_of(limits), "limits")
-    asked = targets_of(value, clocked_table(targets, "targets"), drives.length_m)
-    within = Tolerance(
-        _above_zero(tolerance_mm, TOLERANCE_SHARE * asked.length_mm, "tolerance_mm"),
-        _above_zero(tolerance_deg, TOLERANCE_DEG, "tolerance_deg"),
-    )
+    value, gravity, told = robot_of(robot), gravity_of(gravity_mps2), progress_of(progress)
+    miss_mm, miss_deg = _above_zero(tolerance_mm, "tolerance_mm"), _above_zero(tolerance_deg, "tolerance_deg")
     if corrections is not None:
         corrections = whole_of(corrections, "corrections", "a whole number from 0, or None,", 0)
-    gravity, told = gravity_of(gravity_mps2), progress_of(progress)
+    drives = with_limits(plan_drives(value), limits_of(limits), "limits")
+    asked = targets_of(value, clocked_table(targets, "targets"), drives.length_m)
+    within = Tolerance(miss_mm or TOLERANCE_SHARE * asked.length_mm, miss_deg or TOLERANCE_DEG)
     plan = solve(value, asked, drives, gravity, corrections, within, told)
     return InverseKinematics(value, plan)
 
@@ -215,15 +212,13 @@ def limits_of(limits: Mapping[str, Sequence[float]] | None) -> dict[str, tuple[f
     Raises:
         InputError: they are no mapping, or one is no pair.
     """
-    if limits is not None and not isinstance(limits, Mapping):
-        raise InputError(f"limits = {shown(limits)}: a mapping of inputs to (least, most) is needed")
     found = {}
-    for name, ends in (limits or {}).items():
+    for name, ends in mapping_of(limits, "limits", "inputs to (least, most)").items():
         try:
             low, high = (number_of(end, "limits", holds=lambda _: True) for end in ends)
         except (TypeError, ValueError):  # an `InputError` is one, too
             raise InputError(f"limits: {name} = {shown(ends)}: least and most are needed") from None
-        found[str(name)] = (low, high)
+        found[name] = (low, high)
     return found
 
 
@@ -247,7 +242,7 @@ def clocked_table(given: Any, where: str) -> Table:
     return table_of(given, where)
 
 
-def _above_zero(value: float | None, default: float, where: str) -> float:
+def _above_zero(value: float | None, where: str) -> float | None:
     if value is None:
-        return default
+        return None
     return number_of(value, where, "a number above zero", lambda size: 0.0 < size < float("inf"))

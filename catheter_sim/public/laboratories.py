@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 from catheter_sim.core.requirements import number_of, whole_of
 from catheter_sim.errors import InputError
-from catheter_sim.public.arguments import columns_of, gravity_of, jobs_of, path_of, progress_of, robot_of
+from catheter_sim.public.arguments import (
+    columns_of,
+    gravity_of,
+    jobs_of,
+    path_of,
+    progress_of,
+    robot_of,
+    texts_of,
+)
 from catheter_sim.public.inverse import clocked_table, limits_of
 from catheter_sim.public.listing import Listing
 
@@ -266,8 +274,8 @@ def laboratory(
 
     held = os.fspath(robot) if isinstance(robot, str | os.PathLike) else robot_of(robot)
     given = limits_of(limits)
-    hidden = [hide] if isinstance(hide, str) else list(hide)
-    wanted = tuple(columns_of(columns)) if columns else ()
+    hidden = texts_of(hide, "hide", "causes, as backlash.play=8,")
+    wanted = tuple(texts_of(columns, "columns", "names of output columns"))
     seed = whole_of(seed, "seed", "a whole number from 0", 0)
     longest_s = number_of(longest_s, "longest_s", "a number above 0", lambda time: time > 0.0)
     if recordings is not None:

@@ -173,8 +173,8 @@ def simulate(
     from catheter_sim.simulation.replay import simulate as run_robot
 
     value, moving, told = robot_of(robot), flag_of(dynamic, "dynamic"), progress_of(progress)
-    commanded, gravity = inputs_of(value, inputs), gravity_of(gravity_mps2)
-    budget = whole_of(most_steps, "most_steps", "a whole number from 1", 1)
+    budget, gravity = whole_of(most_steps, "most_steps", "a whole number from 1", 1), gravity_of(gravity_mps2)
+    commanded = inputs_of(value, inputs)
     if moving:
         require_steps(value, commanded.time_s, budget, "inputs")
     states: list[State] = []

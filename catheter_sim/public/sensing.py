@@ -11,7 +11,7 @@ import numpy as np
 
 from catheter_sim.core.requirements import number_of
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.public.arguments import AT_REST, columns_of, gravity_of, path_of, robot_of
+from catheter_sim.public.arguments import AT_REST, columns_of, gravity_of, mapping_of, path_of, robot_of
 from catheter_sim.public.listing import data_frame, listing_of
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ def causes_of(robot: RobotSpec, uncertain: Mapping[str, float] | None, where: st
         return [Value(item.name, within_factor(item.keys, item.half)) for item in ranges]
     choices = dict(leaves(to_document(robot)))
     found = []
-    for key, half in uncertain.items():
+    for key, half in mapping_of(uncertain, where, "numbers of the robot to half their range").items():
         if key not in choices:
             raise unknown("number", key, choices, where)
         if key.endswith(READ_WITH):

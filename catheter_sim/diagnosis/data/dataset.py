@@ -313,10 +313,11 @@ def _likeness(first: str, second: str) -> float:
 
 def _nearest(robot: RobotSpec, names: Iterable[str]) -> str:
     """Return the nearest column of `robot` to each of `names` that has one, as a sentence; "" for none."""
-    choices, found = [*known_inputs(robot), *output_channels(robot)], []
+    choices = {name.lower(): name for name in (*known_inputs(robot), *output_channels(robot))}
+    found: list[str] = []
     for name in list(names)[:_MOST_NEAREST]:
-        near = difflib.get_close_matches(name, choices, 1, _ALIKE)
-        found += [f"{near[0]} for {cut(name, 60)}"] if near else []
+        near = difflib.get_close_matches(name.lower(), choices, 1, _ALIKE)
+        found += [f"{choices[near[0]]} for {cut(name, 60)}"] if near else []
     return f" Nearest columns of the robot: {', '.join(found)}." if found else ""
 
 
