@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from catheter_sim.modelling.attach import attach
     from catheter_sim.public.comparisons import Comparison, compare
     from catheter_sim.public.controlled import Control, control
-    from catheter_sim.public.data import dataset, inputs, load_dataset, load_robot, read_inputs
+    from catheter_sim.public.data import dataset, inputs, load_dataset, load_robot, read_inputs, save_robot
     from catheter_sim.public.diagnoses import Diagnosis, diagnose
     from catheter_sim.public.exports import Export, export
     from catheter_sim.public.foreign_models import ModelDiagnosis, diagnose_model
@@ -35,7 +35,10 @@ __version__ = "0.1.0"
 _HOME = {
     "catheter_sim.modelling.attach": ("attach",),
     "catheter_sim.public.controlled": ("Control", "control"),
-    "catheter_sim.public.data": ("dataset", "inputs", "load_dataset", "load_robot", "read_inputs"),
+    "catheter_sim.public.data": (
+        *("dataset", "inputs", "load_dataset", "load_robot", "read_inputs"),
+        "save_robot",
+    ),
     "catheter_sim.public.comparisons": ("Comparison", "compare"),
     "catheter_sim.public.diagnoses": ("Diagnosis", "diagnose"),
     "catheter_sim.public.exports": ("Export", "export"),
@@ -87,6 +90,7 @@ __all__ = [
     "load_robot",
     "read_inputs",
     "render",
+    "save_robot",
     "sense",
     "settle_together",
     "simulate",

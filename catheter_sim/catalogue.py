@@ -15,7 +15,7 @@ from typing import Any
 
 import tomli_w
 
-from catheter_sim.core.document import check_plain, to_document
+from catheter_sim.core.document import ALL_DIGITS, check_plain, to_document
 from catheter_sim.core.published import Published
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.settings import SAID, Settings, set_all, settings_table
@@ -142,4 +142,4 @@ def _text_of(path: Path) -> str:
 
 def robot_toml(robot: RobotSpec) -> str:
     """Return `robot` as the text of a `.toml` that `load_robot` reads back to the same value."""
-    return tomli_w.dumps(to_document(robot))
+    return tomli_w.dumps(to_document(robot, ALL_DIGITS))

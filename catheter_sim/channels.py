@@ -191,6 +191,11 @@ def read_inputs(robot: RobotSpec, table: Table) -> Inputs:
     )
 
 
+def acts_on_body(name: str) -> bool:
+    """Return whether an input column is a force or a moment on an element."""
+    return _element_of(name) is not None
+
+
 def _element_of(name: str) -> int | None:
     """Return the element on which an input column acts, None where it is no such column."""
     found = _ON_BODY.fullmatch(name)

@@ -26,7 +26,7 @@ def note(text: str) -> None:
     Standard error that is closed, or that nobody reads any more, is no reason to stop working.
     """
     with suppress(OSError, ValueError):
-        if on_terminal():
+        if bars_shown():
             from tqdm import tqdm  # here, as the command line's help is to be there at once
 
             tqdm.write(text, file=sys.stderr)
@@ -41,11 +41,18 @@ def on_terminal() -> bool:
     return False
 
 
+def bars_shown() -> bool:
+    """Return whether standard error shows bars: it is a terminal, or this is a notebook."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    return on_terminal() or getattr(shell, "kernel", None) is not None
+
+
 class Stages:
     """Says which stage long work is in.
 
-    On a terminal one line holds the stage and a clock, and is gone at the end. Elsewhere each stage is a line
-    with the time since the beginning, and how much there is: "diagnose: choosing causes (12.3 of 300 s)".
+    On a terminal and in a notebook one line holds the stage and a clock, and is gone at the end. Elsewhere
+    each stage is a line with the time since the beginning, and how much there is: "diagnose: choosing causes
+    (12.3 of 300 s)".
     """
 
     def __init__(self, name: str, shown: bool, every_s: float = 0.0, budget_s: float = math.inf) -> None:
@@ -61,7 +68,7 @@ class Stages:
         self._of = f" of {budget_s:g} s" if math.isfinite(budget_s) else ""
         self._start = self._last = time.monotonic()
         self._bar: tqdm[Any] | None = None
-        if shown and on_terminal():
+        if shown and bars_shown():
             from tqdm import tqdm
 
             self._bar = tqdm(bar_format=f"{{desc}} ({{elapsed}}{self._of})", leave=False)
@@ -94,7 +101,8 @@ def counted(
 ) -> Iterator[T]:
     """Yield `items` and show how many of them are done.
 
-    On a terminal by a bar; elsewhere by a line now and then: "simulating: row 120 of 5000 (12.3 s)".
+    On a terminal and in a notebook by a bar; elsewhere by a line now and then: "simulating: row 120 of 5000
+    (12.3 s)".
 
     Args:
         items: what is worked through.
@@ -104,7 +112,7 @@ def counted(
         shown: False: nothing is written at all.
         every_s: time between two lines [s].
     """
-    if shown and on_terminal():
+    if shown and bars_shown():
         from tqdm import tqdm
 
         yield from tqdm(items, total=count, unit=unit, leave=False)

@@ -15,14 +15,12 @@ from catheter_sim.channels import check_output_channels, read_inputs
 from catheter_sim.cli import arguments
 from catheter_sim.columns import output_table
 from catheter_sim.core.inputs import Inputs, slice_inputs
-from catheter_sim.core.motion import motion_step_s
 from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in, in_force
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table, read_table, time_text, write_table
 
-MAX_STEPS = 10_000_000  # of a dynamic run: 83 minutes of motion in steps of 0.5 ms, an hour of computing
 _ROW = re.compile(r"row (\d+) \(time_s = [^)]*\)")  # as models and the simulation name a row of inputs
 
 
@@ -110,18 +108,6 @@ def inputs_until(driven: Drive, row: int | None, time_s: float | None) -> Inputs
     own = driven.arriving.time_s
     end = min(time_s - clock[0], own[-1])
     return resampled(driven.arriving, np.append(own[own < end], end))
-
-
-def check_steps(robot: RobotSpec, table: Table) -> None:
-    """Raise `InputError` where the clock of `table` is too long to be followed step by step."""
-    seconds = float(table.time_s[-1] - table.time_s[0])
-    step_s = motion_step_s(robot)
-    if seconds / step_s > MAX_STEPS:
-        longest_s = MAX_STEPS * step_s
-        raise InputError(
-            f"{table.where}: time_s runs over {seconds:g} s, with --dynamic at most {longest_s:g} s: "
-            f"{MAX_STEPS:.0e} steps of {step_s:g} s (dynamics.motion_timestep_s)"
-        )
 
 
 @contextmanager

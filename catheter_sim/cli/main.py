@@ -18,7 +18,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import ModuleType
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 from catheter_sim import __version__
 from catheter_sim.cli import (
@@ -45,7 +45,7 @@ from catheter_sim.cli import (
 )
 from catheter_sim.cli.arguments import split_settings
 from catheter_sim.errors import LONGEST_MESSAGE, TRACEBACK_VARIABLE, InputError, cut
-from catheter_sim.progress import compilations_told
+from catheter_sim.progress import compilations_told, note
 from catheter_sim.signals import Stopped, unwound_by_signals
 
 VERBS: dict[str, ModuleType] = {
@@ -70,6 +70,7 @@ VERBS: dict[str, ModuleType] = {
     "workspace": workspace,
     "lab": lab,
 }
+_NOT_FINITE = "(overflow|invalid value|divide by zero|underflow) encountered"
 
 _EPILOG = """\
 exit status: 0 done, 1 a check failed, 2 bad usage or bad input (one line on stderr says what)
@@ -154,7 +155,7 @@ def _run(argv: Sequence[str]) -> int:
     if arguments.verb is None:
         raise InputError(f"a verb is needed; choices: {', '.join(VERBS)}")
     arguments.command_line = shlex.join(["catheter-sim", *argv])
-    with _errors_alone_on_stderr(), compilations_told():
+    with _known_noise_silenced(), compilations_told():
         # Here and not in each verb: every one of them uses MuJoCo sooner or later.
         from catheter_sim.pictures.backend import require_mujoco
 
@@ -163,19 +164,41 @@ def _run(argv: Sequence[str]) -> int:
 
 
 @contextmanager
-def _errors_alone_on_stderr() -> Iterator[None]:
-    """Silence what libraries log while a simulation diverges: the one line of the error says it."""
+def _known_noise_silenced() -> Iterator[None]:
+    """Silence what MuJoCo and NumPy say while numbers leave the finite ones: the error's line says it.
+
+    Any other warning is a line of its own.
+    """
     if os.environ.get(TRACEBACK_VARIABLE):
         yield
         return
-    before = logging.root.manager.disable
-    logging.disable(logging.WARNING)
+    import absl.logging  # noqa: F401 - it makes the logger to which MuJoCo warns
+
+    noisy = logging.getLogger("absl")
+    noisy.addFilter(_is_error)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+            warnings.filterwarnings("ignore", _NOT_FINITE, RuntimeWarning)
+            warnings.showwarning = _one_line
             yield
     finally:
-        logging.disable(before)
+        noisy.removeFilter(_is_error)
+
+
+def _is_error(record: logging.LogRecord) -> bool:
+    return record.levelno >= logging.ERROR
+
+
+def _one_line(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Show a warning; of what it is and where it was given is of use in a program alone."""
+    note(f"catheter-sim: warning: {cut(' '.join(str(message).split()), LONGEST_MESSAGE)}")
 
 
 def _fail(message: str) -> int:

@@ -38,25 +38,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="wait for rest at the first row alone: time_s is the motion's time",
     )
+    parser.add_argument(
+        "--most-steps",
+        metavar="N",
+        type=arguments.whole_number(1, 10**12),
+        help="steps that --dynamic may take; default 10000000, an hour of computing",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Simulate; write every row that was reached."""
     check_output_file(options.output)
-    from catheter_sim.cli.driven import (
-        check_steps,
-        drive,
-        lines_named,
-        with_lines,
-        write_outputs,
-    )
+    from catheter_sim.cli.driven import drive, lines_named, with_lines, write_outputs
+    from catheter_sim.core.motion import MOST_STEPS, require_steps
     from catheter_sim.core.posture import finite_rows
     from catheter_sim.errors import SimulationDiverged
     from catheter_sim.simulation.replay import simulate
 
     driven = drive(options)
     if options.dynamic:
-        check_steps(driven.robot, driven.table)
+        clock, most = driven.table.time_s, options.most_steps or MOST_STEPS
+        require_steps(driven.robot, clock, most, driven.table.where, "with --dynamic", "--most-steps")
     with lines_named(driven.table):
         result = simulate(
             driven.specified,

@@ -201,7 +201,7 @@ def begun_with(rig: Rig, dataset: Dataset, where: str) -> list[Recording]:
     Raises:
         InputError: it is of another robot than the bench's, or measures other columns.
     """
-    if dataset.robot_reference != rig.reference:
+    if dataset.robot_reference != rig.reference and dataset.robot != rig.robot:
         raise InputError(f"{where}: is of {dataset.robot_reference}, the bench holds {rig.reference}")
     if dataset.output_channels != rig.columns:
         measured = ", ".join(dataset.output_channels)

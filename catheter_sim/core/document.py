@@ -19,31 +19,42 @@ from catheter_sim.units import file_name
 
 Document = dict[str, Any]
 
+_DIGITS, ALL_DIGITS = 12, 17
 _DEEPEST = 16  # levels of tables and lists; no document of ours has half as many
 _MOST_ENTRIES = 1000  # of a list; checked again, more closely, where a robot is
 _BEYOND_64_BITS = 2**63
 _LARGEST_WHOLE = 10**9  # of what is counted: disks, joints, rings
 
 
-def to_document(value: Any) -> Document:
-    """Return the dataclass `value` as a nested document in file units; defaults are kept."""
+def to_document(value: Any, most_digits: int = _DIGITS) -> Document:
+    """Return the dataclass `value` as a nested document in file units; defaults are kept.
+
+    Args:
+        value: the dataclass.
+        most_digits: a number has no more of them, and only as many beyond 12 as it takes to read the same
+            value back. An SI value that is no number of a file over its unit is met to the last bit.
+    """
     document: Document = {}
     for item in dataclasses.fields(value):
         key, factor = file_name(item.name)
-        document[key] = _plain(getattr(value, item.name), factor)
+        document[key] = _plain(getattr(value, item.name), factor, most_digits)
     return document
 
 
-def _plain(value: Any, factor: float) -> Any:
+def _plain(value: Any, factor: float, most_digits: int) -> Any:
     if dataclasses.is_dataclass(value):
-        return to_document(value)
+        return to_document(value, most_digits)
     if isinstance(value, tuple):
-        return [_plain(item, factor) for item in value]
+        return [_plain(item, factor, most_digits) for item in value]
     if isinstance(value, Mapping):
-        return {str(key): _plain(item, 1.0) for key, item in value.items()}
+        return {str(key): _plain(item, 1.0, most_digits) for key, item in value.items()}
     if isinstance(value, float):
         # 12 digits: undoes the last-bit noise of the unit's factor, keeps the number.
-        return float(f"{value * factor:.12g}")
+        tried = [float(f"{value * factor:.{digits}g}") for digits in range(_DIGITS, most_digits + 1)]
+        near = tried[-1]
+        if len(tried) > 1:  # the factor rounds, too
+            tried += [math.nextafter(near, end) for end in (-math.inf, math.inf)]
+        return next((number for number in tried if number / factor == value), near)
     return value
 
 

@@ -28,9 +28,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
+from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.errors import InputError
 
 LEAPFROG, IMPLICIT_SPRINGS, SMOOTH = "implicitfast", "discrete", "RK4"
+MOST_STEPS = 10_000_000  # of a run in motion: 83 minutes of it in steps of 0.5 ms, an hour of computing
 MARGIN = 1.2  # of the armature, beyond what the stiffness of the hinges asks for: loads stiffen a robot, too
 
 R = TypeVar("R", bound=RobotSpec)
@@ -55,6 +58,33 @@ class Integration:
 def motion_step_s(robot: RobotSpec) -> float:
     """Return the time step in which `robot` moves [s]."""
     return min(robot.dynamics.motion_timestep_s, robot.dynamics.timestep_s)
+
+
+def require_steps(
+    robot: RobotSpec,
+    time_s: Array,
+    most_steps: int,
+    where: str,
+    said: str = "in motion",
+    option: str = "most_steps",
+) -> None:
+    """Raise `InputError` where following a clock in motion takes more steps than a budget.
+
+    Args:
+        robot: what moves.
+        time_s: of the rows, shape (r,) [s].
+        most_steps: the budget.
+        where: what the error calls the inputs.
+        said: what it calls motion.
+        option: what it calls the budget.
+    """
+    step_s, seconds = motion_step_s(robot), float(time_s[-1] - time_s[0])
+    if seconds / step_s > most_steps:
+        raise InputError(
+            f"{where}: time_s runs over {seconds:g} s, {said} at most {most_steps * step_s:g} s: "
+            f"{len(time_s)} rows, {seconds / step_s:.0f} steps of {step_s:g} s; the budget is {most_steps}. "
+            f"Is time_s in seconds? If so, raise {option}"
+        )
 
 
 def of_springs_and_masses(robot: RobotSpec) -> Integration:

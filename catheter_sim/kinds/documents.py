@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from catheter_sim.core.document import Document, from_document, to_document
+from catheter_sim.core.document import ALL_DIGITS, Document, from_document, to_document
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import unknown
 from catheter_sim.kinds import KINDS
@@ -35,4 +35,4 @@ def complete_document(document: Document, where: str) -> dict[str, Any]:
     kind = KINDS.get(str(document.get("kind", _DEFAULT)))
     if kind is not None and kind.has("defaults"):
         document = kind.face("defaults", "defaults").expanded(document, where)
-    return to_document(robot_from_document(document, where))
+    return to_document(robot_from_document(document, where), ALL_DIGITS)

@@ -20,12 +20,11 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import check_output_channels
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, cut, shown
-from catheter_sim.lab.rig import Limits, Said, asked_columns, completed
+from catheter_sim.lab.rig import Limits, Said, asked_columns, completed, named_robot
 from catheter_sim.tables import MAX_ROWS, Table, time_text, write_table
 
 INPUTS_SUFFIX = "_inputs.csv"
@@ -179,21 +178,21 @@ class RecordedRig:
 
 def recorded_rig(
     folder: Path,
-    reference: str,
+    robot: RobotSpec | str,
     columns: tuple[str, ...],
     limits: Mapping[str, tuple[float, float]],
     longest_s: float,
     gravity_mps2: Array,
     said: Said | None = None,
 ) -> RecordedRig:
-    """Return the bench of a robot by its id or file, whose limits are checked: see `RecordedRig`.
+    """Return the bench of a robot, its id or its file, whose limits are checked: see `RecordedRig`.
 
     Raises:
         InputError: unknown robot or column, impossible limits, or no such folder.
     """
-    robot, words = load_robot(reference), said or Said()
-    can = Limits(completed(robot, limits, words.limits), longest_s)
-    return RecordedRig(folder, robot, reference, columns, gravity_mps2, can, words)
+    (value, reference), words = named_robot(robot), said or Said()
+    can = Limits(completed(value, limits, words.limits), longest_s)
+    return RecordedRig(folder, value, reference, columns, gravity_mps2, can, words)
 
 
 def _cells(raw: bytes, where: str, ended: bool) -> list[tuple[int, list[str]]]:

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from catheter_sim.catalogue import ROBOTS, load_robot
 from catheter_sim.channels import drives_of, input_channels
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
@@ -141,6 +142,18 @@ def drive_limits(robot: RobotSpec, reach: Mapping[str, float] | Sequence[float])
         least = max(-most, drive.least) if math.isfinite(drive.least) else -most
         found[drive.column] = (float(least / unit), float(min(most, drive.most) / unit))
     return found
+
+
+def named_robot(robot: RobotSpec | str) -> tuple[RobotSpec, str]:
+    """Return a robot, and how a data set names it: by its id, or as a `.toml` where it is none of a paper's.
+
+    Raises:
+        InputError: unknown robot.
+    """
+    if isinstance(robot, str):
+        return load_robot(robot), robot
+    published = robot.name in ROBOTS and load_robot(robot.name) == robot
+    return robot, robot.name if published else f"{robot.name}.toml"
 
 
 def completed(robot: RobotSpec, given: Mapping[str, tuple[float, float]], where: str) -> Ranges:

@@ -25,14 +25,13 @@ from catheter_sim.blind_bench.nature.noise import KINDS, measured
 from catheter_sim.blind_bench.nature.planting import sized
 from catheter_sim.blind_bench.nature.specimen import Specimen, drawn_specimen, specimen_of
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS, BenchRobot
-from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import check_output_channels, drives_of
 from catheter_sim.core.drive import Quantity
 from catheter_sim.core.posture import Array
 from catheter_sim.core.published import Trials
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.lab.rig import Limits, Said, asked_columns, completed, drive_limits
+from catheter_sim.lab.rig import Limits, Said, asked_columns, completed, drive_limits, named_robot
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
 
@@ -173,7 +172,7 @@ class SimulatedRig:
 
 
 def stand_in(
-    reference: str,
+    robot: RobotSpec | str,
     hide: Sequence[str] = (),
     seed: int = 0,
     limits: Mapping[str, tuple[float, float]] | None = None,
@@ -185,7 +184,7 @@ def stand_in(
     """Return a stand-in of a robot with hidden causes.
 
     Args:
-        reference: id of a robot, or path of a `.toml`, which needs `limits`.
+        robot: a robot, its id or its file; one that is none of a paper's needs `limits`.
         hide: causes to hide, each CAUSE, CAUSE.FORM or CAUSE.FORM=SIZE by the names of
             docs/truth/independent_bench.md, or "random". A size that is not given is drawn such that 5 to 30
             times the noise are left of it when a calibration has taken its part.
@@ -205,19 +204,19 @@ def stand_in(
     for text in hide:
         _check_name(text.partition("=")[0].strip(), said.hide)
     generator = np.random.default_rng((_KEY, seed))
+    value, reference = named_robot(robot)
     if reference in BENCH_ROBOTS:
         specimen = drawn_specimen(generator, reference)
         given = dict(limits) if limits else drive_limits(specimen.bench.robot, specimen.bench.trials.reach)
         given = completed(specimen.bench.robot, given, said.limits)
     else:
-        robot = load_robot(reference)
         if not limits:
             raise InputError(
                 f"lab: {reference}: {said.limits}: least and most of each input are needed, as no paper "
                 "drove this robot"
             )
-        given = completed(robot, limits, said.limits)
-        specimen = specimen_of(generator, _bench_of(reference, robot, given))
+        given = completed(value, limits, said.limits)
+        specimen = specimen_of(generator, _bench_of(reference, value, given))
     check_output_channels(specimen.bench.robot, further, said.columns)
     ground = Ground(specimen, drawn_courses(specimen, generator)[:_TRIALS])
     chosen = tuple(_hidden(ground, text, generator, said.hide) for text in hide)

@@ -13,13 +13,14 @@ from catheter_sim.core.inputs import Inputs, slice_inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
+from catheter_sim.modelling.model_cache import remembered_mjcf
 from catheter_sim.pictures.backend import open_renderer
 from catheter_sim.pictures.curves import Curves, strip_width
 from catheter_sim.pictures.images import ANIMATION, PICTURE, VIDEO, Picture, require_even, suffix_of
 from catheter_sim.pictures.images import write_picture as write_picture_file
 from catheter_sim.pictures.images import write_video as write_video_file
 from catheter_sim.pictures.shots import draw, draw_together
-from catheter_sim.pictures.state import State, state_of
+from catheter_sim.pictures.state import State, between, state_of
 from catheter_sim.pictures.tendon_paint import PulledTendons, pulled_tendons
 from catheter_sim.simulation.replay import RAMP_S, simulate
 from catheter_sim.simulation.simulator import Simulator
@@ -43,6 +44,7 @@ def render(
     progress: bool = False,
     rows: Sequence[int] = (),
     curves: bool = False,
+    states: Sequence[State] = (),
 ) -> None:
     """Write a picture (.png) or a video (.mp4, .gif), as the file's name says; see the two functions below.
 
@@ -55,9 +57,9 @@ def render(
     if kind == PICTURE and curves:
         raise InputError(f"{os.fspath(path)}: curves stand beside a video; choices: {VIDEO}, {ANIMATION}")
     if kind == PICTURE:
-        render_picture(robot, inputs, gravity_mps2, path, width, height, camera, progress, rows)
+        render_picture(robot, inputs, gravity_mps2, path, width, height, camera, progress, rows, states)
     else:
-        render_video(robot, inputs, gravity_mps2, path, width, height, camera, progress, curves)
+        render_video(robot, inputs, gravity_mps2, path, width, height, camera, progress, curves, states)
 
 
 def render_picture(
@@ -70,6 +72,7 @@ def render_picture(
     camera: str = "overview",
     progress: bool = False,
     rows: Sequence[int] = (),
+    states: Sequence[State] = (),
 ) -> None:
     """Write a PNG of the robot at the last row of `inputs`, after all rows before it; or of several rows.
 
@@ -86,6 +89,7 @@ def render_picture(
         progress: show on standard error what is done.
         rows: numbers of the rows to show in one picture, the first 0, the last in full colours; none: the
             last row alone, with a close look at the robot's base.
+        states: of a simulation, one a row of `inputs`, where that was made already; none: it is made.
 
     Raises:
         InputError: bad path, size, camera or row, nothing to draw with, or the simulation diverged.
@@ -95,7 +99,10 @@ def render_picture(
         if not 0 <= row < len(inputs):
             raise InputError(f"row {row + 1}: the inputs have the rows 1 to {len(inputs)}")
     shown = list(dict.fromkeys(rows)) or [len(inputs) - 1]
-    model, states = _simulated(robot, inputs, gravity_mps2, shown, RAMP_S, progress)
+    if states:
+        model, states = _model_of(robot, inputs), [states[row] for row in shown]
+    else:
+        model, states = _simulated(robot, inputs, gravity_mps2, shown, RAMP_S, progress)
     if len(shown) > 1:
         labels = [f"{row + 1}" for row in shown]
         lines = [row_words(robot, inputs, row) for row in shown][:_CAPTION_LINES]
@@ -115,10 +122,12 @@ def render_video(
     camera: str = "overview",
     progress: bool = False,
     curves: bool = False,
+    states: Sequence[State] = (),
 ) -> None:
     """Write a video of the robot under `inputs`, in real time or in `LONGEST_VIDEO_S`, whichever is shorter.
 
-    Every frame is simulated: the inputs move linearly from row to row. Arguments and errors are those
+    Every frame is simulated: the inputs move linearly from row to row. With `states` given, the robot moves
+    evenly from one to the next instead. Arguments and errors are those
     of `render_picture`; the file is an `.mp4`, with even width and height, or a `.gif`. With `curves` the
     inputs' curves take the right part of the picture, and a line in them runs along.
     """
@@ -128,9 +137,12 @@ def render_video(
     times = frame_times(inputs)
     every = resampled(inputs, np.union1d(inputs.time_s, times))
     rows = [int(row) for row in np.searchsorted(every.time_s, times)]
-    # Frames lie closer than rows: the inputs move no faster than from row to row otherwise.
-    ramp_s = RAMP_S * len(inputs) / len(every)
-    model, states = _simulated(robot, every, gravity_mps2, rows, ramp_s, progress)
+    if states:
+        model, states = _model_of(robot, inputs), [_state_at(states, inputs.time_s, time) for time in times]
+    else:
+        # Frames lie closer than rows: the inputs move no faster than from row to row otherwise.
+        ramp_s = RAMP_S * len(inputs) / len(every)
+        model, states = _simulated(robot, every, gravity_mps2, rows, ramp_s, progress)
     captions = [caption(robot, every, row) for row in rows]
     strip = strip_width(width) if curves else 0
     frames = draw(robot, model, states, captions, width - strip, height, camera)
@@ -183,6 +195,20 @@ def _check(
         raise unknown("camera", camera, CAMERAS)
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
     open_renderer(empty, width, height).close()
+
+
+def _model_of(robot: RobotSpec, inputs: Inputs) -> mujoco.MjModel:
+    """Return the model that `states` of a simulation under `inputs` are drawn in."""
+    return mujoco.MjModel.from_xml_string(remembered_mjcf(robot, inputs.actuation))
+
+
+def _state_at(states: Sequence[State], time_s: Array, when_s: float) -> State:
+    """Return the state at a time within those of the rows."""
+    later = int(np.clip(np.searchsorted(time_s, when_s), 1, len(states) - 1)) if len(states) > 1 else 0
+    earlier = max(later - 1, 0)
+    length_s = float(time_s[later] - time_s[earlier])
+    share = (when_s - float(time_s[earlier])) / length_s if length_s else 0.0
+    return between(states[earlier], states[later], share)
 
 
 def _simulated(

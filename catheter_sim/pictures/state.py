@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from catheter_sim.core.posture import Array
 from catheter_sim.kinds import kind_of
@@ -34,13 +35,39 @@ class State:
     tension: tuple[Array, ...] = ()
 
 
-def state_of(simulator: Simulator, tendons: PulledTendons | None = None) -> State:
-    """Return what `simulator` shows now, with the tensions of `tendons` if these are given."""
+def state_of(
+    simulator: Simulator, tendons: PulledTendons | None = None, before: State | None = None
+) -> State:
+    """Return what `simulator` shows now.
+
+    Args:
+        simulator: the robot.
+        tendons: whose tensions are shown, too.
+        before: an earlier state; what has not moved since is held once for both.
+    """
     model = simulator.model
-    moved = {name: getattr(model, name).copy() for name in _MOVED}
-    moved["geom_pos"] = kind_of(simulator.robot).picture.geom_places(simulator.robot, model)
+    now = {name: getattr(model, name) for name in _MOVED}
+    now["geom_pos"] = kind_of(simulator.robot).picture.geom_places(simulator.robot, model)
+    known = {} if before is None else before.moved
+    moved = {
+        name: known[name] if name in known and np.array_equal(known[name], values) else values.copy()
+        for name, values in now.items()
+    }
     tension = stretch_tensions(simulator, tendons) if tendons is not None else ()
     return State(simulator.data.qpos.copy(), moved, tension)
+
+
+def between(earlier: State, later: State, share: float) -> State:
+    """Return the state that lies evenly between two: `share` 0 is the earlier one, 1 the later."""
+
+    def at(first: Array, second: Array) -> Array:
+        return first if first is second else (1.0 - share) * first + share * second
+
+    return State(
+        at(earlier.qpos, later.qpos),
+        {name: at(values, later.moved[name]) for name, values in earlier.moved.items()},
+        tuple(at(first, second) for first, second in zip(earlier.tension, later.tension, strict=True)),
+    )
 
 
 def put(state: State, model: mujoco.MjModel, data: mujoco.MjData) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from catheter_sim.core.requirements import flag_of, number_of, whole_of
 from catheter_sim.errors import InputError, shown
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from catheter_sim.tables import Array
 
 AT_REST = (0.0, 0.0, 0.0)  # no gravity
+_MOST_JOBS = 256
 
 
 def path_of(value: str | os.PathLike[str], where: str) -> str:
@@ -46,12 +48,35 @@ def gravity_of(value: Sequence[float]) -> Array:
         InputError: not three finite numbers.
     """
     try:
-        gravity = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        gravity = np.zeros(0)
-    if gravity.shape != (3,) or not np.isfinite(gravity).all():
+        gravity = [number_of(part, "gravity_mps2") for part in value]
+    except (TypeError, InputError):
+        gravity = []
+    if len(gravity) != 3:
         raise InputError(f"gravity_mps2 = {shown(value)}: three finite numbers are needed")
-    return gravity
+    return np.array(gravity)
+
+
+def texts_of(value: Any, where: str, needed: str, least: int = 0) -> list[str]:
+    """Return names as a list; one name will do.
+
+    Args:
+        value: what a user gave.
+        where: what it is called.
+        needed: what would be right, in the plural.
+        least: how many there must be.
+
+    Raises:
+        InputError: they are none.
+    """
+    if isinstance(value, str):
+        return [value]
+    try:
+        listed = list(value)
+    except TypeError:
+        listed = [None]
+    if len(listed) < least or not all(isinstance(name, str) for name in listed):
+        raise InputError(f"{where} = {shown(value)}: {needed} are needed")
+    return listed
 
 
 def columns_of(names: Sequence[str] | str) -> list[str]:
@@ -60,12 +85,46 @@ def columns_of(names: Sequence[str] | str) -> list[str]:
     Raises:
         InputError: they are none.
     """
-    if isinstance(names, str):
-        return [names]
-    try:
-        listed = list(names)
-    except TypeError:
-        listed = []
-    if not listed or not all(isinstance(name, str) for name in listed):
-        raise InputError(f"columns = {shown(names)}: names of output columns are needed")
-    return listed
+    return texts_of(names, "columns", "names of output columns", 1)
+
+
+def mapping_of(value: Any, where: str, needed: str) -> dict[str, Any]:
+    """Return a mapping by its names; None is an empty one. The others as of `texts_of`.
+
+    Raises:
+        InputError: it is none.
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise InputError(f"{where} = {shown(value)}: a mapping of {needed} is needed")
+    return {str(name): item for name, item in value.items()}
+
+
+def jobs_of(value: int) -> int:
+    """Return how many processes to fit with.
+
+    Raises:
+        InputError: it is no whole number, or not one of 1 to 256.
+    """
+    return whole_of(value, "jobs", f"a whole number of 1 to {_MOST_JOBS}", 1, _MOST_JOBS)
+
+
+def budget_of(value: float) -> float:
+    """Return how long a search may take [s].
+
+    Raises:
+        InputError: it is no number above zero.
+    """
+    return number_of(value, "budget_s", "a number of seconds above 0", lambda seconds: seconds > 0.0)
+
+
+def progress_of(value: bool | None) -> bool:
+    """Return whether to show what is being done; None: on a terminal, and in a notebook.
+
+    Raises:
+        InputError: it is neither True, False nor None.
+    """
+    from catheter_sim.progress import bars_shown
+
+    return bars_shown() if value is None else flag_of(value, "progress")

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from catheter_sim.diagnosis.thresholds import COMPARING_BUDGET_S
 from catheter_sim.errors import InputError
-from catheter_sim.public.arguments import path_of
-from catheter_sim.public.diagnoses import Diagnosis, number_of_jobs, parameter_listing, seconds_of
+from catheter_sim.public.arguments import budget_of, jobs_of, path_of, progress_of
+from catheter_sim.public.diagnoses import Diagnosis, parameter_listing
 from catheter_sim.public.listing import Listing
 
 if TYPE_CHECKING:
@@ -103,17 +103,20 @@ class Comparison:
         rows = () if self.over_time is None else tuple(series_rows(self.over_time))
         return Listing("series", COLUMNS, rows)
 
-    def plot_series(self) -> Figure:
+    def plot_series(self, ax: Any = None) -> Figure:
         """Return a figure of each number that changed over the recordings.
 
+        Args:
+            ax: axes of matplotlib to draw into, two in a row (one number: one); None: a new figure.
+
         Raises:
-            InputError: there were only two recordings.
+            InputError: there were only two recordings, or `ax` holds something else.
         """
         from catheter_sim.diagnosis.since.series_report import series_figure
 
         if self.over_time is None:
             raise InputError("plot_series: there are only two recordings; compare([A, B], C) gives a series")
-        return series_figure(self.over_time)
+        return series_figure(self.over_time, ax)
 
     def to_dataframe(self) -> Any:
         """Return `to_table` as a pandas `DataFrame`.
@@ -123,16 +126,17 @@ class Comparison:
         """
         return self.to_table().to_dataframe()
 
-    def plot(self, trial: str | None = None) -> Figure:
+    def plot(self, trial: str | None = None, ax: Any = None) -> Figure:
         """Return a figure of a trial of the later recording, without what both share.
 
         Args:
             trial: its name or file; default: the first that was held out.
+            ax: axes of matplotlib to draw into, one an output and one for the error; None: a new figure.
 
         Raises:
-            InputError: no such trial.
+            InputError: no such trial, or `ax` holds something else.
         """
-        return Diagnosis(self.result.diagnosis).plot(trial)
+        return Diagnosis(self.result.diagnosis).plot(trial, ax)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the report to a folder, as `catheter-sim diagnose --since` does.
@@ -160,6 +164,7 @@ def compare(
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
     budget_s: float = COMPARING_BUDGET_S,
+    progress: bool | None = None,
 ) -> Comparison:
     """Say what changed between two data sets of one robot.
 
@@ -174,6 +179,7 @@ def compare(
         out: a folder for the report; default: nothing is written.
         jobs: processes to fit with.
         budget_s: time after which the search for causes ends with the best so far [s].
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: the data are not what they must be or not of one robot, or the folder cannot be written.
@@ -204,7 +210,7 @@ def compare(
     from catheter_sim.files import check_output_folder
     from catheter_sim.public.data import load_dataset
 
-    place, budget_s = Workers(number_of_jobs(jobs)), seconds_of(budget_s)
+    place, budget_s, shown = Workers(jobs_of(jobs)), budget_of(budget_s), progress_of(progress)
     folder = None if out is None else check_output_folder(path_of(out, "out"))
     later = after if isinstance(after, Data) else load_dataset(after)
     given = [before] if isinstance(before, Data | str | os.PathLike) else list(before)
@@ -212,7 +218,7 @@ def compare(
         earlier_recording(item if isinstance(item, Data) else Path(path_of(item, "before")), later)
         for item in given
     ]
-    series = compare_series(earlier, later, place, budget_s=budget_s)
+    series = compare_series(earlier, later, place, shown, budget_s=budget_s)
     last = replace(series.last, diagnosis=stamped(series.last.diagnosis, "cs.compare(...)"))
     found = Comparison(last, series if len(earlier) > 1 else None)
     if folder is not None:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from catheter_sim.core.requirements import number_of, whole_of
 from catheter_sim.errors import InputError, shown, unknown
-from catheter_sim.public.arguments import path_of, robot_of
+from catheter_sim.public.arguments import mapping_of, path_of, progress_of, robot_of, texts_of
 from catheter_sim.public.listing import Listing
 
 if TYPE_CHECKING:
@@ -165,11 +166,18 @@ class Control:
             self.plot().savefig(file, format="png", dpi=130)
         return [*names, "control.png"]
 
-    def plot(self) -> Figure:
-        """Return a figure of angles, errors and efforts over time, a column a joint."""
+    def plot(self, ax: Any = None) -> Figure:
+        """Return a figure of angles, errors and efforts over time, a column a joint.
+
+        Args:
+            ax: axes of matplotlib to draw into, three a moving joint, row by row; None: a new figure.
+
+        Raises:
+            InputError: `ax` holds something else.
+        """
         from catheter_sim.public.planning_figures import control_figure
 
-        return control_figure(self)
+        return control_figure(self, ax)
 
     def _is_papers(self) -> bool:
         return self.robot.name.partition("@")[0] == _PRINTED_OF[0]
@@ -194,6 +202,7 @@ def control(
     dead_band_mm: Mapping[str, float] | None = None,
     rate_hz: float = 40.0,
     seed: int = 0,
+    progress: bool | None = None,
 ) -> Control:
     """Return how well a catheter follows a trajectory of its joints, by several ways of control.
 
@@ -219,6 +228,7 @@ def control(
         dead_band_mm: dead-bands of torsion pairs that the feedforward compensates, by the pair's name.
         rate_hz: ticks a second; a whole number of simulation steps must fit.
         seed: of the noise, the same for every way.
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: the robot is no catheter, or anything else is not possible.
@@ -231,10 +241,9 @@ def control(
     """
     value = robot_of(robot)
     taken_for = believed_robot(value) if believed is None else robot_of(believed)
-    setting = setting_of(
-        pid, noise_deg, frame_error_deg, motors, motor_gain, dead_band_mm or {}, rate_hz, seed
-    )
-    return controlled(value, taken_for, trajectory, models, setting)
+    bands_mm = mapping_of(dead_band_mm, "dead_band_mm", "pairs to dead-bands")
+    setting = setting_of(pid, noise_deg, frame_error_deg, motors, motor_gain, bands_mm, rate_hz, seed)
+    return controlled(value, taken_for, trajectory, models, setting, progress_of(progress))
 
 
 def setting_of(
@@ -254,11 +263,11 @@ def setting_of(
         gains_of(pid),
         _number(noise_deg, "noise_deg", 0.0, 90.0),
         _number(frame_error_deg, "frame_error_deg", -90.0, 90.0),
-        seed if isinstance(seed, int) and seed >= 0 else _refuse(seed, "seed", "a whole number from 0"),
+        whole_of(seed, "seed", "a whole number from 0", 0),
         _number(rate_hz, "rate_hz", 0.1, _MOST_RATE_HZ),
         motors,
         _number(motor_gain, "motor_gain", 0.01, 100.0),
-        {name: 1e-3 * float(width) for name, width in dead_band_mm.items()},
+        {name: 1e-3 * number_of(width, f"dead_band_mm: {name}") for name, width in dead_band_mm.items()},
     )
 
 
@@ -279,7 +288,8 @@ def controlled(
     """
     from catheter_sim.controllers.comparison import follow, way_of
 
-    ways = list(dict.fromkeys(way_of(model) for model in ([models] if isinstance(models, str) else models)))
+    named = texts_of(models, "models", "ways of control, as pk+pid,", 1)
+    ways = list(dict.fromkeys(way_of(model) for model in named))
     desired = desired_values(robot, trajectory, setting.rate_hz)
     runs = follow(robot, believed, desired, ways, setting, progress)
     pairs = tuple(pair.name for pair in robot.tendons)
@@ -307,11 +317,9 @@ def gains_of(pid: Sequence[float]) -> Any:
     from catheter_sim.controllers.pid import DEG_TO_SI, Gains
 
     try:
-        p, i, d = (float(gain) for gain in pid)
-    except (TypeError, ValueError):
-        raise InputError(f"pid = {shown(pid)}: three numbers KP, KI, KD are needed") from None
-    if not np.isfinite([p, i, d]).all():
-        raise InputError(f"pid = {shown(pid)}: three finite numbers are needed")
+        p, i, d = (number_of(gain, "pid") for gain in pid)
+    except (TypeError, ValueError):  # InputError too
+        raise InputError(f"pid = {shown(pid)}: three numbers KP, KI, KD are needed, all finite") from None
     return Gains(p * DEG_TO_SI, i * DEG_TO_SI, d * DEG_TO_SI)
 
 
@@ -361,13 +369,7 @@ def desired_values(robot: RobotSpec, trajectory: Any, rate_hz: float) -> Array:
 
 
 def _number(value: Any, where: str, least: float, most: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value <= most:
-        _refuse(value, where, f"a number from {least:g} to {most:g}")
-    return float(value)
-
-
-def _refuse(value: Any, where: str, needed: str) -> Any:
-    raise InputError(f"{where} = {shown(value)}: {needed} is needed")
+    return number_of(value, where, f"a number from {least:g} to {most:g}", lambda it: least <= it <= most)
 
 
 def notes(found: Control) -> list[str]:

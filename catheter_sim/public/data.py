@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
+import sys
+import warnings
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from datetime import date, timedelta
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from catheter_sim.errors import InputError, cut, shown, unknown
-from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, robot_of
+from catheter_sim.public.arguments import AT_REST, gravity_of, mapping_of, path_of, robot_of
 
 if TYPE_CHECKING:
     from catheter_sim.core.inputs import Inputs
@@ -41,13 +44,41 @@ def load_robot(ref: str | os.PathLike[str], settings: Settings = ()) -> RobotSpe
     return load(path_of(ref, "robot"), settings)
 
 
+def save_robot(robot: RobotSpec | str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
+    """Write a robot with its effects to a `.toml` that `load_robot` reads back to an equal value.
+
+    Args:
+        robot: a robot, its id or its file.
+        path: file to write, `.toml`.
+
+    Raises:
+        InputError: the robot is not possible, or the file cannot be written or does not end in `.toml`.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> worn = cs.load_robot("mitral_4dof", {"effects.backlash.width_mm": 0.4})
+        >>> cs.save_robot(worn, "worn.toml")
+        >>> cs.load_robot("worn.toml") == worn
+        True
+    """
+    from catheter_sim.catalogue import robot_toml
+    from catheter_sim.tables import replaced_when_whole
+
+    value, file = robot_of(robot), path_of(path, "save_robot")
+    if not file.endswith(".toml"):
+        raise InputError(f"{file}: a robot is saved as a table; choices: .toml")
+    with replaced_when_whole(file) as target:
+        target.write(robot_toml(value))
+
+
 def inputs(robot: RobotSpec | str | os.PathLike[str], table: Any) -> Inputs:
     """Return what drives `robot`, from a mapping or a data frame.
 
     Args:
         robot: a robot, its id or its file.
         table: `time_s` [s], shape (r,), and input columns by name, each with its unit in its name, shape (r,)
-            or one number for all rows. A channel that is left out is zero.
+            or one number for all rows. A channel that is left out is zero. `time_s` may hold dates or
+            durations: they are taken as seconds, dates from the first row on.
 
     Raises:
         InputError: no `time_s`, an unknown channel, a missing or impossible value; the message names the row.
@@ -113,21 +144,21 @@ def table_of(table: Any, where: str, known: Collection[str] | None = None) -> Ta
         return table
     if not is_table(table):
         raise InputError(f"{where}: a mapping or a data frame of columns is needed, not {shown(table)}")
-    names = [str(name) for name in table.keys()]  # noqa: SIM118 - a data frame's iterator is its columns too
-    if "time_s" not in names:
-        raise InputError(f"{where}: no column time_s; columns: {cut(', '.join(names), 200) or '(none)'}")
-    time_s = _numbers(table["time_s"], f"{where}: time_s")
+    keys = {str(key): key for key in table.keys()}  # noqa: SIM118 - a data frame's iterator is its columns too
+    if "time_s" not in keys:
+        raise InputError(f"{where}: no column time_s; columns: {cut(', '.join(keys), 200) or '(none)'}")
+    time_s = _seconds(table["time_s"], f"{where}: time_s")
     if time_s.ndim != 1 or not len(time_s):
         raise InputError(f"{where}: time_s: one number a row is needed, one row at least")
     rows = tuple(range(1, len(time_s) + 1))
     columns, ignored = {}, []
-    for name in names:
+    for name, key in keys.items():
         if name == "time_s":
             continue
         if known is not None and name not in known:
             ignored.append(name)
             continue
-        columns[name] = _column(table[name], time_s, f"{where}: {name}")
+        columns[name] = _column(table[key], time_s, f"{where}: {name}")
     read = Value(time_s, columns, where, rows, tuple(ignored), row_noun="row")
     if not np.isfinite(time_s).all():
         raise InputError(f"{read.row(int(np.argmin(np.isfinite(time_s))))}: time_s: a number is needed")
@@ -150,13 +181,49 @@ def _column(values: Any, time_s: Array, where: str) -> Array:
 
 def _numbers(values: Any, where: str) -> Array:
     try:
-        return np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{where}: numbers are needed, not {shown(values)}") from None
+        if (
+            np.asarray(values).dtype.kind not in "bmM"
+        ):  # booleans, durations and dates would be read as numbers
+            return np.array(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise InputError(f"{where}: numbers are needed, not {shown(values)}") from None
+
+
+def _seconds(values: Any, where: str) -> Array:
+    """Return a clock as numbers: dates from the first row on, durations as they are, by their own unit [s].
+
+    Raises:
+        InputError: they are neither numbers, dates nor durations, or one is missing.
+    """
+    try:
+        given = np.asarray(values)
+    except ValueError:  # rows of several lengths
+        given = np.zeros(0)
+    if given.ndim != 1 or not len(given) or given.dtype.kind not in "mMO":
+        return _numbers(values, where)
+    try:
+        if given.dtype.kind == "M":
+            if (
+                np.datetime_data(given.dtype)[0] in "YM"
+            ):  # years and months have no length, their first days do
+                given = given.astype("datetime64[s]")
+            return np.asarray((given - given[0]) / np.timedelta64(1, "s"))
+        if given.dtype.kind == "m" and np.datetime_data(given.dtype)[0] not in ("Y", "M", "generic"):
+            return np.asarray(given / np.timedelta64(1, "s"))
+        if isinstance(given[0], date):  # of Python and of pandas
+            return np.array([(item - given[0]).total_seconds() for item in given])
+        if isinstance(given[0], timedelta):
+            return np.array([item.total_seconds() for item in given])
+    except (AttributeError, TypeError, ValueError):
+        raise InputError(f"{where}: dates or durations of one kind are needed in every row") from None
+    return _numbers(values, where)
 
 
 def load_dataset(path: str | os.PathLike[str]) -> Dataset:
     """Return the measured data in a folder (`dataset.toml` and a CSV for each trial), checked.
+
+    Columns that the robot does not know are ignored, with a warning.
 
     Raises:
         InputError: anything in the folder is missing, unknown or impossible.
@@ -175,7 +242,7 @@ def load_dataset(path: str | os.PathLike[str]) -> Dataset:
         raise InputError(
             f"{folder}: its robot is somebody's MJCF, driven by its controls: use diagnose_model"
         )
-    return load(folder)
+    return _warned_of_columns(load(folder))
 
 
 def dataset(
@@ -190,6 +257,8 @@ def dataset(
     warm_up_s: float = 0.0,
 ) -> Dataset:
     """Return measured data from mappings or data frames, one a trial, checked as those in a folder are.
+
+    Columns that the robot does not know are ignored, with a warning; a misspelled input is an error.
 
     Args:
         robot: a robot, its id or its file.
@@ -224,6 +293,8 @@ def dataset(
     from catheter_sim.diagnosis.data.dataset import known_inputs
     from catheter_sim.diagnosis.data.from_tables import dataset_of
 
+    if not isinstance(name, str) or not name.strip():
+        raise InputError(f"name = {shown(name)}: a text is needed")
     value = robot_of(robot)
     reference = os.fspath(robot) if isinstance(robot, str | os.PathLike) else value.name
     columns = {*known_inputs(value), *output_channels(value)}
@@ -231,8 +302,22 @@ def dataset(
     given = _roles(roles, list(named))
     trials = [(trial, given.get(trial, ""), table) for trial, table in named.items()]
     gravity = gravity_of(gravity_mps2)
-    free = dict(calibration or {})
-    return dataset_of(value, reference, trials, outputs, gravity, free, name, motion, warm_up_s)
+    free = mapping_of(calibration, "calibration", "numbers of the robot to (least, most)")
+    made = dataset_of(value, reference, trials, outputs, gravity, free, name, motion, warm_up_s)
+    return _warned_of_columns(made)
+
+
+def _warned_of_columns(dataset: Dataset) -> Dataset:
+    """Return `dataset`; warn, at the line outside the package that asked for it, of columns left out."""
+    from catheter_sim.diagnosis.data.dataset import UNKNOWN
+
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals["__name__"].startswith("catheter_sim."):
+        level, frame = level + 1, frame.f_back
+    for note in dataset.notes:
+        if note.code == UNKNOWN:
+            warnings.warn(note.text, stacklevel=level)
+    return dataset
 
 
 def _named(tables: Any, name: str) -> dict[str, Any]:
@@ -253,6 +338,7 @@ def _roles(roles: Mapping[str, str] | Sequence[str], trials: Sequence[str]) -> d
             if trial not in trials:
                 raise unknown("trial", str(trial), trials, "roles")
         return dict(roles)
-    if isinstance(roles, str) or (roles and len(roles) != len(trials)):
+    listed = list(roles) if isinstance(roles, Iterable) and not isinstance(roles, str) else [roles]
+    if listed and (isinstance(roles, str) or len(listed) != len(trials)):
         raise InputError(f"roles = {shown(roles)}: one for each of {len(trials)} trials is needed, or none")
-    return dict(zip(trials, roles, strict=False))
+    return dict(zip(trials, listed, strict=False))

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from catheter_sim.errors import InputError, shown, unknown
-from catheter_sim.public.arguments import path_of
+from catheter_sim.errors import unknown
+from catheter_sim.public.arguments import budget_of, jobs_of, path_of, progress_of
 from catheter_sim.public.listing import Listing
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from catheter_sim.diagnosis.report.result import Cause
     from catheter_sim.diagnosis.report.result import Diagnosis as Result
 
-_MOST_JOBS = 256
 _CALL = "cs.diagnose(...)"  # as the report's command
 
 
@@ -103,14 +102,15 @@ class Diagnosis:
         """
         return self.to_table().to_dataframe()
 
-    def plot(self, trial: str | None = None) -> Figure:
+    def plot(self, trial: str | None = None, ax: Any = None) -> Figure:
         """Return a figure of a trial over time: measured, before (calibrated, without causes) and after.
 
         Args:
             trial: its name or file; default: the first that was held out.
+            ax: axes of matplotlib to draw into, one an output and one for the error; None: a new figure.
 
         Raises:
-            InputError: no such trial.
+            InputError: no such trial, or `ax` holds something else.
         """
         from catheter_sim.diagnosis.report.pictures import is_point, shown_columns
         from catheter_sim.diagnosis.report.series_picture import series_figure
@@ -120,9 +120,7 @@ class Diagnosis:
             raise unknown("trial", str(trial), dict.fromkeys(fit.file for fit in self.result.fits))
         fit = next((fit for fit in fits if fit.role == "heldout"), fits[0])
         columns = shown_columns(self.result, [fit])
-        figure = series_figure(fit, columns, in_space=is_point(columns))
-        figure.suptitle(f"{fit.file} ({fit.role})", fontsize="medium")
-        return figure
+        return series_figure(fit, columns, is_point(columns), ax, f"{fit.file} ({fit.role})")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the report to a folder, as `catheter-sim diagnose` does.
@@ -149,6 +147,7 @@ def diagnose(
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
     budget_s: float = math.inf,
+    progress: bool | None = None,
 ) -> Diagnosis:
     """Say what a simulation gets wrong about measured data, name the cause and extend the model by it.
 
@@ -158,6 +157,7 @@ def diagnose(
             where it was when it is started again.
         jobs: processes to fit with.
         budget_s: time after which the search for causes ends with the best so far [s].
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: the data are not what they must be, or the folder cannot be written.
@@ -185,12 +185,12 @@ def diagnose(
     from catheter_sim.files import check_output_folder
     from catheter_sim.public.data import load_dataset
 
-    jobs, budget_s = number_of_jobs(jobs), seconds_of(budget_s)
+    jobs, budget_s, shown = jobs_of(jobs), budget_of(budget_s), progress_of(progress)
     folder = None if out is None else check_output_folder(path_of(out, "out"))
     data = dataset if isinstance(dataset, Data) else load_dataset(dataset)
     if folder is None:
-        return Diagnosis(stamped(diagnose_dataset(data, Workers(jobs), budget_s=budget_s), _CALL))
-    return Diagnosis(diagnose_into(data, folder, jobs, budget_s=budget_s, command=_CALL))
+        return Diagnosis(stamped(diagnose_dataset(data, Workers(jobs), shown, budget_s=budget_s), _CALL))
+    return Diagnosis(diagnose_into(data, folder, jobs, shown, budget_s=budget_s, command=_CALL))
 
 
 def parameter_listing(verdict: str, causes: Sequence[Cause], first: str, last: str) -> Listing:
@@ -216,26 +216,3 @@ def parameter_listing(verdict: str, causes: Sequence[Cause], first: str, last: s
     )
     columns = (first, "parameter", "value", "low", "high", last)
     return Listing(verdict.replace("_", " "), columns, rows)
-
-
-def seconds_of(budget_s: float) -> float:
-    """Return how long a search may take [s].
-
-    Raises:
-        InputError: it is no number above zero.
-    """
-    is_number = isinstance(budget_s, int | float) and not isinstance(budget_s, bool)
-    if not is_number or not budget_s > 0.0:
-        raise InputError(f"budget_s = {shown(budget_s)}: a number of seconds above 0 is needed")
-    return float(budget_s)
-
-
-def number_of_jobs(jobs: int) -> int:
-    """Return how many processes to fit with.
-
-    Raises:
-        InputError: it is no whole number, or not one of 1 to 256.
-    """
-    if isinstance(jobs, bool) or not isinstance(jobs, int) or not 1 <= jobs <= _MOST_JOBS:
-        raise InputError(f"jobs = {shown(jobs)}: a whole number of 1 to {_MOST_JOBS} is needed")
-    return jobs

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from catheter_sim.errors import InputError
-from catheter_sim.public.arguments import path_of, robot_of
+from catheter_sim.public.arguments import path_of, progress_of, robot_of
 
 if TYPE_CHECKING:
     from catheter_sim.core.robot import RobotSpec
@@ -94,7 +94,7 @@ def export(
     robot: RobotSpec | str | os.PathLike[str],
     path: str | os.PathLike[str] | None = None,
     engine: str = "mujoco",
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> Export:
     """Return a robot with its effects as one MJCF for plain MuJoCo, and how far it is from the package.
 
@@ -105,7 +105,7 @@ def export(
         robot: a robot, its id or the path of its .toml, such as a diagnosis' `robot.toml`.
         path: of the .xml to write, with its report beside it; None: nothing is written.
         engine: "mujoco", or "mjx" or "warp", without what those do not say they know.
-        progress: show on standard error what is being done.
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: an unknown robot or engine, an impossible robot or effect, a file that cannot be written.
@@ -124,10 +124,11 @@ def export(
     if path is not None:
         from catheter_sim.files import check_output_file
 
-        check_output_file(os.fspath(path))
+        check_output_file(path_of(path, "path"))
         check_output_file(report_path(path))
-    model = write_model(robot_of(robot), engine, progress=progress)
-    found = Export(model, judge(model, progress))
+    shown = progress_of(progress)
+    model = write_model(robot_of(robot), engine, progress=shown)
+    found = Export(model, judge(model, shown))
     if path is not None:
         found.save(path)
     return found

@@ -6,8 +6,7 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from catheter_sim.public.arguments import path_of
-from catheter_sim.public.diagnoses import number_of_jobs
+from catheter_sim.public.arguments import jobs_of, path_of, progress_of
 
 if TYPE_CHECKING:
     from catheter_sim.foreign.diagnose import ForeignDiagnosis
@@ -71,7 +70,10 @@ class ModelDiagnosis:
 
 
 def diagnose_model(
-    dataset: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, jobs: int = 1
+    dataset: str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    jobs: int = 1,
+    progress: bool | None = None,
 ) -> ModelDiagnosis:
     """Say what somebody's MJCF gets wrong about measured data: which generic cause, and how large.
 
@@ -82,6 +84,7 @@ def diagnose_model(
         dataset: a folder with `dataset.toml`, whose robot is an `.xml` and whose inputs are its controls.
         out: a folder for the report; default: nothing is written.
         jobs: simulations at a time.
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: the data or the model cannot be used, or the folder cannot be written.
@@ -98,11 +101,11 @@ def diagnose_model(
     from catheter_sim.files import check_output_folder
     from catheter_sim.foreign.diagnose import diagnose_foreign
 
-    jobs = number_of_jobs(jobs)
+    jobs, shown = jobs_of(jobs), progress_of(progress)
     folder = path_of(dataset, "dataset")
     if out is not None:
         check_output_folder(path_of(out, "out"))
-    found = ModelDiagnosis(diagnose_foreign(folder, jobs))
+    found = ModelDiagnosis(diagnose_foreign(folder, jobs, shown))
     if out is not None:
         found.save(out)
     return found

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from catheter_sim.core.requirements import number_of, whole_of
 from catheter_sim.errors import InputError, shown
-from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, robot_of
+from catheter_sim.public.arguments import AT_REST, gravity_of, mapping_of, path_of, progress_of, robot_of
 from catheter_sim.public.data import table_of
 from catheter_sim.public.listing import Listing, data_frame, listing_of
 
@@ -117,11 +118,18 @@ class InverseKinematics:
         self.report().save(report)
         return report
 
-    def plot(self) -> Figure:
-        """Return a figure: targets and what is reached of them, and the inputs over the rows."""
+    def plot(self, ax: Any = None) -> Figure:
+        """Return a figure: targets and what is reached of them, and the inputs over the rows.
+
+        Args:
+            ax: axes of matplotlib to draw into, two; None: a new figure.
+
+        Raises:
+            InputError: `ax` holds something else.
+        """
         from catheter_sim.public.planning_figures import inverse_figure
 
-        return inverse_figure(self)
+        return inverse_figure(self, ax)
 
     def __repr__(self) -> str:
         count = int(self.plan.reachable.sum())
@@ -151,6 +159,7 @@ def inverse_kinematics(
     tolerance_mm: float | None = None,
     tolerance_deg: float | None = None,
     corrections: int | None = CORRECTIONS,
+    progress: bool | None = None,
 ) -> InverseKinematics:
     """Return inputs that bring `robot` to one target after another, or as near as its inputs' limits let it.
 
@@ -169,6 +178,7 @@ def inverse_kinematics(
         tolerance_mm, tolerance_deg: what a reached target may be missed by; default: 0.1 % of the robot's
             length, and 0.2 deg.
         corrections: largest number of corrections by simulation; None: the twin alone, without simulation.
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: anything is not possible.
@@ -185,16 +195,14 @@ def inverse_kinematics(
     from catheter_sim.planning.inverse import inverse_kinematics as solve
     from catheter_sim.planning.targets import targets_of
 
-    value = robot_of(robot)
+    value, gravity, told = robot_of(robot), gravity_of(gravity_mps2), progress_of(progress)
+    miss_mm, miss_deg = _above_zero(tolerance_mm, "tolerance_mm"), _above_zero(tolerance_deg, "tolerance_deg")
+    if corrections is not None:
+        corrections = whole_of(corrections, "corrections", "a whole number from 0, or None,", 0)
     drives = with_limits(plan_drives(value), limits_of(limits), "limits")
     asked = targets_of(value, clocked_table(targets, "targets"), drives.length_m)
-    within = Tolerance(
-        _above_zero(tolerance_mm, TOLERANCE_SHARE * asked.length_mm, "tolerance_mm"),
-        _above_zero(tolerance_deg, TOLERANCE_DEG, "tolerance_deg"),
-    )
-    if corrections is not None and (not isinstance(corrections, int) or corrections < 0):
-        raise InputError(f"corrections = {shown(corrections)}: a whole number from 0, or None, is needed")
-    plan = solve(value, asked, drives, gravity_of(gravity_mps2), corrections, within)
+    within = Tolerance(miss_mm or TOLERANCE_SHARE * asked.length_mm, miss_deg or TOLERANCE_DEG)
+    plan = solve(value, asked, drives, gravity, corrections, within, told)
     return InverseKinematics(value, plan)
 
 
@@ -202,15 +210,15 @@ def limits_of(limits: Mapping[str, Sequence[float]] | None) -> dict[str, tuple[f
     """Return limits as pairs of numbers.
 
     Raises:
-        InputError: one is no pair.
+        InputError: they are no mapping, or one is no pair.
     """
     found = {}
-    for name, ends in (limits or {}).items():
+    for name, ends in mapping_of(limits, "limits", "inputs to (least, most)").items():
         try:
-            low, high = (float(end) for end in ends)
-        except (TypeError, ValueError):
+            low, high = (number_of(end, "limits", holds=lambda _: True) for end in ends)
+        except (TypeError, ValueError):  # an `InputError` is one, too
             raise InputError(f"limits: {name} = {shown(ends)}: least and most are needed") from None
-        found[str(name)] = (low, high)
+        found[name] = (low, high)
     return found
 
 
@@ -234,9 +242,7 @@ def clocked_table(given: Any, where: str) -> Table:
     return table_of(given, where)
 
 
-def _above_zero(value: float | None, default: float, where: str) -> float:
+def _above_zero(value: float | None, where: str) -> float | None:
     if value is None:
-        return default
-    if not isinstance(value, int | float) or not 0.0 < value < float("inf"):
-        raise InputError(f"{where} = {shown(value)}: a number above zero is needed")
-    return float(value)
+        return None
+    return number_of(value, where, "a number above zero", lambda size: 0.0 < size < float("inf"))

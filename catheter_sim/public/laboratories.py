@@ -10,9 +10,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from catheter_sim.errors import InputError, shown
-from catheter_sim.public.arguments import columns_of, gravity_of, path_of
-from catheter_sim.public.diagnoses import number_of_jobs
+from catheter_sim.core.requirements import number_of, whole_of
+from catheter_sim.errors import InputError
+from catheter_sim.public.arguments import (
+    columns_of,
+    gravity_of,
+    jobs_of,
+    path_of,
+    progress_of,
+    robot_of,
+    texts_of,
+)
 from catheter_sim.public.inverse import clocked_table, limits_of
 from catheter_sim.public.listing import Listing
 
@@ -170,6 +178,7 @@ class Laboratory:
         minutes: float = math.inf,
         wait_s: float = 0.0,
         jobs: int = 1,
+        progress: bool | None = None,
     ) -> FoundOut:
         """Diagnose, propose an experiment, measure it, diagnose everything together, until a cause is sure.
 
@@ -180,6 +189,7 @@ class Laboratory:
             minutes: most of the bench's time that is spent.
             wait_s: how long to wait for a real bench's recordings.
             jobs: processes to fit with.
+            progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
         Raises:
             InputError: the folder holds another loop, recordings of another robot or of other columns, or a
@@ -191,16 +201,15 @@ class Laboratory:
         from catheter_sim.diagnosis.fitting.workers import Workers
         from catheter_sim.files import check_output_folder
 
-        if isinstance(experiments, bool) or not isinstance(experiments, int) or experiments < 0:
-            raise InputError(f"experiments = {shown(experiments)}: a whole number from 0 is needed")
-        for name, value in (("minutes", minutes), ("wait_s", wait_s)):
-            if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0.0:
-                raise InputError(f"{name} = {shown(value)}: a number from 0 is needed")
-        place = Workers(number_of_jobs(jobs))
+        budget = Budget(
+            whole_of(experiments, "experiments", "a whole number from 0", 0),
+            number_of(minutes, "minutes", "a number from 0", lambda time: time >= 0.0),
+            wait_s=number_of(wait_s, "wait_s", "a number from 0", lambda time: time >= 0.0),
+        )
+        place, shown = Workers(jobs_of(jobs)), progress_of(progress)
         first = begun_with(self.rig, data, "data") if data is not None else []
         folder = check_output_folder(path_of(path, "path"))
-        budget = Budget(experiments, minutes, wait_s=wait_s)
-        outcome = run_loop(self.rig, folder, first, budget, place)
+        outcome = run_loop(self.rig, folder, first, budget, place, shown)
         write_story(outcome, self.robot.name, folder)
         return FoundOut(outcome, self.robot.name, folder)
 
@@ -219,7 +228,7 @@ class Laboratory:
 
 
 def laboratory(
-    robot: str | os.PathLike[str],
+    robot: RobotSpec | str | os.PathLike[str],
     hide: Sequence[str] | str = (),
     seed: int = 0,
     limits: Mapping[str, Sequence[float]] | None = None,
@@ -235,7 +244,7 @@ def laboratory(
     recordings arrive.
 
     Args:
-        robot: id of a robot, or path of a robot `.toml`, which needs `limits`.
+        robot: a robot, its id or its file; one that is none of a paper's needs `limits`.
         hide: of a simulated robot: causes, each "CAUSE", "CAUSE.FORM" or "CAUSE.FORM=SIZE" by the names of
             docs/truth/independent_bench.md, or "random". A size that is left out is drawn so that it shows.
         seed: of a simulated robot: of specimen, sizes and noise.
@@ -263,13 +272,12 @@ def laboratory(
     from catheter_sim.lab.rig import AS_ARGUMENTS
     from catheter_sim.lab.simulated import stand_in
 
-    reference, given = path_of(robot, "robot"), limits_of(limits)
-    hidden = [hide] if isinstance(hide, str) else list(hide)
-    wanted = tuple(columns_of(columns)) if columns else ()
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise InputError(f"seed = {shown(seed)}: a whole number from 0 is needed")
-    if isinstance(longest_s, bool) or not isinstance(longest_s, int | float) or not longest_s > 0.0:
-        raise InputError(f"longest_s = {shown(longest_s)}: a number above 0 is needed")
+    held = os.fspath(robot) if isinstance(robot, str | os.PathLike) else robot_of(robot)
+    given = limits_of(limits)
+    hidden = texts_of(hide, "hide", "causes, as backlash.play=8,")
+    wanted = tuple(texts_of(columns, "columns", "names of output columns"))
+    seed = whole_of(seed, "seed", "a whole number from 0", 0)
+    longest_s = number_of(longest_s, "longest_s", "a number above 0", lambda time: time > 0.0)
     if recordings is not None:
         if hidden:
             raise InputError("hide: a real bench (recordings) hides nothing that is known")
@@ -277,8 +285,8 @@ def laboratory(
             raise InputError("recordings: columns and limits are needed: what the bench measures and can do")
         folder = Path(path_of(recordings, "recordings"))
         gravity = gravity_of(gravity_mps2)
-        return Laboratory(recorded_rig(folder, reference, wanted, given, longest_s, gravity, AS_ARGUMENTS))
+        return Laboratory(recorded_rig(folder, held, wanted, given, longest_s, gravity, AS_ARGUMENTS))
     if np.any(gravity_of(gravity_mps2)):
         raise InputError("gravity_mps2: of a real bench alone; a simulated one draws its own")
-    rig = stand_in(reference, hidden, seed, given or None, longest_s, further=wanted, said=AS_ARGUMENTS)
+    rig = stand_in(held, hidden, seed, given or None, longest_s, further=wanted, said=AS_ARGUMENTS)
     return Laboratory(rig)

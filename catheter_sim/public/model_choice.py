@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from catheter_sim.errors import InputError, shown
-from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, robot_of
+from catheter_sim.core.requirements import number_of
+from catheter_sim.errors import InputError
+from catheter_sim.public.arguments import AT_REST, gravity_of, path_of, progress_of, robot_of
 from catheter_sim.public.data import inputs_of
 from catheter_sim.public.listing import Listing
 
@@ -95,11 +96,18 @@ class ModelChoice:
             raise InputError(f"{file}: a comparison is saved as a table; choices: .csv")
         self.to_table().save(file)
 
-    def plot(self) -> Figure:
-        """Return a figure of every model's error over its time."""
+    def plot(self, ax: Any = None) -> Figure:
+        """Return a figure of every model's error over its time.
+
+        Args:
+            ax: axes of matplotlib to draw into, one; None: a new figure.
+
+        Raises:
+            InputError: `ax` holds something else.
+        """
         from catheter_sim.public.planning_figures import models_figure
 
-        return models_figure(self)
+        return models_figure(self, ax)
 
     def __repr__(self) -> str:
         return f"<ModelChoice of {self.robot.name}: {self.model or 'none'}>"
@@ -115,6 +123,7 @@ def which_model(
     tolerance_deg: float = math.inf,
     gravity_mps2: Sequence[float] = AT_REST,
     reference: str = "simulation",
+    progress: bool | None = None,
 ) -> ModelChoice:
     """Return which static model of `robot` is accurate enough along `inputs`, and fastest.
 
@@ -125,6 +134,7 @@ def which_model(
         tolerance_deg: largest allowed angle between the tips' frames [deg].
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         reference: "simulation", or one of `list_models(robot)`.
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: anything is not possible.
@@ -139,11 +149,10 @@ def which_model(
     from catheter_sim.planning.models import compare_models
 
     value = robot_of(robot)
-    for what, number in (("tolerance_percent", tolerance_percent), ("tolerance_deg", tolerance_deg)):
-        if not isinstance(number, int | float) or not number > 0.0:
-            raise InputError(f"{what} = {shown(number)}: a number above zero is needed")
-    commanded = inputs_of(value, inputs)
-    result = compare_models(
-        value, commanded, gravity_of(gravity_mps2), tolerance_percent, tolerance_deg, reference
+    percent, degrees = (
+        number_of(number, what, "a number above zero", lambda size: size > 0.0)
+        for what, number in (("tolerance_percent", tolerance_percent), ("tolerance_deg", tolerance_deg))
     )
-    return ModelChoice(value, result, tolerance_percent, tolerance_deg)
+    commanded, gravity, shown = inputs_of(value, inputs), gravity_of(gravity_mps2), progress_of(progress)
+    result = compare_models(value, commanded, gravity, percent, degrees, str(reference), progress=shown)
+    return ModelChoice(value, result, percent, degrees)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+
+from catheter_sim.pictures.figures import entitle, panels_of
 
 if TYPE_CHECKING:
     from catheter_sim.public.controlled import Control
@@ -17,12 +19,12 @@ if TYPE_CHECKING:
 BLUE, ORANGE, GREY = "#1f5fa8", "#d9822b", "#888888"
 
 
-def inverse_figure(found: InverseKinematics) -> Figure:
+def inverse_figure(found: InverseKinematics, ax: Any = None) -> Figure:
     """Return targets and what is reached of them, panel by unit, above the inputs."""
     plan, table = found.plan, found.to_table()
     reached = plan.reached if plan.simulated is None else plan.simulated
-    figure = Figure(figsize=(8.0, 6.5), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True)
+    figure, panels = panels_of(ax, 2, 1, (8.0, 6.5), sharex=True)
+    above, below = panels[:, 0]
     time_s = plan.targets.time_s
     for k, name in enumerate(plan.targets.names):
         (line,) = above.plot(time_s, reached[:, k], label=name)
@@ -39,42 +41,42 @@ def inverse_figure(found: InverseKinematics) -> Figure:
     below.set_xlabel("time [s]")
     below.legend(fontsize="small", frameon=False)
     unreached = f"; out of reach: {int(missed.sum())} (orange)" if missed.any() else ""
-    figure.suptitle(f"{found.robot.name}: inverse kinematics{unreached}", fontsize="medium")
+    entitle(figure, panels, f"{found.robot.name}: inverse kinematics{unreached}")
     return figure
 
 
-def sensing_figure(found: Sensing) -> Figure:
+def sensing_figure(found: Sensing, ax: Any = None) -> Figure:
     """Return every column over time, with its region."""
     sensed = found.sensed
-    figure = Figure(figsize=(8.0, 1.6 * len(sensed.columns) + 1.0), layout="constrained")
-    panels = figure.subplots(len(sensed.columns), 1, sharex=True, squeeze=False)[:, 0]
-    for k, (axes, name) in enumerate(zip(panels, sensed.columns, strict=True)):
+    count = len(sensed.columns)
+    figure, panels = panels_of(ax, count, 1, (8.0, 1.6 * count + 1.0), sharex=True)
+    for k, (axes, name) in enumerate(zip(panels[:, 0], sensed.columns, strict=True)):
         axes.fill_between(sensed.time_s, sensed.low[:, k], sensed.high[:, k], color=BLUE, alpha=0.25, lw=0)
         axes.plot(sensed.time_s, sensed.value[:, k], color=BLUE, lw=1.2)
         axes.set_ylabel(name, fontsize="small")
-    panels[-1].set_xlabel("time [s]")
-    figure.suptitle(f"{found.robot.name}: sensed, with 95 % regions", fontsize="medium")
+    panels[-1, 0].set_xlabel("time [s]")
+    entitle(figure, panels, f"{found.robot.name}: sensed, with 95 % regions")
     return figure
 
 
-def workspace_figure(found: Workspace) -> Figure:
+def workspace_figure(found: Workspace, ax: Any = None) -> Figure:
     """Return the tips in three views."""
     tip = found.tip_mm
-    figure = Figure(figsize=(12.0, 4.2), layout="constrained")
-    for axes, (across, up) in zip(figure.subplots(1, 3), ((0, 2), (1, 2), (0, 1)), strict=True):
+    figure, panels = panels_of(ax, 1, 3, (12.0, 4.2))
+    for axes, (across, up) in zip(panels[0], ((0, 2), (1, 2), (0, 1)), strict=True):
         axes.scatter(tip[:, across], tip[:, up], s=3, color=BLUE, alpha=0.4, lw=0)
         axes.plot(0.0, 0.0, "+", color=ORANGE, ms=8)
         axes.set_xlabel(f"{'xyz'[across]} [mm]")
         axes.set_ylabel(f"{'xyz'[up]} [mm]")
         axes.set_aspect("equal", adjustable="datalim")
-    figure.suptitle(f"{found.robot.name}: {len(tip)} reachable tips (+: base)", fontsize="medium")
+    entitle(figure, panels, f"{found.robot.name}: {len(tip)} reachable tips (+: base)")
     return figure
 
 
-def models_figure(found: ModelChoice) -> Figure:
+def models_figure(found: ModelChoice, ax: Any = None) -> Figure:
     """Return every model's largest error over the time of a row, both by their logarithm."""
-    figure = Figure(figsize=(6.5, 4.5), layout="constrained")
-    axes = figure.subplots()
+    figure, panels = panels_of(ax, 1, 1, (6.5, 4.5))
+    axes = panels[0, 0]
     for row in found.to_table():
         if row["failed"] or not np.isfinite(row["ms"]):
             continue
@@ -88,14 +90,13 @@ def models_figure(found: ModelChoice) -> Figure:
     return figure
 
 
-def control_figure(found: Control) -> Figure:
+def control_figure(found: Control, ax: Any = None) -> Figure:
     """Return angle, error and effort over time, a column for each joint that is asked to move."""
     first = next(iter(found.runs.values()))
     moved = [k for k in range(len(found.pairs)) if np.any(first.desired[:, k])] or [0]
-    figure = Figure(figsize=(5.0 * len(moved), 8.0), layout="constrained")
-    columns = figure.subplots(3, len(moved), sharex=True, squeeze=False).T
+    figure, panels = panels_of(ax, 3, len(moved), (5.0 * len(moved), 8.0), sharex=True)
     colours = [BLUE, ORANGE, "#3a8f4c", "#8a4fa3", GREY, "#b03a3a"]
-    for k, (above, middle, below) in zip(moved, columns, strict=True):
+    for k, (above, middle, below) in zip(moved, panels.T, strict=True):
         unit, size = ("mm", 1e3) if first.joints[k] == "prismatic" else ("deg", 180.0 / np.pi)
         above.plot(first.times_s, size * first.desired[:, k], color=GREY, lw=3, alpha=0.5, label="desired")
         for (name, run), colour in zip(found.runs.items(), colours * len(found.runs), strict=False):

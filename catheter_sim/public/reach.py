@@ -77,11 +77,18 @@ class Workspace:
             raise InputError(f"{file}: a workspace is saved as a table; choices: .csv")
         self.to_table().save(file)
 
-    def plot(self) -> Figure:
-        """Return a figure of the tips from the side, from the front and from above."""
+    def plot(self, ax: Any = None) -> Figure:
+        """Return a figure of the tips from the side, from the front and from above.
+
+        Args:
+            ax: axes of matplotlib to draw into, three; None: a new figure.
+
+        Raises:
+            InputError: `ax` holds something else.
+        """
         from catheter_sim.public.planning_figures import workspace_figure
 
-        return workspace_figure(self)
+        return workspace_figure(self, ax)
 
     def _columns(self) -> dict[str, Any]:
         from catheter_sim.planning.drives import input_table

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from catheter_sim.core.motion import MOST_STEPS, require_steps
+from catheter_sim.core.requirements import flag_of, whole_of
 from catheter_sim.errors import InputError, SimulationDiverged, shown
-from catheter_sim.public.arguments import AT_REST, columns_of, gravity_of, path_of, robot_of
+from catheter_sim.public.arguments import AT_REST, columns_of, gravity_of, path_of, progress_of, robot_of
 from catheter_sim.public.data import inputs_of
 from catheter_sim.public.listing import data_frame, listing_of
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from catheter_sim.core.inputs import Inputs
     from catheter_sim.core.posture import Array, Posture
     from catheter_sim.core.robot import RobotSpec
+    from catheter_sim.pictures.state import State
+    from catheter_sim.simulation.simulator import Simulator
     from catheter_sim.tables import Table
 
 HELD, DYNAMIC = "simulation", "simulation in motion"
@@ -36,6 +40,7 @@ class Run:
         by: what made it: "simulation", "simulation in motion", or the static model's name.
         residual: of a static model, the largest unbalanced moment of each row, shape (r,) [N m]; else None.
         at_rest: of a simulation, whether each row had come to rest, shape (r,); else None.
+        states: of a simulation whose rows are held, what each row looks like, for `render`; else none.
 
     Examples:
         >>> import catheter_sim as cs
@@ -52,6 +57,7 @@ class Run:
     by: str
     residual: Array | None = None
     at_rest: Array | None = None
+    states: tuple[State, ...] = field(default=(), compare=False)
 
     def __len__(self) -> int:
         return len(self.postures)
@@ -78,19 +84,19 @@ class Run:
         table = self.to_table(columns)
         return data_frame({"time_s": table.time_s, **table.columns})
 
-    def plot(self, columns: Sequence[str] | None = None) -> Figure:
+    def plot(self, columns: Sequence[str] | None = None, ax: Any = None) -> Figure:
         """Return a figure of output columns over time, those of one unit in one panel.
 
         Args:
             columns: default: the tip's place, and the tensions.
+            ax: axes of matplotlib to draw into, one for each unit; None: a new figure.
 
         Raises:
-            InputError: as for `to_table`.
+            InputError: as for `to_table`, or `ax` holds something else.
         """
-        from matplotlib.figure import Figure as Canvas
-
         from catheter_sim.channels import output_channels
         from catheter_sim.diagnosis.data.columns import unit_of
+        from catheter_sim.pictures.figures import entitle, panels_of
 
         names = (
             columns_of(columns)
@@ -101,15 +107,15 @@ class Run:
         units: dict[str, list[str]] = {}
         for name in names:
             units.setdefault(unit_of(name), []).append(name)
-        figure = Canvas(figsize=(8.0, 2.4 * max(1, len(units)) + 0.6), layout="constrained")
-        panels = figure.subplots(max(1, len(units)), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, (unit, members) in zip(panels, units.items(), strict=False):
+        count = max(1, len(units))
+        figure, panels = panels_of(ax, count, 1, (8.0, 2.4 * count + 0.6), sharex=True)
+        for axes, (unit, members) in zip(panels[:, 0], units.items(), strict=False):
             for name in members:
                 axes.plot(table.time_s, table.columns[name], label=name.removesuffix(f"_{unit}"))
             axes.set_ylabel(f"[{unit}]")
             axes.legend(fontsize="small", frameon=False)
-        panels[-1].set_xlabel("time [s]")
-        figure.suptitle(f"{self.robot.name}: {self.by}", fontsize="medium")
+        panels[-1, 0].set_xlabel("time [s]")
+        entitle(figure, panels, f"{self.robot.name}: {self.by}")
         return figure
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -138,6 +144,8 @@ def simulate(
     inputs: Any,
     gravity_mps2: Sequence[float] = AT_REST,
     dynamic: bool = False,
+    most_steps: int = MOST_STEPS,
+    progress: bool | None = None,
 ) -> Run:
     """Return what MuJoCo makes of a robot under `inputs`, its effects included, from rest.
 
@@ -147,9 +155,11 @@ def simulate(
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         dynamic: start at rest under the first row, then follow `time_s` in motion, with inertia and the
             robot's own damping; else each row is held until the robot rests.
+        most_steps: that a motion may take; the default is an hour of computing.
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
-        InputError: anything is not possible.
+        InputError: anything is not possible, or a motion takes more steps than `most_steps`.
         SimulationDiverged: the simulation left the finite numbers; the message says at which row and time.
 
     Examples:
@@ -158,15 +168,30 @@ def simulate(
         >>> len(run), run.by
         (2, 'simulation')
     """
+    from catheter_sim.pictures.state import state_of
+    from catheter_sim.pictures.tendon_paint import PulledTendons, pulled_tendons
     from catheter_sim.simulation.replay import simulate as run_robot
 
-    value = robot_of(robot)
+    value, moving, told = robot_of(robot), flag_of(dynamic, "dynamic"), progress_of(progress)
+    budget, gravity = whole_of(most_steps, "most_steps", "a whole number from 1", 1), gravity_of(gravity_mps2)
     commanded = inputs_of(value, inputs)
-    done = run_robot(value, commanded, gravity_of(gravity_mps2), dynamic=dynamic)
+    if moving:
+        require_steps(value, commanded.time_s, budget, "inputs")
+    states: list[State] = []
+    tendons: list[PulledTendons] = []
+
+    def keep(simulator: Simulator, row: int) -> None:
+        if not tendons:
+            tendons.append(pulled_tendons(simulator.model, simulator.robot))
+        states.append(state_of(simulator, tendons[0], states[-1] if states else None))
+
+    done = run_robot(
+        value, commanded, gravity, dynamic=moving, progress=told, on_row=None if moving else keep
+    )
     if done.failure is not None:
         raise SimulationDiverged(done.failure)
-    by = DYNAMIC if dynamic else HELD
-    return Run(value, commanded, done.gravity_mps2, done.postures, by, at_rest=done.at_rest)
+    by = DYNAMIC if moving else HELD
+    return Run(value, commanded, gravity, done.postures, by, at_rest=done.at_rest, states=tuple(states))
 
 
 def statics(
@@ -235,10 +260,12 @@ def render(
     height: int = 720,
     rows: Sequence[int] = (),
     curves: bool = False,
+    progress: bool | None = None,
 ) -> None:
     """Write a picture (.png: the last row) or a video (.mp4, .gif: all rows) of a run, without a screen.
 
-    The inputs are simulated once more, each row held; a run in motion or of a static model has no picture.
+    The run's own rows are drawn; between two of them a video goes evenly from one to the other. A run in
+    motion or of a static model has no picture.
 
     Args:
         run: a run of `simulate`.
@@ -246,6 +273,7 @@ def render(
         width, height: of the picture [pixels].
         rows: numbers of the rows to show in one picture, 0 for the first; the last in full colours.
         curves: show the inputs' curves beside the video.
+        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: another file's ending, a run that has no picture, or nothing to draw with.
@@ -258,7 +286,7 @@ def render(
     from catheter_sim.effects.apply import in_force
     from catheter_sim.pictures.offscreen import render as draw
 
-    if not isinstance(run, Run) or run.by != HELD:
+    if not isinstance(run, Run) or not run.states:
         raise InputError(f"render: {shown(run)}: only a run of `simulate` whose rows are held is drawn")
     acting = in_force(run.robot, run.inputs)
     draw(
@@ -266,8 +294,23 @@ def render(
         acting.inputs,
         tuple(run.gravity_mps2),
         path_of(path, "render"),
-        width,
-        height,
-        rows=rows,
-        curves=curves,
+        whole_of(width, "width", "a whole number of pixels", 1),
+        whole_of(height, "height", "a whole number of pixels", 1),
+        progress=progress_of(progress),
+        rows=rows_of(rows),
+        curves=flag_of(curves, "curves"),
+        states=run.states,
     )
+
+
+def rows_of(rows: Sequence[int]) -> list[int]:
+    """Return numbers of rows as a list.
+
+    Raises:
+        InputError: they are none.
+    """
+    try:
+        listed = list(rows)
+    except TypeError:
+        raise InputError(f"rows = {shown(rows)}: numbers of rows, 0 for the first, are needed") from None
+    return [whole_of(row, "rows", "the number of a row, 0 for the first,", 0) for row in listed]

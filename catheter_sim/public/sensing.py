@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from catheter_sim.errors import InputError, shown, unknown
-from catheter_sim.public.arguments import AT_REST, columns_of, gravity_of, path_of, robot_of
+from catheter_sim.core.requirements import number_of
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.public.arguments import AT_REST, columns_of, gravity_of, mapping_of, path_of, robot_of
 from catheter_sim.public.listing import data_frame, listing_of
 
 if TYPE_CHECKING:
@@ -83,11 +84,18 @@ class Sensing:
             raise InputError(f"{file}: what is sensed is saved as a table; choices: .csv")
         write_table(self.to_table(), file)
 
-    def plot(self) -> Figure:
-        """Return a figure of every column over time with its region."""
+    def plot(self, ax: Any = None) -> Figure:
+        """Return a figure of every column over time with its region.
+
+        Args:
+            ax: axes of matplotlib to draw into, one a column; None: a new figure.
+
+        Raises:
+            InputError: `ax` holds something else.
+        """
         from catheter_sim.public.planning_figures import sensing_figure
 
-        return sensing_figure(self)
+        return sensing_figure(self, ax)
 
     def __repr__(self) -> str:
         return f"<Sensing of {self.robot.name}: {len(self)} rows>"
@@ -139,11 +147,16 @@ def sense(
     from catheter_sim.public.inverse import clocked_table
 
     value = robot_of(robot)
-    sizes = (noise_tension_N, noise_displacement_mm, noise_position_mm, noise_angle_deg)
-    for size in sizes:
-        if not isinstance(size, int | float) or not 0.0 <= size < float("inf"):
-            raise InputError(f"noise: a standard deviation of {shown(size)} is not possible")
-    noise = Noise(*(float(size) for size in sizes))
+    sizes = {
+        "noise_tension_N": noise_tension_N,
+        "noise_displacement_mm": noise_displacement_mm,
+        "noise_position_mm": noise_position_mm,
+        "noise_angle_deg": noise_angle_deg,
+    }
+    needed = "a standard deviation, a finite number from 0,"
+    noise = Noise(
+        *(number_of(size, name, needed, lambda of: 0.0 <= of < float("inf")) for name, size in sizes.items())
+    )
     names = sensed_columns(value) if columns is None else columns_of(columns)
     check_output_channels(value, names, "columns")
     asked = readings_of(value, clocked_table(readings, "readings"), noise)
@@ -185,16 +198,14 @@ def causes_of(robot: RobotSpec, uncertain: Mapping[str, float] | None, where: st
         return [Value(item.name, within_factor(item.keys, item.half)) for item in ranges]
     choices = dict(leaves(to_document(robot)))
     found = []
-    for key, half in uncertain.items():
+    for key, half in mapping_of(uncertain, where, "numbers of the robot to half their range").items():
         if key not in choices:
             raise unknown("number", key, choices, where)
         if key.endswith(READ_WITH):
             raise InputError(f"{where}: {key}: inputs are read with it, it has no range")
-        if (
-            not isinstance(half, int | float)
-            or not 0.0 < half < float("inf")
-            or not np.isfinite(choices[key])
-        ):
-            raise InputError(f"{where}: {key} = {shown(half)}: half a range, above zero, is needed")
-        found.append(Value(key, within_half(key, float(half))))
+        if not np.isfinite(choices[key]):
+            raise InputError(f"{where}: {key}: is infinite as specified, it has no range")
+        needed = "half a range, above zero,"
+        size = number_of(half, f"{where}: {key}", needed, lambda of: 0.0 < of < float("inf"))
+        found.append(Value(key, within_half(key, size)))
     return found

@@ -18,6 +18,7 @@ from catheter_sim.simulation.commands import Commands
 from catheter_sim.simulation.simulator import Simulator
 
 RAMP_S = 2.0  # simulated time from one held row to the next
+_LONG_WAY_S = 10.0  # of motion from one row to the next: its seconds are counted, too
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def simulate(
                 simulator.settle()
             ahead_s, rests = 0.0, True
             if simulator.moving:
-                ahead_s = _follow(simulator, commands, row)
+                ahead_s = _follow(simulator, commands, row, progress)
             else:
                 ramp(simulator, commands, before, commands.rows[row], held_steps)
                 rests = simulator.settle()
@@ -133,12 +134,16 @@ def ramp(simulator: Simulator, commands: Commands, start: Array, end: Array, ste
     simulator.require_finite()
 
 
-def _follow(simulator: Simulator, commands: Commands, row: int) -> float:
+def _follow(simulator: Simulator, commands: Commands, row: int, progress: bool) -> float:
     """Let a moving robot follow its inputs to the step nearest to a row; return how far that is ahead [s]."""
     step_s = simulator.model.opt.timestep
     since_s = commands.time_s - commands.time_s[0]
     first, last = (round(float(since_s[k]) / step_s) for k in (row - 1, row))
-    for values in commands.means(np.arange(first, last) * step_s, step_s):
-        commands.set(simulator, values)
-        simulator.step()
+    seconds = range(first, last, max(1, round(1.0 / step_s)))  # no more is held of the inputs at once
+    told = progress and len(seconds) > _LONG_WAY_S
+    for start in counted(seconds, len(seconds), f"simulating row {row + 1}", "second", told):
+        steps = np.arange(start, min(start + seconds.step, last))
+        for values in commands.means(steps * step_s, step_s):
+            commands.set(simulator, values)
+            simulator.step()
     return float(since_s[row]) - last * step_s

@@ -291,6 +291,16 @@ def test_a_dynamic_run_of_years_is_refused(run: Run, folder: Path) -> None:
     assert run(*words).status == 0
 
 
+def test_a_budget_of_steps_is_what_the_user_sets(run: Run, folder: Path) -> None:
+    """Of 400 steps 399 are too few; the line names the option."""
+    (folder / "in.csv").write_text("time_s,tension_right_N\n0,0\n0.2,0.1\n")
+    words = ["simulate", ROBOT, "--inputs", "in.csv", "-o", "out.csv", "--dynamic"]
+    message = run(*words, "--most-steps", "399").error()
+    assert "2 rows, 400 steps of 0.0005 s; the budget is 399." in message
+    assert message.endswith("Is time_s in seconds? If so, raise --most-steps")
+    assert run(*words, "--most-steps", "400").status == 0
+
+
 def test_an_input_that_no_number_can_square_is_refused(run: Run, folder: Path) -> None:
     """It is named with its line, not met as a matrix without singular values."""
     (folder / "in.csv").write_text("time_s,tension_1_N,force_tip_x_N\n0,0,0\n1,0,1e308\n")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -329,3 +331,31 @@ def test_diagnose_help_tells_every_key() -> None:
         assert all(key in text for key in keys)
     for word in ("[[trials]]", "file", "role", "[calibration]", f"{MAX_ROWS} rows", *dataset.ROLES):
         assert word in text
+
+
+def test_known_noise_is_silenced_and_any_other_warning_is_a_line(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """MuJoCo's and NumPy's words about numbers that are not finite go; all else is seen; after it all is."""
+
+    def warn(_: object) -> int:
+        logging.getLogger("absl").warning("Nan, Inf or huge value in QACC at DOF 0.")
+        warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
+        warnings.warn("the covariance\ncould not be estimated", UserWarning, stacklevel=1)
+        logging.getLogger("somebody").warning("a disk is nearly full")
+        return 0
+
+    heard: list[str] = []
+    handler = logging.Handler()
+    handler.emit = lambda record: heard.append(record.getMessage())  # type: ignore[method-assign]
+    logging.getLogger().addHandler(handler)
+    monkeypatch.setattr(VERBS["list"], "run", warn)
+    try:
+        ran = run("list")
+        logging.getLogger("absl").warning("outside")
+    finally:
+        logging.getLogger().removeHandler(handler)
+    assert ran.status == 0
+    assert heard == ["a disk is nearly full", "outside"]
+    assert ran.err.startswith("catheter-sim: warning: the covariance could not be estimated\n")
+    assert "overflow" not in ran.err

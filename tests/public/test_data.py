@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
+from catheter_sim.catalogue import ROBOTS
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.tables import Table, write_table
 
@@ -84,11 +85,107 @@ def test_one_table_is_one_trial() -> None:
 
 def test_columns_of_no_use_may_hold_anything_and_are_noted() -> None:
     """A column that the robot does not know is ignored with a note, as in a file."""
-    data = cs.dataset(ROBOT, [trial(1) | {"who": ["me"] * 12}, trial(2)])
+    with pytest.warns(UserWarning, match="who"):
+        data = cs.dataset(ROBOT, [trial(1) | {"who": ["me"] * 12}, trial(2)])
     assert data.output_channels == ("tip_x_mm", "tip_z_mm")
     (note,) = data.notes
     assert "trial_1" in note.text
     assert "who" in note.text
+
+
+@pytest.mark.parametrize(
+    ("column", "nearest"), [("tip_x_m", "tip_x_mm for tip_x_m"), ("Tip_Y_mm", "tip_y_mm"), ("room_C", "")]
+)
+def test_unknown_columns_are_warned_of(column: str, nearest: str, tmp_path: Path) -> None:
+    """By name, with the nearest column if there is one; from tables and from a folder, at the user's line."""
+    tables = {name: trial(seed) | {column: np.ones(12)} for name, seed in (("a.csv", 1), ("b.csv", 2))}
+    with pytest.warns(UserWarning, match=f"a.csv, b.csv: .*ignored: {column}") as made:
+        cs.dataset(ROBOT, tables)
+    folder = written(tmp_path, tables, {})
+    with pytest.warns(UserWarning, match=f"not listed in dataset.toml and ignored: {column}") as read:
+        cs.load_dataset(folder)
+    for (warning,) in (made.list, read.list):
+        assert warning.filename == __file__
+        assert nearest in str(warning.message)
+        assert ("Nearest" in str(warning.message)) == bool(nearest)
+
+
+def test_columns_left_out_on_purpose_are_not_warned_of(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    """Outputs that `outputs` or dataset.toml does not list are not; one that only some trials have is."""
+    more = {name: trial(seed) | {"tip_y_mm": np.ones(12)} for name, seed in (("a.csv", 1), ("b.csv", 2))}
+    cs.dataset(ROBOT, more, outputs=["tip_x_mm"])
+    assert cs.load_dataset(written(tmp_path, more, {})).notes
+    assert not recwarn.list
+    with pytest.warns(UserWarning, match="trial_1: no channel that every trial has, and ignored: tip_y_mm"):
+        cs.dataset(ROBOT, [more["a.csv"], trial(2)])
+
+
+@pytest.mark.parametrize(
+    ("column", "meant"),
+    [
+        ("tension_left_n", "tension_left_N"),
+        ("tension_leftt_N", "tension_left_N"),
+        ("tnsion_left_N", "tension_left_N"),
+        ("left_tension_N", "tension_left_N"),
+        ("tension_left_kN", "tension_left_N"),
+        ("tension_up_N", "tension_left_N"),
+        ("force_tip_y_mN", "force_tip_y_N"),
+        ("force_body_3_x_N", "force_tip_x_N"),
+    ],
+)
+def test_an_input_that_is_misspelled_is_an_error(column: str, meant: str) -> None:
+    """Its name is nearly that of an input that the table lacks, or begins as the inputs do."""
+    with pytest.raises(cs.InputError, match=rf"trial_1: .*{column}.*{meant}"):
+        cs.dataset(ROBOT, [trial(1) | {column: np.ones(12)}, trial(2)])
+
+
+@pytest.mark.parametrize(
+    "column", ["tension_right_measured_N", "force_z_N", "displacement_laser_mm", "tip_x_m"]
+)
+def test_a_log_beside_the_inputs_is_no_misspelled_one(column: str) -> None:
+    """It is like an input that is there, or like none that can be."""
+    with pytest.warns(UserWarning, match=column):
+        cs.dataset(ROBOT, trial(1) | {column: np.ones(12)})
+
+
+def test_a_data_set_shows_itself_on_a_screen() -> None:
+    """Name, robot, trials with rows and roles, channels and conditions, in a few lines."""
+    tables = {f"trial_{k}": trial(k) for k in range(12)}
+    data = cs.dataset(ROBOT, tables, gravity_mps2=(0, 0, -9.81), roles={"trial_1": "heldout"}, name="pulls")
+    lines = repr(data).splitlines()
+    assert lines == [
+        "<Dataset 'pulls' of neuroendoscope_section: 12 trials, 144 rows",
+        "  inputs: tension_right_N, force_tip_x_N",
+        "  outputs: tip_x_mm, tip_z_mm",
+        "  trials: trial_0 (12 rows), trial_1 (12 rows, heldout), trial_2 (12 rows) and 9 more",
+        "  conditions: held, gravity 0, 0, -9.81 m/s^2>",
+    ]
+    shown = data._repr_html_()
+    assert "trial_1 (12 rows, heldout)" in shown
+    assert shown.count("\n") == len(lines) - 1
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_saved_robot_reads_back_equal(name: str, tmp_path: Path) -> None:
+    """Every robot and parameter set: as it is, and with other numbers and every effect, to the last bit."""
+    draw, plain = np.random.default_rng(7), cs.load_robot(name)
+    numbers = {
+        "friction.mu": draw.uniform(0.1, 0.3),
+        "stiffness_scale": draw.uniform(0.9, 1.1),
+        "tip_mass_g": draw.uniform(1.0, 2.0),
+        "mount.axial_stiffness_N_per_mm": draw.uniform(10.0, 20.0),
+    }
+    for row in cs.list_effects(name):
+        low, high = max(row["lower"], -1.0), min(row["upper"], 1.0)
+        numbers[f"effects.{row['effect']}.{row['parameter']}"] = draw.uniform(low, max(low, high))
+    changed = cs.load_robot(name, numbers)
+    assert len(changed.effects) > 5
+    for robot in (plain, changed):
+        cs.save_robot(robot, tmp_path / "robot.toml")
+        assert cs.load_robot(tmp_path / "robot.toml") == robot
+    assert plain != changed
 
 
 def test_a_tension_that_is_commanded_is_no_output() -> None:
@@ -123,6 +220,7 @@ def test_a_tension_that_is_commanded_is_no_output() -> None:
         (lambda: cs.dataset(ROBOT, trial(1) | {"tip_x_mm": np.full(12, np.nan)}), "tip_x_mm has no value"),
         (lambda: cs.dataset(ROBOT, trial(1) | {"tip_x_mm": "a"}), "trial_1: tip_x_mm: numbers are needed"),
         (lambda: cs.dataset("nothing", trial(1)), "unknown robot 'nothing'"),
+        (lambda: cs.save_robot(ROBOT, "robot.txt"), "robot.txt: a robot is saved as a table; choices: .toml"),
         (lambda: cs.load_dataset("nowhere"), "nowhere: no such folder"),
         (lambda: cs.load_dataset(5), "dataset: a path is needed, not 5"),
         (lambda: cs.diagnose("nowhere"), "nowhere: no such folder"),

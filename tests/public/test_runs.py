@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import sys
 import types
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import catheter_sim as cs
+from catheter_sim import progress
 from catheter_sim.cli.main import main
+from catheter_sim.pictures import offscreen
+from catheter_sim.simulation import commands, replay, simulator
 from catheter_sim.tables import read_table
 
 PULL = {"time_s": [0.0, 1.0, 2.0], "tension_right_N": [0.0, 0.2, 0.4]}
@@ -127,6 +132,53 @@ def test_plot_draws_each_unit_in_its_panel_without_pyplot(run: cs.Run) -> None:
     assert run.plot("tip_qw").axes[0].get_ylabel() == "[1]"
 
 
+def test_plot_draws_into_the_axes_that_are_given(run: cs.Run) -> None:
+    """One for each unit, of one figure, which is returned; the figure's own title stays."""
+    figure = Figure()
+    figure.suptitle("mine")
+    axes = figure.subplots(2, 1)
+    assert run.plot(["tip_x_mm", "tension_right_N"], ax=axes) is figure
+    assert [len(item.lines) for item in axes] == [1, 1]
+    assert figure.get_suptitle() == "mine"
+    one = Figure().subplots()
+    assert run.plot("tip_x_mm", ax=one) is one.figure
+    for other in (5, "axes", [axes[0], 5], Figure()):
+        with pytest.raises(cs.InputError, match="axes of matplotlib are needed"):
+            run.plot("tip_x_mm", ax=other)
+    with pytest.raises(
+        cs.InputError, match=r"ax: 2 axes are needed, as figure.subplots\(2, 1\) makes them; 1"
+    ):
+        run.plot(ax=one)
+    with pytest.raises(cs.InputError, match="several figures"):
+        run.plot(ax=[one, axes[0]])
+
+
+@pytest.mark.slow
+def test_every_figure_draws_into_given_axes_and_shows_itself() -> None:
+    """Of every result that plots: a notebook's PNG without pyplot, and no axes but those given."""
+    bend = {"time_s": [0.0, 1.0], "displacement_bending_mm": [0.0, 1.0]}
+    robot = "mitral_transseptal"
+    asked = {"time_s": [0.0, 0.1], "angle_bending_deg": [0.0, 1.0]}
+    results = (
+        (cs.statics(robot, bend, "pk"), (1, 1)),
+        (cs.sense(robot, bend, uncertain={}, columns=["tip_x_mm", "tip_z_mm"]), (2, 1)),
+        (cs.inverse_kinematics(robot, {"tip_x_mm": [10.0]}, corrections=None), (2, 1)),
+        (cs.workspace(robot, samples=5), (1, 3)),
+        (cs.which_model(robot, bend, reference="pk"), (1, 1)),
+        (cs.control(robot, asked, models=["pk"], noise_deg=0.0), (3, 1)),
+    )
+    for result, shape in results:
+        how: dict[str, Any] = {"columns": ["tip_x_mm"]} if isinstance(result, cs.Run) else {}
+        own = result.plot(**how)
+        assert own._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+        figure = Figure()
+        given = figure.subplots(*shape)
+        assert result.plot(**how, ax=given) is figure
+        assert figure.axes == list(np.ravel(given))
+        assert all(item.has_data() for item in figure.axes)
+        assert len(own.axes) == len(figure.axes)
+
+
 def test_built_model_has_the_robot_with_its_effects() -> None:
     """`build` is the model that `catheter-sim build` writes: a stiffer robot has stiffer joints."""
     soft, stiff = (
@@ -143,6 +195,99 @@ def test_render_draws_a_held_run_with_its_effects(tmp_path: Path) -> None:
     done = cs.simulate(SECTION, PULL)
     cs.render(done, tmp_path / "tip.png", width=160, height=120)
     assert (tmp_path / "tip.png").stat().st_size > 1000
+
+
+@pytest.mark.slow
+def test_render_draws_the_rows_that_were_simulated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is simulated again, and the picture is that of a second simulation, friction included."""
+    pull = {"time_s": [0.0, 1.0, 2.0, 3.0], "tension_right_N": [0.0, 0.4, 0.2, 0.2]}
+    done = cs.simulate(SECTION, pull)
+    size = {"width": 160, "height": 120}
+    offscreen.render(done.robot, done.inputs, (0.0, 0.0, 0.0), tmp_path / "again.png", **size)  # type: ignore[arg-type]
+
+    def refused(*arguments: Any, **named: Any) -> None:
+        raise AssertionError("simulated again")
+
+    monkeypatch.setattr(offscreen, "simulate", refused)
+    cs.render(done, tmp_path / "own.png", **size)  # type: ignore[arg-type]
+    assert (tmp_path / "own.png").read_bytes() == (tmp_path / "again.png").read_bytes()
+    cs.render(done, tmp_path / "rows.png", rows=[0, 1], **size)  # type: ignore[arg-type]
+    cs.render(done, tmp_path / "own.gif", **size)  # type: ignore[arg-type]
+    middle = offscreen._state_at(done.states, done.inputs.time_s, 0.25)
+    np.testing.assert_allclose(
+        middle.qpos, 0.75 * done.states[0].qpos + 0.25 * done.states[1].qpos, rtol=1e-12
+    )
+    assert (
+        offscreen._state_at(done.states, done.inputs.time_s, 3.0).qpos.tolist()
+        == done.states[3].qpos.tolist()
+    )
+
+
+@pytest.mark.parametrize("seconds", [1e5, 5000.1, 1.7e9])
+def test_a_motion_of_too_many_steps_is_refused_before_any_work(
+    seconds: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The line names rows, seconds, steps, the budget, and how to go on."""
+    monkeypatch.setattr(replay, "in_force", None)  # the first thing that a simulation does
+    pull = {"time_s": [0.0, seconds], "tension_right_N": [0.0, 0.1]}
+    with pytest.raises(cs.InputError) as error:
+        cs.simulate(SECTION, pull, dynamic=True)
+    told = str(error.value)
+    assert told == (
+        f"inputs: time_s runs over {seconds:g} s, in motion at most 5000 s: 2 rows, "
+        f"{seconds / 0.0005:.0f} steps of 0.0005 s; the budget is 10000000. Is time_s in seconds? If so, "
+        "raise most_steps"
+    )
+    with pytest.raises(TypeError):  # both are let through, and fail at the patch
+        cs.simulate(SECTION, pull, dynamic=True, most_steps=10**13)
+    with pytest.raises(TypeError):
+        cs.simulate(SECTION, pull)
+
+
+def test_a_long_way_holds_a_second_of_its_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However far two rows are apart; all steps between them are taken, each once and in order."""
+    asked: list[np.ndarray] = []
+    means = commands.Commands.means
+
+    def noted(self: Any, at_s: np.ndarray, width_s: float) -> Any:
+        asked.append(at_s)
+        return means(self, at_s, width_s)
+
+    monkeypatch.setattr(commands.Commands, "means", noted)
+    monkeypatch.setattr(simulator.Simulator, "step", lambda self, count=1: None)
+    cs.simulate(SECTION, {"time_s": [0.0, 7.3], "tension_right_N": [0.0, 0.1]}, dynamic=True)
+    assert max(map(len, asked)) == 2000
+    np.testing.assert_allclose(np.concatenate(asked), 0.0005 * np.arange(14600), rtol=1e-12)
+
+
+def test_progress_is_shown_where_it_is_asked_for(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By lines where standard error is no terminal; not by itself, but on a terminal and in a notebook."""
+    monkeypatch.setattr(simulator.Simulator, "step", lambda self, count=1: None)
+    monkeypatch.setattr(replay, "counted", partial(progress.counted, every_s=0.0))
+    pull = {"time_s": [0.0, 12.0], "tension_right_N": [0.0, 0.1]}
+    cs.simulate(SECTION, pull, dynamic=True)
+    assert capsys.readouterr().err == ""
+    cs.simulate(SECTION, pull, dynamic=True, progress=True)
+    told = capsys.readouterr().err
+    assert "simulating: row 2 of 2" in told
+    assert "simulating row 2: second 12 of 12" in told
+    monkeypatch.setitem(sys.modules, "IPython", Notebook())
+    cs.simulate(SECTION, pull, dynamic=True)
+    assert "0/12" in capsys.readouterr().err
+    cs.simulate(SECTION, pull, dynamic=True, progress=False)
+    assert capsys.readouterr().err == ""
+
+
+class Notebook(types.ModuleType):
+    """IPython in a notebook, as far as it is asked."""
+
+    def __init__(self) -> None:
+        super().__init__("IPython")
+
+    def get_ipython(self) -> Any:
+        return types.SimpleNamespace(kernel=object())
 
 
 def test_saved_table_reads_back(run: cs.Run, tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from catheter_sim.diagnosis.data.dataset import (
     check_channels,
     known_inputs,
     notes_on_ignored,
+    refuse_misspelled,
     trial_of_columns,
 )
 from catheter_sim.diagnosis.data.motion import HELD, motion_named
@@ -69,6 +70,8 @@ def dataset_of(
             raise unknown("role", str(role), ROLES, f"{name}: {trial}")
     if all(role == "heldout" for _, role, _ in tables):
         raise InputError(f"{name}: every trial is held out; at least one must train")
+    for _, _, table in tables:
+        refuse_misspelled(robot, table)
     read = [_trial_of(robot, trial, role, table, inputs, measured) for trial, role, table in tables]
     trials = judged_late([trial for trial, _ in read], warm_up_s, f"{name}: warm_up_s")
     check_outputs(robot, trials, measured, name)
@@ -86,7 +89,12 @@ def dataset_of(
         trials=trials,
         motion=motion_named(motion, f"{name}: motion"),
         calibration=calibration_numbers(bounds, robot, name) or None,
-        notes=notes_on_ignored(robot, {trial.file: ignored for trial, ignored in read if ignored}),
+        notes=notes_on_ignored(
+            robot,
+            {trial.file: ignored for trial, ignored in read if ignored},
+            "no channel that every trial has," if outputs is None else "not among the outputs",
+            output_channels(robot) if outputs is None else (),
+        ),
     )
     refuse_copies(dataset, {trial.file: _content(trial) for trial in trials}, name)
     return dataset

@@ -21,7 +21,7 @@ from catheter_sim.core.effect import Parameter
 from catheter_sim.core.numbers import from_file, number, with_values
 from catheter_sim.core.posture import Array
 from catheter_sim.core.published import Uncertain
-from catheter_sim.core.requirements import check_name
+from catheter_sim.core.requirements import as_number, check_name
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.calibrated import causes_same_as
 from catheter_sim.errors import InputError, unknown
@@ -179,14 +179,10 @@ def _one_value(keys: Sequence[str], specified: Mapping[str, float], place: str) 
 
 def _range(ends: Any, value: float, place: str) -> tuple[float, float]:
     """Return [lower, upper] as given, checked: the specified value lies within."""
-    if (
-        not isinstance(ends, list)
-        or len(ends) != 2
-        or not all(isinstance(end, int | float) and not isinstance(end, bool) for end in ends)
-        or not ends[0] < ends[1]
-    ):
+    two = isinstance(ends, list) and len(ends) == 2
+    low, high = (as_number(end) for end in ends) if two else (None, None)
+    if low is None or high is None or not low < high:
         raise InputError(f"{place}: [lower, upper] is needed, lower below upper, not {ends!r}")
-    low, high = float(ends[0]), float(ends[1])
     if not low <= value <= high:
         raise InputError(f"{place}: the specified value, {value:g}, lies outside {low:g} to {high:g}")
     return low, high

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,7 +15,10 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.motion import HELD, Motion
 from catheter_sim.diagnosis.data.nuisance import Nuisance
 from catheter_sim.diagnosis.notes import Note
+from catheter_sim.errors import cut
 from catheter_sim.tables import Table
+
+_MOST_LISTED = 3  # names in a line of what a data set shows of itself
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class Trial:
     outputs: Table
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Dataset:
     """A folder of measurements of one robot.
 
@@ -72,6 +76,34 @@ class Dataset:
     repeatability: Mapping[str, float] = field(default_factory=dict)
     resolution: Mapping[str, float] | None = None
     model_share: float = 0.0
+
+    def __repr__(self) -> str:
+        rows = [len(trial.inputs) for trial in self.trials]
+        said = [
+            f"{trial.file} ({count} rows{', ' if trial.role else ''}{trial.role})"
+            for trial, count in zip(self.trials, rows, strict=True)
+        ]
+        x, y, z = self.gravity_mps2
+        parts = {
+            "inputs": _listed(self.input_channels),
+            "outputs": _listed(self.output_channels),
+            "trials": _listed(said),
+            "conditions": f"{self.motion.name}, gravity {x:g}, {y:g}, {z:g} m/s^2",
+            "calibration": _listed([item.parameter.name for item in self.calibration or ()]),
+            "notes": str(len(self.notes) or ""),
+        }
+        head = f"<Dataset {cut(self.name, 60)!r} of {self.robot.name}: {len(rows)} trials, {sum(rows)} rows"
+        return "\n  ".join([head, *(f"{name}: {text}" for name, text in parts.items() if text)]) + ">"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(repr(self)[1:-1])}</pre>"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names in one line, of many the first and how many more there are."""
+    shown = [cut(name, 40) for name in names[:_MOST_LISTED]]
+    more = len(names) - len(shown)
+    return ", ".join(shown) + (f" and {more} more" if more else "")
 
 
 def measured_of(trial: Trial, columns: Sequence[str]) -> Array:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.core.requirements import as_number
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.errors import InputError, shown
 
@@ -30,11 +31,12 @@ def judged_late(trials: Sequence[Trial], seconds: Any, where: str) -> tuple[Tria
 
 def warm_up_time(value: Any, where: str) -> float:
     """Return the time [s] that a file or a caller states; raise `InputError` where it is none."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    seconds = as_number(value)
+    if seconds is None:
         raise InputError(f"{where}: a number of seconds is needed, not {shown(value)}")
-    if not math.isfinite(value) or value < 0.0:
+    if not 0.0 <= seconds < math.inf:
         raise InputError(f"{where}: a finite number of seconds, 0 or more, is needed, not {shown(value)}")
-    return float(value)
+    return seconds
 
 
 def judged_after(trial: Trial, seconds: float, where: str) -> Trial:

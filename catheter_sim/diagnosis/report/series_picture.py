@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,14 +13,19 @@ from catheter_sim.diagnosis.report.drawing import COLOURS, LEGEND, errors_of, ti
 from catheter_sim.diagnosis.report.result import TrialFit
 from catheter_sim.diagnosis.report.wording import axis_label
 from catheter_sim.diagnosis.residuals.coordinates import STAGES
+from catheter_sim.pictures.figures import entitle, panels_of
 from catheter_sim.tables import Array
 
 
-def series_figure(fit: TrialFit, columns: Sequence[str], in_space: bool) -> Figure:
-    """Return the outputs over time, one below the other, and their error as the last."""
+def series_figure(
+    fit: TrialFit, columns: Sequence[str], in_space: bool, ax: Any = None, title: str = ""
+) -> Figure:
+    """Return the outputs over time, one below the other, and their error as the last; into `ax` if given."""
     count = len(columns) + 1
-    figure = Figure(figsize=(10.0, 1.7 * count + 0.6), layout="constrained")
-    panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+    figure, grid = panels_of(ax, count, 1, (10.0, 1.7 * count + 0.6), sharex=True)
+    panels = grid[:, 0]
+    if title:
+        entitle(figure, grid, title)
     chosen = np.any([np.isfinite(fit.measured.columns[name]) for name in columns], axis=0)
     for axes, column in zip(panels, columns, strict=False):
         for stage, table in (("before", fit.before), ("after", fit.after)):
@@ -51,7 +57,10 @@ def series_figure(fit: TrialFit, columns: Sequence[str], in_space: bool) -> Figu
     panels[-1].set_ylim(bottom=0.0)
     tidy_axes(panels[-1])
     panels[-1].set_xlabel("time in the trial [s]", fontsize=9)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3, **LEGEND)
+    if ax is None:
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3, **LEGEND)
+    else:
+        panels[0].legend(ncols=3, **LEGEND)
     return figure
 
 

@@ -87,14 +87,15 @@ def series_document(series: Series) -> tuple[dict[str, Any], dict[str, str]]:
     return finite_document(document, "series")
 
 
-def series_figure(series: Series) -> Figure:
+def series_figure(series: Series, ax: Any = None) -> Figure:
     """Return a figure of every number over the recordings, with 95 % intervals, a panel for each."""
-    from matplotlib.figure import Figure
+    from catheter_sim.pictures.figures import panels_of
 
     count = max(len(series.numbers), 1)
     columns = min(count, 2)
-    figure = Figure(figsize=(4.6 * columns, 2.6 * math.ceil(count / columns)), layout="constrained")
-    panels = figure.subplots(math.ceil(count / columns), columns, squeeze=False).ravel()
+    rows = math.ceil(count / columns)
+    figure, grid = panels_of(ax, rows, columns, (4.6 * columns, 2.6 * rows))
+    panels = grid.ravel()
     for axes in panels[len(series.numbers) :]:
         axes.set_axis_off()
     for axes, item in zip(panels, series.numbers, strict=False):
