@@ -29,7 +29,7 @@ from catheter_sim.diagnosis.stages.judge import Verdict, judge
 from catheter_sim.diagnosis.stages.name_in_part import name_in_part
 from catheter_sim.diagnosis.stages.plan_next_experiment import plan_next_experiment
 from catheter_sim.diagnosis.stages.pose import Posed, pose
-from catheter_sim.diagnosis.stages.prepare import Prepared, prepare
+from catheter_sim.diagnosis.stages.prepare import BEYOND, Prepared, prepare
 from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed, replay_in_mujoco, weigh_again
 from catheter_sim.diagnosis.stages.run import Run, running
 from catheter_sim.diagnosis.stages.score_hypotheses import score_hypotheses
@@ -37,6 +37,7 @@ from catheter_sim.diagnosis.stages.widen_intervals import widen_intervals
 from catheter_sim.diagnosis.thresholds import MOST_CAUSES
 from catheter_sim.effects.apply import embodied
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.progress import note
 
 UNFINISHED = ".unfinished"  # folder of finished fits in the output folder of a run that was stopped
 
@@ -139,7 +140,12 @@ def investigate(
     """
     with running(place, progress, budget_s) as run:
         run.say("calibrating")
-        return investigate_prepared(run, prepare(dataset), simulation)
+        prepared = prepare(dataset)
+        if progress:
+            said = [item.text for item in prepared.notes if item.code == BEYOND]
+            for text in (*(item.words for item in prepared.faults), *said):
+                note(f"diagnose: note: {text}")
+        return investigate_prepared(run, prepared, simulation)
 
 
 def investigate_prepared(

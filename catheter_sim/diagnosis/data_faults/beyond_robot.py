@@ -1,0 +1,159 @@
+"""Commands and motions far beyond what the robot can do: a wrong unit or spool, counts read as an angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from catheter_sim.channels import drives_of
+from catheter_sim.core.drive import Quantity, sums
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.data.mapping.scales import UNITS
+from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.errors import InputError
+from catheter_sim.kinds import kind_of
+from catheter_sim.planning.drives import plan_drives
+
+# Times what bends the robot fully: more is said; more than the second number is no reading of such a robot.
+# Friction on the way may ask for several times the tension; a tendon's way is geometry.
+COMMANDS = {Quantity.DISPLACEMENT: (3.0, 10.0), Quantity.TENSION: (10.0, 100.0)}
+MOTION = (2.2, 5.0)  # times the robot's length: a tip that turns all round moves by two
+ANGLE = (2.0, 5.0)  # times a full turn
+_OUTER = 0.05  # of the values at either end that are left out: a few wrong ones are another fault
+_COUNTS = "an encoder's counts read as an angle"
+# What a number is too large by where one unit was read as another.
+_MISREAD = (
+    (10.0, "cm", "mm"),
+    (25.4, "in", "mm"),
+    (180.0 / math.pi, "rad", "deg"),
+    (360.0, "turn", "deg"),
+    (1e3, "m", "mm"),
+    (1e3, "mm", "um"),
+    (4.4482216152605, "lbf", "N"),
+    (9.80665, "kgf", "N"),
+    (1e3 / 9.80665, "N", "gf"),
+    (1e3, "N", "mN"),
+    (1e3, "kN", "N"),
+)
+_READ = {
+    "mm": ("cm", "in", "m", "mm"),
+    "way": ("mm",),
+    "deg": ("rad",),
+    "N": ("lbf", "kgf", "N"),
+}
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """A column whose numbers are far beyond the robot.
+
+    Attributes:
+        column: of the inputs or outputs.
+        times: what the robot can do.
+        what: what is beyond, a sentence without its end.
+        kind: "way" of a tendon, "N", or "mm" and "deg" of a motion.
+        impossible: by so much that no such robot was measured.
+    """
+
+    column: str
+    times: float
+    what: str
+    kind: str
+    impossible: bool
+
+    def words(self, unit: str = "", spool_radius_mm: float = 0.0) -> str:
+        """Return it as one line, with what is likely wrong.
+
+        Args:
+            unit: as which the file was read; "": not known.
+            spool_radius_mm: with which a motor's angle was read; 0: not known, or none.
+        """
+        read = (unit,) if unit else _READ[self.kind]
+        fitting = [(by, f"{of} read as {own}") for by, own, of in _MISREAD if own in read]
+        likely = [said for _, said in sorted(item for item in fitting if item[0] >= 0.5 * self.times)[:2]]
+        if self.kind == "way" and unit in ("", *UNITS["deg"]):
+            likely.append(_COUNTS)
+        if spool_radius_mm:
+            likely.append(f"a spool of {spool_radius_mm / self.times:.2g} mm for one of {spool_radius_mm:g}")
+        elif self.kind == "way" and not unit:
+            likely.append(f"a spool whose radius is {_figure(self.times)} times too large")
+        guess = f"; perhaps {', or '.join(likely)}" if likely else ""
+        return f"{self.what}: its unit or scale is wrong{guess}"
+
+
+def beyond_robot(robot: RobotSpec, trials: Sequence[Trial]) -> tuple[Beyond, ...]:
+    """Return the columns of inputs, then of outputs, that are far beyond what a robot can do."""
+    return (*_commands(robot, trials), *_motions(robot, trials))
+
+
+def within_robot(robot: RobotSpec, inputs: Inputs) -> Inputs:
+    """Return inputs with those of tendons cut off at what bends `robot` fully."""
+    full = _full(replace(robot, actuation=inputs.actuation))
+    return inputs if full is None else replace(inputs, tendon=np.clip(inputs.tendon, -full, full))
+
+
+def _full(robot: RobotSpec) -> Array | None:
+    """Return each tendon's input that bends `robot` fully, all drives together, shape (t,).
+
+    Infinite for a tendon that bends nothing; None where none does.
+    """
+    try:
+        plan = plan_drives(robot)
+    except InputError:
+        return None
+    full = np.abs(plan.tendon) @ np.maximum(np.abs(plan.least), plan.most)
+    return np.where(full > 0.0, full, np.inf)
+
+
+def _commands(robot: RobotSpec, trials: Sequence[Trial]) -> Iterable[Beyond]:
+    driven = replace(robot, actuation=trials[0].inputs.actuation)
+    full, drives = _full(driven), drives_of(driven)
+    if full is None:
+        return
+    asked = np.concatenate([np.abs(trial.inputs.tendon @ sums(drives, len(full))) for trial in trials])
+    for drive, values in zip(drives, asked.T, strict=True):
+        if drive.quantity not in COMMANDS:
+            continue
+        parts = zip(drive.tendons, drive.parts, strict=True)
+        reach, most = float(np.quantile(values, 1.0 - _OUTER)), min(full[i] / abs(part) for i, part in parts)
+        said, impossible = COMMANDS[drive.quantity]
+        if reach > said * most:
+            unit, size = drive.quantity.file_unit, drive.quantity.file_size
+            what = (
+                f"{drive.column} reaches {_figure(reach / size)} {unit}, {_figure(reach / most)} times the "
+                f"{most / size:.2g} {unit} that bend the robot fully"
+            )
+            kind = "N" if drive.quantity is Quantity.TENSION else "way"
+            yield Beyond(drive.column, reach / most, what, kind, reach > impossible * most)
+
+
+def _motions(robot: RobotSpec, trials: Sequence[Trial]) -> Iterable[Beyond]:
+    length_mm = 1e3 * kind_of(robot).model.length_m(robot)
+    sizes = {
+        "mm": (length_mm, MOTION, f"the robot's length of {length_mm:.3g} mm"),
+        "deg": (360.0, ANGLE, "a full turn"),
+    }
+    for column in trials[0].outputs.columns:
+        unit = column.rsplit("_", 1)[-1]
+        if unit not in sizes:
+            continue
+        size, (said, impossible), name = sizes[unit]
+        moves = max(_spread(trial.outputs.columns[column]) for trial in trials)
+        if moves > said * size:
+            what = f"{column} moves by {_figure(moves)} {unit}, {_figure(moves / size)} times {name}"
+            yield Beyond(column, moves / size, what, unit, moves > impossible * size)
+
+
+def _figure(value: float) -> str:
+    """Return a number in two digits, or whole."""
+    return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
+
+
+def _spread(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.subtract(*np.quantile(known, (1.0 - _OUTER, _OUTER)))) if len(known) else 0.0
