@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,31 +14,20 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.mapping.scales import UNITS
 from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.data_faults.units import MISREAD
+from catheter_sim.diagnosis.thresholds import (
+    MOTION_BEYOND,
+    OUTER_SHARE,
+    PULL_BEYOND,
+    TENSION_BEYOND,
+    TURN_BEYOND,
+)
 from catheter_sim.errors import InputError
 from catheter_sim.kinds import kind_of
 from catheter_sim.planning.drives import plan_drives
 
-# Times what bends the robot fully: more is said; more than the second number is no reading of such a robot.
-# Friction on the way may ask for several times the tension; a tendon's way is geometry.
-COMMANDS = {Quantity.DISPLACEMENT: (3.0, 10.0), Quantity.TENSION: (10.0, 100.0)}
-MOTION = (2.2, 5.0)  # times the robot's length: a tip that turns all round moves by two
-ANGLE = (2.0, 5.0)  # times a full turn
-_OUTER = 0.05  # of the values at either end that are left out: a few wrong ones are another fault
+_MOST = {Quantity.DISPLACEMENT: PULL_BEYOND, Quantity.TENSION: TENSION_BEYOND}
 _COUNTS = "an encoder's counts read as an angle"
-# What a number is too large by where one unit was read as another.
-_MISREAD = (
-    (10.0, "cm", "mm"),
-    (25.4, "in", "mm"),
-    (180.0 / math.pi, "rad", "deg"),
-    (360.0, "turn", "deg"),
-    (1e3, "m", "mm"),
-    (1e3, "mm", "um"),
-    (4.4482216152605, "lbf", "N"),
-    (9.80665, "kgf", "N"),
-    (1e3 / 9.80665, "N", "gf"),
-    (1e3, "N", "mN"),
-    (1e3, "kN", "N"),
-)
 _READ = {
     "mm": ("cm", "in", "m", "mm"),
     "way": ("mm",),
@@ -74,7 +62,7 @@ class Beyond:
             spool_radius_mm: with which a motor's angle was read; 0: not known, or none.
         """
         read = (unit,) if unit else _READ[self.kind]
-        fitting = [(by, f"{of} read as {own}") for by, own, of in _MISREAD if own in read]
+        fitting = [(by, f"{of} read as {own}") for by, own, of in MISREAD if own in read]
         likely = [said for _, said in sorted(item for item in fitting if item[0] >= 0.5 * self.times)[:2]]
         if self.kind == "way" and unit in ("", *UNITS["deg"]):
             likely.append(_COUNTS)
@@ -117,11 +105,14 @@ def _commands(robot: RobotSpec, trials: Sequence[Trial]) -> Iterable[Beyond]:
         return
     asked = np.concatenate([np.abs(trial.inputs.tendon @ sums(drives, len(full))) for trial in trials])
     for drive, values in zip(drives, asked.T, strict=True):
-        if drive.quantity not in COMMANDS:
+        if drive.quantity not in _MOST:
             continue
         parts = zip(drive.tendons, drive.parts, strict=True)
-        reach, most = float(np.quantile(values, 1.0 - _OUTER)), min(full[i] / abs(part) for i, part in parts)
-        said, impossible = COMMANDS[drive.quantity]
+        reach, most = (
+            float(np.quantile(values, 1.0 - OUTER_SHARE)),
+            min(full[i] / abs(part) for i, part in parts),
+        )
+        said, impossible = _MOST[drive.quantity]
         if reach > said * most:
             unit, size = drive.quantity.file_unit, drive.quantity.file_size
             what = (
@@ -135,8 +126,8 @@ def _commands(robot: RobotSpec, trials: Sequence[Trial]) -> Iterable[Beyond]:
 def _motions(robot: RobotSpec, trials: Sequence[Trial]) -> Iterable[Beyond]:
     length_mm = 1e3 * kind_of(robot).model.length_m(robot)
     sizes = {
-        "mm": (length_mm, MOTION, f"the robot's length of {length_mm:.3g} mm"),
-        "deg": (360.0, ANGLE, "a full turn"),
+        "mm": (length_mm, MOTION_BEYOND, f"the robot's length of {length_mm:.3g} mm"),
+        "deg": (360.0, TURN_BEYOND, "a full turn"),
     }
     for column in trials[0].outputs.columns:
         unit = column.rsplit("_", 1)[-1]
@@ -156,4 +147,4 @@ def _figure(value: float) -> str:
 
 def _spread(values: Array) -> float:
     known = values[np.isfinite(values)]
-    return float(np.subtract(*np.quantile(known, (1.0 - _OUTER, _OUTER)))) if len(known) else 0.0
+    return float(np.subtract(*np.quantile(known, (1.0 - OUTER_SHARE, OUTER_SHARE)))) if len(known) else 0.0
