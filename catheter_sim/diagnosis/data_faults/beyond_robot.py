@@ -98,20 +98,27 @@ def _full(robot: RobotSpec) -> Array | None:
     return np.where(full > 0.0, full, np.inf)
 
 
+def full_pulls(robot: RobotSpec) -> dict[str, float]:
+    """Return by input column what bends `robot` fully, SI; a column that bends nothing is left out."""
+    full = _full(robot)
+    if full is None:
+        return {}
+    drives = [drive for drive in drives_of(robot) if drive.quantity in _MOST]
+    found = {
+        drive.column: min(full[i] / abs(part) for i, part in zip(drive.tendons, drive.parts, strict=True))
+        for drive in drives
+    }
+    return {column: float(value) for column, value in found.items() if np.isfinite(value)}
+
+
 def _commands(robot: RobotSpec, trials: Sequence[Trial]) -> Iterable[Beyond]:
     driven = replace(robot, actuation=trials[0].inputs.actuation)
-    full, drives = _full(driven), drives_of(driven)
-    if full is None:
-        return
-    asked = np.concatenate([np.abs(trial.inputs.tendon @ sums(drives, len(full))) for trial in trials])
-    for drive, values in zip(drives, asked.T, strict=True):
-        if drive.quantity not in _MOST:
+    full, drives = full_pulls(driven), drives_of(driven)
+    asked = [np.abs(trial.inputs.tendon @ sums(drives, trial.inputs.tendon.shape[1])) for trial in trials]
+    for drive, values in zip(drives, np.concatenate(asked).T, strict=True):
+        if drive.column not in full:
             continue
-        parts = zip(drive.tendons, drive.parts, strict=True)
-        reach, most = (
-            float(np.quantile(values, 1.0 - OUTER_SHARE)),
-            min(full[i] / abs(part) for i, part in parts),
-        )
+        reach, most = float(np.quantile(values, 1.0 - OUTER_SHARE)), full[drive.column]
         said, impossible = _MOST[drive.quantity]
         if reach > said * most:
             unit, size = drive.quantity.file_unit, drive.quantity.file_size
