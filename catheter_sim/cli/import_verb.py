@@ -3,12 +3,15 @@
 examples:
   catheter-sim import take.csv --robot mitral_transseptal --spool-radius 10 -o my_data
   catheter-sim import take_001.csv take_002.csv --inputs motors.csv --robot my_robot.toml -o my_data
+  catheter-sim import take.csv --robot my_robot.toml --unit counts --counts-per-turn 4096 -o my_data
 
 FILE.csv is a table with one row of names (commas, semicolons or tabs), an export of OptiTrack Motive, or one
 of Vicon Nexus. Nothing is asked: names, units in the head, the size of the numbers and the robot's own motion
-tell which column is which channel, units, the clock, the tracker's axes, the signs of motors. What was taken
-is printed and stands in DIR/dataset.toml beside its reason, with UNSURE where the file does not say it, to be
-changed there. The files are copied into DIR. Several files are several trials.
+tell which column is which channel, units, the clock, the tracker's axes, the signs of motors. Positions have
+three coordinates, or two: of a plane, or of a camera's picture. What was taken is printed and stands in
+DIR/dataset.toml beside its reason, with UNSURE where the file does not say it, to be changed there. DOUBT
+says that numbers, read so, are far beyond the robot. The files are copied into DIR. Several files are several
+trials.
 """
 
 from __future__ import annotations

@@ -109,7 +109,7 @@ def test_stated_counts_are_sure(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_angles_are_no_counts(tmp_path: Path) -> None:
     """Degrees with decimals far from zero, and whole ones near it, stay degrees."""
-    angles = [512.0 + np.degrees(PULL_MM / 3.0), np.round(np.degrees(PULL_MM / 2.5))]
+    angles: list[np.ndarray] = [512.0 + np.degrees(PULL_MM / 3.0), np.round(np.degrees(PULL_MM / 2.5))]
     for number, angle_deg in enumerate(angles):
         folder = tmp_path / str(number)
         folder.mkdir()
