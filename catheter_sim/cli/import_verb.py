@@ -3,12 +3,15 @@
 examples:
   catheter-sim import take.csv --robot mitral_transseptal --spool-radius 10 -o my_data
   catheter-sim import take_001.csv take_002.csv --inputs motors.csv --robot my_robot.toml -o my_data
+  catheter-sim import take.csv --robot my_robot.toml --unit counts --counts-per-turn 4096 -o my_data
 
 FILE.csv is a table with one row of names (commas, semicolons or tabs), an export of OptiTrack Motive, or one
 of Vicon Nexus. Nothing is asked: names, units in the head, the size of the numbers and the robot's own motion
-tell which column is which channel, units, the clock, the tracker's axes, the signs of motors. What was taken
-is printed and stands in DIR/dataset.toml beside its reason, with UNSURE where the file does not say it, to be
-changed there. The files are copied into DIR. Several files are several trials.
+tell which column is which channel, units, the clock, the tracker's axes, the signs of motors. Positions have
+three coordinates, or two: of a plane, or of a camera's picture. What was taken is printed and stands in
+DIR/dataset.toml beside its reason, with UNSURE where the file does not say it, to be changed there. DOUBT
+says that numbers, read so, are far beyond the robot. The files are copied into DIR. Several files are several
+trials.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from __future__ import annotations
 import argparse
 
 from catheter_sim.cli import arguments
-from catheter_sim.diagnosis.data.mapping.scales import UNITS
+from catheter_sim.diagnosis.data.mapping.scales import ANGLES, COUNTS, UNITS
 from catheter_sim.errors import InputError
 
 
@@ -35,6 +38,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MM",
         type=arguments.number,
         help="of the motors' spools [mm]; else it is guessed",
+    )
+    parser.add_argument(
+        "--unit",
+        choices=ANGLES,
+        default="",
+        help="of motors' angles; counts are an encoder's; else by their names, or guessed",
+    )
+    parser.add_argument(
+        "--counts-per-turn",
+        metavar="N",
+        type=arguments.number,
+        help="of the motors' encoders, 4096 say; else it is guessed",
     )
     parser.add_argument(
         "--input-unit",
@@ -63,9 +78,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the folder; print what was taken, and how sure it is."""
-    for name, value in (("--spool-radius", options.spool_radius), ("--rate", options.rate)):
+    above_zero = (
+        ("--spool-radius", options.spool_radius),
+        ("--counts-per-turn", options.counts_per_turn),
+        ("--rate", options.rate),
+    )
+    for name, value in above_zero:
         if value is not None and not value > 0.0:
             raise InputError(f"{name} {value:g}: must be above 0")
+    if options.counts_per_turn and options.unit not in ("", COUNTS):
+        raise InputError(f"--counts-per-turn: goes with --unit {COUNTS}, not with {options.unit}")
+    from catheter_sim.diagnosis.data_faults.beyond_robot import beyond_robot
     from catheter_sim.importing.folder import import_files
     from catheter_sim.importing.propose import Asked
 
@@ -73,21 +96,26 @@ def run(options: argparse.Namespace) -> int:
         spool_radius_mm=options.spool_radius,
         rate_Hz=options.rate,
         gravity_mps2=None if options.gravity is None else arguments.gravity(options.gravity),
-        motion=options.motion or "held",
+        motion=options.motion or "",
         log=options.inputs,
         input_unit=options.input_unit,
+        motor_unit=options.unit,
+        counts_per_turn=options.counts_per_turn,
         point_unit=options.point_unit,
     )
     proposal, dataset = import_files(options.files, options.robot, options.output, asked)
-    for guess in proposal.guesses:
+    for guess in proposal.lines:
         print(guess)
-    if asked.gravity_mps2 is None:
-        print("UNSURE  conditions.gravity_mps2: 0, 0, 0 (no file says it; --gravity states it)")
-    if options.motion is None:
-        print("UNSURE  conditions.motion: held (no file says whether the robot rested; --motion states it)")
+    for item in beyond_robot(dataset.robot, dataset.trials):
+        entry = proposal.table.get(item.column) or proposal.table.get(item.column.rsplit("_", 2)[0]) or {}
+        print(f"DOUBT   {item.words(entry.get('unit', ''), entry.get('spool_radius_mm', 0.0))}")
     if proposal.ignored:
         print(f"not used: {', '.join(proposal.ignored)}")
     rows = sum(len(trial.inputs) for trial in dataset.trials)
-    print(f"wrote {options.output}: {len(dataset.trials)} trials, {rows} rows; see dataset.toml")
+    unsure = sum(not guess.sure for guess in proposal.lines)
+    print(
+        f"wrote {options.output}: {len(dataset.trials)} trials, {rows} rows; "
+        f"{unsure} of {len(proposal.lines)} things are UNSURE; see dataset.toml"
+    )
     print(f"next: catheter-sim diagnose {options.output} -o {options.output}_report")
     return 0

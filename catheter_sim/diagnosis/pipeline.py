@@ -31,7 +31,7 @@ from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_fau
 from catheter_sim.diagnosis.stages.judge import Verdict, judge, unjudged
 from catheter_sim.diagnosis.stages.plan_next_experiment import nothing_planned, plan_next_experiment
 from catheter_sim.diagnosis.stages.pose import Posed, pose
-from catheter_sim.diagnosis.stages.prepare import Prepared, prepare
+from catheter_sim.diagnosis.stages.prepare import BEYOND, Prepared, prepare
 from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed, replay_in_mujoco, weigh_again
 from catheter_sim.diagnosis.stages.run import Run, running
 from catheter_sim.diagnosis.stages.score_hypotheses import Scores, score_hypotheses, unscored
@@ -39,6 +39,7 @@ from catheter_sim.diagnosis.stages.widen_intervals import Numbers, widen_interva
 from catheter_sim.diagnosis.thresholds import MOST_CAUSES
 from catheter_sim.effects.apply import embodied
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.progress import note
 
 UNFINISHED = ".unfinished"  # folder of finished fits in the output folder of a run that was stopped
 
@@ -156,7 +157,12 @@ def investigate(
     """
     with running(place, progress, budget_s) as run:
         run.say("calibrating")
-        return investigate_prepared(run, prepare(dataset), simulation)
+        prepared = prepare(dataset)
+        if progress:
+            said = [item.text for item in prepared.notes if item.code == BEYOND]
+            for text in (*(item.words for item in prepared.faults), *said):
+                note(f"diagnose: note: {text}")
+        return investigate_prepared(run, prepared, simulation)
 
 
 def investigate_prepared(

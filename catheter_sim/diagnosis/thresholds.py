@@ -157,6 +157,19 @@ nothing is moved. Why: assumed; both explain inches for mm, and the simpler one 
 HARDLY_MOVED_SHARE = 0.002
 """[robot lengths] A robot that nowhere moves by more, measured and computed, is taken for one in other
 units. Why: assumed; nobody records a robot of 100 mm that moves by 0.2 mm, and m for mm is far below."""
+PULL_BEYOND = (3.0, 10.0)
+"""[times the way of a tendon that bends the robot fully] A longer way is said; beyond the second number no
+such robot was pulled. Why: assumed; a way is geometry, and stretch takes up no more than as much again."""
+TENSION_BEYOND = (10.0, 100.0)
+"""[times the tension that bends the robot fully, without friction] The same of tensions. Why: assumed;
+friction asks for several times as much, mN for N is 1000."""
+MOTION_BEYOND = (2.2, 5.0)
+"""[robot lengths] The same of a measured point's motion along an axis. Why: a tip that turns all round moves
+by two; cm for mm and the like are ten."""
+TURN_BEYOND = (2.0, 5.0)
+"""[turns] The same of a measured angle. Why: a joint turns by less than one."""
+OUTER_SHARE = 0.05
+"""[of the values at either end] So many are left out of these. Why: few wrong rows are another fault."""
 FOLLOWS_SHARE = 0.2
 """[share of an output's variance] Less of it in the inputs and the model says that the output does not
 follow them. Why: assumed; noise alone has none, and causes of the list change an output without undoing

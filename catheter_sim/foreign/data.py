@@ -19,8 +19,11 @@ from catheter_sim.diagnosis.data.dataset import (
     texts_of,
     trial_entries,
 )
+from catheter_sim.diagnosis.data.mapping.file_map import FileMap, file_map
+from catheter_sim.diagnosis.data.mapping.mapped import read_mapped
 from catheter_sim.diagnosis.data.parting import last_trials
 from catheter_sim.diagnosis.data.resolution import step_of
+from catheter_sim.diagnosis.thresholds import HELDOUT_SHARE
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.foreign.model import CONTROL, ForeignModel
 from catheter_sim.foreign.thresholds import LEAST_ROWS
@@ -81,7 +84,7 @@ def read_foreign(folder: str | os.PathLike[str]) -> ForeignData:
     """
     root, path = Path(folder), Path(folder) / "dataset.toml"
     document = read_toml(path)
-    check_keys(document, str(path), _KEYS, _OPTIONAL, ())
+    check_keys(document, str(path), _KEYS, _OPTIONAL, ("map",))
     name, robot, _, _ = texts_of(document["dataset"], str(path))
     conditions = document["conditions"]
     if conditions["motion"] != "dynamic":
@@ -104,18 +107,26 @@ def read_foreign(folder: str | os.PathLike[str]) -> ForeignData:
         if name not in plain.input_columns:
             raise unknown("input channel", name, plain.input_columns, f"{path}: channels.inputs")
     model = plain.measured(outputs, f"{path}: channels.outputs")
-    trials = [
-        _trial(root, entry, model, inputs)
-        for entry in trial_entries(document["trials"], root, str(path), mapped=False)
-    ]
+    mapping = file_map(document.get("map"), inputs, outputs, str(path), model.unit_of)
+    entries = trial_entries(document["trials"], root, str(path), mapping is not None)
+    trials = [_trial(root, entry, model, inputs, mapping) for entry in entries]
     trials = _with_roles(trials, str(path))
     return ForeignData(name, robot, model, tuple(trials), float(settle_s))
 
 
-def _trial(root: Path, entry: tuple[str, str, str], model: ForeignModel, inputs: Sequence[str]) -> Trial:
-    file, role, _ = entry
+def _trial(
+    root: Path,
+    entry: tuple[str, str, str],
+    model: ForeignModel,
+    inputs: Sequence[str],
+    mapping: FileMap | None,
+) -> Trial:
+    file, role, log = entry
     wanted = [column.name for column in model.columns]
-    table = read_table(root / file, only=(*inputs, *wanted))
+    if mapping is not None:
+        table = read_mapped(root / file, mapping, inputs, wanted, root / log if log else None)
+    else:
+        table = read_table(root / file, only=(*inputs, *wanted))
     for name in (*inputs, *wanted):
         if name not in table.columns:
             columns = cut(", ".join(("time_s", *table.columns, *table.ignored)), 250)
@@ -136,18 +147,39 @@ def _trial(root: Path, entry: tuple[str, str, str], model: ForeignModel, inputs:
 def _with_roles(trials: Sequence[Trial], where: str) -> list[Trial]:
     """Return trials of which each has a role: without any held out, the last ones without a role are.
 
-    As for other robots (`parting.split`), but that a trial in motion is not cut.
+    As for other robots (`parting.split`); a single trial is cut where the share to be held out begins.
     """
-    if len(trials) < 2:
-        raise InputError(f"{where}: trials: two at least are needed, one of them to be held out")
     heldout = {index for index, trial in enumerate(trials) if trial.role == "heldout"}
     free = [index for index, trial in enumerate(trials) if not trial.role]
     if not heldout and not free:
         raise InputError(
             f"{where}: every trial has the role train; give one the role heldout, or leave the roles out"
         )
+    if len(trials) == 1:
+        return _cut(trials[0], where)
     heldout = heldout or last_trials([len(trial.time_s) for trial in trials], free)
     return [replace(t, role="heldout" if k in heldout else "train") for k, t in enumerate(trials)]
+
+
+def _cut(trial: Trial, where: str) -> list[Trial]:
+    """Return the beginning of a trial, which trains, and all of it with nothing measured there, held out."""
+    first = round((1.0 - HELDOUT_SHARE) * len(trial.time_s))
+    later = trial.outputs.copy()
+    later[:first] = np.nan
+    for part, said in ((trial.outputs[:first], "first"), (later, "last")):
+        if np.isnan(part).all():
+            raise InputError(
+                f"{where}: trials: {trial.file} is the only trial and is cut at row {first + 1}; "
+                f"no output is measured in its {said} part"
+            )
+    train = replace(
+        trial,
+        role="train",
+        time_s=trial.time_s[:first],
+        controls=trial.controls[:first],
+        outputs=trial.outputs[:first],
+    )
+    return [train, replace(trial, role="heldout", outputs=later)]
 
 
 def noise_of(trials: Sequence[Trial], least_share: float) -> Array:

@@ -25,6 +25,7 @@ from catheter_sim.foreign.thresholds import (
     BLOCK_S,
     DRY,
     ESTABLISHED,
+    FAR_LESS_NOISE,
     FAR_WORSE,
     FITTED,
     HALVINGS,
@@ -187,7 +188,7 @@ def diagnosed(data: ForeignData, jobs: int = 1, progress: bool = False) -> Forei
     found does not explain the data to their noise, the file's own step is tried, too: they may come from it.
     """
     with Stages("diagnose", progress) as stages:
-        noise = noise_of(data.trials, NOISE_SHARE)
+        noise = _noise(data, jobs)
         stages.say("the time step")
         fine = _stepped(data, noise, jobs)
         found = _searched(fine, noise, jobs, stages)
@@ -196,6 +197,17 @@ def diagnosed(data: ForeignData, jobs: int = 1, progress: bool = False) -> Forei
         stages.say("again with the file's own time step")
         own = _searched(data, noise, jobs, stages)
         return own if own.best.times_noise < OWN_STEP_SHARE * found.best.times_noise else found
+
+
+def _noise(data: ForeignData, jobs: int) -> Array:
+    """Return the noise of each output: from the outputs, or from the model's errors where that is far less.
+
+    Outputs that jump from row to row look noisy; what the model errs by jumps less.
+    """
+    played = Runner(data.model, data.settle_s, jobs).outputs([{}], data.trials)[0]
+    errors = [replace(t, outputs=t.outputs - own) for t, own in zip(data.trials, played, strict=True)]
+    plain, beside = noise_of(data.trials, NOISE_SHARE), noise_of(errors, NOISE_SHARE)
+    return np.where(beside < FAR_LESS_NOISE * plain, beside, plain)
 
 
 def _searched(data: ForeignData, noise: Array, jobs: int, stages: Stages) -> ForeignDiagnosis:

@@ -119,6 +119,19 @@ class ForeignModel:
         """The names of the input columns, in the order of the controls."""
         return tuple(CONTROL + name for name in self.actuators)
 
+    def unit_of(self, channel: str) -> str:
+        """Return the unit of an input or output, for maps: "rad", "m", "deg" or "mm"; "1": the file's own.
+
+        A servo's control is in rad or m, by the joint that it holds; other controls have no unit here.
+        """
+        if channel not in self.input_columns:
+            return "1" if channel.startswith("sensor_") else channel.rsplit("_", 1)[-1]
+        model, index = self.compiled, self.input_columns.index(channel)
+        servo = bool(model.actuator_biasprm[index, 1]) and not model.actuator_dyntype[index]
+        if not servo or int(model.actuator_trntype[index]) not in _OF_JOINTS:
+            return "1"
+        return _SI_UNITS.get(int(model.jnt_type[model.actuator_trnid[index, 0]]), "1")
+
     @cached_property
     def output_columns(self) -> tuple[str, ...]:
         """The names of all outputs that the model can give."""
@@ -172,6 +185,8 @@ _JOINT_UNITS = {
     int(mujoco.mjtJoint.mjJNT_HINGE): "deg",
     int(mujoco.mjtJoint.mjJNT_SLIDE): "mm",
 }
+_SI_UNITS = {int(mujoco.mjtJoint.mjJNT_HINGE): "rad", int(mujoco.mjtJoint.mjJNT_SLIDE): "m"}
+_OF_JOINTS = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
 
 
 def _read(path: Path) -> mujoco.MjSpec:

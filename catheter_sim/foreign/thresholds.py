@@ -4,6 +4,7 @@ from __future__ import annotations
 
 LEAST_ROWS = 20  # of a trial: fewer do not show their noise
 NOISE_SHARE = 2e-4  # of a column's range: the least noise that is believed, where data are smoother than that
+FAR_LESS_NOISE = 0.5  # of the noise that outputs show, below which that of the model's errors is taken
 DRY = 1.25  # times the noise: a model that errs by no more is not contradicted
 EXPLAINED_NOISE = 2.0  # times the noise: a model that errs by no more explains the data
 EXPLAINED_SHARE = 0.25  # of the error before: neither does one that leaves more than that: real play rattles

@@ -66,9 +66,9 @@ def lines_of(proposal: Proposal, reference: str, trials: Sequence[str]) -> Itera
     asked = proposal.asked
     gravity = list(asked.gravity_mps2 or (0.0, 0.0, 0.0))
     robot = Path(reference).name if reference.endswith(FILES) else reference
-    unsure = [guess for guess in proposal.guesses if not guess.sure]
+    unsure = [guess for guess in proposal.lines if not guess.sure]
     yield "# Proposed by `catheter-sim import`. Look at what is UNSURE before you trust a diagnosis."
-    yield f"# {len(proposal.guesses) - len(unsure)} things are sure, {len(unsure)} are not."
+    yield f"# {len(proposal.lines) - len(unsure)} things are sure, {len(unsure)} are not."
     yield ""
     yield "[dataset]"
     yield f"name = {_text(Path(trials[0]).stem)}"
@@ -79,8 +79,8 @@ def lines_of(proposal: Proposal, reference: str, trials: Sequence[str]) -> Itera
     yield "[conditions]"
     why = "" if asked.gravity_mps2 else "   # UNSURE: not in the file; in the base frame, [0, 0, -9.81] say"
     yield f"gravity_mps2 = {gravity}{why}"
-    why = "   # UNSURE unless stated: each row was held until the robot rested; else dynamic"
-    yield f"motion = {_text(asked.motion)}{why if asked.motion == 'held' else ''}"
+    why = "   # UNSURE: not in the file; each row was held until the robot rested; else dynamic"
+    yield f"motion = {_text(asked.motion or 'held')}{'' if asked.motion else why}"
     yield ""
     yield "[channels]"
     yield f"inputs = {_list(proposal.inputs)}"

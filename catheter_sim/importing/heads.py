@@ -10,9 +10,10 @@ import numpy as np
 
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.mapping.raw_file import RawFile, as_number
-from catheter_sim.diagnosis.data.mapping.scales import SECONDS, UNITS
+from catheter_sim.diagnosis.data.mapping.scales import COUNTS, SECONDS, UNITS
 from catheter_sim.errors import InputError
 
+PIXELS = "px"  # of a camera's picture: no unit of `[map]`, whose scale says what one is
 # What people write for a unit -> how `[map]` writes it.
 _SPELLINGS: Mapping[str, str] = {
     **{unit.lower(): unit for units in UNITS.values() for unit in units if unit != "1"},
@@ -23,6 +24,8 @@ _SPELLINGS: Mapping[str, str] = {
     **dict.fromkeys(("degree", "degrees", "°"), "deg"),
     **dict.fromkeys(("radian", "radians"), "rad"),
     **dict.fromkeys(("turns", "rev", "revs", "revolutions"), "turn"),
+    **dict.fromkeys(("count", "counts", "tick", "ticks", "pulses"), COUNTS),
+    **dict.fromkeys(("px", "pix", "pixel", "pixels"), PIXELS),
     **dict.fromkeys(("newton", "newtons"), "N"),
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
     **dict.fromkeys(("msec", "millisec", "milliseconds"), "ms"),
@@ -30,7 +33,9 @@ _SPELLINGS: Mapping[str, str] = {
     **dict.fromkeys(("nsec", "nanosec", "nanoseconds"), "ns"),
 }
 _BRACKETED = re.compile(r"^(.*?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$")
-_AXIS = re.compile(r"^(.*?)(?:[\s_.:/-]+|^|(?<=[a-z0-9]))([xyzXYZ])$")
+_AXIS = re.compile(r"^(.*?)(?:[\s_.:/-]+|^|(?<=[a-z0-9]))([xyzuvXYZUV])$")
+_PLANES = ("xy", "xz", "yz", "uv")
+_PICTURE = re.compile(r"(^|[\s_.-])(px|pixel|image|img)", re.IGNORECASE)
 _TURNED = re.compile(r"quat|rot|orient|euler|angle|veloc|accel|force|moment|torque", re.IGNORECASE)
 _CLOCK = re.compile(
     r"^(t|time|stamp|timestamp|time[ _]?stamp|epoch|clock|date|datetime|elapsed)s?([ _.(\[]|$)", re.IGNORECASE
@@ -48,6 +53,7 @@ class Heads:
         clock: the column of time.
         clock_named: whether its name says so.
         points: by name, the columns along the file's x, y and z.
+        pairs: by name, two columns along two axes of the file's, across and up or down.
         others: the columns of numbers that remain, in order.
     """
 
@@ -55,8 +61,15 @@ class Heads:
     units: Mapping[str, str]
     clock: str
     clock_named: bool
-    points: Mapping[str, tuple[str, str, str]]
+    points: Mapping[str, tuple[str, ...]]
+    pairs: Mapping[str, tuple[str, ...]]
     others: tuple[str, ...]
+
+    def of_picture(self, stem: str) -> bool:
+        """Return whether a pair is a place in a picture, whose second coordinate grows downward."""
+        columns = self.pairs[stem]
+        named = bool(_PICTURE.search(stem)) or all(self.stems[name][-1] in "uvUV" for name in columns)
+        return self.units[columns[0]] == PIXELS or (named and self.units[columns[0]] not in UNITS["mm"])
 
 
 def heads_of(raw: RawFile) -> Heads:
@@ -72,7 +85,7 @@ def heads_of(raw: RawFile) -> Heads:
         for name, (_, unit) in parted.items()
     }
     clock, named = _clock(raw, stems)
-    points = _points(raw, stems)
+    points, pairs = _points(raw, stems)
     taken = {clock, *(name for columns in points.values() for name in columns)}
     others = tuple(
         name
@@ -82,7 +95,7 @@ def heads_of(raw: RawFile) -> Heads:
         and not _CLOCK.match(name)
         and is_numeric(raw, name)
     )
-    return Heads(stems, units, clock, named, points, others)
+    return Heads(stems, units, clock, named, points, pairs, others)
 
 
 def _parted(name: str) -> tuple[str, str]:
@@ -117,16 +130,25 @@ def _stamps(raw: RawFile, name: str) -> bool:
     return all(re.match(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}", text) for text in raw.texts(name, "time"))
 
 
-def _points(raw: RawFile, stems: Mapping[str, str]) -> dict[str, tuple[str, str, str]]:
-    """Return columns that are alike but for an axis at their end, three each, by what they share."""
-    found: dict[str, dict[str, str]] = {}
+def _points(
+    raw: RawFile, stems: Mapping[str, str]
+) -> tuple[dict[str, tuple[str, ...]], dict[str, tuple[str, ...]]]:
+    """Return columns alike but for an axis at their end, by what they share: three each, and two each."""
+    found: dict[tuple[str, bool], dict[str, str]] = {}
     for name in raw.names:
         match = _AXIS.match(stems[name])
         if match and not _TURNED.search(match[1]) and is_numeric(raw, name):
-            found.setdefault(match[1].strip(" _.:/-"), {})[match[2].lower()] = name
-    return {
-        stem: (axes["x"], axes["y"], axes["z"]) for stem, axes in found.items() if set(axes) == set("xyz")
-    }
+            axis = match[2].lower()
+            found.setdefault((match[1].strip(" _.:/-"), axis in "uv"), {})[axis] = name
+    points: dict[str, tuple[str, ...]] = {}
+    pairs: dict[str, tuple[str, ...]] = {}
+    for (stem, _), axes in found.items():
+        order = "".join(sorted(axes))
+        if order in _PLANES:
+            pairs.setdefault(stem, tuple(axes[axis] for axis in order))
+        elif order == "xyz":
+            points[stem] = tuple(axes[axis] for axis in order)
+    return points, pairs
 
 
 def is_numeric(raw: RawFile, name: str) -> bool:

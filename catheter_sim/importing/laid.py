@@ -13,23 +13,31 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.mapping.file_map import file_map
 from catheter_sim.diagnosis.data.mapping.mapped import channels_of, seconds_of
 from catheter_sim.diagnosis.data.mapping.raw_file import RawFile
-from catheter_sim.diagnosis.data.mapping.scales import UNITS
+from catheter_sim.diagnosis.data.mapping.scales import UNITS, factor_to
+from catheter_sim.diagnosis.data_faults.beyond_robot import full_pulls
+from catheter_sim.diagnosis.thresholds import PULL_BEYOND
+from catheter_sim.errors import InputError
 from catheter_sim.importing.against_robot import (
     CLEAR,
+    EVIDENCE,
     LENGTHS,
     MOST_ROWS,
     RADII_MM,
+    TURNS,
     Against,
     Laid,
     axes_of,
     laid_over,
+    length_by_size,
     length_unit,
+    plane_of,
     signs_tried,
 )
 from catheter_sim.importing.guesses import Guess
-from catheter_sim.importing.heads import numbers_of
+from catheter_sim.importing.heads import PIXELS, numbers_of
 from catheter_sim.kinds import kind_of
 
+OPEN = ("counts_per_turn", "spool_radius_mm")  # keys of an entry that are settled here where they are 0
 LEAST_MOTION = 0.01  # of the robot's length: nobody records a robot that moves by less
 
 
@@ -48,7 +56,13 @@ class Rows:
     times: tuple[Array, Array]
 
     def computed(self, entries: Mapping[str, Mapping[str, Any]]) -> Array | None:
-        """Return the robot's positions at these rows under entries of the map, shape (r, p, 3) [mm]."""
+        """Return the robot's positions at these rows under entries of the map, shape (r, p, 3) [mm].
+
+        None where a unit, a spool or an encoder is still open, or the robot cannot be driven so.
+        """
+        open_ones = [entry.get(key) for entry in entries.values() for key in (*OPEN, "unit")]
+        if 0.0 in open_ones or "" in open_ones:
+            return None
         mapping = file_map(dict(entries), tuple(entries), (), self.log.where)
         assert mapping is not None
         rows_s, log_s = self.times
@@ -67,7 +81,7 @@ def rows_of(
     robot: RobotSpec,
     measured: tuple[RawFile, Mapping[str, Any]],
     commanded: tuple[RawFile, Mapping[str, Any]],
-    points: Mapping[str, tuple[str, str, str]],
+    points: Mapping[str, tuple[str, ...]],
     gravity_mps2: Array,
 ) -> Rows:
     """Return some rows of a file, spread over it, beside the robot.
@@ -90,7 +104,7 @@ def rows_of(
     places = [[numbers_of(raw, column) for column in columns] for columns in points.values()]
     positions = np.array([[values[taken] for values in point if values is not None] for point in places])
     columns = tuple(f"{point}_{axis}_mm" for point in points for axis in "xyz")
-    against = Against(robot, positions.transpose(2, 0, 1), columns, gravity_mps2)
+    against = Against(robot, positions.transpose(2, 0, 1), columns, gravity_mps2, raw.where)
     return Rows(against, log, (seconds[taken], log_seconds))
 
 
@@ -104,8 +118,7 @@ def lengths_of(
     open_ones = [name for name, entry in entries.items() if entry.get("unit") == ""]
     unit, why = "mm", "the file says none, --input-unit states it"
     if open_ones and rows is not None:
-        length_mm = 1e3 * kind_of(rows.against.robot).model.length_m(rows.against.robot)
-        moves = {}
+        length_mm, moves = _length_mm(rows), {}
         for name in ("mm", "cm", "m"):
             computed = rows.computed(_with(entries, {item: {"unit": name} for item in open_ones}))
             reach_mm = 0.0 if computed is None else float(np.ptp(computed, axis=0).max())
@@ -121,23 +134,63 @@ def lengths_of(
 def spools_of(
     rows: Rows | None, entries: dict[str, dict[str, Any]], unit: str
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
-    """Return entries with a radius for every spool that has none, and how sure they are."""
-    open_ones = [name for name, entry in entries.items() if entry.get("spool_radius_mm") == 0.0]
-    if not open_ones:
-        return entries, []
+    """Return entries with a radius for every spool and a turn for every encoder that have none; unsure.
+
+    `unit`: of the measured points, `PIXELS` where they have none; "": not known.
+    """
+    encoders = [name for name, entry in entries.items() if entry.get("counts_per_turn") == 0.0]
+    if encoders:
+        turn = _likeliest(rows, entries, (encoders, "counts_per_turn"), TURNS, unit) or 4096.0
+        entries = _with(entries, {name: {"counts_per_turn": turn} for name in encoders})
+    spools = [name for name, entry in entries.items() if entry.get("spool_radius_mm") == 0.0]
+    if spools:
+        radius = _likeliest(rows, entries, (spools, "spool_radius_mm"), RADII_MM, unit) or 10.0
+        entries = _with(entries, {name: {"spool_radius_mm": radius} for name in spools})
+    why = "the {} with which the robot moves most like the file; {} states it"
+    turns = why.format("common encoder's turn", "--counts-per-turn")
+    radii = why.format("round radius", "--spool-radius")
+    said = [Guess(f"map.{name}.counts_per_turn", f"{turn:g}", turns, False) for name in encoders]
+    return entries, [*said, *(Guess(f"map.{k}.spool_radius_mm", f"{radius:g}", radii, False) for k in spools)]
+
+
+def _likeliest(
+    rows: Rows | None,
+    entries: Mapping[str, Mapping[str, Any]],
+    key: tuple[list[str], str],
+    values: tuple[float, ...],
+    unit: str,
+) -> float | None:
+    """Return the value of a key of some entries with which the robot moves most like the file; None: none.
+
+    A value with which tendons would be pulled far beyond what bends the robot is taken only if all do so.
+    """
+    if rows is None:
+        return None
+    factors = [UNITS["mm"][unit]] if unit in UNITS["mm"] else list(LENGTHS.values())
     found = []
-    for radius in RADII_MM:
-        tried = _with(entries, {name: {"spool_radius_mm": radius} for name in open_ones})
-        laid = rows.laid(tried) if rows is not None else Laid(np.inf, 1.0)
-        factors = [UNITS["mm"][unit]] if unit else list(LENGTHS.values())
-        off = min(abs(np.log(laid.scale / factor)) for factor in factors)
-        found.append((laid.error + off, radius))
-    least, radius = min(found)
-    if not np.isfinite(least):
-        radius = 10.0
-    why = "the round radius with which the robot moves most like the file; --spool-radius states it"
-    entries = _with(entries, {name: {"spool_radius_mm": radius} for name in open_ones})
-    return entries, [Guess(f"map.{name}.spool_radius_mm", f"{radius:g}", why, False) for name in open_ones]
+    for value in values:
+        tried = _with(entries, {name: {key[1]: value} for name in key[0]})
+        laid = rows.laid(tried)
+        off = 0.0 if unit == PIXELS else min(abs(np.log(laid.scale / factor)) for factor in factors)
+        found.append((pull_of(rows, tried) > PULL_BEYOND[0], laid.error + off, value))
+    _, least, value = min(found)
+    return value if np.isfinite(least) else None
+
+
+def pull_of(rows: Rows, entries: Mapping[str, Mapping[str, Any]]) -> float:
+    """Return how many times what bends the robot fully its tendons are pulled at most; 0: not known."""
+    full_mm = {name: 1e3 * value for name, value in full_pulls(rows.against.robot).items()}
+    found = []
+    for name, entry in entries.items():
+        values = numbers_of(rows.log, entry["column"])
+        if name.endswith("_mm") and name in full_mm and values is not None and entry.get("unit"):
+            factor = factor_to("mm", entry["unit"], name, *_sizes(entry))
+            found.append(float(np.nanmax(np.abs(factor * (values - entry.get("zero", 0.0)))) / full_mm[name]))
+    return max(found, default=0.0)
+
+
+def _sizes(entry: Mapping[str, Any]) -> tuple[float | None, float | None]:
+    return entry.get("spool_radius_mm"), entry.get("counts_per_turn")
 
 
 def signs_of(
@@ -163,30 +216,89 @@ def frame_of(
 ) -> tuple[list[str], str, list[Guess]]:
     """Return the axes and the unit of the measured points, and how sure they are.
 
-    `unit`: as the head or the user states it, else ""; `inputs_sure`: units of all inputs are known.
+    `unit`: as the head or the user states it, else ""; `inputs_sure`: the file or the user says of all inputs
+    which columns they are, in which units and on which spools.
     """
+    measured = rows.against.measured
     computed = rows.computed(entries)
-    laid = laid_over(computed, rows.against.measured)
+    laid = laid_over(computed, measured)
+    evident = bool(laid.error <= EVIDENCE)
+    rests = "" if inputs_sure else ", if the inputs are read rightly"
     guesses = []
     key = f"map.{rows.against.columns[0].removesuffix('_x_mm')}.unit"
     if unit:
         guesses.append(Guess(key, unit, "the head, or as stated", True))
-    elif np.isfinite(laid.error):
+    elif evident:
         unit, sure = length_unit(laid.scale)
-        why = f"the robot's own motion is {laid.scale:.3g} times the file's"
-        if not inputs_sure:
-            why += ", if the inputs' units are right"
+        why = f"the robot's own motion is {laid.scale:.3g} times the file's{rests}"
         guesses.append(Guess(key, unit, why, sure and inputs_sure))
     else:
-        unit = "mm"
-        guesses.append(Guess(key, unit, "assumed", False))
+        unit = length_by_size(measured, _length_mm(rows))
+        why = "the size of the file's motion beside the robot's length; the robot itself moves otherwise"
+        guesses.append(Guess(key, unit, why, False))
     if computed is None or not np.isfinite(laid.error):
         guesses.append(Guess("map.axes", "x, y, z", "assumed: the robot cannot be driven so", False))
         return ["x", "y", "z"], unit, guesses
-    axes, sure = axes_of(computed, rows.against.measured)
-    why = f"the robot as specified moves so, but for {100 * laid.error:.1f} % of the motion"
+    axes, sure = axes_of(computed, measured)
+    why = f"the robot as specified moves so, but for {100 * laid.error:.1f} % of the motion{rests}"
+    sure = sure and evident and inputs_sure
     guesses.append(Guess("map.axes", f"the base's x, y, z are the file's {', '.join(axes)}", why, sure))
     return axes, unit, guesses
+
+
+def plane_frame(
+    rows: Rows,
+    entries: Mapping[str, Mapping[str, Any]],
+    points: Mapping[str, tuple[str, ...]],
+    unit: str,
+    picture: bool,
+) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
+    """Return the entry of each coordinate of points in a plane, and how sure it is: not at all.
+
+    Which coordinates they are, their signs and, where nothing states a unit, their scale are told by the
+    robot's own motion.
+
+    Args:
+        rows: of the file.
+        entries: of the inputs.
+        points: the two columns of each.
+        unit: as the head or the user states it, else "".
+        picture: they are places in a picture.
+
+    Raises:
+        InputError: the robot does not move so that it could show them; the message says how to do it by hand.
+    """
+    computed, measured = rows.computed(entries), rows.against.measured
+    laid, axes = (
+        (Laid(np.inf, 1.0), ("x", "z")) if computed is None else plane_of(computed, measured, picture)
+    )
+    if not np.isfinite(laid.error):
+        columns = next(iter(points.values()))
+        by_hand = f'tip_x_mm = {{ column = "{columns[0]}", scale = 0.3 }}'
+        raise InputError(
+            f"{rows.against.where}: the robot's own motion does not show which coordinates {columns[0]!r} "
+            f"and {columns[1]!r} are; write them into [map] of a dataset.toml by hand: {by_hand}"
+        )
+    size: dict[str, Any] = {"unit": unit}
+    if not unit:
+        near, _ = length_unit(laid.scale)
+        known = not picture and abs(np.log(laid.scale / LENGTHS[near])) < np.log(2.0)
+        size = {"unit": near} if known else {"scale": float(f"{laid.scale:.3g}")}
+    said = f"in {size['unit']}" if "unit" in size else f"{size['scale']:g} mm for 1"
+    why = f"the robot as specified moves so, but for {100 * laid.error:.1f} % of the motion"
+    found: dict[str, dict[str, Any]] = {}
+    guesses = []
+    for point, columns in points.items():
+        for axis, column in zip(axes, columns, strict=True):
+            minus = axis.startswith("-")
+            name = f"{point}_{axis[-1]}_mm"
+            found[name] = {"column": column, **size, **({"sign": -1} if minus else {})}
+            guesses.append(Guess(f"map.{name}", f"{'minus ' if minus else ''}{column!r}, {said}", why, False))
+    return found, guesses
+
+
+def _length_mm(rows: Rows) -> float:
+    return float(1e3 * kind_of(rows.against.robot).model.length_m(rows.against.robot))
 
 
 def _with(

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from catheter_sim.channels import FORCE_CHANNELS, MOMENT_CHANNELS, actuations, input_channels, output_channels
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.mapping.scales import UNITS, channel_unit
+from catheter_sim.diagnosis.data.mapping.scales import ANGLES, UNITS, channel_unit
 from catheter_sim.importing.guesses import Guess
 from catheter_sim.importing.heads import Heads
 
@@ -22,23 +21,6 @@ _COMMAND = re.compile(
 _TIP = re.compile(r"\b(tip|end|tool|distal|ee|effector)\b|^tip", re.IGNORECASE)
 _BODY = re.compile(r"(?:body|cell|disk|disc|link|ring)[ _]?(\d+)", re.IGNORECASE)
 _GENERAL = {"displacement", "tension", "mm", "n", "nm", "deg"}
-
-
-@dataclass(frozen=True)
-class Matched:
-    """What a file's columns are.
-
-    Attributes:
-        inputs: by channel, the column.
-        outputs: by channel that is no position, the column.
-        points: by point ("tip", "body_3", "marker_a"), the columns along the file's x, y and z.
-        guesses: how sure each is.
-    """
-
-    inputs: Mapping[str, str]
-    outputs: Mapping[str, str]
-    points: Mapping[str, tuple[str, str, str]]
-    guesses: tuple[Guess, ...]
 
 
 def match_inputs(robot: RobotSpec, heads: Heads) -> tuple[dict[str, str], list[Guess]]:
@@ -68,34 +50,42 @@ def match_outputs(robot: RobotSpec, heads: Heads, inputs: Iterable[str]) -> dict
 
 
 def match_points(
-    heads: Heads, elements: int, spreads: Mapping[str, float], markers: Sequence[str] = ()
-) -> tuple[dict[str, tuple[str, str, str]], list[Guess]]:
+    points: Mapping[str, tuple[str, ...]],
+    elements: int,
+    spreads: Mapping[str, float],
+    markers: Sequence[str] = (),
+) -> tuple[dict[str, tuple[str, ...]], list[Guess]]:
     """Return which of a file's points are points of the robot's, and how sure each is.
 
     Args:
-        heads: what the file's head says.
+        points: of the file, by name: the columns of three coordinates each, or of two.
         elements: how many bodies the robot has.
         spreads: how far each of the file's points moves, in the file's unit.
         markers: names of the robot's markers.
     """
-    found: dict[str, tuple[str, str, str]] = {}
+    found: dict[str, tuple[str, ...]] = {}
     guesses: list[Guess] = []
-    for stem, columns in heads.points.items():
+    for stem, columns in points.items():
         name = _point_of(stem, elements, markers)
         if name and name not in found:
             found[name] = columns
             guesses.append(Guess(f"map.{name}", f"columns {', '.join(columns)}", "their name", True))
-    if heads.points and not found:
-        stem = max(heads.points, key=lambda item: spreads[item])
-        found["tip"] = heads.points[stem]
-        alone = len(heads.points) == 1
-        why = (
-            "the only point with x, y and z"
-            if alone
-            else f"of {len(heads.points)} points the one that moves most"
-        )
+    if points and not found:
+        stem = max(points, key=lambda item: spreads[item])
+        found["tip"] = points[stem]
+        alone = len(points) == 1
+        why = "the only point" if alone else f"of {len(points)} points the one that moves most"
         guesses.append(Guess("map.tip", f"columns {', '.join(found['tip'])}", why, alone))
     return found, guesses
+
+
+def plane_points(heads: Heads) -> dict[str, tuple[str, ...]]:
+    """Return a file's points of two coordinates, by name; two motors of one name are none."""
+    return {
+        stem: columns
+        for stem, columns in heads.pairs.items()
+        if _TIP.search(stem.replace("_", " ")) or not (_MOTOR.search(stem) or _COMMAND.search(stem))
+    }
 
 
 def _point_of(stem: str, elements: int, markers: Sequence[str]) -> str:
@@ -148,13 +138,13 @@ def _in_order(robot: RobotSpec, kinds: Sequence[str], heads: Heads) -> tuple[dic
 def fits(channel: str, unit: str) -> bool:
     """Return whether a column in `unit` ("" where none is known) can be `channel`, by a spool if need be."""
     own = channel_unit(channel)
-    known = any(unit in units for units in UNITS.values())
-    return not known or unit in UNITS[own] or (own == "mm" and unit in UNITS["deg"])
+    known = unit in ANGLES or any(unit in units for units in UNITS.values())
+    return not known or unit in UNITS[own] or (own == "mm" and unit in ANGLES)
 
 
 def is_motor(column: str, unit: str) -> bool:
     """Return whether a column is a motor's angle: by its unit, or by its name where no unit is known."""
-    return unit in UNITS["deg"] or (not unit and bool(_MOTOR.search(column)))
+    return unit in ANGLES or (not unit and bool(_MOTOR.search(column)))
 
 
 def _words(name: str) -> list[str]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -14,17 +16,28 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.mapping.layouts import read_raw
 from catheter_sim.diagnosis.data.mapping.raw_file import RawFile
-from catheter_sim.diagnosis.data.mapping.scales import UNITS, channel_unit
+from catheter_sim.diagnosis.data.mapping.scales import ANGLES, COUNTS, UNITS, channel_unit
+from catheter_sim.diagnosis.data_faults.beyond_robot import full_pulls
+from catheter_sim.diagnosis.thresholds import PULL_BEYOND
 from catheter_sim.errors import InputError, cut
-from catheter_sim.importing.against_robot import spread
+from catheter_sim.importing.against_robot import RADII_MM, TURNS, spread
 from catheter_sim.importing.clocks import clock_of, meeting
 from catheter_sim.importing.guesses import Guess
-from catheter_sim.importing.heads import Heads, heads_of, numbers_of
-from catheter_sim.importing.laid import frame_of, lengths_of, signs_of, spools_of
-from catheter_sim.importing.matching import is_motor, match_inputs, match_outputs, match_points
+from catheter_sim.importing.heads import PIXELS, Heads, heads_of, numbers_of
+from catheter_sim.importing.laid import Rows, frame_of, lengths_of, plane_frame, rows_of, signs_of, spools_of
+from catheter_sim.importing.matching import (
+    is_motor,
+    match_inputs,
+    match_outputs,
+    match_points,
+    plane_points,
+)
 
 MOST_HELD_ROWS = 2000  # of a file that are taken: each is held until the robot rests
 _MOST_RAD = 15.0  # a motor's angle whose range is larger is taken for degrees
+_LEAST_COUNTS = 100.0  # over which an encoder's whole numbers run
+_AT_MIDDLE = 0.03  # of a turn, by which a motor may be off its encoder's middle in the first row
+_ENCODER = re.compile(r"encoder|\benc|count|tick|pulse", re.IGNORECASE)
 _AT_REST = 0.02  # of its range, by which a motor may be off zero in the first row
 
 
@@ -36,18 +49,22 @@ class Asked:
         spool_radius_mm: of the motors' spools; None: it is guessed.
         rate_Hz: of a file that counts frames; None: it is guessed.
         gravity_mps2: in the base frame, shape (3,); None: not stated.
-        motion: "held" or "dynamic".
+        motion: "held" or "dynamic"; "": not stated, and taken for held.
         log: a second file, which has the inputs; None: they are in the first.
         input_unit: of displacements and tensions whose heads state none; "": it is guessed.
+        motor_unit: of motors' angles, one of `ANGLES`; "": by their heads, else guessed.
+        counts_per_turn: of the motors' encoders; None: it is guessed.
         point_unit: of positions whose heads state none; "": it is guessed.
     """
 
     spool_radius_mm: float | None = None
     rate_Hz: float | None = None
     gravity_mps2: tuple[float, float, float] | None = None
-    motion: str = "held"
+    motion: str = ""
     log: str | os.PathLike[str] | None = None
     input_unit: str = ""
+    motor_unit: str = ""
+    counts_per_turn: float | None = None
     point_unit: str = ""
 
 
@@ -72,6 +89,19 @@ class Proposal:
     asked: Asked
     ignored: tuple[str, ...] = field(default=())
 
+    @property
+    def lines(self) -> tuple[Guess, ...]:
+        """All that was taken: from the files, and of the conditions that no file states."""
+        more = []
+        if self.asked.gravity_mps2 is None:
+            more.append(
+                Guess("conditions.gravity_mps2", "0, 0, 0", "no file says it; --gravity states it", False)
+            )
+        if not self.asked.motion:
+            why = "no file says whether the robot rested; --motion states it"
+            more.append(Guess("conditions.motion", "held", why, False))
+        return (*self.guesses, *more)
+
 
 def propose(robot: RobotSpec, path: str | os.PathLike[str], asked: Asked) -> Proposal:
     """Return a proposal for a file that a tracker or a logger wrote.
@@ -89,37 +119,46 @@ def propose(robot: RobotSpec, path: str | os.PathLike[str], asked: Asked) -> Pro
     log, log_heads = (raw, heads) if asked.log is None else _log(asked.log)
     clock, guesses = clock_of(raw, heads, asked.rate_Hz)
     table: dict[str, Any] = {"time_s": clock}
+    met: list[Guess] = []
     if asked.log is not None:
         table["inputs_time_s"], more = clock_of(log, log_heads, asked.rate_Hz)
         guesses += [replace(guess, key=guess.key.replace("time_s", "inputs_time_s")) for guess in more]
-        guesses += meeting(table, raw, log)
-    columns, more = match_inputs(robot, log_heads)
+        met = meeting(table, raw, log)
+        guesses += met
+    planes = {} if heads.points else plane_points(heads)
+    if asked.log is None:
+        taken = {name for pair in planes.values() for name in pair}
+        log_heads = replace(log_heads, others=tuple(name for name in heads.others if name not in taken))
+    columns, matched = match_inputs(robot, log_heads)
     if not columns:
         names = ", ".join(input_channels(robot))
         found = cut(", ".join(log_heads.others) or "(none)", 150)
         raise InputError(
             f"{log.where}: no column that can be an input; {robot.name} has {names}; columns: {found}"
         )
-    guesses += more
-    entries, more = _entries(columns, log, log_heads, asked)
-    guesses += more
-    points, more = _points(robot, raw, heads)
-    guesses += more
+    full_mm = {name: 1e3 * value for name, value in full_pulls(robot).items()}
+    entries, more = _entries(columns, log, log_heads, asked, full_mm)
+    guesses += [*matched, *more]
+    # a wrong zero or sign hides no unit
+    inputs_sure = all(item.sure for item in (*met, *matched, *more) if not item.key.endswith(".zero"))
     others = (
         match_outputs(robot, heads, columns.values())
         if asked.log is None
         else match_outputs(robot, heads, ())
     )
+    points, more = _points(robot, raw, heads.points or ({} if others else planes))
+    guesses += more
     if not points and not others:
         found = cut(", ".join(raw.names), 200)
         raise InputError(
-            f"{raw.where}: no point with x, y and z, and no other output of the robot; columns: {found}"
+            f"{raw.where}: no point with x, y and z, or two of a plane, and no other output of the robot; "
+            f"columns: {found}"
         )
     beside = _Beside(robot, raw, log, clock, table.get("inputs_time_s"), entries, points, asked)
-    settled, more = _settled(beside, heads)
+    settled, more, outputs = _settled(beside, heads, inputs_sure)
     guesses += more
     every = -(-len(raw.cells) // MOST_HELD_ROWS)
-    if every > 1 and asked.motion == "held":
+    if every > 1 and asked.motion != "dynamic":
         settled = {"every": every, **settled}
         guesses.append(
             Guess("map.every", str(every), f"{len(raw.cells)} rows; each is held until at rest", False)
@@ -128,7 +167,7 @@ def propose(robot: RobotSpec, path: str | os.PathLike[str], asked: Asked) -> Pro
     return Proposal(
         robot=robot,
         inputs=tuple(columns),
-        outputs=(*(f"{point}_{axis}_mm" for point in points for axis in "xyz"), *others),
+        outputs=(*outputs, *others),
         table=table | settled,
         guesses=tuple(guesses),
         asked=asked,
@@ -142,20 +181,42 @@ def _log(path: str | os.PathLike[str]) -> tuple[RawFile, Heads]:
 
 
 def _entries(
-    columns: Mapping[str, str], raw: RawFile, heads: Heads, asked: Asked
+    columns: Mapping[str, str], raw: RawFile, heads: Heads, asked: Asked, full_mm: Mapping[str, float]
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
     """Return the entries of inputs by channel, as far as heads and sizes tell, and how sure they are."""
     values = {column: numbers_of(raw, column) for column in columns.values()}
     given = {column: item for column, item in values.items() if item is not None}
-    motors = [column for column in given if is_motor(column, heads.units[column])]
+    ways = [name for channel, name in columns.items() if channel_unit(channel) == "mm"]
+    stated = bool(asked.motor_unit or asked.counts_per_turn)
+    counted = [
+        name
+        for channel, name in columns.items()
+        if name in ways
+        and not heads.units[name]
+        and not asked.input_unit
+        and _is_counted(name, given[name], full_mm.get(channel, np.inf))
+    ]
+    motors = [
+        name
+        for name in ways
+        if is_motor(name, heads.units[name]) or name in counted or (stated and not heads.units[name])
+    ]
+    if stated and not motors:
+        raise InputError(
+            f"{raw.where}: --unit and --counts-per-turn are for motors that wind a tendon; no input is one; "
+            f"inputs: {', '.join(columns)}"
+        )
     widest = max((float(np.nanmax(given[name]) - np.nanmin(given[name])) for name in motors), default=0.0)
     entries: dict[str, dict[str, Any]] = {}
     guesses: list[Guess] = []
     for channel, column in columns.items():
         own, unit = channel_unit(channel), heads.units[column]
         entry: dict[str, Any] = {}
-        if own == "mm" and column in motors:
-            entry, more = _motor(channel, unit, given[column], widest, asked)
+        if column in motors:
+            angle = _angle(
+                channel, unit, COUNTS if counted else "deg" if widest > _MOST_RAD else "rad", asked
+            )
+            entry, more = _motor(channel, *angle, given[column], asked)
             guesses += more
         elif unit in UNITS[own]:
             entry["unit"] = unit
@@ -181,38 +242,92 @@ def _entries(
     return entries, guesses
 
 
-def _motor(
-    channel: str, unit: str, values: Array, widest: float, asked: Asked
-) -> tuple[dict[str, Any], list[Guess]]:
-    """Return how a motor's angle is read, and how sure that is; a radius of 0 is settled later.
+def _is_counted(column: str, values: Array, full_mm: float) -> bool:
+    """Return whether numbers look like an encoder's counts: whole ones, far from zero or over many turns.
+
+    Args:
+        column: its name.
+        values: shape (r,).
+        full_mm: the way that bends the robot fully.
+    """
+    known = values[np.isfinite(values)]
+    if not len(known) or (known != np.round(known)).any():
+        return False
+    span, first = float(np.ptp(known)), abs(float(known[0]))
+    if span < (_LEAST_COUNTS / 2.0 if _ENCODER.search(column) else _LEAST_COUNTS):
+        return False
+    least_mm = min(RADII_MM) * math.radians(span)  # that an angle in degrees would wind
+    return first > 360.0 or bool(_ENCODER.search(column)) or least_mm > PULL_BEYOND[0] * full_mm
+
+
+def _angle(channel: str, unit: str, guess: str, asked: Asked) -> tuple[str, list[Guess]]:
+    """Return the unit of a motor's angle and how sure it is, nothing where the head states it.
 
     Args:
         channel: what it drives.
         unit: that the head states, "" where it states none.
-        values: its angle, shape (r,).
-        widest: range of the motor that turns most; all motors have one unit.
+        guess: the unit by the size of the numbers.
         asked: what the user states.
     """
-    guesses = []
-    if unit not in UNITS["deg"]:
-        unit = "deg" if widest > _MOST_RAD else "rad"
-        guesses.append(Guess(f"map.{channel}.unit", unit, "the size of the motors' numbers", False))
+    key = f"map.{channel}.unit"
+    stated = asked.motor_unit or (COUNTS if asked.counts_per_turn and unit not in ANGLES else "")
+    if stated:
+        return stated, [Guess(key, stated, "as stated", True)]
+    if unit in ANGLES:
+        return unit, []
+    why = "the size of the motors' numbers"
+    if guess == COUNTS:
+        why = "whole numbers like an encoder's; --unit and --counts-per-turn state it"
+    return guess, [Guess(key, guess, why, False)]
+
+
+def _motor(
+    channel: str, unit: str, guesses: list[Guess], values: Array, asked: Asked
+) -> tuple[dict[str, Any], list[Guess]]:
+    """Return how a motor's angle is read, and how sure that is; a number of 0 is settled later.
+
+    Args:
+        channel: what it drives.
+        unit: of its angle.
+        guesses: of that.
+        values: its angle, shape (r,).
+        asked: what the user states.
+    """
+    guesses = list(guesses)
+    known = values[np.isfinite(values)]
     radius = asked.spool_radius_mm or 0.0
+    entry: dict[str, Any] = {"unit": unit}
+    if unit == COUNTS:
+        turn = asked.counts_per_turn or _turn_by_middle(known)
+        if asked.counts_per_turn:
+            guesses.append(Guess(f"map.{channel}.counts_per_turn", f"{turn:g}", "as stated", True))
+        elif turn or not radius:
+            why = f"it starts at {known[0]:g}" if turn else "the commonest encoder"
+            turn = turn or 4096.0
+            why += "; --counts-per-turn states it"
+            guesses.append(Guess(f"map.{channel}.counts_per_turn", f"{turn:g}", why, False))
+        entry["counts_per_turn"] = turn
     if radius:
         guesses.append(Guess(f"map.{channel}.spool_radius_mm", f"{radius:g}", "as stated", True))
-    entry: dict[str, Any] = {"unit": unit, "spool_radius_mm": radius}
-    known = values[np.isfinite(values)]
+    entry["spool_radius_mm"] = radius
     if abs(known[0]) > _AT_REST * float(np.ptp(known)):
         entry["zero"] = float(known[0])
         guesses.append(Guess(f"map.{channel}.zero", f"{known[0]:g}", "its first row, taken for rest", False))
     return entry, guesses
 
 
+def _turn_by_middle(counts: Array) -> float:
+    """Return the counts of a turn whose middle a motor starts at, all of its counts within it; 0: of none."""
+    within = [turn for turn in TURNS if counts.min() >= 0.0 and counts.max() <= turn]
+    near = [(abs(counts[0] / turn - 0.5), turn) for turn in within]
+    return min((item for item in near if item[0] < _AT_MIDDLE), default=(0.0, 0.0))[1]
+
+
 def _points(
-    robot: RobotSpec, raw: RawFile, heads: Heads
-) -> tuple[dict[str, tuple[str, str, str]], list[Guess]]:
-    spreads = {stem: spread(_values(raw, columns)) for stem, columns in heads.points.items()}
-    return match_points(heads, body_count(robot), spreads, [marker.name for marker in robot.markers])
+    robot: RobotSpec, raw: RawFile, points: Mapping[str, tuple[str, ...]]
+) -> tuple[dict[str, tuple[str, ...]], list[Guess]]:
+    spreads = {stem: spread(_values(raw, columns)) for stem, columns in points.items()}
+    return match_points(points, body_count(robot), spreads, [marker.name for marker in robot.markers])
 
 
 def _values(raw: RawFile, columns: Sequence[str]) -> Array:
@@ -231,36 +346,43 @@ class _Beside:
     clock: Mapping[str, Any]
     log_clock: Mapping[str, Any] | None
     entries: dict[str, dict[str, Any]]
-    points: Mapping[str, tuple[str, str, str]]
+    points: Mapping[str, tuple[str, ...]]
     asked: Asked
 
 
-def _settled(beside: _Beside, heads: Heads) -> tuple[dict[str, Any], list[Guess]]:
-    """Return axes, points and inputs of the map, settled by laying the file over the robot."""
-    from catheter_sim.importing.laid import Rows, rows_of
+def _settled(
+    beside: _Beside, heads: Heads, inputs_sure: bool
+) -> tuple[dict[str, Any], list[Guess], tuple[str, ...]]:
+    """Return axes, points and inputs of the map, settled by laying the file over the robot.
 
-    entries, guesses = beside.entries, []
+    Beside them how sure they are, and the points' outputs. `inputs_sure`: without the robot's motion.
+    """
+    points, entries = beside.points, beside.entries
     rows: Rows | None = None
-    if beside.points:
+    if points:
         rows = rows_of(
             beside.robot,
             (beside.raw, beside.clock),
             (beside.log, beside.log_clock or beside.clock),
-            beside.points,
+            points,
             np.array(beside.asked.gravity_mps2 or (0.0, 0.0, 0.0)),
         )
-    unit = next((heads.units[column] for item in beside.points.values() for column in item), "")
-    unit = unit if unit in UNITS["mm"] else beside.asked.point_unit
+    plane = any(len(columns) == 2 for columns in points.values())
+    stems = [stem for stem, columns in heads.pairs.items() if columns in points.values()] if plane else []
+    picture = any(heads.of_picture(stem) for stem in stems)
+    unit = next((heads.units[column] for item in points.values() for column in item), "")
+    unit = unit if unit in UNITS["mm"] else "" if picture else beside.asked.point_unit
     entries, assumed = lengths_of(rows, entries)
-    guesses += assumed
-    entries, more = spools_of(rows, entries, unit)
-    guesses += more
+    entries, more = spools_of(rows, entries, PIXELS if picture else unit)
+    assumed += more
     entries, more = signs_of(rows, entries)
-    guesses += more
-    settled: dict[str, Any] = {}
-    if rows is not None:
-        axes, unit, more = frame_of(rows, entries, unit, not assumed)
-        guesses += more
-        settled["axes"] = axes
-        settled |= {name: {"columns": list(columns), "unit": unit} for name, columns in beside.points.items()}
-    return settled | entries, guesses
+    found = [*assumed, *more]
+    if rows is None:
+        return entries, found, ()
+    if plane:
+        settled, more = plane_frame(rows, entries, points, unit, picture)
+        return settled | entries, [*found, *more], tuple(settled)
+    axes, unit, more = frame_of(rows, entries, unit, inputs_sure and all(guess.sure for guess in assumed))
+    tables = {name: {"columns": list(columns), "unit": unit} for name, columns in points.items()}
+    outputs = tuple(f"{point}_{axis}_mm" for point in points for axis in "xyz")
+    return {"axes": axes, **tables, **entries}, [*found, *more], outputs

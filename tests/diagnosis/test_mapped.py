@@ -61,6 +61,17 @@ def test_columns_are_read_in_the_channels_units(tmp_path: Path) -> None:
     assert 6e-3 in trial.inputs.tendon[3].round(9)  # feed 3, scale 2 mm
 
 
+def test_counts_of_an_encoder_are_an_angle_by_what_makes_a_turn(tmp_path: Path) -> None:
+    """A quarter of 4096 counts, from 2048, winds pi/2 of a 3 mm spool, against its sign."""
+    counted = 'unit = "counts", counts_per_turn = 4096, spool_radius_mm = 3.0, sign = -1, zero = 2048'
+    mapped = MAP.replace('unit = "deg", spool_radius_mm = 10.0, sign = -1, zero = 30.0', counted)
+    lines = [line.split(",") for line in CSV.splitlines()]
+    for line, counts in zip(lines[1:], (2048, 1024, 2048, 2048), strict=True):
+        line[5] = str(counts)
+    (trial,) = load(tmp_path, mapped, "\n".join(",".join(line) for line in lines) + "\n").trials
+    np.testing.assert_allclose(trial.inputs.tendon[:2, 0], [0.0, 1e-3 * 3.0 * np.pi / 2.0], atol=1e-12)
+
+
 def test_rows_before_the_origin_and_between_every_are_left_out(tmp_path: Path) -> None:
     """A trial starts at the origin of its clock; of what follows every second row is taken."""
     mapped = MAP.replace('unit = "ms"', 'unit = "ms", origin = 1731000000700').replace(
@@ -126,6 +137,14 @@ def test_an_orientation_stands_beside_a_point(tmp_path: Path) -> None:
             "unknown unit 'deg'; choices: mm, m, cm, um, in, deg with spool_radius_mm",
         ),
         ("10.0, sign", "-1.0, sign", "map.displacement_bending_mm.spool_radius_mm: must be above 0"),
+        ('"deg", sp', '"counts", sp', 'counts_per_turn goes with unit = "counts", and with no other'),
+        ('"deg", sp', '"deg", counts_per_turn = 360, sp', 'counts_per_turn goes with unit = "counts"'),
+        (
+            '"deg", sp',
+            '"counts", counts_per_turn = 0, sp',
+            "map.displacement_bending_mm.counts_per_turn: must be above 0, not 0",
+        ),
+        ('"deg", sp', '"yd", sp', "unknown unit 'yd'; choices: deg, rad, turn, counts"),
         ("sign = -1", "sign = 2", "map.displacement_bending_mm.sign: 1 or -1 is needed"),
         ("scale = 2.0", 'scale = 2.0, unit = "mm"', "map.advance_mm: scale stands for unit"),
         ("scale = 2.0", "scale = inf", "map.advance_mm.scale: a finite number is needed"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -117,3 +118,49 @@ def test_two_causes_share_the_gain(tmp_path: Path) -> None:
     assert set(shares) == set(found.causes)
     assert sum(shares.values()) == pytest.approx(found.gain_percent()[0])
     assert min(shares.values()) > 5.0
+
+
+SERVO = """<mujoco><option timestep="0.002" integrator="implicitfast"/><worldbody><body>
+<joint name="horn" axis="0 0 1" armature="0.01" damping="0.3"/>
+<geom type="capsule" fromto="0 0 0 0.1 0 0" size="0.005" mass="0.05" contype="0"/></body></worldbody>
+<actuator><position name="five" joint="horn" kp="15" kv="0.5"/></actuator></mujoco>"""
+LOGGED = """[dataset]
+name = "a servo's log"
+robot = "servo.xml"
+source = "simulated"
+licence = "MIT"
+[conditions]
+gravity_mps2 = [0.0, 0.0, 0.0]
+motion = "dynamic"
+[channels]
+inputs = ["control_five"]
+outputs = ["joint_horn_deg"]
+[map]
+time_s = { column = "stamp", unit = "date" }
+control_five = { column = "target", unit = "counts", counts_per_turn = 4096, zero = 2047 }
+joint_horn_deg = { column = "pos", unit = "counts", counts_per_turn = 4096, zero = 2047 }
+[[trials]]
+file = "log.csv"
+"""
+
+
+def test_a_servos_log_of_steps_in_counts_shows_its_play(tmp_path: Path) -> None:
+    """One file, ten rows a second, whole counts and dates; steps are no noise, so that a play shows."""
+    model, play = mujoco.MjModel.from_xml_string(SERVO), 0.06
+    data, held, lines = mujoco.MjData(model), 0.0, ["stamp,target,pos"]
+    targets = np.repeat(np.append(0, np.random.default_rng(3).integers(-500, 500, 19)), 6)
+    time_s = 0.1 * np.arange(len(targets))
+    for step in range(50 * (len(targets) - 1) + 1):
+        command = np.interp(0.002 * step, time_s, targets) * np.pi / 2048
+        held = min(max(held, command - play / 2), command + play / 2)
+        data.ctrl[0] = held
+        if step % 50 == 0:
+            stamp = f"2025-01-01T09:00:{0.002 * step:06.3f}Z"
+            lines.append(f"{stamp},{2047 + targets[step // 50]},{2047 + round(data.qpos[0] / np.pi * 2048)}")
+        mujoco.mj_step(model, data)
+    for name, text in (("servo.xml", SERVO), ("dataset.toml", LOGGED), ("log.csv", "\n".join(lines) + "\n")):
+        (tmp_path / name).write_text(text)
+    found = diagnose_foreign(tmp_path)
+    assert "backlash" in found.causes
+    rounded_deg = 360.0 / 4096.0 / math.sqrt(12.0)  # by whole counts; a step is tens of degrees
+    assert 0.5 * rounded_deg < found.noise[0] < 5.0 * rounded_deg

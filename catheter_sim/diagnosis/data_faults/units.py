@@ -25,3 +25,18 @@ INPUT_FACTORS = {
     },
     Quantity.DISPLACEMENT: {1e-3: "um for mm", 1e3: "m for mm", 25.4: "inches for mm", 10.0: "cm for mm"},
 }
+
+# By what a number is too large where one unit was read as another: factor, as what it was read, what it is.
+MISREAD = (
+    (10.0, "cm", "mm"),
+    (25.4, "in", "mm"),
+    (180.0 / math.pi, "rad", "deg"),
+    (360.0, "turn", "deg"),
+    (1e3, "m", "mm"),
+    (1e3, "mm", "um"),
+    (4.44822, "lbf", "N"),
+    (9.80665, "kgf", "N"),
+    (1e3 / 9.80665, "N", "gf"),
+    (1e3, "N", "mN"),
+    (1e3, "kN", "N"),
+)

@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.base_frame.move import registered
@@ -16,6 +18,7 @@ from catheter_sim.diagnosis.data.parting import split
 from catheter_sim.diagnosis.data.resolution import resolution_of
 from catheter_sim.diagnosis.data.same_readings import without_copies
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.data_faults.beyond_robot import beyond_robot, within_robot
 from catheter_sim.diagnosis.data_faults.copied import copied_rows
 from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
 from catheter_sim.diagnosis.data_faults.model_error import relative_error_of
@@ -25,6 +28,8 @@ from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.result import DataFault
 from catheter_sim.diagnosis.thresholds import GAIN_CHANCE, LEAST_BLOCK_S, MISTAKE_SURER
 from catheter_sim.theory.predict import Prediction
+
+BEYOND = "beyond_robot"  # the code of notes on numbers that are far beyond the robot
 
 
 @dataclass(frozen=True)
@@ -56,11 +61,43 @@ def prepare(dataset: Dataset) -> Prepared:
     new, old = without_old_readings(single)
     readings, frozen = without_frozen_readings(new)
     chosen = twin_of(readings, split(readings)[0])
+    readings, impossible, far = within_reach(readings, chosen.predict)
     moved, registration = in_base_frame(readings, chosen.predict)
     train, heldout = split(moved)
     short = too_short_to_prove(heldout) if dataset.motion.moving else ()
-    notes = (*moved.notes, *twice, *old, *frozen, *chosen.notes, *short)
-    return Prepared(moved, train, heldout, registration, chosen.predict, notes, faults)
+    notes = (*far, *moved.notes, *twice, *old, *frozen, *chosen.notes, *short)
+    return Prepared(moved, train, heldout, registration, chosen.predict, notes, impossible or faults)
+
+
+def within_reach(
+    dataset: Dataset, twin: Prediction
+) -> tuple[Dataset, tuple[DataFault, ...], tuple[Note, ...]]:
+    """Return a data set that a model can follow, why it is impossible as it was measured, and notes.
+
+    Commands or motions far beyond the robot are a note. They are a fault where no such robot can have been
+    measured, or no model follows them. Commands are cut off then, so that a model can be shown beside them.
+
+    Args:
+        dataset: as measured.
+        twin: what its fits go by.
+    """
+    beyond = beyond_robot(dataset.robot, dataset.trials)
+    train, _ = split(dataset)
+    robot = replace(dataset.robot, actuation=train[0].inputs.actuation)
+
+    def predict(inputs: Inputs) -> Array:
+        return twin([robot], inputs, 1)[0]
+
+    def followed() -> bool:
+        return all(bool(np.isfinite(predict(trial.inputs)).all()) for trial in dataset.trials)
+
+    if not beyond or not (any(item.impossible for item in beyond) or not followed()):
+        return dataset, (), tuple(Note(BEYOND, f"{item.words()}.") for item in beyond)
+    found = most_likely_mistake(train, dataset.output_channels, robot, predict, shifted=True)
+    words = [item.words() for item in beyond] if found is None else [f"{beyond[0].what}: {found.words}"]
+    trials = tuple(replace(trial, inputs=within_robot(robot, trial.inputs)) for trial in dataset.trials)
+    note = Note(BEYOND, "Commands are cut off at what bends the robot fully.")
+    return replace(dataset, trials=trials), tuple(map(DataFault, words)), (note,)
 
 
 def too_short_to_prove(heldout: Sequence[Trial]) -> tuple[Note, ...]:

@@ -7,6 +7,7 @@ every = 4                           # take every fourth row
 time_s = { column = "stamp", unit = "ms", origin = "first row" }
 tip = { columns = ["X", "Y", "Z"], unit = "m" }
 displacement_bending_mm = { column = "motor_1", unit = "deg", spool_radius_mm = 10.0, sign = -1, zero = 12.5 }
+displacement_torsion_mm = { column = "m2", unit = "counts", counts_per_turn = 4096, spool_radius_mm = 3.0 }
 tension_right_N = { column = "cell", scale = 0.25 }
 ```
 
@@ -18,22 +19,21 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from catheter_sim.core.posture import Array
-from catheter_sim.diagnosis.data.columns import POINT
 from catheter_sim.diagnosis.data.mapping.scales import DATE, SECONDS, channel_unit, factor_to
 from catheter_sim.errors import InputError, shown, unknown
 
 FIRST_ROW = "first row"
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 TIMES = ("time_s", "inputs_time_s")
-_POINT = re.compile(r"tip|body_\d+|marker_\w+")
-_SIZES = ("column", "unit", "scale", "sign", "zero", "spool_radius_mm")
+_COORDINATE = re.compile(r"(.+)_([xyz])_mm")
+_SIZES = ("column", "unit", "scale", "sign", "zero", "counts_per_turn", "spool_radius_mm")
 _CLOCK = ("column", "unit", "rate_Hz", "origin", "shift_s")
 _MOST_EVERY = 10_000
 
@@ -96,13 +96,20 @@ class FileMap:
     where: str
 
 
-def file_map(table: Any, inputs: Sequence[str], outputs: Sequence[str], where: str) -> FileMap | None:
+def file_map(
+    table: Any,
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    where: str,
+    unit_of: Callable[[str], str] = channel_unit,
+) -> FileMap | None:
     """Return the table `[map]` of a data set, checked; None where there is none.
 
     Args:
         table: as read.
         inputs, outputs: the data set's channels.
         where: its file.
+        unit_of: gives a channel's own unit, a key of `UNITS`.
 
     Raises:
         InputError: a key or a value that is unknown, missing or impossible.
@@ -112,14 +119,14 @@ def file_map(table: Any, inputs: Sequence[str], outputs: Sequence[str], where: s
     place = f"{where}: map"
     if not isinstance(table, Mapping):
         raise InputError(f"{place}: a table is needed, not {shown(table)}")
-    measured = {match[1] for match in map(POINT.fullmatch, outputs) if match}
+    measured = {match[1] for match in map(_COORDINATE.fullmatch, outputs) if match}
     known = (*TIMES, "axes", "every", *inputs, *outputs, *sorted(measured))
     for key in table:
         if key not in known:
             raise unknown("key", key, known, f"{where}: [map]")
-    points = {key: _point(key, table[key], f"{place}.{key}") for key in table if _POINT.fullmatch(key)}
+    points = {key: _point(table[key], f"{place}.{key}") for key in table if key in measured}
     for name in table:
-        coordinate = POINT.fullmatch(name)
+        coordinate = _COORDINATE.fullmatch(name)
         if coordinate and coordinate[1] in points:
             raise InputError(f"{place}.{name}: {coordinate[1]} maps it already; leave one of them out")
     every = table.get("every", 1)
@@ -134,7 +141,7 @@ def file_map(table: Any, inputs: Sequence[str], outputs: Sequence[str], where: s
         if "inputs_time_s" in table
         else time,
         columns={
-            name: _column(name, table[name], f"{place}.{name}")
+            name: _column(unit_of(name), table[name], f"{place}.{name}")
             for name in table
             if name in inputs or name in outputs
         },
@@ -156,27 +163,28 @@ def _entry(value: Any, known: Sequence[str], where: str) -> Mapping[str, Any]:
     return value
 
 
-def _column(channel: str, value: Any, where: str) -> ColumnMap:
+def _column(own: str, value: Any, where: str) -> ColumnMap:
     entry = _entry(value, _SIZES, where)
-    return ColumnMap(_name(entry, where), _factor(channel, entry, where), _number(entry, "zero", 0.0, where))
+    return ColumnMap(_name(entry, where), _factor(own, entry, where), _number(entry, "zero", 0.0, where))
 
 
-def _point(point: str, value: Any, where: str) -> tuple[ColumnMap, ColumnMap, ColumnMap]:
+def _point(value: Any, where: str) -> tuple[ColumnMap, ColumnMap, ColumnMap]:
     entry = _entry(value, ("columns", "unit", "scale"), where)
     names = entry.get("columns")
     if not isinstance(names, list) or len(names) != 3 or not all(isinstance(name, str) for name in names):
         raise InputError(f"{where}.columns: three names of columns are needed, along the file's x, y and z")
     if len(set(names)) < 3:
         raise InputError(f"{where}.columns: a column stands twice in {shown(names)}")
-    factor = _factor(f"{point}_x_mm", entry, where)
+    factor = _factor("mm", entry, where)
     x, y, z = (ColumnMap(name, factor) for name in names)
     return x, y, z
 
 
-def _factor(channel: str, entry: Mapping[str, Any], where: str) -> float:
-    """Return the factor that unit, scale, sign and spool make."""
-    if "scale" in entry and ("unit" in entry or "spool_radius_mm" in entry):
-        raise InputError(f"{where}: scale stands for unit and spool_radius_mm; leave one of them out")
+def _factor(own: str, entry: Mapping[str, Any], where: str) -> float:
+    """Return the factor from a column to a channel in the unit `own`: unit, scale, sign, counts and spool."""
+    sizes = ("unit", "counts_per_turn", "spool_radius_mm")
+    if "scale" in entry and any(key in entry for key in sizes):
+        raise InputError(f"{where}: scale stands for {', '.join(sizes)}; leave one of them out")
     sign = entry.get("sign", 1)
     if isinstance(sign, bool) or sign not in (1, -1):
         raise InputError(f"{where}.sign: 1 or -1 is needed, not {shown(sign)}")
@@ -185,17 +193,26 @@ def _factor(channel: str, entry: Mapping[str, Any], where: str) -> float:
         if scale == 0.0:
             raise InputError(f"{where}.scale: a number other than 0 is needed")
         return float(sign) * scale
-    unit = entry.get("unit", channel_unit(channel))
+    unit = entry.get("unit", own)
     if not isinstance(unit, str):
         raise InputError(f"{where}.unit: a text is needed, not {shown(unit)}")
-    radius = None
-    if "spool_radius_mm" in entry:
-        radius = _number(entry, "spool_radius_mm", 1.0, where)
-        if channel_unit(channel) != "mm":
-            raise InputError(f"{where}.spool_radius_mm: {channel} is no way of a tendon")
-        if not radius > 0.0:
-            raise InputError(f"{where}.spool_radius_mm: must be above 0, not {radius:g}")
-    return float(sign) * factor_to(channel, unit, radius, where)
+    counts, radius = (
+        _above_zero(entry, "counts_per_turn", where),
+        _above_zero(entry, "spool_radius_mm", where),
+    )
+    if radius is not None and own != "mm":
+        raise InputError(f"{where}.spool_radius_mm: {where.rpartition('.')[2]} is no way of a tendon")
+    return float(sign) * factor_to(own, unit, where, radius, counts)
+
+
+def _above_zero(entry: Mapping[str, Any], key: str, where: str) -> float | None:
+    """Return a number above zero; None where the entry has no such key."""
+    if key not in entry:
+        return None
+    value = _number(entry, key, 1.0, where)
+    if not value > 0.0:
+        raise InputError(f"{where}.{key}: must be above 0, not {value:g}")
+    return value
 
 
 def _clock(value: Any, where: str) -> ClockMap:
