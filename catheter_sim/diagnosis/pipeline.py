@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from catheter_sim.diagnosis.causes.scored import Scored
@@ -25,11 +25,13 @@ from catheter_sim.diagnosis.stages.choose_causes import Choice, choose_causes
 from catheter_sim.diagnosis.stages.conclude import conclude
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled, decide_on_heldout
 from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_faults
+from catheter_sim.diagnosis.stages.fit_unproved import fit_unproved
 from catheter_sim.diagnosis.stages.judge import Verdict, judge
 from catheter_sim.diagnosis.stages.name_in_part import name_in_part
+from catheter_sim.diagnosis.stages.not_searched import not_searched
 from catheter_sim.diagnosis.stages.plan_next_experiment import plan_next_experiment
 from catheter_sim.diagnosis.stages.pose import Posed, pose
-from catheter_sim.diagnosis.stages.prepare import Prepared, prepare
+from catheter_sim.diagnosis.stages.prepare import Prepared, prepare, readings_of
 from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed, replay_in_mujoco, weigh_again
 from catheter_sim.diagnosis.stages.run import Run, running
 from catheter_sim.diagnosis.stages.score_hypotheses import score_hypotheses
@@ -48,6 +50,7 @@ def diagnose(
     progress: bool = False,
     dask: str = "",
     budget_s: float = math.inf,
+    search_anyway: bool = False,
 ) -> Diagnosis:
     """Diagnose a data set and write what was found to a folder.
 
@@ -61,6 +64,7 @@ def diagnose(
         progress: show what is being done where standard error is a terminal.
         dask: address of a Dask scheduler to fit on instead, "" for none.
         budget_s: seconds after which the search for causes ends with the best so far.
+        search_anyway: look for causes where too little was measured to name any, too.
 
     Raises:
         InputError: the data set is not what it must be, the output folder cannot be written, or no
@@ -68,7 +72,8 @@ def diagnose(
     """
     data = dataset if isinstance(dataset, Dataset) else load_dataset(dataset)
     unfinished = Path(output_folder) / UNFINISHED
-    diagnosis = diagnose_dataset(data, Workers(jobs, dask, unfinished), progress, budget_s=budget_s)
+    place = Workers(jobs, dask, unfinished)
+    diagnosis = diagnose_dataset(data, place, progress, budget_s=budget_s, search_anyway=search_anyway)
     write_diagnosis(diagnosis, output_folder)
     shutil.rmtree(unfinished, ignore_errors=True)
     return diagnosis
@@ -90,8 +95,9 @@ def diagnose_dataset(
     progress: bool = False,
     simulation: bool = True,
     budget_s: float = math.inf,
+    search_anyway: bool = False,
 ) -> Diagnosis:
-    """Return the diagnosis of a data set.
+    """Return the diagnosis of a data set; where too little was measured to name any cause, that alone.
 
     Args:
         dataset: the measurements.
@@ -99,11 +105,17 @@ def diagnose_dataset(
         progress: show what is being done where standard error is a terminal.
         simulation: replay the held-out trials in MuJoCo at the end.
         budget_s: seconds after which the search for causes ends with the best so far.
+        search_anyway: look for causes where too little was measured to name any, too.
 
     Raises:
         InputError: no scheduler answers, or processes were killed again and again.
     """
-    return investigate(dataset, place, progress, simulation, budget_s).diagnosis
+    read = readings_of(dataset)
+    if read.lacking and not (search_anyway and read.can_be_fitted):
+        return not_searched(read)
+    with running(place, progress, budget_s) as run:
+        run.say("calibrating")
+        return investigate_prepared(run, prepare(dataset, read), simulation).diagnosis
 
 
 @dataclass(frozen=True)
@@ -133,6 +145,8 @@ def investigate(
     budget_s: float = math.inf,
 ) -> Investigation:
     """Return the diagnosis of a data set with its hypotheses; arguments as of `diagnose_dataset`.
+
+    It looks for causes where too little was measured to name any, too.
 
     Raises:
         InputError: no scheduler answers, or processes were killed again and again.
@@ -177,6 +191,8 @@ def investigate_prepared(
     found = assemble(
         prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores
     )
+    if found.has_too_little:
+        found = replace(found, unproved=fit_unproved(posed, choice, settled))
     return Investigation(found, posed, settled.weighed.after, conclusion.equals, scores.hypotheses)
 
 

@@ -160,6 +160,7 @@ def compare(
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
     budget_s: float = COMPARING_BUDGET_S,
+    search_anyway: bool = False,
 ) -> Comparison:
     """Say what changed between two data sets of one robot.
 
@@ -174,6 +175,7 @@ def compare(
         out: a folder for the report; default: nothing is written.
         jobs: processes to fit with.
         budget_s: time after which the search for causes ends with the best so far [s].
+        search_anyway: look for changes where too little was measured to name any, too (as of `diagnose`).
 
     Raises:
         InputError: the data are not what they must be or not of one robot, or the folder cannot be written.
@@ -211,7 +213,7 @@ def compare(
         earlier_recording(item if isinstance(item, Data) else Path(path_of(item, "before")), later)
         for item in given
     ]
-    series = compare_series(earlier, later, place, budget_s=budget_s)
+    series = compare_series(earlier, later, place, budget_s=budget_s, search_anyway=search_anyway)
     found = Comparison(series.last, series if len(earlier) > 1 else None)
     if folder is not None:
         found.save(folder)

@@ -139,6 +139,7 @@ def diagnose(
     out: str | os.PathLike[str] | None = None,
     jobs: int = 1,
     budget_s: float = math.inf,
+    search_anyway: bool = False,
 ) -> Diagnosis:
     """Say what a simulation gets wrong about measured data, name the cause and extend the model by it.
 
@@ -148,6 +149,9 @@ def diagnose(
             where it was when it is started again.
         jobs: processes to fit with.
         budget_s: time after which the search for causes ends with the best so far [s].
+        search_anyway: look for causes where too little was measured to name any, too. By default that ends
+            the diagnosis at once, with the verdict "data_suspect". With it, `sentence` says what fits, and
+            that it cannot be proved; no cause is named.
 
     Raises:
         InputError: the data are not what they must be, or the folder cannot be written.
@@ -178,8 +182,10 @@ def diagnose(
     folder = None if out is None else check_output_folder(path_of(out, "out"))
     data = dataset if isinstance(dataset, Data) else load_dataset(dataset)
     if folder is None:
-        return Diagnosis(diagnose_dataset(data, Workers(jobs), budget_s=budget_s))
-    return Diagnosis(diagnose_into(data, folder, jobs, budget_s=budget_s))
+        return Diagnosis(
+            diagnose_dataset(data, Workers(jobs), budget_s=budget_s, search_anyway=search_anyway)
+        )
+    return Diagnosis(diagnose_into(data, folder, jobs, budget_s=budget_s, search_anyway=search_anyway))
 
 
 def parameter_listing(verdict: str, causes: Sequence[Cause], first: str, last: str) -> Listing:

@@ -28,8 +28,10 @@ def headline_numbers(diagnosis: Diagnosis) -> list[dict[str, str]]:
 
     MuJoCo's error comes first, with what is reported in it; the fast model's (the analytic twin, by which
     causes are fitted and chosen) stands beside it, then the noise. Where nothing was simulated, the fast
-    model's comes first.
+    model's comes first. Where no model was fitted there are none.
     """
+    if not diagnosis.was_fitted:
+        return []
     head = diagnosis.told
     unit = shown_unit(head.unit)
     before, after, noise = errors_and_noise(head)

@@ -42,7 +42,12 @@ class Picture:
 
 
 def figures(diagnosis: Diagnosis) -> tuple[Picture, ...]:
-    """Return the report's pictures; the first is the one at its top: the paths in space, if there are any."""
+    """Return the report's pictures; the first is the one at its top: the paths in space, if there are any.
+
+    Where no model was fitted there is one: what was measured.
+    """
+    if not diagnosis.was_fitted:
+        return (_headline_picture(diagnosis),)
     pictures = [*_paths_picture(diagnosis), _headline_picture(diagnosis), _error_picture(diagnosis)]
     fits, subject = judged(diagnosis)
     columns = shown_columns(diagnosis, fits)
@@ -121,6 +126,7 @@ def _headline_picture(diagnosis: Diagnosis) -> Picture:
         if np.ptp(values) > 0.0
     }
     which = "held-out trial" if fit.role == "heldout" else "training trial"
+    lines = "measured, computed before (calibrated model without causes) and after (extended model)."
     if len(driven) == 1:
         name, values = next(iter(driven.items()))
         figure = loops_figure(fit, columns, name, values[: len(fit.time_s)])
@@ -130,12 +136,9 @@ def _headline_picture(diagnosis: Diagnosis) -> Picture:
         figure = series_figure(fit, columns, in_space=is_point(columns))
         seen = "over time"
         last = " The last panel is the error left."
-    return Picture(
-        "headline",
-        f"The {which} {fit.file} {seen}: measured, computed before (calibrated model without causes) and "
-        f"after (extended model).{last}",
-        png_of(figure),
-    )
+    if not diagnosis.was_fitted:
+        lines, last = "measured. No model was fitted.", ""
+    return Picture("headline", f"The {which} {fit.file} {seen}: {lines}{last}", png_of(figure))
 
 
 def _error_picture(diagnosis: Diagnosis) -> Picture:

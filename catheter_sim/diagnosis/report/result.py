@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,11 +19,7 @@ CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = (
     "unexplained",
     "data_suspect",
 )
-
-
 VERDICTS = (CAUSE_FOUND, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT)
-
-
 NEXT_EXPERIMENT_FILE = "next_experiment.csv"
 
 
@@ -119,16 +116,34 @@ class DataFault:
         what: a sentence.
         where: file, or columns, that it is about; "": all of the data.
         rows: first and last row of the file, counted from 1, from which and to which; (): all.
+        is_lack: too little was measured; nothing is wrong with what was.
     """
 
     what: str
     where: str = ""
     rows: tuple[int, ...] = ()
+    is_lack: bool = False
 
     @property
     def words(self) -> str:
         """Return it as one line."""
         return f"{self.where}: {self.what}" if self.where else self.what
+
+
+@dataclass(frozen=True)
+class Unproved:
+    """What fits data that hold too little to name a cause.
+
+    Attributes:
+        causes: with their parameters.
+        times_noise: root mean square error over the noise, the largest of any unit in training and held-out
+            data.
+        by_unit: held-out figures.
+    """
+
+    causes: tuple[Cause, ...]
+    times_noise: float
+    by_unit: Mapping[str, UnitResult]
 
 
 @dataclass(frozen=True)
@@ -229,6 +244,7 @@ class Diagnosis:
             (`verdict.probabilities`).
         evidence: what they were worked out from.
         residual: what the reported model leaves, by unit.
+        unproved: what fits, where too little was measured and a search was asked for all the same.
     """
 
     dataset: Dataset
@@ -252,11 +268,22 @@ class Diagnosis:
     probabilities: Mapping[str, float] = field(default_factory=dict)
     evidence: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     residual: Mapping[str, Remainder] = field(default_factory=dict)
+    unproved: Unproved | None = None
 
     @property
     def headline(self) -> UnitResult:
         """The figures of the unit that is reported first."""
         return self.by_unit[self.unit]
+
+    @property
+    def was_fitted(self) -> bool:
+        """Return whether any model was fitted, so that there are errors to tell."""
+        return not math.isnan(self.headline.rmse_before)
+
+    @property
+    def has_too_little(self) -> bool:
+        """Return whether no cause is named since too little was measured."""
+        return bool(self.data_faults) and all(item.is_lack for item in self.data_faults)
 
     @property
     def told(self) -> UnitResult:

@@ -35,6 +35,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "heldout": _heldout(head),
         "causes": _causes(diagnosis.causes),
         "absorbs": _causes(diagnosis.absorbs),
+        "unproved": _causes(diagnosis.unproved.causes if diagnosis.unproved else ()),
         "probabilities": dict(diagnosis.probabilities),
         "evidence": {name: dict(numbers) for name, numbers in diagnosis.evidence.items()},
         "ranking": _ranking(diagnosis),

@@ -38,6 +38,10 @@ def use_words(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.verdict == NO_DISCREPANCY:
         return f"Use the calibrated robot: it is right to {before} on data that it had not seen."
+    if diagnosis.has_too_little:
+        return (
+            "Record what is missing, and diagnose again. These data cannot say what is wrong with the robot."
+        )
     if diagnosis.verdict == DATA_SUSPECT:
         return (
             "First mend what looks wrong in the data, or measure anew, and diagnose again: until then no "

@@ -7,7 +7,7 @@ from dataclasses import replace
 from catheter_sim.diagnosis.base_frame.registration import document
 from catheter_sim.diagnosis.causes.ranking import ranking
 from catheter_sim.diagnosis.fitting.prediction import robot_with
-from catheter_sim.diagnosis.report.result import Cause, Diagnosis, NextExperiment
+from catheter_sim.diagnosis.report.result import DATA_SUSPECT, Cause, Diagnosis, NextExperiment
 from catheter_sim.diagnosis.stages.choose_causes import Choice
 from catheter_sim.diagnosis.stages.conclude import Conclusion
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
@@ -49,7 +49,7 @@ def assemble(
         extra=conclusion.further,
         calibrated=numbers.calibrated,
         structure=conclusion.structure,
-        data_faults=faults.found,
+        data_faults=faults.found or (prepared.lacking if verdict.name == DATA_SUSPECT else ()),
         registration=document(posed.registration, conclusion.frame),
         chosen_in_training=choice.fit.causes,
         absorbs=_with_probabilities(conclusion.absorbs, scores),

@@ -6,7 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, StructureTest, TrialFit
+from catheter_sim.diagnosis.report.result import (
+    CAUSE_FOUND,
+    DATA_SUSPECT,
+    NO_DISCREPANCY,
+    StructureTest,
+    TrialFit,
+)
 from catheter_sim.diagnosis.residuals.coordinates import STAGES
 from catheter_sim.diagnosis.residuals.structure import structure_tests
 from catheter_sim.diagnosis.stages.calibrate import Calibrated
@@ -68,5 +74,7 @@ def judge(posed: Posed, before: Calibrated, settled: Settled, faults: Faults) ->
             harmful=bool(harmed),
             structured=strongest_structure(structure["before"]) is not None,
         )
+        if posed.lacking and name != NO_DISCREPANCY:
+            name = DATA_SUSPECT
     shown = weighed.after if name == CAUSE_FOUND else before.fit
     return Verdict(name, shown, fits, structure, remainder, harmed)

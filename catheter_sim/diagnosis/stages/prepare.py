@@ -11,6 +11,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.base_frame.move import registered
 from catheter_sim.diagnosis.base_frame.register import register
 from catheter_sim.diagnosis.base_frame.registration import Registration, unmoved
+from catheter_sim.diagnosis.data.enough import can_be_fitted, too_little
 from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings, without_old_readings
 from catheter_sim.diagnosis.data.parting import split
 from catheter_sim.diagnosis.data.same_readings import without_copies
@@ -18,11 +19,10 @@ from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.data_faults.copied import copied_rows
 from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
 from catheter_sim.diagnosis.data_faults.model_error import relative_error_of
-from catheter_sim.diagnosis.fitting.stretches import equal_stretches
 from catheter_sim.diagnosis.fitting.twins import twin_of
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.result import DataFault
-from catheter_sim.diagnosis.thresholds import GAIN_CHANCE, LEAST_BLOCK_S, MISTAKE_SURER
+from catheter_sim.diagnosis.thresholds import MISTAKE_SURER
 from catheter_sim.theory.predict import Prediction
 
 
@@ -37,6 +37,7 @@ class Prepared:
         twin: what its fits go by.
         notes: on the files, on frozen sensors and on the twin.
         faults: what looks wrong with the files themselves, before anything is computed.
+        lacking: what was measured too little to name any cause.
     """
 
     dataset: Dataset
@@ -46,36 +47,59 @@ class Prepared:
     twin: Prediction
     notes: tuple[Note, ...]
     faults: tuple[DataFault, ...] = ()
+    lacking: tuple[DataFault, ...] = ()
 
 
-def prepare(dataset: Dataset) -> Prepared:
-    """Return a data set as it can be fitted."""
+@dataclass(frozen=True)
+class Readings:
+    """Measurements as the files have them, before any model is asked.
+
+    Attributes:
+        dataset: without copies and frozen readings.
+        train, heldout: its trials, parted.
+        notes: on the files and on frozen sensors.
+        faults: what looks wrong with the files themselves.
+        lacking: what was measured too little to name any cause.
+    """
+
+    dataset: Dataset
+    train: tuple[Trial, ...]
+    heldout: tuple[Trial, ...]
+    notes: tuple[Note, ...]
+    faults: tuple[DataFault, ...]
+    lacking: tuple[DataFault, ...]
+
+    @property
+    def can_be_fitted(self) -> bool:
+        """Return whether there is enough to fit anything, if nothing can be named."""
+        return can_be_fitted(self.train, self.heldout, self.dataset.output_channels)
+
+
+def readings_of(dataset: Dataset) -> Readings:
+    """Return what a data set's files hold that can be used."""
     single, twice, copies = without_copies(dataset)
-    faults = copied_rows(single.trials, copies)
     new, old = without_old_readings(single)
     readings, frozen = without_frozen_readings(new)
-    chosen = twin_of(readings, split(readings)[0])
-    moved, registration = in_base_frame(readings, chosen.predict)
+    train, heldout = split(readings)
+    notes, faults = (*readings.notes, *twice, *old, *frozen), copied_rows(single.trials, copies)
+    return Readings(readings, train, heldout, notes, faults, lacking_in(readings, train, heldout))
+
+
+def lacking_in(dataset: Dataset, train: Sequence[Trial], heldout: Sequence[Trial]) -> tuple[DataFault, ...]:
+    """Return what was measured too little to name any cause; (): nothing."""
+    said = too_little(train, heldout, dataset.output_channels, dataset.motion.moving)
+    return tuple(DataFault(text, is_lack=True) for text in said)
+
+
+def prepare(dataset: Dataset, read: Readings | None = None) -> Prepared:
+    """Return a data set as it can be fitted; `read`: what `readings_of` makes of it, if known."""
+    read = read or readings_of(dataset)
+    chosen = twin_of(read.dataset, read.train)
+    moved, registration = in_base_frame(read.dataset, chosen.predict)
     train, heldout = split(moved)
-    short = too_short_to_prove(heldout) if dataset.motion.moving else ()
-    notes = (*moved.notes, *twice, *old, *frozen, *chosen.notes, *short)
-    return Prepared(moved, train, heldout, registration, chosen.predict, notes, faults)
-
-
-def too_short_to_prove(heldout: Sequence[Trial]) -> tuple[Note, ...]:
-    """Return a note where held-out trials in motion are so short that any gain may be chance; else nothing.
-
-    Of n stretches, all gain by chance with a probability of 2^-n (`evidence.chance_of_gain`).
-    """
-    stretches = sum(len(equal_stretches(trial)) for trial in heldout)
-    wanted = math.ceil(-math.log2(GAIN_CHANCE))
-    if stretches >= wanted:
-        return ()
-    text = (
-        f"The held-out trials are cut into stretches of {LEAST_BLOCK_S:g} s: {stretches}, too few for any "
-        f"gain to be more than chance, so that no cause can be named. Hold out at least {wanted}."
-    )
-    return (Note("short_heldout", text),)
+    short = (Note("too_little", item.words) for item in read.lacking)
+    notes = (*read.notes, *chosen.notes, *short)
+    return Prepared(moved, train, heldout, registration, chosen.predict, notes, read.faults, read.lacking)
 
 
 def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dataset, Registration]:

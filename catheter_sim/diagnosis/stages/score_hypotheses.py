@@ -38,7 +38,7 @@ def score_hypotheses(run: Run, posed: Posed, choice: Choice, settled: Settled, v
     after = settled.weighed.after
     hypotheses = scored(posed.train, posed.heldout, choice.selection, after)
     if verdict.name == DATA_SUSPECT:
-        return Scores(hypotheses, probabilities(None, verdict.name), {})
+        return Scores(hypotheses, {} if posed.lacking else probabilities(None, verdict.name), {})
     times = max(item.rmse_after / max(item.noise_floor, 1e-300) for item in settled.weighed.by_unit.values())
     found = evidence(posed.train, posed.heldout, hypotheses, after.causes, times)
     return Scores(hypotheses, probabilities(found, verdict.name, implausible(after)), as_numbers(found))
