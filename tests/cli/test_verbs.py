@@ -258,8 +258,10 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     dataset = load_dataset(assets_folder() / "examples" / "opencr_v4")
     asked: list[object] = []
 
-    def diagnose(data: str, out: Path, jobs: int, progress: bool, dask: str, budget_s: float) -> Diagnosis:
-        asked.extend([data, str(out), jobs, progress, budget_s])
+    def diagnose(
+        data: str, out: Path, jobs: int, progress: bool, dask: str, budget_s: float, search_anyway: bool
+    ) -> Diagnosis:
+        asked.extend([data, str(out), jobs, progress, budget_s, search_anyway])
         return Diagnosis(
             dataset=dataset,
             verdict="cause_found",
@@ -278,7 +280,7 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     monkeypatch.setattr(pipeline, "diagnose", diagnose)
     ran = run("diagnose", "data", "-o", "out", "--jobs", "2", "--budget", "90")
     assert ran.status == 0
-    assert asked == ["data", "out", 2, True, 90.0]
+    assert asked == ["data", "out", 2, True, 90.0, False]
     for text in (
         "is wrong about backlash",
         "verdict: cause_found",
