@@ -16,7 +16,8 @@ a microsecond apart are a jump.
 outputs: time_s and tip [mm], tip_qw.. (quaternion), body_<k> [mm], marker_<name> [mm], joint_<name> [deg],
 tension_<tendon> [N]; `catheter-sim list ROBOT` shows the inputs and outputs of a robot.
 settings: --set KEY=VALUE with the dotted keys of the robot's .toml form, or of an effect:
-effects.tendon_friction.mu=0.1. A simulation that diverges leaves the rows before it.
+effects.tendon_friction.mu=0.1. A simulation that diverges leaves the rows before it. An input beyond what
+the robot can follow gets a warning on standard error, one for each channel.
 """
 
 from __future__ import annotations
@@ -47,6 +48,7 @@ def run(options: argparse.Namespace) -> int:
         check_steps,
         drive,
         lines_named,
+        warn_of_limits,
         with_lines,
         write_outputs,
     )
@@ -57,6 +59,7 @@ def run(options: argparse.Namespace) -> int:
     driven = drive(options)
     if options.dynamic:
         check_steps(driven.robot, driven.table)
+    warn_of_limits(driven)
     with lines_named(driven.table):
         result = simulate(
             driven.specified,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -148,6 +149,9 @@ def simulate(
         dynamic: start at rest under the first row, then follow `time_s` in motion, with inertia and the
             robot's own damping; else each row is held until the robot rests.
 
+    Warns:
+        UserWarning: an input is beyond what the robot can follow; a line for each column.
+
     Raises:
         InputError: anything is not possible.
         SimulationDiverged: the simulation left the finite numbers; the message says at which row and time.
@@ -162,6 +166,7 @@ def simulate(
 
     value = robot_of(robot)
     commanded = inputs_of(value, inputs)
+    _warn_of_limits(value, commanded)
     done = run_robot(value, commanded, gravity_of(gravity_mps2), dynamic=dynamic)
     if done.failure is not None:
         raise SimulationDiverged(done.failure)
@@ -199,12 +204,21 @@ def statics(
     value = robot_of(robot)
     solver = static_model(str(model), value, value.name)
     commanded = inputs_of(value, inputs)
+    _warn_of_limits(value, commanded)
     gravity = gravity_of(gravity_mps2)
     solved = solver.solve(value, commanded, gravity)
     row = finite_rows(solved.postures)
     if row < len(solved.postures):
         raise InputError(f"{row_name(commanded, row)}: static model {model!r} gives no finite posture")
     return Run(value, commanded, gravity, solved.postures, model, residual=solved.residual)
+
+
+def _warn_of_limits(robot: RobotSpec, inputs: Inputs) -> None:
+    """Warn, at the caller's caller, of inputs beyond what the robot can follow."""
+    from catheter_sim.planning.limits import beyond_limits
+
+    for line in beyond_limits(robot, inputs):
+        warnings.warn(f"{robot.name}: {line}", UserWarning, stacklevel=3)
 
 
 def build(robot: RobotSpec | str | os.PathLike[str]) -> Any:
