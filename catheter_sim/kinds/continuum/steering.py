@@ -31,8 +31,8 @@ def input_range(robot: ContinuumRobot) -> tuple[Array, Array]:
 def input_limits(robot: ContinuumRobot, actuation: str) -> InputLimits:
     """Return what bends one segment, or each that a tendon passes, so far that it meets itself.
 
-    Friction is left out. An arc meets itself as a full circle, or where the inner sides of its elements touch: at a radius of
-    curvature of their own radius.
+    Friction is left out. An arc meets itself as a full circle, or where the inner sides of its elements touch:
+    at a radius of curvature of their own radius.
     """
     touching = min(segment.length_m / segment.outer_radius_m for segment in robot.segments)
     shape = (
@@ -49,7 +49,7 @@ def input_limits(robot: ContinuumRobot, actuation: str) -> InputLimits:
             segment = name.rpartition("_")[0]
             ways[segment] = np.hypot(ways.get(segment, 0.0), way)
         share = np.abs(shares(columns, len(robot.tendons)))
-        longest = np.where(share > 0.0, sum(ways.values())[:, np.newaxis], math.inf)
+        longest = np.where(share > 0.0, np.sum(list(ways.values()), axis=0)[:, np.newaxis], math.inf)
         most = (longest / np.where(share > 0.0, share, 1.0)).min(axis=0)
         why = f"there the tendon has bent each segment that it passes {shape}"
     return InputLimits(np.full(len(columns), -math.inf), most, why)
