@@ -30,6 +30,8 @@ A file has at most 100000 rows. Stamps in epoch seconds will do: each trial's cl
 The output folder gets diagnosis.json, report.html (opens without a network), model.xml and
 robot.toml (the extended robot, accepted wherever a robot id is), and the fitted series as CSV.
 Errors are in mm or deg on trials held out from the fit.
+Where too little was measured to name any cause (fewer than 60 values to learn from, held-out data of fewer
+than 5 stretches or without motion), that is said at once, and no cause is looked for.
 A run that was stopped goes on where it was when it is started again with the same DIR.
 Standard error says what is being done, with the time since the start.
 """
@@ -77,6 +79,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="time after which the search for causes ends with the best so far; default: "
         f"{COMPARING_BUDGET_S:g} with --since, none without",
     )
+    parser.add_argument(
+        "--search-anyway",
+        action="store_true",
+        help="look for causes where too little was measured to name any, too, and say what fits",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -98,6 +105,7 @@ def run(options: argparse.Namespace) -> int:
         dask=options.dask,
         budget_s=options.budget or math.inf,
         command=options.command_line,
+        search_anyway=options.search_anyway,
     )
     print("\n".join(_lines(diagnosis)).replace("−", "-"))  # a minus sign that programs read
     print(f"wrote {folder / 'report.html'}, diagnosis.json, model.xml, robot.toml and the fitted series")
@@ -106,9 +114,10 @@ def run(options: argparse.Namespace) -> int:
 
 def _run_foreign(options: argparse.Namespace, folder: Path) -> int:
     """Say what somebody's MJCF gets wrong."""
-    for name in ("since", "budget", "dask"):
+    for name in ("since", "budget", "dask", "search_anyway"):
         if getattr(options, name):
-            raise InputError(f"{options.dataset}: --{name} is not for robots from somebody's MJCF")
+            option = name.replace("_", "-")
+            raise InputError(f"{options.dataset}: --{option} is not for robots from somebody's MJCF")
     from catheter_sim.foreign.diagnose import diagnose_foreign
     from catheter_sim.foreign.report import lines, write_foreign
 
@@ -138,6 +147,7 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
         Workers(options.jobs, options.dask),
         progress=True,
         budget_s=options.budget or COMPARING_BUDGET_S,
+        search_anyway=options.search_anyway,
     )
     found, several = series.last, len(series.comparisons) > 1
     found = replace(found, diagnosis=stamped(found.diagnosis, options.command_line))
@@ -174,7 +184,7 @@ def _lines(diagnosis: Diagnosis, noun: str = "cause") -> Iterator[str]:
             f"held out, tip error in space, RMS [mm]: {rounded(tip['before'])} before, "
             f"{rounded(tip['after'])} after{simulated}"
         )
-    for unit, result in diagnosis.by_unit.items():
+    for unit, result in diagnosis.by_unit.items() if diagnosis.was_fitted else ():
         low, high = (rounded(end, 5.0) for end in result.gain_percent_ci95)
         before, after = rounded(result.rmse_before), rounded(result.rmse_after)
         yield (
@@ -190,11 +200,12 @@ def _lines(diagnosis: Diagnosis, noun: str = "cause") -> Iterator[str]:
         yield from _cause_lines(cause, "correction, not established")
     for cause in diagnosis.absorbs:
         yield f"not believed, a number at a bound or unlikely: {cause.name}"
-    yield "probabilities: " + ", ".join(
-        f"{name} {value:.2f}"
-        for name, value in sorted(diagnosis.probabilities.items(), key=lambda item: -item[1])
-        if value >= LEAST_SHOWN_PROBABILITY
-    )
+    if diagnosis.probabilities:
+        yield "probabilities: " + ", ".join(
+            f"{name} {value:.2f}"
+            for name, value in sorted(diagnosis.probabilities.items(), key=lambda item: -item[1])
+            if value >= LEAST_SHOWN_PROBABILITY
+        )
     for unit, item in diagnosis.residual.items():
         on = f", depends on {', '.join(item.structure)}" if item.structure else ""
         if item.times_noise <= NEAR_NOISE:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -142,6 +143,14 @@ def with_lines(message: str, table: Table) -> str:
 
     changed, count = _ROW.subn(line, message)
     return f"{table.where}: {changed}" if count else message
+
+
+def warn_of_limits(driven: Drive) -> None:
+    """Say on standard error which inputs are beyond what the robot can follow, a line for each column."""
+    from catheter_sim.planning.limits import beyond_limits
+
+    for line in beyond_limits(driven.specified, driven.commanded):
+        print(f"catheter-sim: warning: {with_lines(line, driven.table)}", file=sys.stderr)
 
 
 def outputs(driven: Drive, postures: Sequence[Posture]) -> Table:

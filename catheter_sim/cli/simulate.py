@@ -16,7 +16,8 @@ a microsecond apart are a jump.
 outputs: time_s and tip [mm], tip_qw.. (quaternion), body_<k> [mm], marker_<name> [mm], joint_<name> [deg],
 tension_<tendon> [N]; `catheter-sim list ROBOT` shows the inputs and outputs of a robot.
 settings: --set KEY=VALUE with the dotted keys of the robot's .toml form, or of an effect:
-effects.tendon_friction.mu=0.1. A simulation that diverges leaves the rows before it.
+effects.tendon_friction.mu=0.1. A simulation that diverges leaves the rows before it. An input beyond what
+the robot can follow gets a warning on standard error, one for each channel.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Simulate; write every row that was reached."""
     check_output_file(options.output)
-    from catheter_sim.cli.driven import drive, lines_named, with_lines, write_outputs
+    from catheter_sim.cli.driven import drive, lines_named, warn_of_limits, with_lines, write_outputs
     from catheter_sim.core.motion import MOST_STEPS, require_steps
     from catheter_sim.core.posture import finite_rows
     from catheter_sim.errors import SimulationDiverged
@@ -59,6 +60,7 @@ def run(options: argparse.Namespace) -> int:
     if options.dynamic:
         clock, most = driven.table.time_s, options.most_steps or MOST_STEPS
         require_steps(driven.robot, clock, most, driven.table.where, "with --dynamic", "--most-steps")
+    warn_of_limits(driven)
     with lines_named(driven.table):
         result = simulate(
             driven.specified,

@@ -22,7 +22,7 @@ from catheter_sim.core.law_copies import Batched
 from catheter_sim.core.motion import Integration
 from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.published import Robots
-from catheter_sim.core.quick_model import QuickModel, SpeedCase
+from catheter_sim.core.quick_model import InputLimits, QuickModel, SpeedCase
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import Statics, Twins
 from catheter_sim.errors import InputError
@@ -133,6 +133,13 @@ class Steering(Protocol[R_in]):
 
     def input_range(self, robot: R_in) -> tuple[Array, Array]:
         """Return the least and largest input of each tendon that the simulation takes, shape (t,) each."""
+
+    def input_limits(self, robot: R_in, actuation: str) -> InputLimits:
+        """Return the inputs beyond which the robot as its file describes it cannot follow.
+
+        Raises:
+            InputError: as of `quick_model`.
+        """
 
     def speed_case(self, robot: R_in, levels: int) -> SpeedCase:
         """Return what the speed test plays: inputs in so many levels that move every joint to and fro."""

@@ -125,6 +125,20 @@ class QuickModel(Protocol):
 
 
 @dataclass(frozen=True)
+class InputLimits:
+    """What may be asked of a robot's input columns, each alone.
+
+    Attributes:
+        least, most: of each column, shape (c,) [N or m]; infinite: any.
+        why: what happens there.
+    """
+
+    least: Array
+    most: Array
+    why: str
+
+
+@dataclass(frozen=True)
 class SpeedCase:
     """What the speed test plays with a robot.
 

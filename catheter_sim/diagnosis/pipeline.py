@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from catheter_sim.diagnosis.causes.scored import Scored
@@ -28,10 +28,12 @@ from catheter_sim.diagnosis.stages.conclude import conclude, concluded_plainly
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled, decide_on_heldout, nothing_settled
 from catheter_sim.diagnosis.stages.examine import Examined, examine, examined_plainly
 from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_faults
+from catheter_sim.diagnosis.stages.fit_unproved import fit_unproved
 from catheter_sim.diagnosis.stages.judge import Verdict, judge, unjudged
+from catheter_sim.diagnosis.stages.not_searched import not_searched
 from catheter_sim.diagnosis.stages.plan_next_experiment import nothing_planned, plan_next_experiment
 from catheter_sim.diagnosis.stages.pose import Posed, pose
-from catheter_sim.diagnosis.stages.prepare import BEYOND, Prepared, prepare
+from catheter_sim.diagnosis.stages.prepare import BEYOND, Prepared, prepare, readings_of
 from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed, replay_in_mujoco, weigh_again
 from catheter_sim.diagnosis.stages.run import Run, running
 from catheter_sim.diagnosis.stages.score_hypotheses import Scores, score_hypotheses, unscored
@@ -52,6 +54,7 @@ def diagnose(
     dask: str = "",
     budget_s: float = math.inf,
     command: str = "",
+    search_anyway: bool = False,
 ) -> Diagnosis:
     """Diagnose a data set and write what was found to a folder.
 
@@ -66,6 +69,7 @@ def diagnose(
         dask: address of a Dask scheduler to fit on instead, "" for none.
         budget_s: seconds after which the search for causes ends with the best so far.
         command: how this was asked for, for the report.
+        search_anyway: look for causes where too little was measured to name any, too.
 
     Raises:
         InputError: the data set is not what it must be, the output folder cannot be written, or no
@@ -73,9 +77,9 @@ def diagnose(
     """
     data = dataset if isinstance(dataset, Dataset) else load_dataset(dataset)
     unfinished = Path(output_folder) / UNFINISHED
-    found = diagnose_dataset(data, Workers(jobs, dask, unfinished), progress, budget_s=budget_s)
-    diagnosis = stamped(found, command)
-    diagnosis = write_diagnosis(diagnosis, output_folder)
+    place = Workers(jobs, dask, unfinished)
+    found = diagnose_dataset(data, place, progress, budget_s=budget_s, search_anyway=search_anyway)
+    diagnosis = write_diagnosis(stamped(found, command), output_folder)
     shutil.rmtree(unfinished, ignore_errors=True)
     return diagnosis
 
@@ -108,8 +112,9 @@ def diagnose_dataset(
     progress: bool = False,
     simulation: bool = True,
     budget_s: float = math.inf,
+    search_anyway: bool = False,
 ) -> Diagnosis:
-    """Return the diagnosis of a data set.
+    """Return the diagnosis of a data set; where too little was measured to name any cause, that alone.
 
     Args:
         dataset: the measurements.
@@ -117,11 +122,17 @@ def diagnose_dataset(
         progress: show what is being done where standard error is a terminal.
         simulation: replay the held-out trials in MuJoCo at the end.
         budget_s: seconds after which the search for causes ends with the best so far.
+        search_anyway: look for causes where too little was measured to name any, too.
 
     Raises:
         InputError: no scheduler answers, or processes were killed again and again.
     """
-    return investigate(dataset, place, progress, simulation, budget_s).diagnosis
+    read = readings_of(dataset)
+    if read.lacking and not (search_anyway and read.can_be_fitted):
+        return not_searched(read)
+    with running(place, progress, budget_s) as run:
+        run.say("calibrating")
+        return investigate_prepared(run, _said(prepare(dataset, read), progress), simulation).diagnosis
 
 
 @dataclass(frozen=True)
@@ -152,17 +163,23 @@ def investigate(
 ) -> Investigation:
     """Return the diagnosis of a data set with its hypotheses; arguments as of `diagnose_dataset`.
 
+    It looks for causes where too little was measured to name any, too.
+
     Raises:
         InputError: no scheduler answers, or processes were killed again and again.
     """
     with running(place, progress, budget_s) as run:
         run.say("calibrating")
-        prepared = prepare(dataset)
-        if progress:
-            said = [item.text for item in prepared.notes if item.code == BEYOND]
-            for text in (*(item.words for item in prepared.faults), *said):
-                note(f"diagnose: note: {text}")
-        return investigate_prepared(run, prepared, simulation)
+        return investigate_prepared(run, _said(prepare(dataset), progress), simulation)
+
+
+def _said(prepared: Prepared, progress: bool) -> Prepared:
+    """Return measurements, after a note on standard error of what is far beyond the robot or looks wrong."""
+    if progress:
+        beyond = [item.text for item in prepared.notes if item.code == BEYOND]
+        for text in (*(item.words for item in prepared.faults), *beyond):
+            note(f"diagnose: note: {text}")
+    return prepared
 
 
 def investigate_prepared(
@@ -207,6 +224,8 @@ def investigate_prepared(
     found = assemble(
         prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores, attempt
     )
+    if found.has_too_little:
+        found = replace(found, unproved=fit_unproved(posed, choice, settled))
     return Investigation(found, posed, settled.weighed.after, conclusion.equals, scores.hypotheses)
 
 

@@ -20,6 +20,9 @@ the rest is for rounding in the file."""
 HELDOUT_SHARE = 0.3
 """[share of the rows] How much is held out where the data set gives no roles. Why: assumed; enough cycles
 are left to fit, and enough held out to judge a gain."""
+MOST_HELDOUT_SHARE = 0.5
+"""[share of the rows] The same where less would hold too few stretches to prove a gain. Why: assumed; as much
+is left to fit."""
 VALLEY_SHARE = 0.25
 """[share of the peaks on both sides] A valley of the pull below it ends a cycle. Why: assumed; partial
 loops that end a way back keep more pull than that."""
@@ -141,6 +144,9 @@ cannot be told. Why: assumed; noise of a tracker is about a hundredth of the mot
 FEWEST_VALUES = 60
 """[measured values] With fewer in the training trials nothing is concluded. Why: assumed; a hypothesis of
 eight causes has that many numbers, and a cross-validation has eight folds."""
+NOISE_ROWS = 3
+"""[values of one series] With fewer its noise is not told. Why: it is told from second differences
+(`fitting.noise.white_noise`)."""
 GROSS_SHARE = 0.3
 """[model's error over the measurements' spread] From it on mistakes in the data are looked for. Why:
 assumed; causes of the list stay below it unless they are large, mistakes exceed it."""
@@ -384,6 +390,9 @@ two robots of a choice do."""
 LEAST_BLOCK_S = 1.0
 """[s] Stretches of rows that count as one, at least, in motion. Why: rows a hundredth of a second apart are
 no independent values; a robot's swing lasts some tenths of a second."""
+CLOCK_ROUNDING = 1e-6
+"""[share of a stretch] That a clock's digits may lack of it. Why: fifty steps of 0.1 s add up to 2e-15 s less
+than 5 s; epoch seconds have seven digits behind the point."""
 FOLDS = 8
 """[folds] Of the cross-validation; a fold is a stretch of whole cycles. Why: assumed; each fit keeps seven
 eighths of the data."""

@@ -165,6 +165,7 @@ def compare(
     jobs: int = 1,
     budget_s: float = COMPARING_BUDGET_S,
     progress: bool | None = None,
+    search_anyway: bool = False,
 ) -> Comparison:
     """Say what changed between two data sets of one robot.
 
@@ -180,6 +181,7 @@ def compare(
         jobs: processes to fit with.
         budget_s: time after which the search for causes ends with the best so far [s].
         progress: show on standard error what is done; None: on a terminal, and in a notebook.
+        search_anyway: look for changes where too little was measured to name any, too (as of `diagnose`).
 
     Raises:
         InputError: the data are not what they must be or not of one robot, or the folder cannot be written.
@@ -218,7 +220,7 @@ def compare(
         earlier_recording(item if isinstance(item, Data) else Path(path_of(item, "before")), later)
         for item in given
     ]
-    series = compare_series(earlier, later, place, shown, budget_s=budget_s)
+    series = compare_series(earlier, later, place, shown, budget_s=budget_s, search_anyway=search_anyway)
     last = replace(series.last, diagnosis=stamped(series.last.diagnosis, "cs.compare(...)"))
     found = Comparison(last, series if len(earlier) > 1 else None)
     if folder is not None:

@@ -148,6 +148,7 @@ def diagnose(
     jobs: int = 1,
     budget_s: float = math.inf,
     progress: bool | None = None,
+    search_anyway: bool = False,
 ) -> Diagnosis:
     """Say what a simulation gets wrong about measured data, name the cause and extend the model by it.
 
@@ -158,6 +159,9 @@ def diagnose(
         jobs: processes to fit with.
         budget_s: time after which the search for causes ends with the best so far [s].
         progress: show on standard error what is done; None: on a terminal, and in a notebook.
+        search_anyway: look for causes where too little was measured to name any, too. By default that ends
+            the diagnosis at once, with the verdict "data_suspect". With it, `sentence` says what fits, and
+            that it cannot be proved; no cause is named.
 
     Raises:
         InputError: the data are not what they must be, or the folder cannot be written.
@@ -189,8 +193,14 @@ def diagnose(
     folder = None if out is None else check_output_folder(path_of(out, "out"))
     data = dataset if isinstance(dataset, Data) else load_dataset(dataset)
     if folder is None:
-        return Diagnosis(stamped(diagnose_dataset(data, Workers(jobs), shown, budget_s=budget_s), _CALL))
-    return Diagnosis(diagnose_into(data, folder, jobs, shown, budget_s=budget_s, command=_CALL))
+        place = Workers(jobs)
+        found = diagnose_dataset(data, place, shown, budget_s=budget_s, search_anyway=search_anyway)
+        return Diagnosis(stamped(found, _CALL))
+    return Diagnosis(
+        diagnose_into(
+            data, folder, jobs, shown, budget_s=budget_s, command=_CALL, search_anyway=search_anyway
+        )
+    )
 
 
 def parameter_listing(verdict: str, causes: Sequence[Cause], first: str, last: str) -> Listing:

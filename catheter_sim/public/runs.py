@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -158,6 +159,9 @@ def simulate(
         most_steps: that a motion may take; the default is an hour of computing.
         progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
+    Warns:
+        UserWarning: an input is beyond what the robot can follow; a line for each column.
+
     Raises:
         InputError: anything is not possible, or a motion takes more steps than `most_steps`.
         SimulationDiverged: the simulation left the finite numbers; the message says at which row and time.
@@ -177,6 +181,7 @@ def simulate(
     commanded = inputs_of(value, inputs)
     if moving:
         require_steps(value, commanded.time_s, budget, "inputs")
+    _warn_of_limits(value, commanded)
     states: list[State] = []
     tendons: list[PulledTendons] = []
 
@@ -224,12 +229,21 @@ def statics(
     value = robot_of(robot)
     solver = static_model(str(model), value, value.name)
     commanded = inputs_of(value, inputs)
+    _warn_of_limits(value, commanded)
     gravity = gravity_of(gravity_mps2)
     solved = solver.solve(value, commanded, gravity)
     row = finite_rows(solved.postures)
     if row < len(solved.postures):
         raise InputError(f"{row_name(commanded, row)}: static model {model!r} gives no finite posture")
     return Run(value, commanded, gravity, solved.postures, model, residual=solved.residual)
+
+
+def _warn_of_limits(robot: RobotSpec, inputs: Inputs) -> None:
+    """Warn, at the caller's caller, of inputs beyond what the robot can follow."""
+    from catheter_sim.planning.limits import beyond_limits
+
+    for line in beyond_limits(robot, inputs):
+        warnings.warn(f"{robot.name}: {line}", UserWarning, stacklevel=3)
 
 
 def build(robot: RobotSpec | str | os.PathLike[str]) -> Any:

@@ -259,9 +259,16 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     asked: list[object] = []
 
     def diagnose(
-        data: str, out: Path, jobs: int, progress: bool, dask: str, budget_s: float, command: str
+        data: str,
+        out: Path,
+        jobs: int,
+        progress: bool,
+        dask: str,
+        budget_s: float,
+        command: str,
+        search_anyway: bool,
     ) -> Diagnosis:
-        asked.extend([data, str(out), jobs, progress, budget_s, command])
+        asked.extend([data, str(out), jobs, progress, budget_s, command, search_anyway])
         return Diagnosis(
             dataset=dataset,
             verdict="cause_found",
@@ -281,7 +288,7 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     given = ("diagnose", "data", "-o", "out", "--jobs", "2", "--budget", "90")
     ran = run(*given)
     assert ran.status == 0
-    assert asked == ["data", "out", 2, True, 90.0, f"catheter-sim {' '.join(given)}"]
+    assert asked == ["data", "out", 2, True, 90.0, f"catheter-sim {' '.join(given)}", False]
     for text in (
         "is wrong about backlash",
         "verdict: cause_found",

@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
+from catheter_sim.diagnosis.data.cycles import equal_stretches
 from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.data.enough import too_little
 from catheter_sim.diagnosis.data.motion import DYNAMIC, HELD
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, beginnings, measured_from
 from catheter_sim.diagnosis.data.warm_up import judged_after
 from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
 from catheter_sim.diagnosis.fitting.noise import noise_from_row_to_row
 from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
-from catheter_sim.diagnosis.fitting.stretches import blocks_of, equal_stretches
+from catheter_sim.diagnosis.fitting.stretches import blocks_of
 from catheter_sim.diagnosis.fitting.twins import twin_of
-from catheter_sim.diagnosis.stages.prepare import too_short_to_prove
 from catheter_sim.diagnosis.thresholds import GAIN_CHANCE
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.replay import simulate
@@ -173,12 +174,12 @@ def test_fits_take_longer_steps_only_where_these_hide_in_the_noise() -> None:
 
 @pytest.mark.parametrize(("lengths_s", "enough"), [((4.9,), False), ((5.0,), True), ((2.0, 3.0), True)])
 def test_heldout_motion_too_short_for_any_proof_is_said(lengths_s: tuple[float, ...], enough: bool) -> None:
-    """As many stretches as the note wants can prove a gain, one fewer cannot."""
-    heldout = []
-    for seed, seconds in enumerate(lengths_s):
+    """As many stretches as are asked for can prove a gain, one fewer cannot."""
+    train, heldout = [], []
+    for seed, seconds in enumerate((10.0, *lengths_s)):
         inputs = pulled(seed, seconds)
-        heldout.append(Trial(f"t{seed}", "heldout", inputs, Table(inputs.time_s, {}, f"t{seed}")))
-    notes = too_short_to_prove(heldout)
-    assert [note.code for note in notes] == ([] if enough else ["short_heldout"])
+        table = Table(inputs.time_s, dict.fromkeys(COLUMNS, inputs.time_s), f"t{seed}")
+        (heldout if seed else train).append(Trial(f"t{seed}", "", inputs, table))
+    assert len(too_little(train, heldout, COLUMNS, moving=True)) == (0 if enough else 1)
     stretches = sum(len(equal_stretches(item)) for item in heldout)
     assert (chance_of_gain(np.ones(stretches)) <= GAIN_CHANCE) == enough

@@ -1,15 +1,24 @@
-"""Where a trial returns to rest: its cycles."""
+"""Where a trial returns to rest: its cycles; and the stretches of its rows that err together."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.thresholds import MOST_PRETENSION_SHARE, PEAK_SHARE, VALLEY_SHARE
+from catheter_sim.diagnosis.data.trials import Trial, measured_from
+from catheter_sim.diagnosis.thresholds import (
+    CLOCK_ROUNDING,
+    FOLDS,
+    LEAST_BLOCK_S,
+    MOST_PRETENSION_SHARE,
+    PEAK_SHARE,
+    VALLEY_SHARE,
+)
 
 
 def cycles(trial: Trial) -> list[slice]:
@@ -32,6 +41,43 @@ def cycles(trial: Trial) -> list[slice]:
         if valley == math.inf:
             peak = max(peak, value)
     return [slice(start, end) for start, end in zip(starts, [*starts[1:], len(pull)], strict=True)]
+
+
+def stretch_of(trials: Sequence[Trial], moving: bool, fewest: int = 2 * FOLDS) -> list[np.ndarray]:
+    """Return the stretch of each row of each trial, counted over all trials, shape (r,) each.
+
+    Of held rows a stretch is a whole cycle. Where there are fewer cycles than `fewest`, they are cut into
+    parts of equal length. Of a robot in motion stretches are equally long (`equal_stretches`).
+    """
+    stretches = [
+        (index, part)
+        for index, trial in enumerate(trials)
+        for part in (equal_stretches(trial) if moving else cycles(trial))
+    ]
+    if moving:
+        fewest = len(stretches)
+    pieces = -(-fewest // max(len(stretches), 1))
+    labels = [np.zeros(len(trial.inputs), dtype=int) for trial in trials]
+    count = 0
+    for index, part in stretches:
+        rows = np.arange(part.start, part.stop)
+        shortest = 4 if len(rows) >= fewest else 1
+        for piece in np.array_split(rows, min(pieces, max(1, len(rows) // shortest))):
+            labels[index][piece] = count
+            count += 1
+    return labels
+
+
+def equal_stretches(trial: Trial) -> list[slice]:
+    """Return stretches of a trial in motion, measured alike long, none shorter than `LEAST_BLOCK_S`.
+
+    Rows before the first measured one belong to the first stretch.
+    """
+    time_s = trial.inputs.time_s
+    begun_s = time_s[measured_from(trial)]
+    count = max(1, int((time_s[-1] - begun_s) / LEAST_BLOCK_S + CLOCK_ROUNDING))
+    ends = np.searchsorted(time_s, np.linspace(begun_s, time_s[-1], count + 1)[1:-1])
+    return [slice(int(a), int(b)) for a, b in pairwise((0, *ends, len(time_s))) if b > a]
 
 
 def _pull(inputs: Inputs) -> Array:

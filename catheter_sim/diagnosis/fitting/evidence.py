@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import t as student_t
+from scipy.special import stdtrit
 
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.columns import TIP, unit_of
@@ -107,7 +107,7 @@ def gain_interval(held: Sequence[Array], others: Sequence[Array] = ()) -> tuple[
         return float("nan"), float("nan")
     pool = np.maximum(pool, LEAST_SQUARE_SHARE * pool.max())  # a model without any error has a gain too
     spread = float(np.log(pool[:, 1] / pool[:, 0]).std(ddof=1)) * np.sqrt(2.0 / count)
-    reach = float(np.exp(student_t.ppf(0.975, number - 1) * spread))
+    reach = float(np.exp(stdtrit(number - 1, 0.975) * spread))
     ratio = float(own[1] / own[0])
     low, high = (100.0 * (1.0 - np.sqrt(end)) for end in (ratio * reach, ratio / reach))
     return float(low), float(high)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.trials import measured_of
@@ -145,7 +145,7 @@ def half_width_if_white(result: Fit, inverse: Array) -> Array:
     if count < 1:
         return np.full(len(inverse), np.inf)
     variance = float(result.residual @ result.residual) / count
-    return np.sqrt(np.maximum(variance * np.diag(inverse), 0.0)) * float(student.ppf(0.975, count))
+    return np.sqrt(np.maximum(variance * np.diag(inverse), 0.0)) * float(stdtrit(count, 0.975))
 
 
 def half_width_by_blocks(result: Fit, inverse: Array, part: Array) -> Array:
@@ -156,4 +156,4 @@ def half_width_by_blocks(result: Fit, inverse: Array, part: Array) -> Array:
     scores = np.zeros((groups, len(inverse)))
     np.add.at(scores, labels, part * result.residual[:, None])
     covariance = inverse @ (scores.T @ scores) @ inverse * groups / (groups - 1)
-    return np.sqrt(np.maximum(np.diag(covariance), 0.0)) * float(student.ppf(0.975, groups - 1))
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0)) * float(stdtrit(groups - 1, 0.975))

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from scipy.optimize import brentq
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.intervals import (
@@ -83,7 +83,7 @@ def _first_step(result: Fit, index: int) -> float:
 
 def _allowed_rise(result: Fit, index: int, count: int) -> float:
     """Return the rise of the sum of squares at the end of an interval."""
-    rise = float(result.residual @ result.residual) / count * float(student.ppf(0.975, count)) ** 2
+    rise = float(result.residual @ result.residual) / count * float(stdtrit(count, 0.975)) ** 2
     use = influential(result.jacobian) & ~result.held
     if not use[index]:
         return rise

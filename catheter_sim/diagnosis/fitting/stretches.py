@@ -2,37 +2,17 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
-from catheter_sim.diagnosis.data.cycles import cycles
-from catheter_sim.diagnosis.data.trials import Trial, measured_from, measured_of
+from catheter_sim.diagnosis.data.cycles import stretch_of
+from catheter_sim.diagnosis.data.trials import measured_of
 from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.diagnosis.thresholds import FOLDS, LEAST_BLOCK_S
+from catheter_sim.diagnosis.thresholds import FOLDS
 
 
 def blocks_of(problem: Problem, fewest: int = 2 * FOLDS) -> np.ndarray:
-    """Return the block of each residual: a whole cycle of a trial, in order, shape (n,).
-
-    Where there are fewer cycles than `fewest`, cycles are cut into stretches of equal length.
-    """
-    stretches: list[tuple[int, slice]] = [
-        (index, part)
-        for index, trial in enumerate(problem.trials)
-        for part in (equal_stretches(trial) if problem.moving else cycles(trial))
-    ]
-    if problem.moving:
-        fewest = len(stretches)
-    pieces = -(-fewest // max(len(stretches), 1))
-    labels = [np.zeros(len(trial.inputs), dtype=int) for trial in problem.trials]
-    count = 0
-    for index, part in stretches:
-        rows = np.arange(part.start, part.stop)
-        shortest = 4 if len(rows) >= fewest else 1
-        for piece in np.array_split(rows, min(pieces, max(1, len(rows) // shortest))):
-            labels[index][piece] = count
-            count += 1
+    """Return the block of each residual: its row's stretch (`data.cycles.stretch_of`), shape (n,)."""
+    labels = stretch_of(problem.trials, problem.moving, fewest)
     parts = []
     for trial, label in zip(problem.trials, labels, strict=True):
         finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
@@ -46,18 +26,6 @@ def fold_of(block: np.ndarray, folds: int = FOLDS) -> np.ndarray:
     sizes = np.bincount(order)
     middle = np.cumsum(sizes) - 0.5 * sizes
     return np.minimum((middle * folds / sizes.sum()).astype(int), folds - 1)[order]
-
-
-def equal_stretches(trial: Trial) -> list[slice]:
-    """Return stretches of a trial in motion, measured alike long, none shorter than `LEAST_BLOCK_S`.
-
-    Rows before the first measured one belong to the first stretch.
-    """
-    time_s = trial.inputs.time_s
-    begun_s = time_s[measured_from(trial)]
-    count = max(1, int((time_s[-1] - begun_s) / LEAST_BLOCK_S))
-    ends = np.searchsorted(time_s, np.linspace(begun_s, time_s[-1], count + 1)[1:-1])
-    return [slice(int(a), int(b)) for a, b in pairwise((0, *ends, len(time_s))) if b > a]
 
 
 def trial_of(problem: Problem) -> np.ndarray:

@@ -117,8 +117,10 @@ def headline_numbers(diagnosis: Diagnosis) -> list[dict[str, str]]:
     """Return the figures at the head, the first the largest: look, value with unit, and words.
 
     MuJoCo's error comes first. Beside it stands that of the fast model (the analytic twin, by which causes
-    are fitted), then the noise.
+    are fitted), then the noise. Where no model was fitted there are none.
     """
+    if not diagnosis.was_fitted:
+        return []
     error, fast = heldout_error(diagnosis), reported_model(diagnosis, "fast model")
     corrected = diagnosis.is_corrected
     numbers = []

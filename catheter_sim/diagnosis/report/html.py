@@ -23,6 +23,7 @@ from catheter_sim.diagnosis.report.result import (
     IMPROVED,
     NEXT_EXPERIMENT_FILE,
     NO_DISCREPANCY,
+    Cause,
     Diagnosis,
 )
 from catheter_sim.diagnosis.report.rows import (
@@ -43,11 +44,11 @@ from catheter_sim.diagnosis.report.rows import (
     trial_row,
     unit_row,
 )
-from catheter_sim.diagnosis.report.spoken import column_words, spoken
+from catheter_sim.diagnosis.report.spoken import column_words, number_words, spoken
 from catheter_sim.diagnosis.report.what_to_do import ASKS, bench_rows, use_words
-from catheter_sim.diagnosis.report.wording import axis_label, listed, words
+from catheter_sim.diagnosis.report.wording import axis_label, half_width, listed, rounded, words
 from catheter_sim.diagnosis.residuals.coordinates import VIEWS
-from catheter_sim.diagnosis.thresholds import ESTABLISHED, LEAST_SHOWN_PROBABILITY, SIGNIFICANT_P
+from catheter_sim.diagnosis.thresholds import ESTABLISHED, LEAST_SHOWN_PROBABILITY, NEAR_NOISE, SIGNIFICANT_P
 from catheter_sim.page.render import png_source, rendered
 
 _TEMPLATE = "report_template.html"
@@ -82,6 +83,8 @@ def sentence(diagnosis: Diagnosis) -> str:
             f"The {model} of {robot}{as_is} agrees with these data. Its {error.what} on held-out data is "
             f"{error.said(error.before)}; row-to-row noise is {error.said_noise}."
         )
+    if diagnosis.has_too_little:
+        return too_little_sentence(diagnosis)
     if diagnosis.verdict == DATA_SUSPECT:
         first, *others = [item.words for item in diagnosis.data_faults] or ["the report does not say where."]
         more = f" There {'is' if len(others) == 1 else 'are'} {len(others)} more below." if others else ""
@@ -90,6 +93,35 @@ def sentence(diagnosis: Diagnosis) -> str:
         f"The {error.what} of {robot} on held-out data is {error.said(error.before)}; row-to-row noise is "
         f"{error.said_noise}. No cause is established: {_why_not(diagnosis)}."
     )
+
+
+def too_little_sentence(diagnosis: Diagnosis) -> str:
+    """Return what is missing, after what fits all the same where that was asked for."""
+    robot, missing = diagnosis.extended_robot.name, " ".join(item.words for item in diagnosis.data_faults)
+    found = diagnosis.unproved
+    if found is None:
+        return f"No cause can be named from these data of {robot}. {missing}"
+    result = max(found.by_unit.values(), key=lambda item: item.gain_percent)
+    before, after, noise = (f"{text} {shown_unit(result.unit)}".strip() for text in errors_and_noise(result))
+    if not found.causes:
+        fits = f"The search found nothing that fits these data of {robot} better than the calibrated model"
+        return f"{fits}, which is off by {before} on data held out. That rules nothing out. {missing}"
+    fits, s = listed([_with_numbers(cause) for cause in found.causes]), "s" * (len(found.causes) == 1)
+    if found.times_noise <= NEAR_NOISE:
+        fits += f" explain{s} training and held-out data of {robot} to the noise"
+    else:
+        fits += f" lower{s} the error of {robot} on data held out from {before} to {after} (noise: {noise})"
+    return f"{fits[0].upper()}{fits[1:]}. That cannot be proved. {missing}"
+
+
+def _with_numbers(cause: Cause) -> str:
+    """Return a cause in words with its numbers: "actuation gain 1.30"."""
+    shown = []
+    for name, item in cause.parameters.items():
+        text, unit = number_words(name)
+        value = f"{rounded(item.value, half_width(item.ci95))} {unit}".strip()
+        shown.append(value if len(cause.parameters) == 1 else f"{text} {value}")
+    return f"{words(cause.name)} {shown[0]}" if len(shown) == 1 else f"{words(cause.name)} ({listed(shown)})"
 
 
 def _beside(diagnosis: Diagnosis) -> Iterator[str]:
@@ -201,6 +233,7 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
 def _evidence(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any]:
     _, subject = judged(diagnosis)
     dataset = diagnosis.dataset
+    not_computed = {} if diagnosis.was_fitted else {"before": "-", "after": "-"}
     return {
         "pictures": [
             {
@@ -215,7 +248,7 @@ def _evidence(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, An
         "shown_first": sum(picture.score is None for picture in pictures),
         "units": [
             unit_row(diagnosis, unit) | {"simulated": simulated_text(diagnosis, unit)}
-            for unit in diagnosis.by_unit
+            for unit in (diagnosis.by_unit if diagnosis.was_fitted else ())
         ],
         "extra": [extra_row(name, value) for name, value in diagnosis.extra.items()],
         "probabilities": probability_rows(diagnosis),
@@ -236,7 +269,7 @@ def _evidence(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, An
         "tests": test_rows(diagnosis),
         "significant": f"{SIGNIFICANT_P:g}",
         "subject": subject,
-        "trials": [trial_row(diagnosis, fit) for fit in diagnosis.fits],
+        "trials": [trial_row(diagnosis, fit) | not_computed for fit in diagnosis.fits],
         "gravity": listed([f"{value:g}" for value in dataset.gravity_mps2]),
         "inputs": listed([column_words(name) for name in dataset.input_channels]),
         "outputs": listed([column_words(name) for name in dataset.output_channels]),

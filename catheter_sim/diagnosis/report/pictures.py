@@ -43,7 +43,12 @@ class Picture:
 
 
 def figures(diagnosis: Diagnosis) -> tuple[Picture, ...]:
-    """Return the report's pictures; the first is the one at its top: the paths in space, if there are any."""
+    """Return the report's pictures; the first is the one at its top: the paths in space, if there are any.
+
+    Where no model was fitted there is one: what was measured.
+    """
+    if not diagnosis.was_fitted:
+        return (_headline_picture(diagnosis),)
     pictures = [*_paths_picture(diagnosis), _headline_picture(diagnosis), _error_picture(diagnosis)]
     fits, subject = judged(diagnosis)
     columns = shown_columns(diagnosis, fits)
@@ -136,9 +141,10 @@ def _headline_picture(diagnosis: Diagnosis) -> Picture:
         figure = series_figure(fit, columns, in_space=is_point(columns))
         seen = "over time"
         last = " The last panel is the error."
+    said = f"{_stages_words(diagnosis)}{last}" if diagnosis.was_fitted else "No model was fitted."
     return Picture(
         "headline",
-        f"The {which} {fit.file} {seen}. {_stages_words(diagnosis)}{last}",
+        f"The {which} {fit.file} {seen}. {said}",
         png_of(figure),
     )
 

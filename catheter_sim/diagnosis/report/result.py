@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -119,16 +120,34 @@ class DataFault:
         what: a sentence.
         where: file, or columns, that it is about; "": all of the data.
         rows: first and last row of the file, counted from 1, from which and to which; (): all.
+        is_lack: too little was measured; nothing is wrong with what was.
     """
 
     what: str
     where: str = ""
     rows: tuple[int, ...] = ()
+    is_lack: bool = False
 
     @property
     def words(self) -> str:
         """Return it as one line."""
         return f"{self.where}: {self.what}" if self.where else self.what
+
+
+@dataclass(frozen=True)
+class Unproved:
+    """What fits data that hold too little to name a cause.
+
+    Attributes:
+        causes: with their parameters.
+        times_noise: root mean square error over the noise, the largest of any unit in training and held-out
+            data.
+        by_unit: held-out figures.
+    """
+
+    causes: tuple[Cause, ...]
+    times_noise: float
+    by_unit: Mapping[str, UnitResult]
 
 
 @dataclass(frozen=True)
@@ -248,6 +267,7 @@ class Diagnosis:
         repeatability: scatter of one recording, by unit: root mean square difference of trials that repeat
             one another, over sqrt(2); empty without repeats.
         resolution: step of the readings, by unit that shows one.
+        unproved: what fits, where too little was measured and a search was asked for all the same.
     """
 
     dataset: Dataset
@@ -274,6 +294,7 @@ class Diagnosis:
     corrections: tuple[Cause, ...] = ()
     repeatability: Mapping[str, float] = field(default_factory=dict)
     resolution: Mapping[str, float] = field(default_factory=dict)
+    unproved: Unproved | None = None
     provenance: Provenance = Provenance()
 
     @property
@@ -285,6 +306,16 @@ class Diagnosis:
     def headline(self) -> UnitResult:
         """The figures of the unit that is reported first."""
         return self.by_unit[self.unit]
+
+    @property
+    def was_fitted(self) -> bool:
+        """Return whether any model was fitted, so that there are errors to tell."""
+        return not math.isnan(self.headline.rmse_before)
+
+    @property
+    def has_too_little(self) -> bool:
+        """Return whether no cause is named since too little was measured."""
+        return bool(self.data_faults) and all(item.is_lack for item in self.data_faults)
 
     @property
     def told(self) -> UnitResult:

@@ -40,6 +40,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "causes": _causes(diagnosis.causes),
         "corrections": _causes(diagnosis.corrections),
         "absorbs": _causes(diagnosis.absorbs),
+        "unproved": _causes(diagnosis.unproved.causes if diagnosis.unproved else ()),
         "probabilities": dict(diagnosis.probabilities),
         "evidence": {name: dict(numbers) for name, numbers in diagnosis.evidence.items()},
         "ranking": _ranking(diagnosis),

@@ -51,6 +51,10 @@ def bench_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
 
 def use_words(diagnosis: Diagnosis) -> str:
     """Return how far the model can be trusted now, in a sentence or two."""
+    if diagnosis.has_too_little:
+        return (
+            "Record what is missing, and diagnose again. These data cannot say what is wrong with the robot."
+        )
     error, model = heldout_error(diagnosis), reported_model(diagnosis)
     if diagnosis.verdict == DATA_SUSPECT:
         return "Until the data are right, no number on this page says anything about the robot."

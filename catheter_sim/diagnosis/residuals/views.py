@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student_t
+from scipy.special import stdtrit
 
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Dataset
@@ -134,7 +134,7 @@ def _half_width(values: Array, blocks: np.ndarray) -> float:
     sums = np.array([deviation[blocks == label].sum() for label in labels])
     count = len(labels)
     variance = count / (count - 1) * float((sums**2).sum()) / len(values) ** 2
-    return float(student_t.ppf(0.975, count - 1)) * variance**0.5
+    return float(stdtrit(count - 1, 0.975)) * variance**0.5
 
 
 def _own(name: str, column: str) -> str:

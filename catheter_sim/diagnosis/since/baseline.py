@@ -13,6 +13,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.base_frame.registration import Registration
 from catheter_sim.diagnosis.data.columns import unit_of
+from catheter_sim.diagnosis.data.enough import too_little_to_learn
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, measured_of
 from catheter_sim.diagnosis.fitting.noise import times_noise
 from catheter_sim.diagnosis.fitting.prediction import robot_with
@@ -25,7 +26,7 @@ from catheter_sim.diagnosis.stages.calibrate import calibrate
 from catheter_sim.diagnosis.stages.choose_causes import Choice, choose_causes
 from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_faults
 from catheter_sim.diagnosis.stages.pose import pose
-from catheter_sim.diagnosis.stages.prepare import prepare
+from catheter_sim.diagnosis.stages.prepare import prepare, readings_of
 from catheter_sim.diagnosis.stages.run import Run
 from catheter_sim.diagnosis.thresholds import BASELINE_BUDGET, EARLIER_CAUSES
 from catheter_sim.diagnosis.verdict.discrepancy import explained
@@ -89,10 +90,14 @@ def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
             looked for; the specimen's numbers alone are calibrated.
 
     Raises:
-        InputError: the recording looks wrong by itself.
+        InputError: the recording looks wrong by itself, or has too little to learn from.
     """
     run.say("explaining the earlier recording")
-    prepared = prepare(dataset)
+    read = readings_of(dataset)
+    lacking = too_little_to_learn(read.train, dataset.output_channels)
+    if lacking:
+        raise InputError(f"{dataset.folder}: nothing can be compared with it: {lacking[0]}")
+    prepared = prepare(dataset, read)
     posed = pose(prepared)
     before = calibrate(posed)
     faults = acquit_trials(run, posed, before, find_data_faults(posed, before))

@@ -21,6 +21,8 @@ from catheter_sim.diagnosis.report.result import (
 from catheter_sim.diagnosis.since.baseline import Baseline, left_by_unit
 from catheter_sim.diagnosis.since.differences import Differences
 from catheter_sim.diagnosis.since.from_report import Earlier
+from catheter_sim.diagnosis.stages.not_searched import not_searched
+from catheter_sim.diagnosis.stages.prepare import readings_of
 from catheter_sim.diagnosis.stages.run import Run
 from catheter_sim.diagnosis.thresholds import MOST_CHANGES
 from catheter_sim.effects import EFFECTS
@@ -40,7 +42,7 @@ class Comparison:
         since: name of the earlier data set.
         name: of the later one.
         rows: of the recording that is diagnosed.
-        paired_rows: how many of them pair with rows of the other one.
+        paired_rows: how many of them pair with rows of the other one; 0 where nothing was compared.
         relative_error: of the earlier recording's model, beside what moved. It is wrong by about as much
             about how much a change does, so that every change's interval is widened by that share of it.
         backward: the earlier recording was explained by what it has and the later one has not.
@@ -100,7 +102,10 @@ def compared(
         simulation: replay the held-out trials in MuJoCo at the end.
         most: causes that may be named.
     """
-    diagnosis = investigate_prepared(run, later.prepared, simulation, most).diagnosis
+    if later.prepared.lacking and not run.search_anyway:
+        diagnosis = not_searched(later.prepared)
+    else:
+        diagnosis = investigate_prepared(run, later.prepared, simulation, most).diagnosis
     causes = tuple(new_shapes_as_they_are(cause, base.robot) for cause in diagnosis.causes)
     diagnosis = replace(diagnosis, causes=causes)
     name = later.prepared.dataset.name
@@ -113,6 +118,18 @@ def compared(
         base.relative_error,
         left=left_by_unit(base, later.prepared.dataset.trials, diagnosis.extended_robot),
     )
+
+
+def not_compared(before: Dataset, after: Dataset, search_anyway: bool) -> Comparison | None:
+    """Return what is told of a later recording that lacks what a comparison needs; None: it can be compared.
+
+    `search_anyway`: it need not be enough to name a change.
+    """
+    read = readings_of(after)
+    if not read.lacking or (search_anyway and read.can_be_fitted):
+        return None
+    rows = sum(len(trial.inputs) for trial in after.trials)
+    return Comparison(not_searched(read), before.name, after.name, rows, paired_rows=0)
 
 
 def compared_backward(run: Run, base: Baseline, earlier: Differences, simulation: bool = True) -> Comparison:

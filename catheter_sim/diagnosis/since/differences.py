@@ -17,7 +17,7 @@ from catheter_sim.diagnosis.data.trials import Dataset, Trial, measured_of
 from catheter_sim.diagnosis.since.baseline import Baseline, by_unit, smooth_errors
 from catheter_sim.diagnosis.since.pairing import Pairs, paired
 from catheter_sim.diagnosis.since.reachable import untold_share
-from catheter_sim.diagnosis.stages.prepare import Prepared
+from catheter_sim.diagnosis.stages.prepare import Prepared, lacking_in
 from catheter_sim.diagnosis.thresholds import MODEL_SHARE, NEAR_NOISE
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table
@@ -75,7 +75,13 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
         change = replace(base.problem, trials=train, every=1)
         made = replace(made, model_share=max(made.model_share, untold_share(change, base.robot)))
     prepared = Prepared(
-        made, train, heldout, unmoved(base.registration), base.twin, (*readings.notes, *base.notes, *frozen)
+        made,
+        train,
+        heldout,
+        unmoved(base.registration),
+        base.twin,
+        (*readings.notes, *base.notes, *frozen),
+        lacking=lacking_in(made, train, heldout),
     )
     rows = _measured_rows(readings)
     with_pair = [mine & (item.count > 0) for mine, item in zip(rows, pairs, strict=True)]

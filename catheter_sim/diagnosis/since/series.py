@@ -22,7 +22,7 @@ from catheter_sim.diagnosis.notes import Attempts
 from catheter_sim.diagnosis.report.result import DATA_SUSPECT, FittedParameter
 from catheter_sim.diagnosis.report.write import with_notes
 from catheter_sim.diagnosis.since.baseline import Baseline, baseline
-from catheter_sim.diagnosis.since.compare import Comparison, change_of, check_pair, compared
+from catheter_sim.diagnosis.since.compare import Comparison, change_of, check_pair, compared, not_compared
 from catheter_sim.diagnosis.since.course import Course, course_of
 from catheter_sim.diagnosis.since.differences import Differences, differences
 from catheter_sim.diagnosis.since.from_report import Earlier
@@ -82,6 +82,7 @@ def compare_series(
     progress: bool = False,
     simulation: bool = True,
     budget_s: float = COMPARING_BUDGET_S,
+    search_anyway: bool = False,
 ) -> Series:
     """Return what changed over several recordings of a robot.
 
@@ -92,6 +93,7 @@ def compare_series(
         progress: show what is being done where standard error is a terminal.
         simulation: replay the held-out trials in MuJoCo at the end.
         budget_s: seconds after which the search for causes ends with the best so far.
+        search_anyway: look for changes where too little was measured to name any, too.
 
     Raises:
         InputError: there is no earlier recording, they are not of the same robot or outputs, or the first one
@@ -104,7 +106,10 @@ def compare_series(
     for dataset, is_of_report in zip(later, [*(item.is_of_report for item in others), False], strict=True):
         if not is_of_report:
             check_pair(first, dataset)
-    with running(place, progress, budget_s) as run:
+    lacking = tuple(not_compared(first.dataset, dataset, search_anyway) for dataset in later)
+    if all(lacking):
+        return Series(tuple(item for item in lacking if item is not None), ())
+    with running(place, progress, budget_s, search_anyway) as run:
         begun = time.monotonic()
         attempt = Attempts()
         bases: dict[bool, Baseline] = {}

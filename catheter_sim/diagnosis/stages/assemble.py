@@ -8,7 +8,7 @@ from catheter_sim.diagnosis.data.resolution import resolution_by_unit
 from catheter_sim.diagnosis.fitting.noise import repeat_noise
 from catheter_sim.diagnosis.fitting.prediction import robot_with
 from catheter_sim.diagnosis.notes import Attempts
-from catheter_sim.diagnosis.report.result import Diagnosis, NextExperiment, Remainder
+from catheter_sim.diagnosis.report.result import DATA_SUSPECT, Diagnosis, NextExperiment, Remainder
 from catheter_sim.diagnosis.stages.choose_causes import Choice
 from catheter_sim.diagnosis.stages.conclude import Conclusion
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
@@ -60,7 +60,7 @@ def assemble(
         extra=conclusion.further,
         calibrated=numbers.calibrated,
         structure=conclusion.structure,
-        data_faults=faults.found,
+        data_faults=faults.found or (prepared.lacking if verdict.name == DATA_SUSPECT else ()),
         registration=document(posed.registration, conclusion.frame),
         chosen_in_training=choice.fit.causes,
         absorbs=conclusion.absorbs,

@@ -11,12 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.base_frame.registration import SHIFTS
-from catheter_sim.diagnosis.data.trials import Trial, all_inputs, measured_of
+from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
 from catheter_sim.diagnosis.data_faults.bumps import bumped_trackers
 from catheter_sim.diagnosis.data_faults.clipped import clipped_outputs
@@ -40,7 +38,6 @@ from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.result import DataFault
 from catheter_sim.diagnosis.stages.calibrate import Calibrated
 from catheter_sim.diagnosis.stages.pose import Posed
-from catheter_sim.diagnosis.thresholds import FEWEST_VALUES
 
 SUSPECTED = "The data look wrong, so no cause was looked for"
 
@@ -84,9 +81,6 @@ def data_faults(
         heldout: the held-out trials. They are asked only whether they were measured as the others were.
         noise: of each unit.
     """
-    too_little = _too_little(problem)
-    if too_little:
-        return Faults(too_little)
     trials = (*problem.trials, *heldout)
     models = computed_outputs(problem, before, trials)
     seen = BesideModel(trials, problem.columns, models, noise, problem.moving)
@@ -110,20 +104,6 @@ def data_faults(
         if found := check():
             return Faults(found, of_trials)
     return Faults(())
-
-
-def _too_little(problem: Problem) -> tuple[DataFault, ...]:
-    """Return what to say of too few values, or of inputs that never change."""
-    values = sum(int(np.isfinite(measured_of(trial, problem.columns)).sum()) for trial in problem.trials)
-    if values < FEWEST_VALUES:
-        return (
-            DataFault(
-                f"There are only {values} measured values to learn from. At least {FEWEST_VALUES} are needed."
-            ),
-        )
-    if not any(np.ptp(all_inputs(trial.inputs), axis=0).any() for trial in problem.trials):
-        return (DataFault("The inputs never change, so nothing that depends on them shows."),)
-    return ()
 
 
 def _mistake_in_all(problem: Problem, before: Fit) -> tuple[DataFault, ...]:

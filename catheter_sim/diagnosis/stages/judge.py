@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, DATA_SUSPECT, IMPROVED, UNEXPLAINED
+from catheter_sim.diagnosis.report.result import (
+    CAUSE_FOUND,
+    DATA_SUSPECT,
+    IMPROVED,
+    NO_DISCREPANCY,
+    UNEXPLAINED,
+)
 from catheter_sim.diagnosis.stages.calibrate import Calibrated
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
 from catheter_sim.diagnosis.stages.examine import Examined
@@ -56,6 +62,8 @@ def judge(
         harmful=bool(examined.harms),
         structured=strongest_structure(examined.structure["before"]) is not None,
     )
+    if posed.lacking and name != NO_DISCREPANCY:
+        name = DATA_SUSPECT  # what fits cannot be proved
     found = Verdict(name, before.fit, (), more)
     if not found.corrects:
         return found

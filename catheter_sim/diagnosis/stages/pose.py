@@ -35,6 +35,7 @@ class Posed:
         thorough: whether fits search along valleys. The numbers that a data set itself wants calibrated
             may trade against one another, the others hardly do.
         faults: what looks wrong with the files themselves.
+        lacking: what was measured too little to name any cause.
     """
 
     dataset: Dataset
@@ -43,6 +44,7 @@ class Posed:
     heldout: Problem
     thorough: bool
     faults: tuple[DataFault, ...] = ()
+    lacking: tuple[DataFault, ...] = ()
 
 
 def pose(prepared: Prepared) -> Posed:
@@ -52,7 +54,7 @@ def pose(prepared: Prepared) -> Posed:
     train = training_problem(dataset, prepared.train, frame, prepared.twin)
     heldout = replace(train, trials=prepared.heldout)
     thorough = bool(dataset.calibration)
-    return Posed(dataset, prepared.registration, train, heldout, thorough, prepared.faults)
+    return Posed(dataset, prepared.registration, train, heldout, thorough, prepared.faults, prepared.lacking)
 
 
 def _calibrated(dataset: Dataset) -> tuple[Nuisance, ...]:

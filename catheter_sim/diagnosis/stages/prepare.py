@@ -13,6 +13,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.base_frame.move import registered
 from catheter_sim.diagnosis.base_frame.register import register
 from catheter_sim.diagnosis.base_frame.registration import Registration, unmoved
+from catheter_sim.diagnosis.data.enough import can_be_fitted, too_little
 from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings, without_old_readings
 from catheter_sim.diagnosis.data.parting import split
 from catheter_sim.diagnosis.data.resolution import resolution_of
@@ -22,11 +23,10 @@ from catheter_sim.diagnosis.data_faults.beyond_robot import beyond_robot, within
 from catheter_sim.diagnosis.data_faults.copied import copied_rows
 from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
 from catheter_sim.diagnosis.data_faults.model_error import relative_error_of
-from catheter_sim.diagnosis.fitting.stretches import equal_stretches
 from catheter_sim.diagnosis.fitting.twins import twin_of
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.result import DataFault
-from catheter_sim.diagnosis.thresholds import GAIN_CHANCE, LEAST_BLOCK_S, MISTAKE_SURER
+from catheter_sim.diagnosis.thresholds import MISTAKE_SURER
 from catheter_sim.theory.predict import Prediction
 
 BEYOND = "beyond_robot"  # the code of notes on numbers that are far beyond the robot
@@ -43,6 +43,7 @@ class Prepared:
         twin: what its fits go by.
         notes: on the files, on frozen sensors and on the twin.
         faults: what looks wrong with the files themselves, before anything is computed.
+        lacking: what was measured too little to name any cause.
     """
 
     dataset: Dataset
@@ -52,21 +53,60 @@ class Prepared:
     twin: Prediction
     notes: tuple[Note, ...]
     faults: tuple[DataFault, ...] = ()
+    lacking: tuple[DataFault, ...] = ()
 
 
-def prepare(dataset: Dataset) -> Prepared:
-    """Return a data set as it can be fitted."""
+@dataclass(frozen=True)
+class Readings:
+    """Measurements as the files have them, before any model is asked.
+
+    Attributes:
+        dataset: without copies and frozen readings.
+        train, heldout: its trials, parted.
+        notes: on the files and on frozen sensors.
+        faults: what looks wrong with the files themselves.
+        lacking: what was measured too little to name any cause.
+    """
+
+    dataset: Dataset
+    train: tuple[Trial, ...]
+    heldout: tuple[Trial, ...]
+    notes: tuple[Note, ...]
+    faults: tuple[DataFault, ...]
+    lacking: tuple[DataFault, ...]
+
+    @property
+    def can_be_fitted(self) -> bool:
+        """Return whether there is enough to fit anything, if nothing can be named."""
+        return can_be_fitted(self.train, self.heldout, self.dataset.output_channels)
+
+
+def readings_of(dataset: Dataset) -> Readings:
+    """Return what a data set's files hold that can be used."""
     single, twice, copies = without_copies(replace(dataset, resolution=resolution_of(dataset)))
-    faults = copied_rows(single.trials, copies)
     new, old = without_old_readings(single)
     readings, frozen = without_frozen_readings(new)
-    chosen = twin_of(readings, split(readings)[0])
-    readings, impossible, far = within_reach(readings, chosen.predict)
+    train, heldout = split(readings)
+    notes, faults = (*readings.notes, *twice, *old, *frozen), copied_rows(single.trials, copies)
+    return Readings(readings, train, heldout, notes, faults, lacking_in(readings, train, heldout))
+
+
+def lacking_in(dataset: Dataset, train: Sequence[Trial], heldout: Sequence[Trial]) -> tuple[DataFault, ...]:
+    """Return what was measured too little to name any cause; (): nothing."""
+    said = too_little(train, heldout, dataset.output_channels, dataset.motion.moving)
+    return tuple(DataFault(text, is_lack=True) for text in said)
+
+
+def prepare(dataset: Dataset, read: Readings | None = None) -> Prepared:
+    """Return a data set as it can be fitted; `read`: what `readings_of` makes of it, if known."""
+    read = read or readings_of(dataset)
+    chosen = twin_of(read.dataset, read.train)
+    readings, impossible, far = within_reach(read.dataset, chosen.predict)
     moved, registration = in_base_frame(readings, chosen.predict)
     train, heldout = split(moved)
-    short = too_short_to_prove(heldout) if dataset.motion.moving else ()
-    notes = (*far, *moved.notes, *twice, *old, *frozen, *chosen.notes, *short)
-    return Prepared(moved, train, heldout, registration, chosen.predict, notes, impossible or faults)
+    short = (Note("too_little", item.words) for item in read.lacking)
+    notes, faults = (*far, *read.notes, *chosen.notes, *short), impossible or read.faults
+    return Prepared(moved, train, heldout, registration, chosen.predict, notes, faults, read.lacking)
 
 
 def within_reach(
@@ -98,22 +138,6 @@ def within_reach(
     trials = tuple(replace(trial, inputs=within_robot(robot, trial.inputs)) for trial in dataset.trials)
     note = Note(BEYOND, "Commands are cut off at what bends the robot fully.")
     return replace(dataset, trials=trials), tuple(map(DataFault, words)), (note,)
-
-
-def too_short_to_prove(heldout: Sequence[Trial]) -> tuple[Note, ...]:
-    """Return a note where held-out trials in motion are so short that any gain may be chance; else nothing.
-
-    Of n stretches, all gain by chance with a probability of 2^-n (`evidence.chance_of_gain`).
-    """
-    stretches = sum(len(equal_stretches(trial)) for trial in heldout)
-    wanted = math.ceil(-math.log2(GAIN_CHANCE))
-    if stretches >= wanted:
-        return ()
-    text = (
-        f"The held-out trials give {stretches} stretches of {LEAST_BLOCK_S:g} s. That is too few to tell a "
-        f"gain from chance, so no cause can be named. Hold out at least {wanted}."
-    )
-    return (Note("short_heldout", text),)
 
 
 def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dataset, Registration]:

@@ -20,24 +20,29 @@ class Run:
         pool: where to fit.
         say: called with a line where a stage, or a step of it, begins.
         deadline: on the clock of `time.monotonic`, when a search for causes ends with the best so far [s].
+        search_anyway: look for causes where too little was measured to name any, too.
     """
 
     pool: Workers
     say: Callable[[str], None]
     deadline: float = math.inf
+    search_anyway: bool = False
 
 
 @contextmanager
-def running(place: Workers, progress: bool, budget_s: float = math.inf) -> Iterator[Run]:
+def running(
+    place: Workers, progress: bool, budget_s: float = math.inf, search_anyway: bool = False
+) -> Iterator[Run]:
     """Give a run whose processes or cluster stay up until it ends.
 
     Args:
         place: where to fit.
         progress: show what is being done where standard error is a terminal.
         budget_s: seconds after which a search for causes ends with the best so far.
+        search_anyway: look for causes where too little was measured to name any, too.
 
     Raises:
         InputError: no scheduler answers, or Dask is not installed.
     """
     with Stages("diagnose", progress, budget_s=budget_s) as stages, workers(place) as pool:
-        yield Run(pool, stages.say, time.monotonic() + budget_s)
+        yield Run(pool, stages.say, time.monotonic() + budget_s, search_anyway)

@@ -53,8 +53,8 @@ def score_hypotheses(
     for cause in settled.soaked:
         known |= {(cause.name, name): item.value for name, item in cause.parameters.items()}
     hypotheses = scored(train, heldout, choice.selection, settled.terms, known)
-    if faults.found:
-        return Scores(hypotheses, beliefs(None), {})
+    if faults.found or posed.lacking:
+        return Scores(hypotheses, Beliefs({}, {}, {}) if posed.lacking else beliefs(None), {})
     names = tuple(term.effect for term in settled.terms)
     rivals = [] if settled.soaked else rivals_of(weighed.after, settled.equals)
     found = evidence(

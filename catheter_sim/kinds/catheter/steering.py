@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from catheter_sim.core.posture import Array
-from catheter_sim.core.quick_model import SpeedCase
+from catheter_sim.core.quick_model import InputLimits, SpeedCase
 from catheter_sim.kinds.catheter.layout import elements, moved_segment
 from catheter_sim.kinds.catheter.rigid_model import CatheterModel, catheter_model
 from catheter_sim.kinds.catheter.spec import CatheterRobot
@@ -23,6 +23,14 @@ def quick_model(robot: CatheterRobot, actuation: str, largest_bend_rad: float | 
 def input_range(robot: CatheterRobot) -> tuple[Array, Array]:
     """Return the least and largest displacement of each pair that the simulation takes, (t,) each [m]."""
     return input_range_m(robot)
+
+
+def input_limits(robot: CatheterRobot, actuation: str) -> InputLimits:
+    """Return what brings each joint to the limit that the robot's file gives it."""
+    own = catheter_model(robot, None).drives
+    most = np.diag(own.tendon)
+    why = "there the joint is at its limit (segments.<name>.limit_deg, or stroke_mm)"
+    return InputLimits(own.lowest * most, most, why)
 
 
 def speed_case(robot: CatheterRobot, levels: int) -> SpeedCase:

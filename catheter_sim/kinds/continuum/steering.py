@@ -6,12 +6,15 @@ import math
 
 import numpy as np
 
+from catheter_sim.core.drive import shares, sums
 from catheter_sim.core.posture import Array
-from catheter_sim.core.quick_model import LARGEST_BEND_RAD, SpeedCase, pulled_in_turn
+from catheter_sim.core.quick_model import LARGEST_BEND_RAD, InputLimits, SpeedCase, pulled_in_turn
 from catheter_sim.kinds.continuum.arc_model import ArcModel, arc_model
+from catheter_sim.kinds.continuum.drives import drives
 from catheter_sim.kinds.continuum.layout import links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 
+_FULL_CIRCLE_RAD = 2.0 * math.pi
 _BEND_RAD = 1.0  # that the speed test asks of each segment: well away from straight
 
 
@@ -23,6 +26,33 @@ def quick_model(robot: ContinuumRobot, actuation: str, largest_bend_rad: float |
 def input_range(robot: ContinuumRobot) -> tuple[Array, Array]:
     """Return the least and largest input of each tendon that the simulation takes: any, shape (t,) each."""
     return np.full(len(robot.tendons), -math.inf), np.full(len(robot.tendons), math.inf)
+
+
+def input_limits(robot: ContinuumRobot, actuation: str) -> InputLimits:
+    """Return what bends one segment, or each that a tendon passes, so far that it meets itself.
+
+    Friction is left out. An arc meets itself as a full circle, or where the inner sides of its elements
+    touch: at a radius of curvature of their own radius.
+    """
+    touching = min(segment.length_m / segment.outer_radius_m for segment in robot.segments)
+    shape = (
+        "to a full circle" if touching > _FULL_CIRCLE_RAD else "until its elements touch on the inner side"
+    )
+    full = arc_model(robot, actuation, min(_FULL_CIRCLE_RAD, touching)).drives
+    columns = drives(robot, actuation)
+    if actuation == "tension":
+        most = (full.tendon * sums(columns, len(robot.tendons))).sum(axis=0)
+        why = f"there this pull alone would bend a segment {shape}"
+    else:
+        ways: dict[str, Array] = {}  # of each segment, along x and y together: of each tendon, shape (t,)
+        for name, way in zip(full.names, full.tendon.T, strict=True):
+            segment = name.rpartition("_")[0]
+            ways[segment] = np.hypot(ways.get(segment, 0.0), way)
+        share = np.abs(shares(columns, len(robot.tendons)))
+        longest = np.where(share > 0.0, np.sum(list(ways.values()), axis=0)[:, np.newaxis], math.inf)
+        most = (longest / np.where(share > 0.0, share, 1.0)).min(axis=0)
+        why = f"there the tendon has bent each segment that it passes {shape}"
+    return InputLimits(np.full(len(columns), -math.inf), most, why)
 
 
 def speed_case(robot: ContinuumRobot, levels: int) -> SpeedCase:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from catheter_sim.core.posture import Array
-from catheter_sim.core.quick_model import LARGEST_BEND_RAD, SpeedCase, pulled_in_turn
+from catheter_sim.core.quick_model import LARGEST_BEND_RAD, InputLimits, SpeedCase, pulled_in_turn
 from catheter_sim.kinds.notched_tube.drives import largest_displacement_m
 from catheter_sim.kinds.notched_tube.layout import notches
 from catheter_sim.kinds.notched_tube.notch_model import NotchModel, notch_model
@@ -30,6 +30,12 @@ def input_range(robot: NotchedTubeRobot) -> tuple[Array, Array]:
     """
     most = largest_displacement_m(robot) if robot.actuation == "displacement" else math.inf
     return np.array([-math.inf]), np.array([most])
+
+
+def input_limits(robot: NotchedTubeRobot, actuation: str) -> InputLimits:
+    """Return what closes the notches."""
+    most = notch_model(robot, actuation, math.inf).drives.tendon[0]
+    return InputLimits(np.array([-math.inf]), most, "there the notches are closed")
 
 
 def speed_case(robot: NotchedTubeRobot, levels: int) -> SpeedCase:

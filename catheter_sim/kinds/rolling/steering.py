@@ -7,11 +7,19 @@ import math
 import numpy as np
 
 from catheter_sim.core.posture import Array
-from catheter_sim.core.quick_model import LARGEST_BEND_RAD, SpeedCase, pulled_in_turn
+from catheter_sim.core.quick_model import (
+    LARGEST_BEND_RAD,
+    InputLimits,
+    SpeedCase,
+    pulled_in_turn,
+    tension_shares,
+)
+from catheter_sim.kinds.rolling.drives import drives
 from catheter_sim.kinds.rolling.rolling_model import RollingModel, rolling_model
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain
 from catheter_sim.kinds.rolling.theory.rods import spans
+from catheter_sim.mjcf.actuators import MAX_TENSION_N
 
 _BEND_RAD = 1.0  # that the speed test asks of each segment: well away from straight
 
@@ -25,6 +33,14 @@ def quick_model(robot: RollingRobot, actuation: str, largest_bend_rad: float | N
 def input_range(robot: RollingRobot) -> tuple[Array, Array]:
     """Return the least and largest input of each rod that the simulation takes: any, shape (t,) each."""
     return np.full(len(robot.tendons), -math.inf), np.full(len(robot.tendons), math.inf)
+
+
+def input_limits(robot: RollingRobot, actuation: str) -> InputLimits:
+    """Return the largest tension of each column: joints stiffen until their gaps are closed."""
+    share = tension_shares(robot, drives(robot, actuation))
+    most = MAX_TENSION_N / share.max(axis=0)
+    why = f"the model's actuators pull with {MAX_TENSION_N:g} N at most"
+    return InputLimits(np.zeros(len(most)), most, why)
 
 
 def speed_case(robot: RollingRobot, levels: int) -> SpeedCase:
