@@ -245,14 +245,8 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     from catheter_sim.diagnosis import pipeline
     from catheter_sim.diagnosis.data.dataset import load_dataset
     from catheter_sim.diagnosis.notes import Note
-    from catheter_sim.diagnosis.report.result import (
-        Candidate,
-        Cause,
-        Diagnosis,
-        FittedParameter,
-        NextExperiment,
-        UnitResult,
-    )
+    from catheter_sim.diagnosis.report.next_experiment import NextExperiment
+    from catheter_sim.diagnosis.report.result import Candidate, Cause, Diagnosis, FittedParameter, UnitResult
     from catheter_sim.resources import assets_folder
 
     dataset = load_dataset(assets_folder() / "examples" / "opencr_v4")

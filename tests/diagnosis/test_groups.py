@@ -12,7 +12,8 @@ from planted import small_robot
 from catheter_sim.diagnosis.causes.scored import Scored
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.problem import Problem, Term
-from catheter_sim.diagnosis.verdict.evidence import alike_groups, evidence, one_unlisted_form
+from catheter_sim.diagnosis.verdict.evidence import evidence, one_unlisted_form
+from catheter_sim.diagnosis.verdict.groups import alike_groups
 
 BLOCKS, ROWS = 16, 8
 BLOCK = np.repeat(np.arange(BLOCKS), ROWS)

@@ -37,11 +37,17 @@ def case() -> Case:
     return Case(problem, null, replace(one, terms=TERMS))
 
 
-def verdict(case: Case, chances: tuple[float, float, float], harms: int = 0, faults: int = 0):
+def verdict(
+    case: Case,
+    chances: tuple[float, float, float],
+    harms: int = 0,
+    faults: int = 0,
+    lacking: int = 0,
+):
     """Return the verdict where the three causes have these probabilities."""
     names = [term.effect for term in TERMS]
     return judge(
-        SimpleNamespace(train=case.problem),
+        SimpleNamespace(train=case.problem, lacking=(0,) * lacking),
         SimpleNamespace(fit=case.before),
         SimpleNamespace(weighed=SimpleNamespace(after=case.after, by_unit=GAINS)),
         SimpleNamespace(found=(0,) * faults),
@@ -71,6 +77,7 @@ def test_what_does_harm_or_comes_of_wrong_data_corrects_nothing(case: Case):
         assert found.established == ()
         assert found.shown is case.before
     assert verdict(case, (0.9, 0.9, 0.9), faults=1).name == DATA_SUSPECT
+    assert verdict(case, (0.9, 0.9, 0.9), lacking=1).name == DATA_SUSPECT
 
 
 def test_causes_stand_in_the_order_of_their_probabilities():

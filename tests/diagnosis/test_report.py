@@ -17,6 +17,7 @@ from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.fitted_series import fit_files
 from catheter_sim.diagnosis.report.html import report_html, sentence
+from catheter_sim.diagnosis.report.next_experiment import NextExperiment
 from catheter_sim.diagnosis.report.pictures import Picture, figures, shown_columns
 from catheter_sim.diagnosis.report.result import (
     Candidate,
@@ -24,7 +25,6 @@ from catheter_sim.diagnosis.report.result import (
     DataFault,
     Diagnosis,
     FittedParameter,
-    NextExperiment,
     Remainder,
     TrialFit,
     UnitResult,

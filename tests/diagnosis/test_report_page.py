@@ -14,8 +14,9 @@ from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.drawing import png_of
 from catheter_sim.diagnosis.report.headline_numbers import headline_numbers
 from catheter_sim.diagnosis.report.html import report_html
+from catheter_sim.diagnosis.report.next_experiment import NextExperiment
 from catheter_sim.diagnosis.report.paths_picture import paths_figure, shown_planes, shown_points
-from catheter_sim.diagnosis.report.result import Cause, DataFault, Diagnosis, FittedParameter, NextExperiment
+from catheter_sim.diagnosis.report.result import Cause, DataFault, Diagnosis, FittedParameter
 from catheter_sim.diagnosis.report.spoken import figure_words, number_words, spoken
 from catheter_sim.diagnosis.report.what_to_do import bench_rows
 from catheter_sim.effects import EFFECTS

@@ -140,5 +140,5 @@ def test_pictures_say_what_is_seen() -> None:
         unit = {"direction": "rising", "time": "[s]", "input": "[N]"}.get(score.view, "[mm]")
         assert axes.get_xlabel().endswith(unit)
         if score.view == "direction":
-            assert "explains 100 % of the residuals before" in figure.get_suptitle()
+            assert "explains 100 % before" in figure.get_suptitle()
             assert figure.get_suptitle().endswith("nothing after")

@@ -88,6 +88,11 @@ def scored(
     )
 
 
+def cost_of(item: Scored) -> float:
+    """Return the sum of a hypothesis's squared errors on rows that it was not fitted to."""
+    return float(item.squares.sum())
+
+
 def stretch_sums(block: np.ndarray, residual: Array) -> Array:
     """Return the sum of squares of each stretch, shape (b,)."""
     labels = np.unique(block, return_inverse=True)[1]

@@ -19,7 +19,7 @@ from catheter_sim.diagnosis.fitting.stretches import blocks_of
 from catheter_sim.diagnosis.next_experiment.alive import Alive
 from catheter_sim.diagnosis.next_experiment.information import Information, Predictive, information
 from catheter_sim.diagnosis.next_experiment.programmes import Programme
-from catheter_sim.diagnosis.report.result import NEXT_EXPERIMENT_FILE
+from catheter_sim.diagnosis.report.next_experiment import NEXT_EXPERIMENT_FILE
 from catheter_sim.diagnosis.thresholds import ROWS_AS_ONE, TRUSTED_SHARE
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table

@@ -16,7 +16,7 @@ from catheter_sim.channels import channel_inputs, input_channels
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.report.result import NEXT_EXPERIMENT_FILE
+from catheter_sim.diagnosis.report.next_experiment import NEXT_EXPERIMENT_FILE
 from catheter_sim.diagnosis.thresholds import (
     FORCE_SHARE,
     HOLD_ROWS,

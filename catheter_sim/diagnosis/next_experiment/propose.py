@@ -25,7 +25,7 @@ from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
 from catheter_sim.diagnosis.fitting.workers import SERIAL, OutOfTime, Workers, map_calls
 from catheter_sim.diagnosis.next_experiment.in_motion import moving_programmes
 from catheter_sim.diagnosis.next_experiment.programmes import Programme, loops, programmes
-from catheter_sim.diagnosis.report.result import NEXT_EXPERIMENT_FILE, NextExperiment, Separation
+from catheter_sim.diagnosis.report.next_experiment import NEXT_EXPERIMENT_FILE, NextExperiment, Separation
 from catheter_sim.diagnosis.thresholds import ENOUGH_APART_NOISE, TELLS_APART_NOISE
 from catheter_sim.diagnosis.verdict.replay import replays
 from catheter_sim.effects import EFFECTS

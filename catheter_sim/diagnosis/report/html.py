@@ -16,12 +16,12 @@ from catheter_sim.diagnosis.report.headline_numbers import (
     heldout_error,
     simulated_text,
 )
+from catheter_sim.diagnosis.report.next_experiment import NEXT_EXPERIMENT_FILE
 from catheter_sim.diagnosis.report.pictures import PATHS, Picture, judged
 from catheter_sim.diagnosis.report.result import (
     CAUSE_FOUND,
     DATA_SUSPECT,
     IMPROVED,
-    NEXT_EXPERIMENT_FILE,
     NO_DISCREPANCY,
     Cause,
     Diagnosis,

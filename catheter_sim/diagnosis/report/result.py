@@ -10,13 +10,12 @@ from typing import Any
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.notes import Note
+from catheter_sim.diagnosis.report.next_experiment import NextExperiment
 from catheter_sim.diagnosis.thresholds import SIGNIFICANT_P
 from catheter_sim.tables import Array, Table
 
 VERDICTS = ("cause_found", "improved", "no_discrepancy", "unexplained", "data_suspect")
 CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = VERDICTS
-
-NEXT_EXPERIMENT_FILE = "next_experiment.csv"
 
 
 @dataclass(frozen=True)
@@ -172,34 +171,6 @@ class TrialFit:
 
 
 @dataclass(frozen=True)
-class Separation:
-    """How well inputs tell two causes apart: root mean square of their difference over the noise.
-
-    Attributes:
-        twin: between the chosen cause and the other one, fitted anew, in the analytic twin.
-        simulation: between the two in the simulation; NaN if it was not asked.
-    """
-
-    twin: float
-    simulation: float
-
-
-@dataclass(frozen=True)
-class NextExperiment:
-    """What to measure next: in words, and as inputs to play, if that helps.
-
-    Attributes:
-        words: for a person.
-        inputs: in file units; None: none helps.
-        apart: what the inputs do to effects that these data cannot tell apart, by "rival for chosen".
-    """
-
-    words: str
-    inputs: Table | None = None
-    apart: Mapping[str, Separation] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
 class StructureTest:
     """What one test says of the residuals.
 
@@ -264,8 +235,7 @@ class Diagnosis:
             (`verdict.probabilities`).
         evidence: what they were worked out from.
         residual: what the reported model leaves, by unit.
-        repeatability: scatter of one recording, by unit: root mean square difference of trials that repeat
-            one another, over sqrt(2); empty without repeats.
+        repeatability: by unit, RMS difference of repeated trials over sqrt(2); empty without repeats.
         resolution: step of the readings, by unit that shows one.
         unproved: what fits, where too little was measured and a search was asked for all the same.
     """

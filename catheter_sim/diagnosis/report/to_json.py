@@ -11,13 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from catheter_sim.diagnosis.report.result import (
-    NEXT_EXPERIMENT_FILE,
-    Cause,
-    Diagnosis,
-    FittedParameter,
-    UnitResult,
-)
+from catheter_sim.diagnosis.report.next_experiment import NEXT_EXPERIMENT_FILE
+from catheter_sim.diagnosis.report.result import Cause, Diagnosis, FittedParameter, UnitResult
 
 
 def to_json(diagnosis: Diagnosis) -> dict[str, Any]:

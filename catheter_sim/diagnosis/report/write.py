@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 from catheter_sim.catalogue import robot_toml
 from catheter_sim.diagnosis.notes import Attempts
 from catheter_sim.diagnosis.report.fitted_series import fit_files, fit_table
-from catheter_sim.diagnosis.report.result import NEXT_EXPERIMENT_FILE, Cause, Diagnosis
+from catheter_sim.diagnosis.report.next_experiment import NEXT_EXPERIMENT_FILE
+from catheter_sim.diagnosis.report.result import Cause, Diagnosis
 from catheter_sim.diagnosis.report.to_json import to_json
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table, replaced_when_whole, write_table

@@ -79,7 +79,7 @@ class Comparison:
 
 
 def check_pair(before: Earlier, after: Dataset) -> None:
-    """Raise InputError where two recordings are not of one robot, or one was moving and the other was not."""
+    """Raise InputError where two recordings are not of one robot, kind of motion and set of outputs."""
     earlier = before.dataset
     if not before.is_of_report and earlier.robot != after.robot:
         raise InputError(
@@ -88,6 +88,11 @@ def check_pair(before: Earlier, after: Dataset) -> None:
         )
     if earlier.motion != after.motion:
         raise InputError(f"{after.folder}: both recordings need the same motion, held or dynamic")
+    if tuple(earlier.output_channels) != tuple(after.output_channels):
+        raise InputError(
+            f"{after.folder}: measures {', '.join(after.output_channels)}; the earlier recording "
+            f"{', '.join(earlier.output_channels)}: both need the same outputs"
+        )
 
 
 def compared(

@@ -19,7 +19,6 @@ from catheter_sim.diagnosis.since.pairing import Pairs, paired
 from catheter_sim.diagnosis.since.reachable import untold_share
 from catheter_sim.diagnosis.stages.prepare import Prepared, lacking_in
 from catheter_sim.diagnosis.thresholds import MODEL_SHARE, NEAR_NOISE
-from catheter_sim.errors import InputError
 from catheter_sim.tables import Table
 
 
@@ -44,17 +43,9 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
     From each measured value the error that the earlier recording's model had at the paired rows is taken; at
     rows without a pair, the smooth error that it had in general. What is left can be explained by the earlier
     robot, and by what changed. One recording's scatter stays in it, since no one row tells it from a change.
-
-    Raises:
-        InputError: the two are not recordings of the same outputs.
     """
     rounded = replace(dataset, resolution=resolution_of(dataset))
     readings, frozen = without_frozen_readings(registered(rounded, base.registration))
-    if tuple(dataset.output_channels) != base.columns:
-        raise InputError(
-            f"{dataset.folder}: measures {', '.join(dataset.output_channels)}; the earlier recording "
-            f"{', '.join(base.columns)}: both need the same outputs"
-        )
     moving = readings.motion.moving
     pairs = [paired(trial.inputs, base.inputs, base.errors, moving) for trial in readings.trials]
     smooth = smooth_errors(base, replace(base.problem, trials=_unmeasured(readings), every=1))

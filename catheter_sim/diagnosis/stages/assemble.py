@@ -8,7 +8,8 @@ from catheter_sim.diagnosis.data.resolution import resolution_by_unit
 from catheter_sim.diagnosis.fitting.noise import repeat_noise
 from catheter_sim.diagnosis.fitting.prediction import robot_with
 from catheter_sim.diagnosis.notes import Attempts
-from catheter_sim.diagnosis.report.result import DATA_SUSPECT, Diagnosis, NextExperiment, Remainder
+from catheter_sim.diagnosis.report.next_experiment import NextExperiment
+from catheter_sim.diagnosis.report.result import DATA_SUSPECT, Diagnosis, Remainder
 from catheter_sim.diagnosis.stages.choose_causes import Choice
 from catheter_sim.diagnosis.stages.conclude import Conclusion
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled

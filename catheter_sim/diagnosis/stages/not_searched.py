@@ -9,7 +9,8 @@ import numpy as np
 
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.report.result import DATA_SUSPECT, Diagnosis, NextExperiment, TrialFit, UnitResult
+from catheter_sim.diagnosis.report.next_experiment import NextExperiment
+from catheter_sim.diagnosis.report.result import DATA_SUSPECT, Diagnosis, TrialFit, UnitResult
 from catheter_sim.diagnosis.stages.prepare import Prepared, Readings
 
 

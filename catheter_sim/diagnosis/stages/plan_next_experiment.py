@@ -6,7 +6,7 @@ import numpy as np
 
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.next_experiment.propose import next_experiment
-from catheter_sim.diagnosis.report.result import NextExperiment
+from catheter_sim.diagnosis.report.next_experiment import NextExperiment
 from catheter_sim.diagnosis.stages.conclude import Conclusion
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.stages.run import Run

@@ -15,13 +15,8 @@ from catheter_sim.diagnosis.stages.find_data_faults import Faults
 from catheter_sim.diagnosis.stages.pose import Posed
 from catheter_sim.diagnosis.stages.run import Run
 from catheter_sim.diagnosis.thresholds import FEWEST_UNLISTED, UNLISTED_NOISE
-from catheter_sim.diagnosis.verdict.evidence import (
-    UnlistedForm,
-    alike_groups,
-    as_numbers,
-    evidence,
-    one_unlisted_form,
-)
+from catheter_sim.diagnosis.verdict.evidence import UnlistedForm, as_numbers, evidence, one_unlisted_form
+from catheter_sim.diagnosis.verdict.groups import alike_groups
 from catheter_sim.diagnosis.verdict.probabilities import NONE, OUTSIDE, Beliefs, beliefs
 from catheter_sim.effects import EFFECTS
 

@@ -13,11 +13,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from catheter_sim.core.posture import Array
-from catheter_sim.diagnosis.causes.scored import Scored, stretch_sums, surety
-from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
-from catheter_sim.diagnosis.fitting.fit import Fit
+from catheter_sim.diagnosis.causes.scored import Scored, cost_of, stretch_sums, surety
 from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
-from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, LARGEST_GROUP, PAYS_CHANCE, UNLISTED_SINGLES
+from catheter_sim.diagnosis.thresholds import UNLISTED_SINGLES
 from catheter_sim.diagnosis.verdict.discrepancy import explained
 from catheter_sim.effects import EFFECTS
 
@@ -98,7 +96,7 @@ def evidence(
         hypotheses: every set that was tried, the one that is asked about and the one without causes among
             them.
         settled: the causes of the one that is asked about.
-        alike: by causes of that one, what the data cannot tell from it (`alike_groups`).
+        alike: by causes of that one, what the data cannot tell from it (`groups.alike_groups`).
         times: the held-out error before and after over the noise.
         structure, harmful: as of `Evidence`.
     """
@@ -106,32 +104,20 @@ def evidence(
     named = tuple(sorted(settled))
     mine = next(item for item in hypotheses if item.causes == named)
     null = next(item for item in hypotheses if not item.causes)
-    best = min(hypotheses, key=_cost)
+    best = min(hypotheses, key=cost_of)
     standing_in = {name for others in alike.values() for name in others}
     found = {}
     for name in EFFECTS:
         if name in named:
             members = alike.get(name, {})
             others = [item for item in hypotheses if not {name, *members} & set(item.causes)]
-            other = min(others, key=_cost)
-            found[name] = CauseEvidence(
-                True,
-                surety(other.squares, mine.squares),
-                _over_unknown(few, test, other, mine),
-                _ratio(other, mine),
-                _numbers_more(other, mine),
-                members,
-            )
+            other = min(others, key=cost_of)
+            unknown = _over_unknown(few, test, other, mine)
+            found[name] = _beside(other, mine, named=True, over_unknown=unknown, members=members)
         elif name not in standing_in:
             rivals = [item for item in hypotheses if name in item.causes and _stands_in(item.causes, named)]
             if rivals:
-                rival = min(rivals, key=_cost)
-                found[name] = CauseEvidence(
-                    False,
-                    surety(mine.squares, rival.squares),
-                    ratio=_ratio(mine, rival),
-                    numbers=_numbers_more(rival, mine),
-                )
+                found[name] = _beside(min(rivals, key=cost_of), mine, named=False)
     beside = _with_unknown(few, test, mine)
     own = stretch_sums(mine.heldout_block, mine.heldout)
     return Evidence(
@@ -146,39 +132,6 @@ def evidence(
         harmful=harmful,
         values=len(mine.fit.left_out) + len(mine.heldout),
     )
-
-
-def alike_groups(
-    hypotheses: Sequence[Scored], settled: Sequence[str], equals: Sequence[tuple[str, str, Fit]]
-) -> dict[str, dict[str, float]]:
-    """Return, by causes of a hypothesis, those that the data cannot tell from it, with how surely it does
-    better than each [standard deviations of chance].
-
-    A member stands in a cause's place and explains the training and the held-out stretches together as well:
-    its error is within `EQUAL_FACTOR`, and what it errs more may be chance (`PAYS_CHANCE`). At most
-    `LARGEST_GROUP` have a place; of more, those that err least.
-
-    Args:
-        hypotheses: every set that was tried.
-        settled: the causes of the one that is asked about.
-        equals: a cause of it, another one that stands in its place, and the hypothesis with that one.
-    """
-    by_causes = {item.causes: item for item in hypotheses}
-    mine = by_causes[tuple(sorted(settled))]
-    found: dict[str, dict[str, Scored]] = {}
-    taken: set[str] = set()
-    for name, rival, item in sorted(equals, key=lambda entry: entry[2].cross_validated_rms):
-        other = by_causes.get(tuple(sorted(item.causes)))
-        if rival in settled or rival in taken or other is None or not _explains_as_well(mine, other):
-            continue
-        group = found.setdefault(name, {})
-        if len(group) < LARGEST_GROUP - 1:
-            group[rival] = other
-            taken.add(rival)
-    return {
-        name: {rival: surety(other.squares, mine.squares) for rival, other in group.items()}
-        for name, group in found.items()
-    }
 
 
 @dataclass(frozen=True)
@@ -210,7 +163,7 @@ def one_unlisted_form(
     few = with_fewer_rows(problem)
     mine = next(item for item in hypotheses if item.causes == tuple(sorted(settled)))
     own = stretch_sums(mine.heldout_block, mine.heldout)
-    singles = sorted((item for item in hypotheses if len(item.causes) == 1), key=_cost)
+    singles = sorted((item for item in hypotheses if len(item.causes) == 1), key=cost_of)
     found = [(_with_unknown(few, test, item), item.causes[0]) for item in singles[:UNLISTED_SINGLES]]
     if not found:
         return None
@@ -218,9 +171,20 @@ def one_unlisted_form(
     return UnlistedForm(name, surety(squares, own))
 
 
-def _explains_as_well(mine: Scored, other: Scored) -> bool:
-    near = _cost(other) <= EQUAL_FACTOR**2 * _cost(mine)
-    return near and chance_of_gain(other.squares - mine.squares) > PAYS_CHANCE
+def _beside(
+    other: Scored,
+    mine: Scored,
+    named: bool,
+    over_unknown: float = 0.0,
+    members: Mapping[str, float] | None = None,
+) -> CauseEvidence:
+    """Return what speaks for a cause of the hypothesis `mine`, or for one of `other` in its place."""
+    worse, better = (other, mine) if named else (mine, other)
+    ratio = 0.5 * math.log(max(cost_of(worse), 1e-300) / max(cost_of(better), 1e-300))
+    more = len(other.fit.numbers) - len(mine.fit.numbers)
+    return CauseEvidence(
+        named, surety(worse.squares, better.squares), over_unknown, ratio, more, members or {}
+    )
 
 
 def as_numbers(found: Evidence) -> dict[str, dict[str, float]]:
@@ -277,18 +241,6 @@ def from_numbers(document: Mapping[str, Mapping[str, float]]) -> Evidence:
         bool(whole["harmful"]),
         int(whole["values"]),
     )
-
-
-def _numbers_more(other: Scored, mine: Scored) -> int:
-    return len(other.fit.numbers) - len(mine.fit.numbers)
-
-
-def _ratio(worse: Scored, better: Scored) -> float:
-    return 0.5 * math.log(max(_cost(worse), 1e-300) / max(_cost(better), 1e-300))
-
-
-def _cost(item: Scored) -> float:
-    return float(item.squares.sum())
 
 
 def _stands_in(causes: Sequence[str], named: Sequence[str]) -> bool:
