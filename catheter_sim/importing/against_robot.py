@@ -27,17 +27,17 @@ MOST_ROWS = 60  # of the file that are laid over the robot
 RADII_MM = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0, 9.0, 10.0, 12.0, 12.5, 15.0, 20.0, 25.0, 30.0)
 LENGTHS = {"m": 1e3, "in": 25.4, "cm": 10.0, "mm": 1.0}
 TURNS = (
+    4096.0,
+    2000.0,
+    1024.0,
+    16384.0,
     360.0,
     1000.0,
-    1024.0,
-    2000.0,
     2048.0,
     4000.0,
-    4096.0,
     8192.0,
-    16384.0,
     65536.0,
-)  # counts of encoders
+)  # of encoders, common ones first
 EVIDENCE = 0.5  # of the motion, that may be left unexplained by what is evidence of a scale or of axes
 CLEAR = 0.7  # error of the best over that of the next, below which the choice is called sure
 _MOST_SIGNED = 4  # channels whose signs are tried in all combinations

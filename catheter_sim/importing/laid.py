@@ -13,7 +13,7 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.mapping.file_map import file_map
 from catheter_sim.diagnosis.data.mapping.mapped import channels_of, seconds_of
 from catheter_sim.diagnosis.data.mapping.raw_file import RawFile
-from catheter_sim.diagnosis.data.mapping.scales import UNITS, factor_to
+from catheter_sim.diagnosis.data.mapping.scales import UNITS, channel_unit, factor_to
 from catheter_sim.diagnosis.data_faults.beyond_robot import full_pulls
 from catheter_sim.diagnosis.thresholds import PULL_BEYOND
 from catheter_sim.errors import InputError
@@ -36,8 +36,11 @@ from catheter_sim.importing.against_robot import (
 from catheter_sim.importing.guesses import Guess
 from catheter_sim.importing.heads import PIXELS, numbers_of
 from catheter_sim.kinds import kind_of
+from catheter_sim.units import si_factor
 
 OPEN = ("counts_per_turn", "spool_radius_mm")  # keys of an entry that are settled here where they are 0
+_ALIKE = 0.05  # in error, within which a commoner encoder is taken
+_USUAL_MM = 10.0  # radius of a spool of which nothing is known
 LEAST_MOTION = 0.01  # of the robot's length: nobody records a robot that moves by less
 
 
@@ -136,56 +139,46 @@ def spools_of(
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
     """Return entries with a radius for every spool and a turn for every encoder that have none; unsure.
 
+    Those with which the robot moves most like the file; of turns that do as well, the commonest. What would
+    pull tendons far beyond what bends the robot is taken only if all do so.
+
     `unit`: of the measured points, `PIXELS` where they have none; "": not known.
     """
-    encoders = [name for name, entry in entries.items() if entry.get("counts_per_turn") == 0.0]
-    if encoders:
-        turn = _likeliest(rows, entries, (encoders, "counts_per_turn"), TURNS, unit) or 4096.0
-        entries = _with(entries, {name: {"counts_per_turn": turn} for name in encoders})
-    spools = [name for name, entry in entries.items() if entry.get("spool_radius_mm") == 0.0]
-    if spools:
-        radius = _likeliest(rows, entries, (spools, "spool_radius_mm"), RADII_MM, unit) or 10.0
-        entries = _with(entries, {name: {"spool_radius_mm": radius} for name in spools})
-    why = "the {} with which the robot moves most like the file; {} states it"
-    turns = why.format("common encoder's turn", "--counts-per-turn")
-    radii = why.format("round radius", "--spool-radius")
-    said = [Guess(f"map.{name}.counts_per_turn", f"{turn:g}", turns, False) for name in encoders]
-    return entries, [*said, *(Guess(f"map.{k}.spool_radius_mm", f"{radius:g}", radii, False) for k in spools)]
-
-
-def _likeliest(
-    rows: Rows | None,
-    entries: Mapping[str, Mapping[str, Any]],
-    key: tuple[list[str], str],
-    values: tuple[float, ...],
-    unit: str,
-) -> float | None:
-    """Return the value of a key of some entries with which the robot moves most like the file; None: none.
-
-    A value with which tendons would be pulled far beyond what bends the robot is taken only if all do so.
-    """
-    if rows is None:
-        return None
+    encoders, spools = ([name for name, entry in entries.items() if entry.get(key) == 0.0] for key in OPEN)
+    if not encoders and not spools:
+        return entries, []
     factors = [UNITS["mm"][unit]] if unit in UNITS["mm"] else list(LENGTHS.values())
-    found = []
-    for value in values:
-        tried = _with(entries, {name: {key[1]: value} for name in key[0]})
-        laid = rows.laid(tried)
+
+    def changed(turn: float, radius: float) -> dict[str, dict[str, Any]]:
+        turned = _with(entries, {name: {"counts_per_turn": turn} for name in encoders})
+        return _with(turned, {name: {"spool_radius_mm": radius} for name in spools})
+
+    def misfit(turn: float, radius: float) -> tuple[bool, float, float]:
+        tried = changed(turn, radius)
+        laid = rows.laid(tried) if rows is not None else Laid(np.inf, 1.0)
         off = 0.0 if unit == PIXELS else min(abs(np.log(laid.scale / factor)) for factor in factors)
-        found.append((pull_of(rows, tried) > PULL_BEYOND[0], laid.error + off, value))
-    _, least, value = min(found)
-    return value if np.isfinite(least) else None
+        return rows is not None and beyond_times(rows, tried) > PULL_BEYOND[0], laid.error + off, radius
+
+    radii = RADII_MM if spools else (0.0,)
+    best = {turn: min(misfit(turn, radius) for radius in radii) for turn in (TURNS if encoders else (0.0,))}
+    far, least, _ = min(best.values())
+    turn = next(turn for turn, item in best.items() if item[0] == far and item[1] <= least + _ALIKE)
+    radius = best[turn][2] if np.isfinite(least) else _USUAL_MM
+    why = "the {} with which the robot moves most like the file; {} states it"
+    turns, radii_why = why.format("turn", "--counts-per-turn"), why.format("round radius", "--spool-radius")
+    said = [Guess(f"map.{name}.counts_per_turn", f"{turn:g}", turns, False) for name in encoders]
+    said += [Guess(f"map.{name}.spool_radius_mm", f"{radius:g}", radii_why, False) for name in spools]
+    return changed(turn, radius), said
 
 
-def pull_of(rows: Rows, entries: Mapping[str, Mapping[str, Any]]) -> float:
-    """Return how many times what bends the robot fully its tendons are pulled at most; 0: not known."""
-    full_mm = {name: 1e3 * value for name, value in full_pulls(rows.against.robot).items()}
-    found = []
+def beyond_times(rows: Rows, entries: Mapping[str, Mapping[str, Any]]) -> float:
+    """Return how many times what bends the robot fully its inputs are at most; 0: not known."""
+    full, found = full_pulls(rows.against.robot), []
     for name, entry in entries.items():
         values = numbers_of(rows.log, entry["column"])
-        if name.endswith("_mm") and name in full_mm and values is not None and entry.get("unit"):
-            factor = factor_to("mm", entry["unit"], name, *_sizes(entry))
-            found.append(float(np.nanmax(np.abs(factor * (values - entry.get("zero", 0.0)))) / full_mm[name]))
+        if name in full and values is not None and entry.get("unit"):
+            factor = si_factor(name) * factor_to(channel_unit(name), entry["unit"], name, *_sizes(entry))
+            found.append(float(np.nanmax(np.abs(factor * (values - entry.get("zero", 0.0))))) / full[name])
     return max(found, default=0.0)
 
 
@@ -274,10 +267,12 @@ def plane_frame(
     )
     if not np.isfinite(laid.error):
         columns = next(iter(points.values()))
+        times = beyond_times(rows, entries)
+        why = f" (inputs are {times:.0f} times what bends it fully)" if times > PULL_BEYOND[0] else ""
         by_hand = f'tip_x_mm = {{ column = "{columns[0]}", scale = 0.3 }}'
         raise InputError(
-            f"{rows.against.where}: the robot's own motion does not show which coordinates {columns[0]!r} "
-            f"and {columns[1]!r} are; write them into [map] of a dataset.toml by hand: {by_hand}"
+            f"{rows.against.where}: the robot's own motion{why} does not show which coordinates "
+            f"{columns[0]!r} and {columns[1]!r} are; write them into [map] of a dataset.toml by hand: {by_hand}"
         )
     size: dict[str, Any] = {"unit": unit}
     if not unit:

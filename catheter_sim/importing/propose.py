@@ -36,7 +36,7 @@ from catheter_sim.importing.matching import (
 MOST_HELD_ROWS = 2000  # of a file that are taken: each is held until the robot rests
 _MOST_RAD = 15.0  # a motor's angle whose range is larger is taken for degrees
 _LEAST_COUNTS = 100.0  # over which an encoder's whole numbers run
-_AT_MIDDLE = 0.03  # of a turn, by which a motor may be off its encoder's middle in the first row
+_AT_MIDDLE = 0.01  # of a turn, by which a motor may be off its encoder's middle in the first row
 _ENCODER = re.compile(r"encoder|\benc|count|tick|pulse", re.IGNORECASE)
 _AT_REST = 0.02  # of its range, by which a motor may be off zero in the first row
 
@@ -301,10 +301,8 @@ def _motor(
         turn = asked.counts_per_turn or _turn_by_middle(known)
         if asked.counts_per_turn:
             guesses.append(Guess(f"map.{channel}.counts_per_turn", f"{turn:g}", "as stated", True))
-        elif turn or not radius:
-            why = f"it starts at {known[0]:g}" if turn else "the commonest encoder"
-            turn = turn or 4096.0
-            why += "; --counts-per-turn states it"
+        elif turn:
+            why = f"it starts at {known[0]:g}, the middle of a turn; --counts-per-turn states it"
             guesses.append(Guess(f"map.{channel}.counts_per_turn", f"{turn:g}", why, False))
         entry["counts_per_turn"] = turn
     if radius:

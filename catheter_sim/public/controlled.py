@@ -202,12 +202,12 @@ def control(
     dead_band_mm: Mapping[str, float] | None = None,
     rate_hz: float = 40.0,
     seed: int = 0,
-    progress: bool | None = None,
 ) -> Control:
     """Return how well a catheter follows a trajectory of its joints, by several ways of control.
 
     At each tick a tracker measures the joints' angles, feedforward and PID add up to displacements of the
-    pairs, and these move evenly to the next tick. The robot starts at rest.
+    pairs, and these move evenly to the next tick. The robot starts at rest. A terminal and a notebook show
+    what is done.
 
     Args:
         robot: what is simulated: a catheter, its id or its file.
@@ -228,7 +228,6 @@ def control(
         dead_band_mm: dead-bands of torsion pairs that the feedforward compensates, by the pair's name.
         rate_hz: ticks a second; a whole number of simulation steps must fit.
         seed: of the noise, the same for every way.
-        progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Raises:
         InputError: the robot is no catheter, or anything else is not possible.
@@ -243,7 +242,7 @@ def control(
     taken_for = believed_robot(value) if believed is None else robot_of(believed)
     bands_mm = mapping_of(dead_band_mm, "dead_band_mm", "pairs to dead-bands")
     setting = setting_of(pid, noise_deg, frame_error_deg, motors, motor_gain, bands_mm, rate_hz, seed)
-    return controlled(value, taken_for, trajectory, models, setting, progress_of(progress))
+    return controlled(value, taken_for, trajectory, models, setting, progress_of(None))
 
 
 def setting_of(
