@@ -309,7 +309,7 @@ def dataset(
 
 def _warned_of_columns(dataset: Dataset) -> Dataset:
     """Return `dataset`; warn, at the line outside the package that asked for it, of columns left out."""
-    from catheter_sim.diagnosis.data.dataset import UNKNOWN
+    from catheter_sim.diagnosis.data.passed_over import UNKNOWN
 
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals["__name__"].startswith("catheter_sim."):

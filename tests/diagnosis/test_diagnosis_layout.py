@@ -11,7 +11,7 @@ FOLDER = Path(catheter_sim.diagnosis.__file__).parent
 PACKAGE = "catheter_sim.diagnosis."
 # Each part may import those before it in this list, and itself. `report` holds the values of a result too,
 # which others fill: they stand below everything that writes them.
-VALUES = ("report/result", "report/wording")
+VALUES = ("report/next_experiment", "report/result", "report/wording")
 ORDER = (
     ("notes", "thresholds"),
     ("data",),

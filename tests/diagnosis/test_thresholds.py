@@ -14,13 +14,13 @@ OWN = "thresholds.py"
 # What decides nothing: factors between units, sizes of files and pictures, waiting times, scales of numbers.
 NO_THRESHOLDS = {
     "base_frame/register.py": {"_MM_PER_M"},
-    "data/dataset.py": {"_ALIKE", "_LOADS_ALIKE", "_MOST_NEAREST"},
     "data/mapping/file_map.py": {"_MOST_EVERY"},
     "data/mapping/layouts.py": {"_HEAD_ROWS"},
     "data/mapping/raw_file.py": {"MAX_RAW_ROWS"},
     "data/mapping/scales.py": {"SECONDS", "UNITS"},
     "data/trials.py": {"_MOST_LISTED"},
     "data/nuisance.py": {"_SCALE", "_RANGE_PARTS"},
+    "data/passed_over.py": {"_ALIKE", "_LOADS_ALIKE", "_MOST_NEAREST"},
     "data/same_readings.py": {"_DIGITS"},
     "data_faults/units.py": {"METRES", "OUTPUT_FACTORS", "INPUT_FACTORS", "MISREAD"},
     "fitting/noise.py": {"_MAD_TO_SIGMA"},

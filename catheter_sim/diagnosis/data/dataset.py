@@ -7,12 +7,10 @@ columns with NaN for a missing value.
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import math
 import os
-import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,13 +19,7 @@ import numpy as np
 
 from catheter_sim.catalogue import FILES, load_robot, read_toml
 from catheter_sim.channels import (
-    FORCE_CHANNELS,
-    MOMENT_CHANNELS,
-    acts_on_body,
-    actuations,
     check_output_channels,
-    input_channels,
-    output_channels,
     read_inputs,
 )
 from catheter_sim.core.posture import Array
@@ -38,16 +30,13 @@ from catheter_sim.diagnosis.data.mapping.file_map import FileMap, file_map
 from catheter_sim.diagnosis.data.mapping.mapped import read_mapped
 from catheter_sim.diagnosis.data.motion import HELD, motion_named
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
+from catheter_sim.diagnosis.data.passed_over import known_inputs, notes_on_ignored
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.data.warm_up import judged_late
-from catheter_sim.diagnosis.notes import Note
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.tables import Table, read_table
 
 ROLES = ("train", "heldout")
-IGNORED, UNKNOWN = "columns_ignored", "columns_unknown"  # codes of notes; the second wants to be seen
-_ALIKE, _LOADS_ALIKE = 0.8, 0.9  # of two names, 1 for the same: one is a slip of the pen for the other
-_MOST_NEAREST = 10  # columns of a note of which the nearest is told
 
 _KEYS: Mapping[str, tuple[str, ...]] = {
     "dataset": ("name", "robot", "source", "licence"),
@@ -188,12 +177,6 @@ def check_channels(robot: RobotSpec, inputs: Sequence[str], outputs: Sequence[st
     check_output_channels(robot, outputs, f"{where}: channels.outputs")
 
 
-def known_inputs(robot: RobotSpec) -> list[str]:
-    """Return every input column of `robot`, whichever way it is driven, and the loads on its tip."""
-    own = [name for kind in ("tension", "displacement") for name in input_channels(robot, kind)]
-    return [*own, *FORCE_CHANNELS, *MOMENT_CHANNELS]
-
-
 def trial_entries(value: Any, root: Path, where: str, mapped: bool) -> list[tuple[str, str, str]]:
     """Return of each trial its file, its role and the file of its inputs, "" where they are in the first."""
     keys = ("file", "role", "inputs") if mapped else ("file", "role")
@@ -273,78 +256,3 @@ def trial_of_columns(
         raise InputError(f"{table.where}: every value of the outputs is missing")
     commanded = replace(table, columns={name: table.columns[name] for name in inputs})
     return Trial(file, role, read_inputs(robot, commanded), measured)
-
-
-def refuse_misspelled(robot: RobotSpec, table: Table) -> None:
-    """Raise `InputError` where a column that `table` has passed over was meant as an input of `robot`.
-
-    It was where its name is nearly that of an input that the table lacks, or begins as the inputs do (as
-    `tension_up_N`). What looks like another input of the same table, or like an output, is somebody's log.
-    """
-    by_kind = [input_channels(robot, kind) for kind in actuations(robot)]
-    used = [names for names in by_kind if any(name in table.columns for name in names)] or by_kind
-    own = [name for names in used for name in names]
-    begins = {name.split("_")[0] for name in own}
-    for name in table.ignored:
-        if acts_on_body(name):
-            raise InputError(
-                f"{table.where}: {name}: a data set knows forces on the tip alone, force_tip_x_N ..."
-            )
-        first = name.lower().split("_")[0] in begins
-        inputs = [(_likeness(name, item), item) for item in own]
-        loads = [(_likeness(name, item), item) for item in (*FORCE_CHANNELS, *MOMENT_CHANNELS)]
-        close = [(size, item) for size, item in inputs if first or size >= _ALIKE]
-        close += [(size, item) for size, item in loads if size >= _LOADS_ALIKE]
-        if not close:
-            continue
-        size, meant = max(close, key=lambda pair: pair[0])
-        if meant in table.columns or any(_likeness(name, item) > size for item in output_channels(robot)):
-            continue
-        told = f"{table.where}: unknown input channel {shown(name)}; nearest: {meant}"
-        raise InputError(f"{told}. Rename it; if it is no input, leave it out")
-
-
-def _likeness(first: str, second: str) -> float:
-    """Return how alike two names are, 1 for the same, whatever the case and the order of their words."""
-    ones, others = (re.findall(r"[a-z]+|[0-9]+", name.lower()) for name in (first, second))
-    ways = (("_".join(ones), "_".join(others)), ("_".join(sorted(ones)), "_".join(sorted(others))))
-    return max(difflib.SequenceMatcher(None, one, other, False).ratio() for one, other in ways)
-
-
-def _nearest(robot: RobotSpec, names: Iterable[str]) -> str:
-    """Return the nearest column of `robot` to each of `names` that has one, as a sentence; "" for none."""
-    choices = {name.lower(): name for name in (*known_inputs(robot), *output_channels(robot))}
-    found: list[str] = []
-    for name in list(names)[:_MOST_NEAREST]:
-        near = difflib.get_close_matches(name.lower(), choices, 1, _ALIKE)
-        found += [f"{choices[near[0]]} for {cut(name, 60)}"] if near else []
-    return f" Nearest columns of the robot: {', '.join(found)}." if found else ""
-
-
-def notes_on_ignored(
-    robot: RobotSpec,
-    ignored: Mapping[str, tuple[str, ...]],
-    why: str = "not listed in dataset.toml",
-    wanted: Collection[str] = (),
-) -> tuple[Note, ...]:
-    """Return a note for each set of columns that are passed over, with its files.
-
-    Args:
-        robot: whose data they are.
-        ignored: columns by file.
-        why: they are ignored.
-        wanted: outputs of the robot that nobody left out on purpose.
-    """
-    known, all_outputs = known_inputs(robot), output_channels(robot)
-    outputs = set(all_outputs) - set(wanted)
-    notes = []
-    for columns in dict.fromkeys(ignored.values()):
-        files = ", ".join(file for file, names in ignored.items() if names == columns)
-        names = ", ".join(name or "(a column without a name)" for name in dict.fromkeys(columns))
-        said = f"{cut(files, 150)}: {why} and ignored: {cut(names, 250)}."
-        inputs = ", ".join(name for name in columns if name in known)
-        if inputs:
-            said += f" Of these the robot's own inputs are taken as zero: {cut(inputs, 250)}."
-        said += _nearest(robot, (name for name in columns if name not in known and name not in all_outputs))
-        notes.append(Note(IGNORED if outputs.issuperset(columns) else UNKNOWN, said))
-    return tuple(notes)

@@ -18,13 +18,11 @@ from catheter_sim.diagnosis.data.dataset import (
     ROLES,
     channel_list,
     check_channels,
-    known_inputs,
-    notes_on_ignored,
-    refuse_misspelled,
     trial_of_columns,
 )
 from catheter_sim.diagnosis.data.motion import HELD, motion_named
 from catheter_sim.diagnosis.data.nuisance import calibration_numbers
+from catheter_sim.diagnosis.data.passed_over import known_inputs, notes_on_ignored, refuse_misspelled
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.data.warm_up import judged_late
 from catheter_sim.errors import InputError, cut, unknown
@@ -65,17 +63,10 @@ def dataset_of(
     else:
         measured = channel_list(_listed(outputs), f"{name}: outputs")
     check_channels(robot, inputs, measured, name)
-    for trial, role, _ in tables:
-        if role and role not in ROLES:
-            raise unknown("role", str(role), ROLES, f"{name}: {trial}")
-    if all(role == "heldout" for _, role, _ in tables):
-        raise InputError(f"{name}: every trial is held out; at least one must train")
-    for _, _, table in tables:
-        refuse_misspelled(robot, table)
+    _check_tables(robot, tables, name)
     read = [_trial_of(robot, trial, role, table, inputs, measured) for trial, role, table in tables]
     trials = judged_late([trial for trial, _ in read], warm_up_s, f"{name}: warm_up_s")
     check_outputs(robot, trials, measured, name)
-    bounds = {key: _listed(item) for key, item in calibration.items()}
     dataset = Dataset(
         folder=Path(name),
         name=name,
@@ -88,7 +79,10 @@ def dataset_of(
         output_channels=measured,
         trials=trials,
         motion=motion_named(motion, f"{name}: motion"),
-        calibration=calibration_numbers(bounds, robot, name) or None,
+        calibration=calibration_numbers(
+            {key: _listed(item) for key, item in calibration.items()}, robot, name
+        )
+        or None,
         notes=notes_on_ignored(
             robot,
             {trial.file: ignored for trial, ignored in read if ignored},
@@ -98,6 +92,16 @@ def dataset_of(
     )
     refuse_copies(dataset, {trial.file: _content(trial) for trial in trials}, name)
     return dataset
+
+
+def _check_tables(robot: RobotSpec, tables: Sequence[tuple[str, str, Table]], name: str) -> None:
+    """Raise `InputError` where a role is unknown, no trial trains, or a column is a misspelled input."""
+    for trial, role, table in tables:
+        if role and role not in ROLES:
+            raise unknown("role", str(role), ROLES, f"{name}: {trial}")
+        refuse_misspelled(robot, table)
+    if all(role == "heldout" for _, role, _ in tables):
+        raise InputError(f"{name}: every trial is held out; at least one must train")
 
 
 def _measured_by_all(
