@@ -31,8 +31,8 @@ def input_range(robot: ContinuumRobot) -> tuple[Array, Array]:
 def input_limits(robot: ContinuumRobot, actuation: str) -> InputLimits:
     """Return what bends one segment, or each that a tendon passes, so far that it meets itself.
 
-    Friction is left out. An arc meets itself as a full circle, or where the inner sides of its elements touch:
-    at a radius of curvature of their own radius.
+    Friction is left out. An arc meets itself as a full circle, or where the inner sides of its elements
+    touch: at a radius of curvature of their own radius.
     """
     touching = min(segment.length_m / segment.outer_radius_m for segment in robot.segments)
     shape = (
