@@ -17,7 +17,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import ModuleType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from catheter_sim import __version__
 from catheter_sim.cli import (
@@ -43,7 +43,7 @@ from catheter_sim.cli import (
     workspace,
 )
 from catheter_sim.cli.arguments import split_settings
-from catheter_sim.errors import LONGEST_MESSAGE, InputError, cut
+from catheter_sim.errors import LONGEST_MESSAGE, InputError, RobotNote, cut
 from catheter_sim.progress import compilations_told
 from catheter_sim.signals import Stopped, unwound_by_signals
 
@@ -163,7 +163,10 @@ def _run(argv: Sequence[str]) -> int:
 
 @contextmanager
 def _errors_alone_on_stderr() -> Iterator[None]:
-    """Silence what libraries log while a simulation diverges: the one line of the error says it."""
+    """Silence what libraries log while a simulation diverges: the one line of the error says it.
+
+    Notes on the robot stay, each once.
+    """
     if os.environ.get(TRACEBACK_VARIABLE):
         yield
         return
@@ -172,6 +175,15 @@ def _errors_alone_on_stderr() -> Iterator[None]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
+            warnings.simplefilter("always", RobotNote)
+            said: set[str] = set()
+
+            def show(message: Warning | str, *_: Any, **__: Any) -> None:
+                if str(message) not in said and sys.stderr is not None:
+                    print(f"catheter-sim: note: {message}", file=sys.stderr)
+                said.add(str(message))
+
+            warnings.showwarning = show
             yield
     finally:
         logging.disable(before)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.modelling.build import build_mjcf, tell_what_was_raised
 
 KEPT = 8
 _written: list[tuple[RobotSpec, str, bool, bool, str]] = []  # the newest first
@@ -18,5 +18,7 @@ def remembered_mjcf(
     found = next((item for item in last if item[:4] == wanted), None)
     if found is None:
         found = (*wanted, build_mjcf(*wanted))
+    else:
+        tell_what_was_raised(robot, found[4])
     _written[:] = [found, *(item for item in last if item is not found)][:KEPT]
     return found[4]
