@@ -80,8 +80,8 @@ def is_centred(robot: ContinuumRobot) -> bool:
     return all(segment.hinge_share == 0.5 for segment in robot.segments)
 
 
-def hinge_places(robot: ContinuumRobot, segment: Segment) -> list[float]:
-    """Return where the hinges of a subsegment are, as shares of its length, rising.
+def hinge_places(robot: ContinuumRobot, segment: Segment | None = None) -> list[float]:
+    """Return where the hinges of a segment's subsegments are, as shares of their length; default: the first's.
 
     Bent by a small t at n hinges of equal turns, a subsegment of length h is shorter between its disks by
     h t^2 / 2 times the variance of the turn along it. At the middles of equal links that is 1/12 (1 + 2/n^2),
@@ -89,7 +89,7 @@ def hinge_places(robot: ContinuumRobot, segment: Segment) -> list[float]:
     """
     count = robot.links_per_subsegment
     if count == 1:
-        return [segment.hinge_share]
+        return [(segment or robot.segments[0]).hinge_share]
     if robot.hinges == "even":
         return [(k + 0.5) / count for k in range(count)]
     end = 0.5 / (count + 1)

@@ -60,7 +60,7 @@ def tip_error_m(robot: ContinuumRobot) -> float:
     """
     if _is_no_rod(robot):
         return 0.0
-    places = tuple(hinge_places(robot, robot.segments[0]))
+    places = tuple(hinge_places(robot))
     chain, rod = (0j, 1 + 0j), (0j, 1 + 0j)  # the tip and its direction
     for index, segment in enumerate(robot.segments):
         count = disks(robot, segment)

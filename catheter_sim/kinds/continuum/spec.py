@@ -27,9 +27,7 @@ class Segment:
     outer_radius_m: float  # of the disks or cells
     bending_stiffness_N_m2: float  # EI of the backbone
     mass_kg: float  # whole segment; where it is: `ContinuumRobot.masses`
-    bending_axes: str = (
-        "xy"  # "x", "y": bends in the xz or yz plane only; "xy": in any direction; "none": not
-    )
+    bending_axes: str = "xy"  # "x", "y": bends in the xz, yz plane only; "xy": in any direction; "none": not
     torsion_stiffness_N_m2: float = math.inf  # GJ; inf: cannot twist
     axial_stiffness_N: float = math.inf  # EA; inf: cannot stretch; rods' statics only, not the simulation
     shear_stiffness_N: float = math.inf  # GA; inf: cannot shear; the same

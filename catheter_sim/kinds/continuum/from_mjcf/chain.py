@@ -81,9 +81,9 @@ class _Cell:
 def read_chain(path: Path | str, name: str | None = None) -> ReadChain:
     """Return a chain of hinges with spatial tendons as a continuum robot.
 
-    Its base frame is the file's own, of the body that carries the chain, where that lies on the chain's axis and
-    the chain points along its z; otherwise it is shifted and turned, which a note says. `load_robot` takes
-    such a file, too, and `catheter_sim.catalogue.robot_toml` makes a robot's file of it.
+    Its base frame is the file's own, of the body that carries the chain, where that lies on the chain's axis
+    and the chain points along its z; otherwise it is shifted and turned, which a note says. `load_robot`
+    takes such a file, too, and `catheter_sim.catalogue.robot_toml` makes a robot's file of it.
 
     Args:
         path: of an MJCF file, or a model saved as one.
@@ -121,9 +121,7 @@ def read_chain(path: Path | str, name: str | None = None) -> ReadChain:
         raise InputError(f"{where}: servos draw some tendons and tensions pull others: all must be alike")
     orders = {tuple(axis for axis in item.stiffness if axis in "xy") for item in hinges}
     if len(hinges) > 1 and len(orders) == 1 and len(orders.pop()) == 2:
-        notes.append(
-            "of two hinges at one place another one comes first from link to link, which lessens twist"
-        )
+        notes.append("two hinges at one place: about x and about y come first in turn, which lessens twist")
     moved = list(notes)
     dynamics = _dynamics(hinges, notes)
     left_out = _left_out(model)
@@ -239,7 +237,7 @@ def _tip(
     same: float,
     notes: list[str],
 ) -> float:
-    """Return the height of the tip: of the file's highest site on the axis, the last disk, or a link's end."""
+    """Return the tip's height: of the file's highest site on the axis, the last disk, or a link's end."""
     threaded = set(model.wrap_objid[model.wrap_type == int(mujoco.mjtWrap.mjWRAP_SITE)].tolist())
     heights = []
     for site in range(model.nsite):

@@ -1,8 +1,8 @@
 """How far a robot that was read from MJCF is from its source: both bent in MuJoCo, by the same tensions.
 
-Each tendon in turn bends the chain by some 75 deg, with the file's gravity. A posture at rest is where springs,
-tendons and weight balance: Newton's and Krylov's method on MuJoCo's own forces, the tension brought on step by
-step.
+Each tendon in turn bends the chain by some 75 deg, with the file's gravity. A posture at rest is where
+springs, tendons and weight balance: Newton's and Krylov's method on MuJoCo's own forces, the tension brought
+on step by step.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.from_mjcf.hinges import Frame, Hinge
-from catheter_sim.kinds.continuum.layout import axes_of, links
 from catheter_sim.kinds.continuum.mjcf.chain import add_chain, add_tendons
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.mjcf import names
@@ -131,8 +130,8 @@ def compare(
         return []
     twist = f", {math.degrees(worst.twist_rad):.2g} deg of twist" * (worst.twist_rad > _TOLD_TWIST_RAD)
     text = (
-        f"{round(100.0 * worst.of_bend, 2):g} % of bend and {round(1e3 * worst.off_m, 3):g} mm{twist} off the file "
-        f"in MuJoCo{' in its gravity' * bool(model.opt.gravity.any())}, bent by "
+        f"{round(100.0 * worst.of_bend, 2):g} % of bend and {round(1e3 * worst.off_m, 3):g} mm{twist} off "
+        f"the file in MuJoCo{' in its gravity' * bool(model.opt.gravity.any())}, bent by "
         f"{math.degrees(worst.bend_rad):.0f} deg by tendon {worst.tendon}"
     )
     if worst.share > LARGEST_DIFFERENCE:
@@ -164,12 +163,7 @@ def _ours(robot: ContinuumRobot, gravity: Array) -> _Chain:
     add_tendons(root, robot)
     model = mujoco.MjModel.from_xml_string(root.to_xml_string(precision=12))
     model.opt.gravity[:] = gravity
-    row = [
-        item
-        for item in links(robot)
-        if axes_of(item.segment) or math.isfinite(item.segment.torsion_stiffness_N_m2)
-    ]
-    bodies = [model.body(names.link(item.index)).id for item in row]
+    bodies = [body for body in range(model.nbody) if model.body_jntnum[body]]
     joints = [int(model.body_jntadr[body]) for body in bodies]
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -178,7 +172,7 @@ def _ours(robot: ContinuumRobot, gravity: Array) -> _Chain:
 
 
 def _frames(chain: _Chain) -> tuple[Array, list[Rotation]]:
-    """Return the hinges' and the tip's places, shape (n + 1, 3) [m], and the links' turns, in the base frame."""
+    """Return the hinges' and the tip's places, shape (n + 1, 3) [m], and the links' turns, as of the base."""
     data, model = chain.data, chain.model
     last = chain.bodies[-1]
     tip = data.xpos[last] + data.xmat[last].reshape(3, 3) @ chain.tip
@@ -241,7 +235,7 @@ def _unbalanced(chain: _Chain, tension: Array) -> Array:
     mujoco.mj_tendon(model, data)
     mujoco.mj_passive(model, data)
     mujoco.mj_rne(model, data, 0, data.qfrc_bias)
-    pulls = sum((tension[k] * _moments(chain, k) for k in np.flatnonzero(tension)), np.zeros(model.nv))
+    pulls = sum((tension[k] * _moments(chain, int(k)) for k in np.flatnonzero(tension)), np.zeros(model.nv))
     return np.asarray(data.qfrc_passive - data.qfrc_bias + pulls)
 
 

@@ -125,7 +125,7 @@ def _disks_to_hinges(robot: ContinuumRobot, segment: Segment) -> tuple[float, fl
     """Return how far a subsegment's first hinge is from the disk before it, and the last one from the disk
     beyond, in lengths of a link."""
     places = hinge_places(robot, segment)
-    return tuple(share * robot.links_per_subsegment for share in (places[0], 1.0 - places[-1]))
+    return places[0] * robot.links_per_subsegment, (1.0 - places[-1]) * robot.links_per_subsegment
 
 
 def _segment_of(robot: ContinuumRobot, link: int) -> tuple[int, int]:

@@ -13,9 +13,9 @@ loaded backbone is no arc, so that loads are where this model errs).
 `straight_between_disks` adds what a tendon that runs straight from disk to disk gains over one held
 everywhere: over a subsegment of length h bent by t the chord is shorter by h t^2 / 24 for an arc
 and, for a chain of K hinges per subsegment at the middles of equal links, by h t^2 / 24 (1 + 2 / K^2), to
-second order in t (`layout.hinge_places`). With it the model is the analytic twin of the simulated chain. Where
-a segment says where its hinges stand (`hinge_share`), the path is that of a chain exactly, and its arc begins
-by so much farther up as its hinges stand above the middles, and the disks as much farther down.
+second order in t (`layout.hinge_places`). With it the model is the analytic twin of the simulated chain.
+Where a segment says where its hinges stand (`hinge_share`), the path is that of a chain exactly, and its arc
+begins by so much farther up as its hinges stand above the middles, and the disks as much farther down.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ MODEL = "CC"
 # An inextensible tendon driven by displacement is a spring this many times stiffer than the
 # robot's bending seen from that tendon: its stretch stays below 0.1 % of the bending's share.
 INEXTENSIBLE_RATIO = 1000.0
+_AT_START = 1e-9  # of a subsegment: of a hinge there
 _BALANCED_RAD = 1e-5  # unbalanced moment, over a segment's stiffness, that still counts as balance
 
 
@@ -190,13 +191,14 @@ def places(robot: ContinuumRobot) -> tuple[np.ndarray, Array]:
 def loads(robots: Sequence[ContinuumRobot], inputs: Sequence[Inputs], gravity_mps2: Array) -> ArcLoads:
     """Return what acts on each robot at each row.
 
-    Weight acts at each disk or, of masses along the robot, in the middle of each subsegment; force and moment
-    on the tip.
+    Weight acts at each disk or, of masses along the robot, in the middle of each subsegment, which a hinge above
+    the middle brings down on the arc; force and moment on the tip.
     """
     segments = robots[0].segments
     mass = np.array([[_disk_mass(robot, segment) for segment in robot.segments] for robot in robots])
-    before = np.zeros((*mass.shape, 1))
-    before[[robot.masses == "along" for robot in robots]] = 0.5
+    before = np.array(
+        [[(item.hinge_share or _AT_START) * (robot.masses == "along") for item in segments] for robot in robots]
+    )[..., None]
     return ArcLoads(
         disks=np.array([disks(robots[0], segment) for segment in segments]),
         weight=np.concatenate([mass[:, :, None] * gravity_mps2, before], axis=2),

@@ -141,10 +141,8 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
         every: which rows are wanted; those of robots with friction are marched through all the same.
         results: unknowns (B, n, 2S + 1), tension (B, n, T), span (B, n, T, S), residual (B, n) [rad].
     """
-    lengths, k0s, c3s, c5s, rests, arms, chords, stiffnesses, stretches, mus, compliances, weights = robots[
-        :12
-    ]
-    cells, shares, leads = robots[12:]
+    lengths, k0s, c3s, c5s, rests, arms, chords, stiffnesses, stretches, mus = robots[:10]
+    compliances, weights, cells, shares, leads = robots[10:]
     commands, tip_forces, tip_moments = inputs
     unknowns, tensions, spans, residuals = results
     batch, rows, tendons = commands.shape

@@ -44,8 +44,8 @@ def _along_arc(bend_x, bend_y, length, lead, share, force):
 def find_generalised_load(bend, length, lead, count, weight, tip_force, tip_moment, frames, out):
     """Set `out` (2S,) to the power of the loads per rate of each bend component [N m].
 
-    Args: bend (2S,); length, lead (S,); count (S,) disks; weight (S, 4) of each disk, and how far before the disk
-    it acts, of a subsegment; tip_force, tip_moment (3,); frames (S + 1, 3, 3) working space.
+    Args: bend (2S,); length, lead (S,); count (S,) disks; weight (S, 4) of each disk, and how far before the
+    disk it acts, of a subsegment; tip_force, tip_moment (3,); frames (S + 1, 3, 3) working space.
     """
     segments = len(length)
     for i in range(3):
@@ -86,7 +86,9 @@ def find_generalised_load(bend, length, lead, count, weight, tip_force, tip_mome
             )
             for disk in range(count[s]):
                 place = (disk + 1.0 - weight[s, 3]) / count[s]
-                px, py, pz, dx, dy = _along_arc(x, y, length[s], lead[s], place, own)
+                back = lead[s] if weight[s, 3] == 0.0 else 0.0  # a disk; the rest stands on the arc
+                px, py, pz, dx, dy = _along_arc(x, y, length[s], back, place, own)
+                pz += lead[s] - back
                 qx += dx
                 qy += dy
                 m0 += py * own[2] - pz * own[1]
