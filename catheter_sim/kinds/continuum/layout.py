@@ -81,7 +81,7 @@ def is_centred(robot: ContinuumRobot) -> bool:
 
 
 def hinge_places(robot: ContinuumRobot, segment: Segment | None = None) -> list[float]:
-    """Return where the hinges of a segment's subsegments are, as shares of their length; default: the first's.
+    """Return where the hinges of a subsegment are, as shares of its length, rising; default: of the first's.
 
     Bent by a small t at n hinges of equal turns, a subsegment of length h is shorter between its disks by
     h t^2 / 2 times the variance of the turn along it. At the middles of equal links that is 1/12 (1 + 2/n^2),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -274,7 +275,7 @@ def rising_xml(
 
 
 PAIR = (("t", 1.0, 6), ("u", -1.0, 6), ("v", 0.75, 3))
-LAYOUTS = {
+LAYOUTS: dict[str, dict[str, Any]] = {
     "in the hinges' planes": {},
     "about x": {"axes": ("1 0 0",), "aside_mm": (0.0, 2.0)},
     "about x and y in turn": {"axes": ("0 1 0", "1 0 0"), "aside_mm": (1.5, 1.5)},

@@ -191,14 +191,14 @@ def places(robot: ContinuumRobot) -> tuple[np.ndarray, Array]:
 def loads(robots: Sequence[ContinuumRobot], inputs: Sequence[Inputs], gravity_mps2: Array) -> ArcLoads:
     """Return what acts on each robot at each row.
 
-    Weight acts at each disk or, of masses along the robot, in the middle of each subsegment, which a hinge above
-    the middle brings down on the arc; force and moment on the tip.
+    Weight acts at each disk or, of masses along the robot, in the middle of each subsegment, which a hinge
+    above the middle brings down on the arc; force and moment on the tip.
     """
     segments = robots[0].segments
     mass = np.array([[_disk_mass(robot, segment) for segment in robot.segments] for robot in robots])
-    before = np.array(
-        [[(item.hinge_share or _AT_START) * (robot.masses == "along") for item in segments] for robot in robots]
-    )[..., None]
+    share = np.array([[item.hinge_share or _AT_START for item in segments]])
+    along = np.array([[robot.masses == "along"] for robot in robots])
+    before = (share * along)[..., None]
     return ArcLoads(
         disks=np.array([disks(robots[0], segment) for segment in segments]),
         weight=np.concatenate([mass[:, :, None] * gravity_mps2, before], axis=2),
