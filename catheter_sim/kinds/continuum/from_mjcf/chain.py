@@ -31,10 +31,7 @@ from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 _ALIKE = 0.02  # share by which numbers of one segment may differ
 _WIDER = 1.25  # than its outermost holes a robot is taken to be, where no geom says
 _SAME_SHARE = 1e-3  # of the mean distance of hinges: heights that differ by less are one
-_ALWAYS_LEFT_OUT = (
-    "inputs are tensions or displacements of the tendons, not the file's controls",
-    "friction.mu = 0: MJCF knows none at holes",
-)
+_LEFT_OUT = "left out"
 _MASS_SHARE = 1e-3  # of the chain's length: masses that are nearer are in place
 _LEAST_MASS_KG = 1e-9  # of a stretch that weighs nothing
 
@@ -141,7 +138,7 @@ def read_chain(path: Path | str, name: str | None = None) -> ReadChain:
     check(robot, where)
     measured = compare(
         model, frame, hinges, [item.number for item in routed], robot, cells[0].low_m, cells[-1].high_m,
-        [*moved, *left_out[len(_ALWAYS_LEFT_OUT) + 1 :]], where,
+        [*moved, *(note for note in left_out if note.startswith(_LEFT_OUT))], where,
     )  # fmt: skip
     said = [*measured, _frame_note(model, data, frame, cells[0].low_m)]
     warnings.warn(f"{where}: {'; '.join(said)}", RobotNote, stacklevel=2)
@@ -452,7 +449,11 @@ def _dynamics(hinges: Sequence[Hinge], notes: list[str]) -> Dynamics:
 
 def _left_out(model: mujoco.MjModel) -> list[str]:
     gravity = ", ".join(f"{value:g}" for value in model.opt.gravity)
-    notes = [*_ALWAYS_LEFT_OUT, f"gravity is not a robot's: the file has {gravity} m/s^2"]
+    notes = [
+        "inputs are tensions or displacements of the tendons, not the file's controls",
+        f"gravity is not a robot's: the file has {gravity} m/s^2",
+        "friction.mu = 0: MJCF knows none at holes",
+    ]
     for what, there in (
         ("friction of joints", bool(model.dof_frictionloss.any())),
         ("limits of joints", bool(model.jnt_limited.any())),
@@ -463,7 +464,7 @@ def _left_out(model: mujoco.MjModel) -> list[str]:
         ("equality constraints", bool(model.neq)),
     ):
         if there:
-            notes.append(f"left out: {what}")
+            notes.append(f"{_LEFT_OUT}: {what}")
     return notes
 
 

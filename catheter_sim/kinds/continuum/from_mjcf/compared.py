@@ -29,6 +29,7 @@ _BEND_RAD = math.radians(75.0)
 _STEP_RAD = math.radians(15.0)  # by which a step of the tension bends the chain, about
 _MOST_STEPS, _MOST_ROUNDS = 12, 30
 _NO_BEND_RAD = 1e-3
+_TIE = 1e-5  # shares that differ by less: the first tendon is named
 _TOLD_TWIST_RAD = math.radians(0.1)
 _BALANCED_RAD = 1e-7  # unbalanced torques over the stiffness of their joints
 
@@ -125,7 +126,7 @@ def compare(
         off_rad, twist_rad = _between(turns, our_turns)
         off_m = float(np.linalg.norm(places - our_places, axis=1).max())
         one = _Difference(tendon.name, bend, off_rad / max(bend, _NO_BEND_RAD), twist_rad, off_m, length_m)
-        worst = one if worst is None or one.share > worst.share else worst
+        worst = one if worst is None or one.share > worst.share + _TIE else worst
     if worst is None:
         return []
     twist = f", {math.degrees(worst.twist_rad):.2g} deg of twist" * (worst.twist_rad > _TOLD_TWIST_RAD)
