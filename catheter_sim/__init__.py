@@ -10,7 +10,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from catheter_sim.envs import register_environments
-from catheter_sim.errors import InputError, SimulationDiverged
+from catheter_sim.errors import InputError, RobotNote, SimulationDiverged
 
 if TYPE_CHECKING:
     from catheter_sim.modelling.attach import attach
@@ -66,6 +66,7 @@ __all__ = [
     "Laboratory",
     "ModelChoice",
     "ModelDiagnosis",
+    "RobotNote",
     "Run",
     "Sensing",
     "SimulationDiverged",

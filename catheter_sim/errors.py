@@ -1,4 +1,4 @@
-"""The one error class for everything a user can cause, and the line that it prints.
+"""The one error class for everything a user can cause, and the line that it prints; and the class of notes.
 
 A line stays readable whatever the input: a value, a list of choices and the whole message are cut to a
 length that a terminal shows at a glance.
@@ -25,6 +25,10 @@ class InputError(ValueError):
         text = str(message)  # Gymnasium raises an error of another process with that error for its text
         lines = text.splitlines()  # a name may hold a line's end
         super().__init__(cut(text if len(lines) < 2 else " ".join(text.split()), LONGEST_MESSAGE))
+
+
+class RobotNote(UserWarning):
+    """One line about what was changed in a robot so that it can be built, or assumed as it was read."""
 
 
 class SimulationDiverged(InputError):

@@ -20,6 +20,7 @@ import argparse
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -82,6 +83,7 @@ def robot_listing(reference: str) -> dict[str, Any]:
     Raises:
         InputError: unknown robot, unreadable file, impossible robot.
     """
+    from catheter_sim.catalogue import FILES
     from catheter_sim.channels import (
         FORCE_CHANNELS,
         MOMENT_CHANNELS,
@@ -91,10 +93,15 @@ def robot_listing(reference: str) -> dict[str, Any]:
         output_channels,
     )
     from catheter_sim.cli.driven import load
+    from catheter_sim.errors import InputError
+    from catheter_sim.modelling.model_cache import remembered_mjcf
     from catheter_sim.public.listing import plain
     from catheter_sim.public.offers import list_effects, list_models, parameter_sets
 
-    specified, _ = load(reference, ())
+    specified, robot = load(reference, ())
+    if reference.endswith(FILES):
+        with suppress(InputError):  # `build` says why one cannot be built; notes on it are said here, too
+            remembered_mjcf(robot)
     by_effect: dict[str, list[Mapping[str, Any]]] = {}
     for row in list_effects(specified):
         by_effect.setdefault(row["effect"], []).append(row)

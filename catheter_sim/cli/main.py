@@ -18,7 +18,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import ModuleType
-from typing import NoReturn, TextIO
+from typing import NoReturn
 
 from catheter_sim import __version__
 from catheter_sim.cli import (
@@ -44,7 +44,7 @@ from catheter_sim.cli import (
     workspace,
 )
 from catheter_sim.cli.arguments import split_settings
-from catheter_sim.errors import LONGEST_MESSAGE, TRACEBACK_VARIABLE, InputError, cut
+from catheter_sim.errors import LONGEST_MESSAGE, TRACEBACK_VARIABLE, InputError, RobotNote, cut
 from catheter_sim.progress import compilations_told, note
 from catheter_sim.signals import Stopped, unwound_by_signals
 
@@ -167,7 +167,7 @@ def _run(argv: Sequence[str]) -> int:
 def _known_noise_silenced() -> Iterator[None]:
     """Silence what MuJoCo and NumPy say while numbers leave the finite ones: the error's line says it.
 
-    Any other warning is a line of its own.
+    Any other warning is a line of its own, said once.
     """
     if os.environ.get(TRACEBACK_VARIABLE):
         yield
@@ -179,7 +179,17 @@ def _known_noise_silenced() -> Iterator[None]:
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", _NOT_FINITE, RuntimeWarning)
-            warnings.showwarning = _one_line
+            warnings.simplefilter("always", RobotNote)
+            said: set[str] = set()
+
+            def show(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+                what = "note" if issubclass(category, RobotNote) else "warning"
+                line = f"catheter-sim: {what}: {cut(' '.join(str(message).split()), LONGEST_MESSAGE)}"
+                if line not in said:
+                    note(line)
+                said.add(line)
+
+            warnings.showwarning = show
             yield
     finally:
         noisy.removeFilter(_is_error)
@@ -187,18 +197,6 @@ def _known_noise_silenced() -> Iterator[None]:
 
 def _is_error(record: logging.LogRecord) -> bool:
     return record.levelno >= logging.ERROR
-
-
-def _one_line(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
-) -> None:
-    """Show a warning; of what it is and where it was given is of use in a program alone."""
-    note(f"catheter-sim: warning: {cut(' '.join(str(message).split()), LONGEST_MESSAGE)}")
 
 
 def _fail(message: str) -> int:

@@ -21,9 +21,9 @@ def curvature_handles(segments: Sequence[tuple[str, float, str]]) -> tuple[Handl
     """Return the places of rest curvatures: of all segments alike, and of several also of each.
 
     Args:
-        segments: name, length [m] and bending axes ("x" or "xy") of each.
+        segments: name, length [m] and bending axes ("x", "y" or "xy") of each.
     """
-    axes = "xy" if any(own == "xy" for _, _, own in segments) else "x"
+    axes = _axes(segments)
     length_m = sum(length for _, length, _ in segments)
     common = [
         curvature_handle(_key(name, axis), f"curvature_{axis}_per_m", "all", length_m)
@@ -41,6 +41,11 @@ def curvature_handles(segments: Sequence[tuple[str, float, str]]) -> tuple[Handl
     return (*common, *each)
 
 
+def _axes(segments: Sequence[tuple[str, float, str]]) -> str:
+    """Return the directions in which any of the segments bends."""
+    return "".join(axis for axis in "xy" if any(axis in own for _, _, own in segments))
+
+
 def _key(segment: str, axis: str) -> str:
     return f"segments.{segment}.rest_curvature_{axis}_per_m"
 
@@ -48,6 +53,5 @@ def _key(segment: str, axis: str) -> str:
 def tip_forces(segments: Sequence[tuple[str, float, str]]) -> tuple[Handle, ...]:
     """Return the directions of a force on the tip, in the plane of a planar robot, else in space, and a mass
     there."""
-    planar = all(own == "x" for _, _, own in segments)
-    forces = (Handle(Role.TIP_FORCE, "", f"force_{axis}_N") for axis in ("xz" if planar else "xyz"))
+    forces = (Handle(Role.TIP_FORCE, "", f"force_{axis}_N") for axis in f"{_axes(segments)}z")
     return (*forces, Handle(Role.TIP_MASS, "tip_mass_g", "mass_g"))

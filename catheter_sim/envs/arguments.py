@@ -13,6 +13,8 @@ import numpy as np
 from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError, shown, unknown
 
+_OPEN = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+
 
 def argument_names(environment: type) -> list[str]:
     """Return the names of the arguments of an environment's class, those of its bases included."""
@@ -22,7 +24,7 @@ def argument_names(environment: type) -> list[str]:
         if own is None or base.__module__.split(".")[0] in ("gymnasium", "builtins", "typing"):
             continue
         for name, parameter in inspect.signature(own).parameters.items():
-            if name != "self" and parameter.kind is not inspect.Parameter.VAR_KEYWORD:
+            if name != "self" and parameter.kind not in _OPEN:
                 names.setdefault(name)
     return list(names)
 

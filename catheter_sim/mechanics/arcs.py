@@ -80,7 +80,12 @@ def segment_frames(bend: Array, length: Array) -> tuple[Array, Array]:
 
 
 def points_on_arcs(
-    bend: Array, length: Array, segment: Array, fraction: Array, turn: Array | None = None
+    bend: Array,
+    length: Array,
+    segment: Array,
+    fraction: Array,
+    turn: Array | None = None,
+    lead: Array | None = None,
 ) -> tuple[Array, Array]:
     """Return frames at given places along a robot of arcs, or of helices.
 
@@ -91,6 +96,8 @@ def points_on_arcs(
         fraction: of the segment's length, in (0, 1], shape (n,).
         turn: by which the direction of bending turns over each segment, `bend` being what it is in the
             middle, broadcast to (..., s) [rad]; None: arcs. Orientations do not turn along.
+        lead: by which each arc begins above its segment's start, and places lie below theirs on it, broadcast
+            to (..., s) [m]; None: none.
 
     Returns:
         Positions, shape (..., n, 3) [m], and orientations, shape (..., n, 3, 3).
@@ -109,4 +116,12 @@ def points_on_arcs(
         p_w,
         R_w,
     )
-    return p_w.reshape(*shape, places, 3), R_w.reshape(*shape, places, 3, 3)
+    p_w, R_w = p_w.reshape(*shape, places, 3), R_w.reshape(*shape, places, 3, 3)
+    if lead is not None and lead.any():
+        along = segment_frames(bend, length)[1][..., 2]  # of the segments' starts and ends
+        lead = np.broadcast_to(lead, bend.shape[:-1])[..., None]
+        shifts = np.cumsum(lead * (along[..., :-1, :] - along[..., 1:, :]), axis=-2)
+        before = np.concatenate([np.zeros_like(shifts[..., :1, :]), shifts[..., :-1, :]], axis=-2)
+        p_w += before[..., segment, :] + (lead * along[..., :-1, :])[..., segment, :]
+        p_w -= lead[..., segment, :] * R_w[..., 2]
+    return p_w, R_w

@@ -12,6 +12,7 @@ import trimesh
 from catheter_sim.mjcf.backend import mjcf
 from catheter_sim.mjcf.colours import Colour
 
+_LEAST_VOLUME_M3 = 2e-15  # MuJoCo takes no smaller mesh for a solid than half of it; as a shell it does
 GROUP = 2  # MuJoCo's habit for what is only to be seen
 
 
@@ -61,7 +62,9 @@ def add_parts(
     """
     for key, mesh in meshes.items():
         vertex, face = inline(mesh)
-        root.asset.add("mesh", name=key, vertex=vertex, face=face)
+        shown = root.asset.add("mesh", name=key, vertex=vertex, face=face)
+        if abs(mesh.volume) < _LEAST_VOLUME_M3:
+            shown.inertia = "shell"
     for index, body in enumerate(bodies):
         for part in parts_of(index):
             body.add(

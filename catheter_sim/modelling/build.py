@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Lock
@@ -12,7 +14,7 @@ import mujoco
 from catheter_sim.core.markers import elements_of, offsets_of
 from catheter_sim.core.motion import IMPLICIT_SPRINGS, in_motion
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.errors import InputError
+from catheter_sim.errors import InputError, RobotNote
 from catheter_sim.kinds import face_of, kind_of
 from catheter_sim.mjcf import names
 from catheter_sim.mjcf.backend import mjcf
@@ -20,6 +22,9 @@ from catheter_sim.modelling.scene import add_scene
 
 _LOAD_RADIUS_M = 1e-4  # of gyration of a load at the tip: nothing beside its distance from any hinge
 _DEEP = Lock()  # Python's limit of calls within calls is one for all threads: one of them raises it at a time
+_LEAST_KG = float(mujoco.mjMINVAL)  # MuJoCo takes no body of less mass
+_LEAST_KG_M2 = 10.0 * float(mujoco.mjMINVAL)  # it takes a tenth, but does not move it
+_NOTE = re.compile(r'<text name="raised" data="([^"]*)"')
 _DEEPEST_CALLS = 5000  # a few for each of the 400 links that a robot may have
 
 
@@ -42,6 +47,9 @@ def build_mjcf(
 
     Raises:
         InputError: MuJoCo refuses the model, or the robot knows no such actuation.
+
+    Warns:
+        RobotNote: inertias or masses were raised to the least that MuJoCo takes.
     """
     actuation = actuation or robot.actuation
     integrator, servo_lag_s = IMPLICIT_SPRINGS, 0.0
@@ -52,6 +60,8 @@ def build_mjcf(
     root = mjcf.RootElement(model=robot.name.replace("/", "_"))
     root.compiler.angle = "radian"
     root.compiler.autolimits = True
+    # For models that kinds compile on the way; what is raised in the end, `_raise` says.
+    root.compiler.boundmass, root.compiler.boundinertia = _LEAST_KG, _LEAST_KG_M2
     root.option.timestep = robot.dynamics.timestep_s
     root.option.integrator = integrator
     root.option.gravity = (0.0, 0.0, 0.0)
@@ -66,13 +76,45 @@ def build_mjcf(
         face_of(robot, "friction_tails", "reference friction law").add(root, robot)
     if motion:
         _resist(root, robot, servo_lag_s)
+    _raise(root)
     with _deep_enough():
         text = root.to_xml_string(precision=12)
     try:
         mujoco.MjModel.from_xml_string(text)
     except ValueError as error:
         raise InputError(f"{robot.name}: MuJoCo refuses the model: {' '.join(str(error).split())}") from None
+    tell_what_was_raised(robot, text)
     return text
+
+
+def tell_what_was_raised(robot: RobotSpec, text: str) -> None:
+    """Warn by a `RobotNote` where the model `text` of `robot` says what was raised in it."""
+    found = _NOTE.search(text)
+    if found:
+        warnings.warn(f"{robot.name}: {found[1]}", RobotNote, stacklevel=3)
+
+
+def _raise(root: mjcf.RootElement) -> None:
+    """Raise inertias and masses to the least for MuJoCo, and write into the model how many.
+
+    Such an inertia is nothing beside the hinges' armature; weight stays, but for masses below the least.
+    """
+    del root.compiler.boundmass, root.compiler.boundinertia
+    inertias, masses = 0, 0
+    for body in root.find_all("body"):
+        own = body.inertial
+        if own is None or own.diaginertia is None:
+            continue
+        if min(own.diaginertia) < _LEAST_KG_M2:
+            own.diaginertia = [max(value, _LEAST_KG_M2) for value in own.diaginertia]
+            inertias += 1
+        if own.mass < _LEAST_KG:
+            own.mass = _LEAST_KG
+            masses += 1
+    if inertias:  # so small a mass has a smaller inertia
+        raised = f"inertias of {inertias} bodies raised to {_LEAST_KG_M2:g} kg m^2, the least for MuJoCo"
+        weight = f"masses of {masses} to {_LEAST_KG:g} kg" if masses else "masses stay"
+        root.custom.add("text", name="raised", data=f"{raised}; {weight}")
 
 
 def _add_markers(root: mjcf.RootElement, robot: RobotSpec) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from threading import Lock
 
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.modelling.build import build_mjcf, tell_what_was_raised
 
 KEPT = 8
 _written: list[tuple[RobotSpec, str, bool, bool, str]] = []  # the newest first
@@ -22,6 +22,8 @@ def remembered_mjcf(
     found = next((item for item in last if item[:4] == wanted), None)
     if found is None:
         found = (*wanted, build_mjcf(*wanted))
+    else:
+        tell_what_was_raised(robot, found[4])
     with _lock:  # other threads may have written since
         _written[:] = [found, *(item for item in _written if item is not found)][:KEPT]
     return found[4]

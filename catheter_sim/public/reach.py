@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 from catheter_sim.errors import InputError, shown
@@ -120,7 +121,7 @@ def workspace(
     Args:
         robot: a robot, its id or its file.
         samples: how many draws, up to 100,000.
-        seed: of the draws.
+        seed: of the draws, from 0.
         limits: as for `inverse_kinematics`.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
 
@@ -138,8 +139,14 @@ def workspace(
     from catheter_sim.public.inverse import limits_of
 
     value = robot_of(robot)
-    for what, number in (("samples", samples), ("seed", seed)):
-        if not isinstance(number, int) or not (what == "samples") <= number <= _MOST_SAMPLES:
-            raise InputError(f"{what} = {shown(number)}: a whole number up to {_MOST_SAMPLES} is needed")
+    if not _is_whole(samples) or not 1 <= samples <= _MOST_SAMPLES:
+        raise InputError(f"samples = {shown(samples)}: a whole number of 1 to {_MOST_SAMPLES} is needed")
+    if not _is_whole(seed) or seed < 0:
+        raise InputError(f"seed = {shown(seed)}: a whole number from 0 is needed")
     drives = with_limits(plan_drives(value), limits_of(limits), "limits")
-    return Workspace(value, solve(value, drives, gravity_of(gravity_mps2), samples, seed))
+    return Workspace(value, solve(value, drives, gravity_of(gravity_mps2), int(samples), int(seed)))
+
+
+def _is_whole(value: object) -> bool:
+    """Return whether a value is a whole number, Python's or NumPy's; True and False are none."""
+    return isinstance(value, Integral) and not isinstance(value, bool)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
+import pytest
 
 import catheter_sim as cs
 from catheter_sim.planning.drives import plan_drives
@@ -33,3 +36,31 @@ def test_the_seed_decides() -> None:
     first, again, other = (cs.workspace("mitral_4dof", samples=5, seed=seed).tip_mm for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert not np.allclose(first, other)
+
+
+def test_a_seed_has_no_bound_and_numpys_numbers_are_numbers() -> None:
+    """A seed beyond the number of samples is one; NumPy's whole numbers give what Python's give."""
+    samples, seed = np.int64(5), np.uint32(4_000_000_000)
+    found = cs.workspace("mitral_4dof", samples=samples, seed=seed)  # type: ignore[arg-type]
+    again = cs.workspace("mitral_4dof", samples=5, seed=4_000_000_000)
+    np.testing.assert_array_equal(found.tip_mm, again.tip_mm)
+    assert len(found) == 5
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "needed"),
+    [
+        ("samples", True, "a whole number of 1 to 100000"),
+        ("samples", np.True_, "a whole number of 1 to 100000"),
+        ("samples", 2.0, "a whole number of 1 to 100000"),
+        ("samples", 0, "a whole number of 1 to 100000"),
+        ("samples", 100_001, "a whole number of 1 to 100000"),
+        ("seed", False, "a whole number from 0"),
+        ("seed", -1, "a whole number from 0"),
+        ("seed", "3", "a whole number from 0"),
+    ],
+)
+def test_what_is_no_number_of_samples_or_seed_is_refused(name: str, value: object, needed: str) -> None:
+    """One line names the argument and what it needs; a boolean is no number."""
+    with pytest.raises(cs.InputError, match=re.escape(f"{name} = {value!r}: {needed} is needed")):
+        cs.workspace("mitral_4dof", **{name: value})  # type: ignore[arg-type]

@@ -184,13 +184,13 @@ def test_inertia_goes_and_the_weight_stays() -> None:
 def test_held_rows_are_reached_from_the_row_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between two rows every input lies between them, and moves toward the second one."""
     given: list[np.ndarray] = []
-    original = Simulator.set_inputs
+    original = Simulator.put_inputs
 
     def recorded(self: Simulator, tendon: np.ndarray, *rest: object, **named: object) -> None:
         given.append(np.array(tendon))
         original(self, tendon, *rest, **named)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(Simulator, "set_inputs", recorded)
+    monkeypatch.setattr(Simulator, "put_inputs", recorded)
     simulate(cells("friction.mu=0"), rows_to_inputs([(0.2, 0.1), (0.3, 0.05)]), np.zeros(3), ramp_s=0.05)
     table = np.array(given)
     start = int(np.flatnonzero((table == (0.2, 0.1)).all(axis=1))[-1])

@@ -62,11 +62,11 @@ def dataset_of(
         measured = _measured_by_all(robot, tables, inputs, name)
     else:
         measured = channel_list(_listed(outputs), f"{name}: outputs")
-    check_channels(robot, inputs, measured, name)
-    _check_tables(robot, tables, name)
+    _check_tables(robot, tables, inputs, measured, name)
     read = [_trial_of(robot, trial, role, table, inputs, measured) for trial, role, table in tables]
     trials = judged_late([trial for trial, _ in read], warm_up_s, f"{name}: warm_up_s")
     check_outputs(robot, trials, measured, name)
+    bounds = {key: _listed(item) for key, item in calibration.items()}
     dataset = Dataset(
         folder=Path(name),
         name=name,
@@ -79,10 +79,7 @@ def dataset_of(
         output_channels=measured,
         trials=trials,
         motion=motion_named(motion, f"{name}: motion"),
-        calibration=calibration_numbers(
-            {key: _listed(item) for key, item in calibration.items()}, robot, name
-        )
-        or None,
+        calibration=calibration_numbers(bounds, robot, name) or None,
         notes=notes_on_ignored(
             robot,
             {trial.file: ignored for trial, ignored in read if ignored},
@@ -94,8 +91,15 @@ def dataset_of(
     return dataset
 
 
-def _check_tables(robot: RobotSpec, tables: Sequence[tuple[str, str, Table]], name: str) -> None:
-    """Raise `InputError` where a role is unknown, no trial trains, or a column is a misspelled input."""
+def _check_tables(
+    robot: RobotSpec,
+    tables: Sequence[tuple[str, str, Table]],
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...],
+    name: str,
+) -> None:
+    """Raise `InputError` where a column or role is unknown, no trial trains, or an input is misspelled."""
+    check_channels(robot, inputs, outputs, name)
     for trial, role, table in tables:
         if role and role not in ROLES:
             raise unknown("role", str(role), ROLES, f"{name}: {trial}")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -17,9 +18,9 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.quick_model import DriveLevels, bend_of_link, bends_nothing, tension_shares
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.drives import ACTUATIONS, drives, has_gains
-from catheter_sim.kinds.continuum.layout import disks, is_planar
+from catheter_sim.kinds.continuum.layout import axes_of, disks, is_planar
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots
+from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots, leads
 from catheter_sim.mechanics.arcs import segment_frames
 
 _NO_ARM_M = 1e-9  # a tendon nearer to the neutral plane bends nothing
@@ -35,6 +36,7 @@ class ArcModel:
     segment_length: Array
     segment_of_link: np.ndarray
     planar: bool
+    lead: Array
     sets_bends = False
 
     @property
@@ -49,11 +51,11 @@ class ArcModel:
     def reach(self, level: Array, rest_bends: Array) -> tuple[Array, Array]:
         """Return tips and bends at `level`."""
         bends = rest_bends + np.einsum("sad,nd->nsa", self.drives.bend, level)
-        return arc_tips(bends, self.segment_length), bends
+        return arc_tips(bends, self.segment_length, self.lead), bends
 
     def tip_slopes(self, level: Array, bends: Array) -> Array:
         """Return how the tip of arcs bent by `bends` moves with the levels, the same at every level."""
-        return np.einsum("isa,sad->id", tip_jacobian(bends, self.segment_length), self.drives.bend)
+        return np.einsum("isa,sad->id", tip_jacobian(bends, self.segment_length, self.lead), self.drives.bend)
 
     def direction_slopes(self, level: Array, bends: Array) -> Array:
         """Return how the tip's direction moves with the levels, the same at every level."""
@@ -70,17 +72,23 @@ def arc_model(robot: ContinuumRobot, actuation: str, largest_bend_rad: float) ->
             np.arange(len(ends)), np.diff(ends, prepend=0) * robot.links_per_subsegment
         ),
         planar=is_planar(robot),
+        lead=leads([robot])[0],
     )
 
 
-def arc_tips(bend: Array, length: Array) -> Array:
+def arc_tips(bend: Array, length: Array, lead: Array | None = None) -> Array:
     """Return the tips of robots of arcs, shape (..., 3) [m].
 
     Args:
         bend: of each segment, toward +x and +y, shape (..., s, 2) [rad].
         length: shape (s,) [m].
+        lead: as of `mechanics.arcs.points_on_arcs`, shape (s,) [m].
     """
-    return segment_frames(bend, length)[0][..., -1, :]
+    p_w, R_w = segment_frames(bend, length)
+    if lead is None or not lead.any():
+        return p_w[..., -1, :]
+    along = R_w[..., 2]
+    return p_w[..., -1, :] + np.einsum("s,...si->...i", lead, along[..., :-1, :] - along[..., 1:, :])
 
 
 def arc_directions(bend: Array, length: Array) -> Array:
@@ -88,9 +96,9 @@ def arc_directions(bend: Array, length: Array) -> Array:
     return segment_frames(bend, length)[1][..., -1, :, 2]
 
 
-def tip_jacobian(bend: Array, length: Array) -> Array:
+def tip_jacobian(bend: Array, length: Array, lead: Array | None = None) -> Array:
     """Return how the tip moves with the segments' bends, shape (3, s, 2) [m/rad]."""
-    return _differences(arc_tips, bend, length)
+    return _differences(partial(arc_tips, lead=lead), bend, length)
 
 
 def direction_jacobian(bend: Array, length: Array) -> Array:
@@ -189,7 +197,8 @@ def _segment_bends(
         for axis, letter in enumerate("xy"):
             if arm[fixed_here][:, together, axis].any():
                 bend = np.zeros((len(robot.segments), 2))
-                bend[together, axis] = largest_bend_rad * length[together] / length[together].max()
+                bending = together[[letter in axes_of(robot.segments[s]) for s in together]]
+                bend[bending, axis] = largest_bend_rad * length[bending] / length[bending].max()
                 names.append(f"bend_{segment.name}_{letter}")
                 bends.append(bend)
         first = last + 1

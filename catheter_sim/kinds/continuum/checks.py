@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from catheter_sim.core.requirements import MAX_LINKS, check_counts, check_name, need, positive
 from catheter_sim.core.shared_checks import check_shared
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds.continuum.drives import ACTUATIONS, actuations
-from catheter_sim.kinds.continuum.layout import disks
+from catheter_sim.kinds.continuum.layout import axes_of, disks, is_centred, links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 
 _GAINS = (1e-3, 1e3)  # sizes of a tendon's displacement over its channel's
+_AXES = ("x", "y", "xy", "none")
+_SHARES = (-4.0, 5.0)  # of a subsegment's length: where its hinge may stand
 _MAX_HOLES = 10_000  # of all tendons in all links; beyond it the model takes minutes to build
 
 
@@ -38,6 +42,7 @@ def check(robot: ContinuumRobot, where: str) -> None:
     count = sum(disks(robot, segment) for segment in robot.segments) * robot.links_per_subsegment
     if count > MAX_LINKS:
         raise InputError(f"{top}disks times links_per_subsegment = {count}: more than {MAX_LINKS} links")
+    _check_row(robot, where)
     holes = count * len(robot.tendons)
     if holes > _MAX_HOLES:
         raise InputError(f"{top}links times tendons = {holes}: more than {_MAX_HOLES} holes")
@@ -55,6 +60,20 @@ def check(robot: ContinuumRobot, where: str) -> None:
             f"{top}tendons.{other.name}.channel_gain = {other.channel_gain:g}: takes displacements, "
             f'not tensions; actuation = "displacement" is needed'
         )
+
+
+def _check_row(robot: ContinuumRobot, where: str) -> None:
+    """Raise `InputError` where nothing bends, or hinges are not one after another."""
+    if not any(axes_of(segment) for segment in robot.segments):
+        raise InputError(f"{where}: bending_axes is none in every segment: nothing bends")
+    if is_centred(robot):
+        return
+    for key, value in (("links_per_subsegment", 1), ("appearance", "spacer_disks")):
+        if getattr(robot, key) != value:
+            raise InputError(f"{where}: {key} must be {value} where a hinge_share is not 0.5")
+    heights = [link.hinge_z_m for link in links(robot) if axes_of(link.segment)]
+    if heights[0] < 0.0 or min(np.diff(heights), default=1.0) <= 0.0:
+        raise InputError(f"{where}: hinge_share: hinges must follow one another from base to tip")
 
 
 def _check_names(robot: ContinuumRobot, where: str) -> None:
@@ -77,7 +96,7 @@ def _check_segment(segment: Segment, prefix: str) -> None:
     for name in ("torsion_stiffness_N_m2", "axial_stiffness_N", "shear_stiffness_N"):
         positive(segment, name, prefix, finite=False)
     need(segment, "disks", prefix, lambda count: count >= 1, "must be 1 or more")
-    need(segment, "bending_axes", prefix, lambda axes: axes in ("x", "xy"), "must be x or xy")
+    need(segment, "bending_axes", prefix, lambda axes: axes in _AXES, "must be x, y, xy or none")
     for name in ("stiffness_cubic_m2", "stiffness_quintic_m4"):
         need(segment, name, prefix, math.isfinite, "must be finite")
     limit = 4.0 * math.pi / segment.length_m
@@ -85,14 +104,19 @@ def _check_segment(segment: Segment, prefix: str) -> None:
         need(
             segment, name, prefix, lambda value: abs(value) <= limit, "more than two turns along the segment"
         )
-    if segment.bending_axes == "x":
-        need(
-            segment,
-            "rest_curvature_y_per_m",
-            prefix,
-            lambda value: value == 0,
-            "must be 0 where bending_axes is x",
-        )
+    for axis in "xy":
+        if axis not in axes_of(segment):
+            what = f"must be 0 where bending_axes is {segment.bending_axes}"
+            need(segment, f"rest_curvature_{axis}_per_m", prefix, lambda value: value == 0, what)
+    _check_hinge(segment, prefix)
+
+
+def _check_hinge(segment: Segment, prefix: str) -> None:
+    low, high = _SHARES
+    need(segment, "hinge_share", prefix, lambda at: low <= at <= high, f"must be from {low:g} to {high:g}")
+    if segment.rest_twist_rad_per_m:
+        what = "must be 0.5 where rest_twist_deg_per_m is not 0"
+        need(segment, "hinge_share", prefix, lambda at: at == 0.5, what)
 
 
 def _check_tendon(tendon: Tendon, robot: ContinuumRobot, prefix: str) -> None:

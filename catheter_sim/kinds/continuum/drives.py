@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from catheter_sim.core.drive import Drive, Outputs, of_tendons
 from catheter_sim.core.remembered import by_identity
+from catheter_sim.kinds.continuum.layout import axes_of
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 
 ACTUATIONS = ("tension", "displacement")
@@ -56,7 +57,7 @@ def _outputs(
         tuple(
             (
                 disks_per_segment or item.disks,
-                item.bending_axes,
+                axes_of(item),
                 math.isfinite(item.torsion_stiffness_N_m2),
             )
             for item in segments

@@ -8,6 +8,7 @@ from functools import lru_cache
 from catheter_sim.core.bends import DAMPING, curvature_handles, tip_forces
 from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
 from catheter_sim.core.remembered import by_identity
+from catheter_sim.kinds.continuum.layout import axes_of
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Tendon
 
 Parts = tuple[tuple[str, float, str], ...]  # name, length [m] and bending axes of each segment
@@ -18,7 +19,7 @@ def handles(robot: ContinuumRobot) -> tuple[Handle, ...]:
 
     Where a robot bends in any direction its tendons' holes turn; elsewhere whole cells do.
     """
-    segments = tuple((item.name, item.length_m, item.bending_axes) for item in robot.segments)
+    segments = tuple((item.name, item.length_m, axes_of(item)) for item in robot.segments if axes_of(item))
     if robot.actuation == "tension":  # it arrives whatever the tendon's length
         return _handles(segments, ())
     return (*_handles(segments, tuple(item.name for item in robot.tendons)), *_slack(robot.tendons))
@@ -89,7 +90,9 @@ def _movers(tendons: tuple[Tendon, ...]) -> tuple[Mover, ...]:
 def sizes(robot: ContinuumRobot) -> Sizes:
     """Return what bends `robot` by a radian; it is made for a radian over its shortest segment."""
     arm_m = max((tendon.radius_m for tendon in robot.tendons), default=robot.segments[0].outer_radius_m)
-    stiffness = robot.stiffness_scale * min(segment.bending_stiffness_N_m2 for segment in robot.segments)
+    stiffness = robot.stiffness_scale * min(
+        segment.bending_stiffness_N_m2 for segment in robot.segments if axes_of(segment)
+    )
     length_m = float(sum(segment.length_m for segment in robot.segments))
     return sizes_of_softest(
         length_m, stiffness, arm_m, 1.0 / min(segment.length_m for segment in robot.segments)

@@ -1,7 +1,7 @@
 """Where everything of a robot lies when it is straight: links, disks, holes. Derived from the data.
 
 Links are counted from 1 at the base, disks from 1 (0 is the fixed one at z = 0), holes like disks.
-The hinge of a link stands at its middle, or near it (`hinge_places`); a disk at the distal face of every
+The hinge of a link stands at its middle, or where `hinge_places` says; a disk at the distal face of every
 `links_per_subsegment`-th link.
 """
 
@@ -47,13 +47,13 @@ def links(robot: ContinuumRobot) -> list[Link]:
     for segment in robot.segments:
         count = disks(robot, segment) * robot.links_per_subsegment
         length = segment.length_m / count
-        places = hinge_places(robot)
+        places = hinge_places(robot, segment)
         for i in range(count):
             carries_disk = (i + 1) % robot.links_per_subsegment == 0
             disk += carries_disk
             start = z + i * length
             hinge_z = start + length / 2.0
-            if robot.hinges == "rod":
+            if robot.hinges == "rod" or segment.hinge_share != 0.5:
                 within = i % robot.links_per_subsegment
                 hinge_z = start + (places[within] * robot.links_per_subsegment - within) * length
             result.append(
@@ -70,15 +70,27 @@ def links(robot: ContinuumRobot) -> list[Link]:
     return result
 
 
-def hinge_places(robot: ContinuumRobot) -> list[float]:
-    """Return where the hinges of a subsegment are, as shares of its length, rising.
+def axes_of(segment: Segment) -> str:
+    """Return the letters of the directions in which a segment bends, "" for none."""
+    return "" if segment.bending_axes == "none" else segment.bending_axes
+
+
+def is_centred(robot: ContinuumRobot) -> bool:
+    """Return whether no segment's hinges stand elsewhere than in the middles of its subsegments."""
+    return all(segment.hinge_share == 0.5 for segment in robot.segments)
+
+
+def hinge_places(robot: ContinuumRobot, segment: Segment | None = None) -> list[float]:
+    """Return where the hinges of a subsegment are, as shares of its length, rising; default: of the first's.
 
     Bent by a small t at n hinges of equal turns, a subsegment of length h is shorter between its disks by
     h t^2 / 2 times the variance of the turn along it. At the middles of equal links that is 1/12 (1 + 2/n^2),
     of an arc 1/12. "rod" gives the n hinges equal distances, and leaves 1 / 2(n + 1) at either end: 1/12.
     """
     count = robot.links_per_subsegment
-    if robot.hinges == "even" or count == 1:
+    if count == 1:
+        return [(segment or robot.segments[0]).hinge_share]
+    if robot.hinges == "even":
         return [(k + 0.5) / count for k in range(count)]
     end = 0.5 / (count + 1)
     return [end + k * (1.0 - 2.0 * end) / (count - 1) for k in range(count)]

@@ -22,7 +22,7 @@ from functools import lru_cache
 from itertools import pairwise
 
 from catheter_sim.core.requirements import MAX_LINKS
-from catheter_sim.kinds.continuum.layout import disks, hinge_places
+from catheter_sim.kinds.continuum.layout import disks, hinge_places, is_centred
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 
 BEND_RAD = 0.5 * math.pi  # of every segment, toward the same side: the shape at which the error is stated
@@ -35,11 +35,11 @@ def with_enough_links(robot: ContinuumRobot) -> ContinuumRobot:
     """Return `robot` with the fewest links whose tip error (`tip_error_m`) is at most `LARGEST_ERROR`.
 
     Their hinges are where they bend as a rod (`hinges` = "rod"). A robot of cells (`appearance` =
-    "wire_guides") is returned as it is: a cell is one flexure. One without tendons has `LEAST_OF_A_ROD` at
-    least. Of a robot that would need more than
-    `MAX_LINKS` links in all it is as many as these allow.
+    "wire_guides") is returned as it is: a cell is one flexure; so is a chain whose hinges say where they are.
+    One without tendons has `LEAST_OF_A_ROD` at least. Of a robot that would need more than `MAX_LINKS` links
+    in all it is as many as these allow.
     """
-    if _is_of_cells(robot):
+    if _is_no_rod(robot):
         return robot
     robot = replace(robot, hinges="rod")
     length = sum(segment.length_m for segment in robot.segments)
@@ -56,9 +56,9 @@ def tip_error_m(robot: ContinuumRobot) -> float:
 
     Each segment is bent by a tension in the innermost tendon that runs through it, all toward the same side,
     without friction or load; segments without tendons stay straight. A robot without any is bent by a moment
-    on its tip. Zero of a robot of cells.
+    on its tip. Zero of a robot that is no rod.
     """
-    if _is_of_cells(robot):
+    if _is_no_rod(robot):
         return 0.0
     places = tuple(hinge_places(robot))
     chain, rod = (0j, 1 + 0j), (0j, 1 + 0j)  # the tip and its direction
@@ -80,8 +80,10 @@ def tip_error_m(robot: ContinuumRobot) -> float:
     return abs(chain[0] - rod[0])
 
 
-def _is_of_cells(robot: ContinuumRobot) -> bool:
-    return robot.appearance == "wire_guides"
+def _is_no_rod(robot: ContinuumRobot) -> bool:
+    """Return whether hinges are what they are: of cells, off the middles, in other planes, or not there."""
+    others = any(segment.bending_axes in ("y", "none") for segment in robot.segments)
+    return robot.appearance == "wire_guides" or others or not is_centred(robot)
 
 
 def _innermost_m(robot: ContinuumRobot, index: int) -> float | None:

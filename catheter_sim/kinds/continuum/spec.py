@@ -5,7 +5,8 @@ robot is made of cells); a disk stands at the distal end of every subsegment, an
 at z = 0. Each subsegment bends at `links_per_subsegment` hinges, each of which stands for an equal length
 of backbone: with `hinges` = "even" at the middles of as many equal links, with "rod" moved apart toward the
 disks, to where the chain between two disks shortens with its bend as a rod does (two hinges or more:
-`layout.hinge_places`).
+`layout.hinge_places`). A segment of one hinge a subsegment may have it anywhere (`hinge_share`): in the plane
+of the disk beyond, say, as in many chains that were written as MJCF.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class Segment:
     outer_radius_m: float  # of the disks or cells
     bending_stiffness_N_m2: float  # EI of the backbone
     mass_kg: float  # whole segment; where it is: `ContinuumRobot.masses`
-    bending_axes: str = "xy"  # "x": bends in the xz plane only; "xy": in any direction
+    bending_axes: str = "xy"  # "x", "y": bends in the xz, yz plane only; "xy": in any direction; "none": not
     torsion_stiffness_N_m2: float = math.inf  # GJ; inf: cannot twist
     axial_stiffness_N: float = math.inf  # EA; inf: cannot stretch; rods' statics only, not the simulation
     shear_stiffness_N: float = math.inf  # GA; inf: cannot shear; the same
@@ -36,6 +37,7 @@ class Segment:
     rest_curvature_x_per_m: float = 0.0  # of the unloaded backbone, bending toward +x
     rest_curvature_y_per_m: float = 0.0  # toward +y
     rest_twist_rad_per_m: float = 0.0  # of the tendons' holes about the backbone
+    hinge_share: float = 0.5  # where a subsegment's one hinge stands, of its length from the disk before
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from catheter_sim.kinds.continuum.theory.tdcr.problem import unsupported
 from catheter_sim.kinds.continuum.theory.tdcr.vc import vc
 from catheter_sim.kinds.continuum.theory.tdcr.vc_ref import vc_ref, vc_ref_noproj
 
-_PLANAR = unless(bends_in_plane, "bending out of the xz plane, or several hinges a cell")
+_PLANAR = unless(bends_in_plane, "bending out of the xz plane, several hinges a cell or off its middle")
 
 MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
     # Planar robots, driven by tension.

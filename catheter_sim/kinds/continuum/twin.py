@@ -23,7 +23,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array
 from catheter_sim.core.statics import OneByOne, StaticModel, Twin, TwinStates
 from catheter_sim.kinds.continuum.drives import outputs
-from catheter_sim.kinds.continuum.layout import disks, links
+from catheter_sim.kinds.continuum.layout import axes_of, disks, links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.arc_equilibrium import solve_rows
 from catheter_sim.kinds.continuum.theory.constant_curvature import (
@@ -73,32 +73,35 @@ class ArcTwin:
             segment[disks],
             fraction[disks],
             turn if turn.any() else None,
+            arcs.lead[:, None],
         )
         p_w[..., 2] -= states.shift[..., None]
         return TwinStates(p_w, R_w, partial(joint_values, robots[0], states.bend, turn), states.tension)
 
 
 def arcs_of(robot: ContinuumRobot) -> int:
-    """Return into how many arcs each segment is divided; every one ends at a disk."""
-    common = math.gcd(*(disks(robot, segment) for segment in robot.segments))
-    most = max(_MOST_ARCS // len(robot.segments), 1)
+    """Return into how many arcs each segment that bends is divided; every one ends at a disk."""
+    bending = [segment for segment in robot.segments if axes_of(segment)]
+    common = math.gcd(*(disks(robot, segment) for segment in bending))
+    most = max(_MOST_ARCS // len(bending), 1)
     return max(parts for parts in range(1, most + 1) if common % parts == 0)
 
 
 def in_parts(robot: ContinuumRobot, parts: int) -> ContinuumRobot:
-    """Return the same robot described by so many equal segments for each of its own."""
+    """Return the same robot described by so many equal segments for each of its own that bends."""
     if parts == 1:
         return robot
     segments = [
         replace(
             segment,
-            name=segment.name if part == parts - 1 else f"{segment.name}/{part + 1}",
-            length_m=segment.length_m / parts,
-            disks=disks(robot, segment) // parts,
-            mass_kg=segment.mass_kg / parts,
+            name=segment.name if part == count - 1 else f"{segment.name}/{part + 1}",
+            length_m=segment.length_m / count,
+            disks=disks(robot, segment) // count,
+            mass_kg=segment.mass_kg / count,
         )
         for segment in robot.segments
-        for part in range(parts)
+        for count in (parts if axes_of(segment) else 1,)
+        for part in range(count)
     ]
     return replace(robot, segments=tuple(segments), disks_per_segment=0)
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -15,6 +17,7 @@ from catheter_sim.cli.main import main
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.from_mjcf import read_chain
+from catheter_sim.kinds.continuum.twin import twin
 
 MODELS = Path(__file__).parents[3] / "models"
 LINKS, LENGTH_M, HOLE_M = 6, 0.02, 0.004
@@ -215,3 +218,171 @@ def test_files_that_are_no_models(tmp_path: Path) -> None:
         broken.write_text(text)
         with pytest.raises(InputError, match=message):
             read_chain(broken)
+
+
+def rising_xml(
+    *,
+    gaps_mm: Sequence[float] = 6 * (10.0,),
+    axes: Sequence[str] = ("0 1 0",),
+    aside_mm: Sequence[float] = (2.0, 0.0),
+    above_mm: float = 0.0,
+    stiffness: Sequence[float] = (0.02,),
+    tendons: Sequence[tuple[str, float, int]] = (("t", 1.0, 6),),
+    base_mm: float = 0.0,
+    pose: str = "",
+    gravity: str = "0 0 0",
+    end: str = '<site name="tip" pos="0 0 0.01"/>',
+    tendon: str = "",
+    taper_mm: float = 0.0,
+) -> str:
+    """Return somebody's chain that rises from its base, as most are written: sites in the hinges' planes.
+
+    Args: of the hinges their distances, axes and stiffnesses, in turn; of the holes their place at a tendon's
+    share of 1, and their height above the hinge; of the tendons name, share and last link.
+    """
+
+    def holes(link: int, height_mm: float) -> str:
+        shares = ((name, share * (1.0 - taper_mm * link)) for name, share, last in tendons if link <= last)
+        return "".join(
+            f'<site name="{name}{link}" pos="{1e-3 * s * aside_mm[0]} {1e-3 * s * aside_mm[1]} '
+            f'{1e-3 * height_mm}"/>'
+            for name, s in shares
+        )
+
+    text = ""
+    for k, gap in reversed(list(enumerate(gaps_mm, start=1))):
+        height = gap + (base_mm if k == 1 else 0.0)
+        held = stiffness[(k - 1) % len(stiffness)]
+        text = (
+            f'<body name="b{k}" pos="0 0 {1e-3 * height}"><joint axis="{axes[(k - 1) % len(axes)]}" '
+            f'stiffness="{held}" damping="{0.025 * held}" armature="1e-6"/><geom type="capsule" '
+            f'pos="0 0 0.005" size="0.0015 0.003" mass="5e-4"/>{holes(k, above_mm)}'
+            f"{text or end}</body>"
+        )
+    ways = "".join(
+        f'<spatial name="{name}" {tendon}>'
+        + "".join(f'<site site="{name}{k}"/>' for k in range(last + 1))
+        + "</spatial>"
+        for name, _, last in tendons
+    )
+    motors = "".join(f'<motor tendon="{name}" gear="-1"/>' for name, _, _ in tendons)
+    return (
+        f'<mujoco><compiler angle="degree"/><option gravity="{gravity}" timestep="0.001" '
+        f'integrator="implicitfast"><flag contact="disable"/></option><worldbody><body name="foot" {pose}>'
+        f"{holes(0, base_mm)}{text}</body></worldbody><tendon>{ways}</tendon>"
+        f"<actuator>{motors}</actuator></mujoco>"
+    )
+
+
+PAIR = (("t", 1.0, 6), ("u", -1.0, 6), ("v", 0.75, 3))
+LAYOUTS: dict[str, dict[str, Any]] = {
+    "in the hinges' planes": {},
+    "about x": {"axes": ("1 0 0",), "aside_mm": (0.0, 2.0)},
+    "about x and y in turn": {"axes": ("0 1 0", "1 0 0"), "aside_mm": (1.5, 1.5)},
+    "above the hinges": {"above_mm": 2.0},
+    "below the hinges": {"above_mm": -2.0},
+    "between the hinges": {"above_mm": 5.0},
+    "unequal links": {"gaps_mm": (10.0, 12.0, 8.0, 15.0, 7.0, 11.0)},
+    "a base with its own length": {"base_mm": 30.0},
+    "several tendons": {"tendons": PAIR},
+    "unequal stiffnesses": {"stiffness": (0.04, 0.03, 0.025, 0.02, 0.015, 0.01)},
+    "its own weight": {"gravity": "0 0 -9.81"},
+}
+
+
+def plain_tips_mm(path: Path, pulls: Sequence[float]) -> np.ndarray:
+    """Return where plain MuJoCo has the tip at rest in the base body, the first tendon pulled, (r, 3)."""
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    tips = []
+    for pull in pulls:
+        data.ctrl[0] = pull
+        mujoco.mj_step(model, data, 15000)
+        assert np.abs(data.qvel).max() < 1e-6
+        base = data.body("foot")
+        tips.append(1e3 * base.xmat.reshape(3, 3).T @ (data.site("tip").xpos - base.xpos))
+    return np.array(tips)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_holes_stay_where_they_are(tmp_path: Path, layout: str) -> None:
+    """In the file's own frame the tip is where plain MuJoCo has it; the fast model has it nearly there."""
+    path = tmp_path / "rising.xml"
+    path.write_text(rising_xml(**LAYOUTS[layout]))
+    with pytest.warns(cs.RobotNote, match=r"rising.xml: 0 % of bend and 0 mm off .*; base = file's$"):
+        robot = read_chain(path).robot
+    gravity = (0.0, 0.0, -9.81) if "gravity" in LAYOUTS[layout] else (0.0, 0.0, 0.0)
+    inputs = cs.inputs(robot, {"time_s": [0.0, 1.0, 2.0], "tension_t_N": [0.0, 1.0, 1.7]})
+    ours = cs.simulate(robot, inputs, gravity_mps2=gravity)
+    tips_mm = 1e3 * np.array([posture.p_w[-1] for posture in ours.postures])
+    plain = plain_tips_mm(path, (0.0, 1.0, 1.7))
+    assert np.linalg.norm(plain[2] - plain[0]) > 15.0
+    np.testing.assert_allclose(tips_mm, plain, atol=0.01)
+    last = len(ours.postures[0].p_w) - 1
+    fast = twin(robot, "tension").solve([robot], [inputs], np.array(gravity), [last], 1)
+    np.testing.assert_allclose(1e3 * fast.p_w[0, :, 0], plain, atol=0.005 * 70.0)
+
+
+def test_a_hinge_bends_as_its_moment_says(tmp_path: Path) -> None:
+    """k q = T r: with holes 2 mm off the hinges, in their planes, 1 N bends 0.02 N m/rad by 5.70 deg."""
+    path = tmp_path / "rising.xml"
+    path.write_text(rising_xml())
+    inputs = {"time_s": [0.0, 1.0], "tension_t_N": [1.0, 2.0]}
+    bends = cs.simulate(path, inputs).to_table([f"joint_x{k}_deg" for k in range(1, 7)]).columns
+    for bend in bends.values():
+        np.testing.assert_allclose(bend, [5.70, 11.23], atol=0.005)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"pose": 'pos="0.1 0.2 0.3" euler="0 0 30"'}, "base = file's (body foot)"),
+        ({"pose": 'euler="180 0 0"'}, "base = file's (body foot)"),
+        (
+            {"axes": ("0.70710678 0.70710678 0",), "aside_mm": (1.4142, -1.4142)},
+            "base = file's, turned by -45 deg about z",
+        ),
+    ],
+)
+def test_what_becomes_of_the_frame_is_said(tmp_path: Path, changes: dict[str, object], said: str) -> None:
+    """It is the base body's; hinges askew in that turn it."""
+    path = tmp_path / "rising.xml"
+    path.write_text(rising_xml(**changes))  # type: ignore[arg-type]
+    with pytest.warns(cs.RobotNote) as notes:
+        read = read_chain(path)
+    assert str(notes[0].message).endswith(said)
+    assert said in read.robot.description
+
+
+def test_a_chain_beside_its_bodys_origin_is_shifted(tmp_path: Path) -> None:
+    """The base is on the chain, where its first holes are; the note says by how much, in the file's frame."""
+    text = rising_xml(base_mm=30.0)
+    text = text.replace('<site name="t0" pos="0.002 0.0 ', '<site name="t0" pos="0.006 0.0 ')
+    path = tmp_path / "rising.xml"
+    path.write_text(text.replace('<body name="b1" pos="0 0 ', '<body name="b1" pos="0.004 0 '))
+    with pytest.warns(cs.RobotNote, match=r"0 % of bend .*; base = file's, shifted by \(4, 0, 30\) mm$"):
+        read_chain(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"taper_mm": 0.07}, "holes up to .* mm from their median place"),
+        ({"tendon": 'stiffness="500" springlength="0.06"'}, "left out: springs of tendons"),
+        ({"skip": "t3"}, "led through 1 more disks"),
+        ({"skip": "t0"}, "no site on the base"),
+    ],
+)
+def test_another_robot_is_refused(tmp_path: Path, changes: dict[str, object], why: str) -> None:
+    """Where it would bend by more than 2 % otherwise, one line says by how much, and why."""
+    text = rising_xml(**{key: value for key, value in changes.items() if key != "skip"})  # type: ignore[arg-type]
+    path = tmp_path / "rising.xml"
+    path.write_text(text.replace(f'<site site="{changes.get("skip")}"/>', ""))
+    with pytest.raises(
+        InputError, match=f"% of bend and .* mm.* off the file in MuJoCo.*: .*{why}"
+    ) as caught:
+        read_chain(path)
+    share = re.search(r"would be (\S+) % of bend", str(caught.value))
+    assert share
+    assert float(share[1]) > 2.0

@@ -12,7 +12,7 @@ import numpy as np
 from catheter_sim.core.law import Law, RobotInModel, Step
 from catheter_sim.core.law_copies import CopiesLaw, CopyArrays
 from catheter_sim.core.posture import Array
-from catheter_sim.kinds.continuum.layout import links
+from catheter_sim.kinds.continuum.layout import axes_of, links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 
 
@@ -26,8 +26,11 @@ class ElasticRemainder(Law):
             coupled = segment.bending_axes == "xy" and segment.stiffness_cubic_m2 != 0.0
             if not coupled and segment.stiffness_quintic_m4 == 0.0:
                 continue
-            x = place.joint(f"x{link.index}")
-            y = place.joint(f"y{link.index}") if segment.bending_axes == "xy" else None
+            axes = axes_of(segment)
+            if not axes:
+                continue
+            x = place.joint(f"{axes[0]}{link.index}")  # the one, where it bends in one plane
+            y = place.joint(f"y{link.index}") if axes == "xy" else None
             rows.append(
                 (
                     x.qposadr[0],

@@ -8,7 +8,7 @@ import numpy as np
 from catheter_sim.core.law import RobotInModel, TendonPaths
 from catheter_sim.core.posture import Array
 from catheter_sim.kinds.continuum.drives import outputs
-from catheter_sim.kinds.continuum.layout import is_planar, last_disk, links
+from catheter_sim.kinds.continuum.layout import is_centred, is_planar, last_disk, links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.mechanics import turns_kernel
 
@@ -41,7 +41,7 @@ class HoleTurns:
 
     def __init__(self, robot: ContinuumRobot, place: RobotInModel) -> None:
         spans = span_count(robot)
-        self.planar = is_planar(robot) and robot.links_per_subsegment == 1
+        self.planar = is_planar(robot) and robot.links_per_subsegment == 1 and is_centred(robot)
         self._turn = np.zeros((len(robot.tendons), spans))
         self._base, self._axis = place.base, np.array([0.0, 0.0, 1.0])
         self.joints = np.zeros(0, dtype=int)

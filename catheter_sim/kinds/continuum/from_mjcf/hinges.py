@@ -1,8 +1,4 @@
-"""The backbone of an MJCF chain: its hinges on a line, and what each stands for.
-
-Lengths follow from places: each hinge stands in the middle of a stretch of backbone, and stretches follow one
-another without gap. MuJoCo has a stiffness k for each hinge; of a stretch of length l it makes EI = k l.
-"""
+"""The backbone of an MJCF chain: its hinges on a line, and the frame that becomes the robot's."""
 
 from __future__ import annotations
 
@@ -16,7 +12,6 @@ from catheter_sim.errors import InputError
 
 _OFF_SHARE = 1e-3  # of the chain's length: what is farther from the line of hinges is not on it
 _ALIGNED = 1e-3  # sine of the angle below which two axes are one
-_EVEN_SHARE = 0.02  # by which stretches that are alike may differ
 
 
 @dataclass(frozen=True)
@@ -26,10 +21,12 @@ class Frame:
     Attributes:
         origin: of the first hinge [m], shape (3,).
         axes: x, y, z as columns, shape (3, 3); z along the chain.
+        base: the body in whose frame the file has the chain: the one that carries the first that moves.
     """
 
     origin: Array
     axes: Array
+    base: int
 
     def place(self, point: Array) -> Array:
         """Return a world point in the chain's axes, from its first hinge [m]."""
@@ -42,6 +39,7 @@ class Hinge:
 
     Attributes:
         body: the last body that it moves.
+        joint: the last joint there.
         z_m: from the first hinge.
         stiffness: by axis [N m/rad].
         cubic: of the torque k3 q^3, by axis [N m/rad^3].
@@ -50,6 +48,7 @@ class Hinge:
     """
 
     body: int
+    joint: int
     z_m: float
     stiffness: dict[str, float] = field(default_factory=dict)
     cubic: dict[str, float] = field(default_factory=dict)
@@ -64,16 +63,16 @@ def hinges_of(model: mujoco.MjModel, data: mujoco.MjData, where: str) -> tuple[F
         InputError: what moves is not a single row of hinges on a straight line.
     """
     joints = _in_a_row(model, where)
-    frame = _frame(data, joints, where)
+    frame = _frame(model, data, joints, where)
     found: list[Hinge] = []
     length = max(float(frame.place(data.xanchor[joints[-1]])[2]), 1e-9)
     for joint in joints:
         z_m = float(frame.place(data.xanchor[joint])[2])
         axis, sign = _axis(frame.axes.T @ data.xaxis[joint])
         if not found or z_m - found[-1].z_m > _OFF_SHARE * length:
-            found.append(Hinge(int(model.jnt_bodyid[joint]), z_m))
+            found.append(Hinge(int(model.jnt_bodyid[joint]), joint, z_m))
         hinge = found[-1]
-        hinge.body = int(model.jnt_bodyid[joint])
+        hinge.body, hinge.joint = int(model.jnt_bodyid[joint]), joint
         if axis in hinge.stiffness:
             raise InputError(f"{where}: two hinges turn about one axis at one place: {_name(model, joint)}")
         if model.jnt_stiffness[joint] <= 0.0:
@@ -86,36 +85,6 @@ def hinges_of(model: mujoco.MjModel, data: mujoco.MjData, where: str) -> tuple[F
         hinge.rest[axis] = sign * float(model.qpos_spring[address] - model.qpos0[address])
         hinge.damping[axis] = float(model.dof_damping[model.jnt_dofadr[joint]])
     return frame, found
-
-
-def stretches(places_m: Array, base_m: float | None, where: str) -> Array:
-    """Return the length for which each hinge stands, shape (n,) [m].
-
-    Args:
-        places_m: of the hinges along the chain, rising, shape (n,).
-        base_m: where the backbone begins; None, or where that gives no even row: half a stretch below.
-        where: what to call the model.
-    """
-    apart = np.diff(places_m)
-    if len(apart) == 0:
-        if base_m is None or base_m >= places_m[0]:
-            raise InputError(
-                f"{where}: one hinge alone, and no site on the base says how long its stretch is"
-            )
-        return np.array([2.0 * (places_m[0] - base_m)])
-    for first in (None if base_m is None else 2.0 * (places_m[0] - base_m), apart[0]):
-        if first is None:
-            continue
-        lengths = [first]
-        for gap in apart:
-            lengths.append(2.0 * gap - lengths[-1])
-        changes = np.abs(np.diff(lengths)) > _EVEN_SHARE * np.mean(lengths)
-        if min(lengths) > 0.0 and changes.sum() <= len(lengths) // 3:
-            return np.array(lengths)
-    raise InputError(
-        f"{where}: its hinges do not stand in the middles of stretches that follow one another (gaps of "
-        f"{1e3 * apart.min():.3g} to {1e3 * apart.max():.3g} mm)"
-    )
 
 
 def _in_a_row(model: mujoco.MjModel, where: str) -> list[int]:
@@ -140,9 +109,13 @@ def _in_a_row(model: mujoco.MjModel, where: str) -> list[int]:
     return joints
 
 
-def _frame(data: mujoco.MjData, joints: list[int], where: str) -> Frame:
-    """Return a frame whose z goes along the anchors, whose x and y bend as the hinges do."""
-    anchors = data.xanchor[joints]
+def _frame(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], where: str) -> Frame:
+    """Return a frame whose z goes along the anchors, whose x and y bend as the hinges do.
+
+    It is the base body's where that is one. A chain that points elsewhere bends toward x, if in one plane.
+    """
+    base = int(model.body_parentid[model.jnt_bodyid[joints[0]]])
+    anchors, own = data.xanchor[joints], data.xmat[base].reshape(3, 3)
     origin, along = anchors[0], anchors[-1] - anchors[0]
     length = float(np.linalg.norm(along))
     if length == 0.0:
@@ -157,15 +130,16 @@ def _frame(data: mujoco.MjData, joints: list[int], where: str) -> Frame:
     bending = [axis for axis in data.xaxis[joints] if abs(axis @ z) < 0.5]
     if not bending:
         raise InputError(f"{where}: no hinge turns across the chain: nothing bends")
-    for y in (np.array([0.0, 1.0, 0.0]), bending[0]):
+    upright = z @ own[:, 2] > 1.0 - _ALIGNED**2
+    for trial, y in enumerate((own[:, 1], np.array([0.0, 1.0, 0.0]), bending[0])):
         across = y - (y @ z) * z
         if np.linalg.norm(across) < 0.5:
             continue
         across /= np.linalg.norm(across)
         axes = np.stack([np.cross(across, z), across, z], axis=1)
         found = {_axis(axes.T @ axis)[0] for axis in data.xaxis[joints]}
-        if "x" in found and "" not in found:  # what bends in one plane bends toward x
-            return Frame(origin, axes)
+        if "" not in found and ("x" in found or (upright and trial == 0)):
+            return Frame(origin, axes, base)
     raise InputError(
         f"{where}: its hinges turn about axes that are neither at right angles nor along the chain"
     )

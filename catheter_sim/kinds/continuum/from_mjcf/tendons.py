@@ -10,11 +10,10 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.from_mjcf.hinges import Frame, Hinge
 
-_ASIDE_SHARE = 0.02  # of a tendon's distance from the axis, or of a stretch: holes off by less are in place
+_ASIDE_SHARE = 0.02  # of a tendon's distance from the axis: holes off by less are in place
 
 
 @dataclass(frozen=True)
@@ -23,27 +22,25 @@ class Routed:
 
     Attributes:
         name: letters, digits and _.
+        number: the tendon's in the model.
         radius_m, angle_rad: of its holes about the chain's z.
-        links: with a hole, from 1, rising; the base's is left out.
+        holes: the hinge, from 1, that carries each hole, 0 for the base, and its height from the first hinge
+            [m]; of the base's the last one alone.
         stiffness_N_per_m: of a position servo that draws it; None: a tension pulls it.
         notes: what is not as a robot's file has it.
     """
 
     name: str
+    number: int
     radius_m: float
     angle_rad: float
-    links: tuple[int, ...]
+    holes: tuple[tuple[int, float], ...]
     stiffness_N_per_m: float | None
     notes: tuple[str, ...]
 
 
 def tendons_of(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    frame: Frame,
-    hinges: Sequence[Hinge],
-    lengths: Array,
-    where: str,
+    model: mujoco.MjModel, data: mujoco.MjData, frame: Frame, hinges: Sequence[Hinge], where: str
 ) -> list[Routed]:
     """Return the chain's spatial tendons.
 
@@ -60,15 +57,16 @@ def tendons_of(
         if kinds != {int(mujoco.mjtWrap.mjWRAP_SITE)}:
             raise InputError(f"{where}: tendon {name} does not go from site to site alone: it cannot be read")
         sites = model.wrap_objid[first : first + count].tolist()
-        found.append(_routed(model, data, frame, hinges, lengths, name, tendon, sites, where))
+        found.append(_routed(model, data, frame, hinges, name, tendon, sites, where))
     return found
 
 
-def base_m(model: mujoco.MjModel, data: mujoco.MjData, frame: Frame, hinges: Sequence[Hinge]) -> float | None:
-    """Return where along the chain the highest site below all hinges lies that a tendon goes through."""
-    wraps = model.wrap_objid[model.wrap_type == int(mujoco.mjtWrap.mjWRAP_SITE)]
-    fixed = [site for site in wraps.tolist() if _hinge_of(model, hinges, int(model.site_bodyid[site])) == 0]
-    return max((float(frame.place(data.site_xpos[site])[2]) for site in fixed), default=None)
+def hinge_of(model: mujoco.MjModel, hinges: Sequence[Hinge], body: int) -> int:
+    """Return the number, from 1, of the hinge that carries a body; 0: none."""
+    number = {hinge.body: k + 1 for k, hinge in enumerate(hinges)}
+    while body and body not in number:
+        body = int(model.body_parentid[body])
+    return number.get(body, 0)
 
 
 def _routed(
@@ -76,21 +74,25 @@ def _routed(
     data: mujoco.MjData,
     frame: Frame,
     hinges: Sequence[Hinge],
-    lengths: Array,
     name: str,
     tendon: int,
     sites: Sequence[int],
     where: str,
 ) -> Routed:
     places = np.array([frame.place(data.site_xpos[site]) for site in sites])
-    links = [_hinge_of(model, hinges, int(model.site_bodyid[site])) for site in sites]
-    on_chain = [k for k, link in enumerate(links) if link]
-    if not on_chain:
+    links = [hinge_of(model, hinges, int(model.site_bodyid[site])) for site in sites]
+    if not any(links):
         raise InputError(f"{where}: tendon {name} has no site on the chain")
+    if links[0] > links[-1]:  # from its end to the base
+        places, links = places[::-1], links[::-1]
+    if any(links[k + 1] < link for k, link in enumerate(links[:-1])):
+        raise InputError(f"{where}: tendon {name} goes to and fro along the chain: it cannot be read")
+    begin = max(sum(link == 0 for link in links) - 1, 0)
+    places, links = places[begin:], links[begin:]
+    notes = [] if links[0] == 0 else [f"tendon {name}: it has no site on the base, and begins there"]
     turn = np.unwrap(np.arctan2(places[:, 1], places[:, 0]))
     radii = np.linalg.norm(places[:, :2], axis=1)
     radius, angle = float(np.median(radii)), float(np.median(turn))
-    notes = []
     if radius <= 0.0:
         raise InputError(f"{where}: tendon {name} goes along the axis: it bends nothing")
     off = np.linalg.norm(places[:, :2] - radius * np.array([np.cos(angle), np.sin(angle)]), axis=1)
@@ -98,24 +100,11 @@ def _routed(
         notes.append(
             f"tendon {name}: holes up to {1e3 * off.max():.3g} mm from their median place, which is taken"
         )
-    faces = hinges[0].z_m - 0.5 * lengths[0] + np.cumsum([0.0, *lengths])
-    away = np.abs(places[:, 2] - faces[links])
-    if away.max() > _ASIDE_SHARE * lengths.max():
-        notes.append(
-            f"tendon {name}: holes up to {1e3 * away.max():.3g} mm from their links' ends, where they are put"
-        )
+    holes = tuple((link, float(place[2])) for link, place in zip(links, places, strict=True))
     return Routed(
-        name, radius, math.remainder(angle, 2.0 * math.pi), tuple(sorted({links[k] for k in on_chain})),
+        name, tendon, radius, math.remainder(angle, 2.0 * math.pi), holes,
         _servo_stiffness(model, tendon), tuple(notes),
     )  # fmt: skip
-
-
-def _hinge_of(model: mujoco.MjModel, hinges: Sequence[Hinge], body: int) -> int:
-    """Return the number, from 1, of the hinge that carries a body; 0: none."""
-    number = {hinge.body: k + 1 for k, hinge in enumerate(hinges)}
-    while body and body not in number:
-        body = int(model.body_parentid[body])
-    return number.get(body, 0)
 
 
 def _servo_stiffness(model: mujoco.MjModel, tendon: int) -> float | None:

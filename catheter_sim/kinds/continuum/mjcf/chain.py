@@ -20,6 +20,7 @@ from catheter_sim.kinds.continuum.drives import outputs
 from catheter_sim.kinds.continuum.layout import (
     Link,
     Piece,
+    axes_of,
     disk_heights,
     hole_angle_rad,
     last_disk,
@@ -60,9 +61,8 @@ def rest_angles(robot: ContinuumRobot) -> np.ndarray:
     angles = []
     for link in links(robot):
         segment = link.segment
-        angles.append(segment.rest_curvature_x_per_m * link.length_m)
-        if segment.bending_axes == "xy":
-            angles.append(segment.rest_curvature_y_per_m * link.length_m)
+        curvature = {"x": segment.rest_curvature_x_per_m, "y": segment.rest_curvature_y_per_m}
+        angles += [curvature[axis] * link.length_m for axis in axes_of(segment)]
         if math.isfinite(segment.torsion_stiffness_N_m2):
             angles.append(0.0)
     return np.array(angles)
@@ -123,7 +123,7 @@ def _add_joints(body: mjcf.Element, robot: ContinuumRobot, link: Link) -> None:
         f"x{link.index}": ((0, 1, 0), segment.rest_curvature_x_per_m),
         f"y{link.index}": ((-1, 0, 0), segment.rest_curvature_y_per_m),
     }
-    turns = list(both) if segment.bending_axes == "xy" else list(both)[:1]
+    turns = [f"{axis}{link.index}" for axis in axes_of(segment)]
     # Two turns in a row, x before y, also twist by half of their product; every other link takes it back.
     for name in turns if link.index % 2 else reversed(turns):
         axis, curvature = both[name]
@@ -159,7 +159,7 @@ def drive_stiffness(robot: ContinuumRobot, tendon: Tendon) -> float:
     compliance = 0.0
     for link in links(robot):
         hinge_stiffness = robot.stiffness_scale * link.segment.bending_stiffness_N_m2 / link.length_m
-        compliance += tendon.radius_m**2 / hinge_stiffness
+        compliance += tendon.radius_m**2 / hinge_stiffness * bool(axes_of(link.segment))
         if link.disk == end:
             break
     return INEXTENSIBLE_RATIO / compliance

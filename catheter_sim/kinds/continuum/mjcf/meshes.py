@@ -23,9 +23,11 @@ from catheter_sim.kinds.continuum.mjcf.cells import (
     tube,
     wire_guide,
 )
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment
 from catheter_sim.mjcf.colours import DISK, DISK_NEXT, FIXED, NITI, PEEK, PEEK_NEXT
 from catheter_sim.mjcf.parts import Part
+
+_SHORTEST_ROD = 0.02  # of a link: the least that is drawn of a backbone
 
 
 def tendon_width(robot: ContinuumRobot) -> float:
@@ -60,16 +62,21 @@ def element_meshes(robot: ContinuumRobot) -> dict[str, trimesh.Trimesh]:
         meshes["guide.tip"] = wire_guide(shapes[-1], None)
         meshes["backbone.tip"] = backbone_cell(shapes[-1], None)
         return meshes
-    near = _hinge_to_disk(robot)
-    meshes["backbone.base"] = tube(shapes[0], -near * shapes[0].length, 0.0)
+    near, far = zip(*(_disks_to_hinges(robot, segment) for segment in robot.segments), strict=True)
+    before = {f"{name}.end": near[k + 1] for k, name in enumerate(names[:-1])}  # the hinge beyond a border
+    after = dict(zip(names, far, strict=True))
+    shortest = _SHORTEST_ROD * min(shape.length for shape in shapes)
+    meshes["backbone.base"] = tube(shapes[0], -max(near[0] * shapes[0].length, shortest), 0.0)
     for key, shape, beyond in stretches:
-        meshes[f"backbone_{key}"] = backbone_rod(shape, near * (shape.length + beyond.length))
+        name = key.removesuffix(".end")
+        to_hinge = before.get(key, near[names.index(name)]) * beyond.length
+        meshes[f"backbone_{key}"] = backbone_rod(shape, max(after[name] * shape.length + to_hinge, shortest))
     if robot.hinges == "rod" and robot.links_per_subsegment > 1:
         links = robot.links_per_subsegment
-        apart = (links - 2.0 * near) / (links - 1)  # of the hinges between two disks, in links
+        apart = (links - 2.0 * near[0]) / (links - 1)  # of the hinges between two disks, in links
         for name, shape in zip(names, shapes, strict=True):
             meshes[f"backbone_{name}.within"] = backbone_rod(shape, apart * shape.length)
-    meshes["backbone.tip"] = backbone_rod(shapes[-1], near * shapes[-1].length)
+    meshes["backbone.tip"] = backbone_rod(shapes[-1], max(far[-1] * shapes[-1].length, shortest))
     for index, (name, shape) in enumerate(zip(names, shapes, strict=True)):
         meshes[f"disk_{name}"] = spacer_disk(shape, disk_thickness(robot, index))
     return meshes
@@ -84,7 +91,7 @@ def element_parts(robot: ContinuumRobot, element_index: int) -> tuple[Part, ...]
     """
     guides = robot.appearance == "wire_guides"
     if element_index == 0:
-        half = cell_shape(robot, 0).length * _hinge_to_disk(robot)
+        half = cell_shape(robot, 0).length * _disks_to_hinges(robot, robot.segments[0])[0]
         backbone = Part("backbone.base", "backbone", half, 0.0, NITI, "metal", True)
         if guides:
             return backbone, Part("guide.base", "guide", half, 0.0, FIXED, "plastic", False)
@@ -110,14 +117,15 @@ def element_parts(robot: ContinuumRobot, element_index: int) -> tuple[Part, ...]
             return (Part(within_disks, "backbone", 0.0, 0.0, NITI, "metal", True),)
         return (backbone,)
     colour = DISK_NEXT if other else DISK
-    return backbone, Part(
-        f"disk_{segment.name}", "disk", length * _hinge_to_disk(robot), turn, colour, "plastic", False
-    )
+    height = length * _disks_to_hinges(robot, segment)[1]
+    return backbone, Part(f"disk_{segment.name}", "disk", height, turn, colour, "plastic", False)
 
 
-def _hinge_to_disk(robot: ContinuumRobot) -> float:
-    """Return how far the hinge next to a disk is from it, in lengths of a link."""
-    return hinge_places(robot)[0] * robot.links_per_subsegment
+def _disks_to_hinges(robot: ContinuumRobot, segment: Segment) -> tuple[float, float]:
+    """Return how far a subsegment's first hinge is from the disk before it, and the last one from the disk
+    beyond, in lengths of a link."""
+    places = hinge_places(robot, segment)
+    return places[0] * robot.links_per_subsegment, (1.0 - places[-1]) * robot.links_per_subsegment
 
 
 def _segment_of(robot: ContinuumRobot, link: int) -> tuple[int, int]:

@@ -47,6 +47,10 @@ class ArcRobots:
             tendon does not run.
         chord: second-order shortening of a path that is straight between disks,
             d = arm b + chord |b|^2 / 2, (B, T, S) [m]; zero for a tendon held everywhere.
+        cells: subsegments of a chain whose path is taken exactly, (B, S); zero: by `arm` and `chord`.
+        share: where the hinge of such a subsegment stands, of its length, (B, S).
+        lead: by which the arc begins above its segment's start, and disks lie below their places on it,
+            (B, S) [m].
         stiffness: of each tendon, (B, T) [N/m]; finite.
         pretension: (B, T) [N].
         slack: by which tendons are too long, (B, T) [m].
@@ -62,6 +66,9 @@ class ArcRobots:
     free: NDArray[np.bool_]
     arm: Array
     chord: Array
+    cells: Array
+    share: Array
+    lead: Array
     stiffness: Array
     pretension: Array
     slack: Array
@@ -145,6 +152,9 @@ def solve_rows(
         robots.mu,
         robots.base_compliance,
         loads.weight,
+        robots.cells,
+        robots.share,
+        robots.lead,
     )
     inputs = (commands, loads.force_tip, loads.moment_tip)
     solve_histories(

@@ -14,6 +14,8 @@ loaded backbone is no arc, so that loads are where this model errs).
 everywhere: over a subsegment of length h bent by t the chord is shorter by h t^2 / 24 for an arc
 and, for a chain of K hinges per subsegment at the middles of equal links, by h t^2 / 24 (1 + 2 / K^2), to
 second order in t (`layout.hinge_places`). With it the model is the analytic twin of the simulated chain.
+Where a segment says where its hinges stand (`hinge_share`), the path is that of a chain exactly, and its arc
+begins by so much farther up as its hinges stand above the middles, and the disks as much farther down.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.layout import disks
+from catheter_sim.kinds.continuum.layout import axes_of, disks
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.kinds.continuum.theory.arc_equilibrium import ArcLoads, ArcRobots, ArcStates, solve_rows
 from catheter_sim.mechanics.arcs import points_on_arcs
@@ -37,6 +39,7 @@ MODEL = "CC"
 # An inextensible tendon driven by displacement is a spring this many times stiffer than the
 # robot's bending seen from that tendon: its stretch stays below 0.1 % of the bending's share.
 INEXTENSIBLE_RATIO = 1000.0
+_AT_START = 1e-9  # of a subsegment: of a hinge there
 _BALANCED_RAD = 1e-5  # unbalanced moment, over a segment's stiffness, that still counts as balance
 
 
@@ -67,7 +70,7 @@ def constant_curvature(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Arra
 def arc_robots(robots: Sequence[ContinuumRobot], straight_between_disks: bool = False) -> ArcRobots:
     """Return `robots`, which differ in numbers only, as one batch; their `effects` are not read."""
     first = robots[0]
-    free = np.array([[True, segment.bending_axes == "xy"] for segment in first.segments])
+    free = np.array([[axis in axes_of(segment) for axis in "xy"] for segment in first.segments])
 
     def per_segment(name: str) -> Array:
         return np.array([[getattr(segment, name) for segment in robot.segments] for robot in robots])
@@ -81,9 +84,13 @@ def arc_robots(robots: Sequence[ContinuumRobot], straight_between_disks: bool = 
         for s, segment in enumerate(first.segments):
             count = disks(first, segment)
             hinges = 1.0 + 2.0 / first.links_per_subsegment**2
+            if segment.hinge_share != 0.5:
+                hinges = 12.0 * segment.hinge_share * (1.0 - segment.hinge_share)
             if first.hinges == "rod" and first.links_per_subsegment > 1:
                 hinges = 1.0  # as an arc
             chord[:, :, s] = runs[:, s] * (length[:, s] / (12.0 * count**2) * hinges)[:, None]
+    share = per_segment("hinge_share")
+    cells = np.array([disks(first, item) * (item.hinge_share != 0.5) for item in first.segments], float)
     return ArcRobots(
         length=length,
         bending=per_segment("bending_stiffness_N_m2") * scale,
@@ -93,12 +100,22 @@ def arc_robots(robots: Sequence[ContinuumRobot], straight_between_disks: bool = 
         free=free,
         arm=np.array([_arms(robot, straight_between_disks) for robot in robots]),
         chord=chord,
+        cells=np.array([cells * straight_between_disks] * len(robots)),
+        share=share,
+        lead=leads(robots),
         stiffness=np.array([[drive_stiffness(robot, item) for item in robot.tendons] for robot in robots]),
         pretension=np.array([[item.pretension_N for item in robot.tendons] for robot in robots]),
         slack=np.array([[item.slack_m for item in robot.tendons] for robot in robots]),
         mu=np.array([robot.friction.mu for robot in robots]),
         base_compliance=np.array([1.0 / robot.mount.axial_stiffness_N_per_m for robot in robots]),
     )
+
+
+def leads(robots: Sequence[ContinuumRobot]) -> Array:
+    """Return by how much the hinges stand above the middles of their subsegments, shape (B, S) [m]."""
+    counts = [[disks(robot, item) for item in robot.segments] for robot in robots]
+    share = np.array([[item.hinge_share - 0.5 for item in robot.segments] for robot in robots])
+    return share * np.array([[item.length_m for item in robot.segments] for robot in robots]) / counts
 
 
 def _runs(robot: ContinuumRobot) -> np.ndarray:
@@ -141,7 +158,7 @@ def _arms(robot: ContinuumRobot, straight_between_disks: bool) -> Array:
     for s, segment in enumerate(robot.segments):
         half = 0.5 * _hole_turn(segment)
         nearer = math.cos(half / disks(robot, segment)) if straight_between_disks else 1.0
-        if segment.bending_axes == "x":
+        if segment.bending_axes != "xy":
             nearer = float(np.sinc(half / math.pi))
         toward = np.stack([np.cos(angle + turned + half), np.sin(angle + turned + half)], axis=1)
         result[:, s] = np.where(runs[:, s, None], nearer * radius_m[:, None] * toward, 0.0)
@@ -156,7 +173,7 @@ def drive_stiffness(robot: ContinuumRobot, tendon: Tendon) -> float:
     compliance = 0.0
     for segment in robot.segments:
         stiffness = robot.stiffness_scale * segment.bending_stiffness_N_m2 / segment.length_m
-        compliance += tendon.radius_m**2 / stiffness
+        compliance += tendon.radius_m**2 / stiffness * bool(axes_of(segment))
         if segment.name == tendon.ends_at:
             break
     return INEXTENSIBLE_RATIO / compliance
@@ -175,13 +192,14 @@ def places(robot: ContinuumRobot) -> tuple[np.ndarray, Array]:
 def loads(robots: Sequence[ContinuumRobot], inputs: Sequence[Inputs], gravity_mps2: Array) -> ArcLoads:
     """Return what acts on each robot at each row.
 
-    Weight acts at each disk or, of masses along the robot, in the middle of each subsegment; force and moment
-    on the tip.
+    Weight acts at each disk or, of masses along the robot, in the middle of each subsegment, which a hinge
+    above the middle brings down on the arc; force and moment on the tip.
     """
     segments = robots[0].segments
     mass = np.array([[_disk_mass(robot, segment) for segment in robot.segments] for robot in robots])
-    before = np.zeros((*mass.shape, 1))
-    before[[robot.masses == "along" for robot in robots]] = 0.5
+    share = np.array([[item.hinge_share or _AT_START for item in segments]])
+    along = np.array([[robot.masses == "along"] for robot in robots])
+    before = (share * along)[..., None]
     return ArcLoads(
         disks=np.array([disks(robots[0], segment) for segment in segments]),
         weight=np.concatenate([mass[:, :, None] * gravity_mps2, before], axis=2),
@@ -201,8 +219,9 @@ def postures(
     segment, fraction = places(robot)
     turn = turns([robot])[0]
     p_w, R_w = points_on_arcs(
-        states.bend[index], robots.length[index], segment, fraction, turn if turn.any() else None
-    )
+        states.bend[index], robots.length[index], segment, fraction, turn if turn.any() else None,
+        robots.lead[index],
+    )  # fmt: skip
     p_w = p_w.copy()
     p_w[..., 2] -= states.shift[index][:, None]
     hinges = joint_values(robot, states.bend[index], turn)
@@ -229,10 +248,12 @@ def joint_values(robot: ContinuumRobot, bend: Array, turn: Array) -> Array:
     for s, segment in enumerate(robot.segments):
         count = disks(robot, segment) * robot.links_per_subsegment
         x, y = bend[..., s, 0] / count, bend[..., s, 1] / count
+        axes = axes_of(segment)
         for hinge in range(count):
             angle = ((hinge + 0.5) / count - 0.5) * turn[..., s]
-            columns.append(x * np.cos(angle) - y * np.sin(angle))
-            if segment.bending_axes == "xy":
+            if "x" in axes:
+                columns.append(x * np.cos(angle) - y * np.sin(angle))
+            if "y" in axes:
                 columns.append(x * np.sin(angle) + y * np.cos(angle))
             if math.isfinite(segment.torsion_stiffness_N_m2):
                 columns.append(np.zeros(bend.shape[:-2]))

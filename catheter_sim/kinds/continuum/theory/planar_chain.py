@@ -18,7 +18,7 @@ from catheter_sim.core.posture import Array, Posture
 from catheter_sim.core.static_run import StaticRun, require_tensions
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.drives import outputs
-from catheter_sim.kinds.continuum.layout import face_masses, last_disk, links
+from catheter_sim.kinds.continuum.layout import face_masses, is_centred, last_disk, links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment
 from catheter_sim.mechanics.step_counts import counts_where_alone
 
@@ -80,8 +80,8 @@ class PlanarDrive:
 
 
 def bends_in_plane(robot: ContinuumRobot) -> bool:
-    """Return whether `robot` bends in the xz plane only, one hinge a cell."""
-    return _in_plane(robot) and robot.links_per_subsegment == 1
+    """Return whether `robot` bends in the xz plane only, one hinge a cell, in its middle."""
+    return _in_plane(robot) and robot.links_per_subsegment == 1 and is_centred(robot)
 
 
 def _in_plane(robot: ContinuumRobot) -> bool:
@@ -108,6 +108,8 @@ def planar_chain(robot: ContinuumRobot, model: str) -> PlanarChain:
             f"static model {model!r}: links_per_subsegment = {robot.links_per_subsegment}: "
             "one hinge a cell is needed (1)"
         )
+    if not is_centred(robot):
+        raise InputError(f"static model {model!r}: hinge_share of 0.5 is needed")
     for segment in robot.segments:
         for key in ("rest_curvature_y_per_m", "rest_twist_rad_per_m"):
             if getattr(segment, key) != 0.0:

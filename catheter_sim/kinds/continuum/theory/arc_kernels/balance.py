@@ -6,6 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from catheter_sim.kinds.continuum.theory.arc_kernels.loads import acts, find_generalised_load
+from catheter_sim.mechanics.arc_turns import arc_series
 from catheter_sim.mechanics.compiled import compiled
 
 PRE_SLIDING_M = 1e-5  # path within which a stuck tendon gives way
@@ -30,6 +31,7 @@ class ArcRobot(NamedTuple):
         compliance: of the base [m/N].
         disks: number of each segment, (S,).
         weight: of each disk [N], and how far before it this acts, of a subsegment, (S, 4).
+        cells, share, lead: as of `arc_equilibrium.ArcRobots`, (S,).
     """
 
     length: Any
@@ -47,6 +49,34 @@ class ArcRobot(NamedTuple):
     compliance: Any
     disks: Any
     weight: Any
+    cells: Any
+    share: Any
+    lead: Any
+
+
+@compiled
+def path_of_cells(bx, by, arm_x, arm_y, length, cells, share):
+    """Return how much shorter a bend makes a straight tendon's path over a chain's cells, and its slopes.
+
+    From the hole before a hinge, at (d, -a) from it, to the hole beyond, at (d, b) and turned by q: of the
+    square, a^2 + b^2 + 2 d^2 - 2 (d^2 - a b) cos q - 2 d (a + b) sin q.
+
+    Args: bend (bx, by); arm (arm_x, arm_y) [m]; length of all cells; their number; where the hinge stands.
+    """
+    if arm_x == 0.0 and arm_y == 0.0:  # beyond its end
+        return 0.0, 0.0, 0.0
+    h = length / cells
+    product = share * (1.0 - share) * h * h
+    u = (bx * bx + by * by) / (cells * cells)
+    sine, versine, sine_slope, versine_slope, _ = arc_series(u)
+    w = (arm_x * bx + arm_y * by) / cells  # d q
+    m = w * w - product * u
+    chord = math.sqrt(max(h * h + 2.0 * versine * m - 2.0 * h * w * sine, (1e-6 * h) ** 2))
+    by_w = 4.0 * versine * w - 2.0 * h * sine
+    by_u = 2.0 * versine_slope * m - 2.0 * versine * product - 2.0 * h * w * sine_slope
+    slope_x = -0.5 * (by_w * arm_x + by_u * 2.0 * bx / cells) / chord
+    slope_y = -0.5 * (by_w * arm_y + by_u * 2.0 * by / cells) / chord
+    return cells * (h - chord), slope_x, slope_y
 
 
 @compiled
@@ -61,6 +91,7 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, sloped, d
     """
     length, k0, c3, c5, rest, free, arm, chord, stiffness, pretension, at_rest, mu, compliance = robot[:13]
     count, weight = robot.disks, robot.weight
+    cells, share_of, lead = robot.cells, robot.share, robot.lead
     command, tip_force, tip_moment = inputs
     span, slip, tension, residual = state
     segments, tendons = len(length), len(stiffness)
@@ -92,6 +123,10 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, sloped, d
             arms[2 * s] = arm[t, s, 0] + sag * bx
             arms[2 * s + 1] = arm[t, s, 1] + sag * by
             own = arm[t, s, 0] * bx + arm[t, s, 1] * by + 0.5 * sag * (bx * bx + by * by)
+            if cells[s] > 0.0:
+                own, arms[2 * s], arms[2 * s + 1] = path_of_cells(
+                    bx, by, arm[t, s, 0], arm[t, s, 1], length[s], cells[s], share_of[s]
+                )
             slip[t, s] = min(max((own - anchor[t, s]) / PRE_SLIDING_M, -1.0), 1.0) if mu > 0.0 else 0.0
             path += own
         grip = 0.0
@@ -148,7 +183,7 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, sloped, d
                 derivative[last, j] += compliance / SHIFT_UNIT_M * grip * arms[j]
 
     if acts(tip_force, tip_moment, weight):
-        find_generalised_load(x, length, count, weight, tip_force, tip_moment, frames, force)
+        find_generalised_load(x, length, lead, count, weight, tip_force, tip_moment, frames, force)
         near = True
         for j in range(last if sloped else 0):
             near = near and abs(x[j] - load_slope_at[j]) < LOAD_SLOPE_NEAR_RAD
@@ -156,7 +191,7 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, sloped, d
             for j in range(last):
                 load_slope_at[j] = x[j]
                 x[j] += _DIFFERENCE_RAD
-                find_generalised_load(x, length, count, weight, tip_force, tip_moment, frames, moved)
+                find_generalised_load(x, length, lead, count, weight, tip_force, tip_moment, frames, moved)
                 x[j] = load_slope_at[j]
                 for i in range(last):
                     load_slope[i, j] = (moved[i] - force[i]) / _DIFFERENCE_RAD

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from catheter_sim.kinds.continuum.theory.arc_kernels.balance import PRE_SLIDING_M, ArcRobot
+from catheter_sim.kinds.continuum.theory.arc_kernels.balance import PRE_SLIDING_M, ArcRobot, path_of_cells
 from catheter_sim.kinds.continuum.theory.arc_kernels.newton import (
     TOLERANCE_RAD,
     find_beside,
@@ -35,6 +35,10 @@ def _anchored(x, robot, slip, anchor):
         for s in range(anchor.shape[1]):
             bx, by = x[2 * s], x[2 * s + 1]
             path = arm[t, s, 0] * bx + arm[t, s, 1] * by + 0.5 * chord[t, s] * (bx * bx + by * by)
+            if robot.cells[s] > 0.0:
+                path, _, _ = path_of_cells(
+                    bx, by, arm[t, s, 0], arm[t, s, 1], robot.length[s], robot.cells[s], robot.share[s]
+                )
             anchor[t, s] = path - PRE_SLIDING_M * slip[t, s]
 
 
@@ -71,6 +75,7 @@ def _followed(
         there = ArcRobot(
             robot.length, robot.k0, robot.c3, robot.c5, robot.rest, robot.free, robot.arm, robot.chord,
             robot.stiffness, pretension, robot.at_rest, robot.mu, robot.compliance, robot.disks, weighing,
+            robot.cells, robot.share, robot.lead,
         )  # fmt: skip
         size = find_equilibrium(
             x, there, by_tension, (command, tip_force, tip_moment), anchor, patient, work, newton, state
@@ -127,7 +132,8 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
     Args:
         robots: length (B, S), stiffness k0 [N m/rad] and c3, c5 of the law in the bend (B, S), rest
             (B, S, 2), arm (B, T, S, 2), chord (B, T, S), tendons' stiffness and stretch by their
-            pretension (B, T), mu, base compliance (B,), weight of each disk (B, S, 4).
+            pretension (B, T), mu, base compliance (B,), weight of each disk (B, S, 4), cells, share and lead
+            (B, S).
         free: which bends are free, (S, 2).
         disks: of each segment, (S,).
         by_tension: what the commands are.
@@ -135,7 +141,8 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
         every: which rows are wanted; those of robots with friction are marched through all the same.
         results: unknowns (B, n, 2S + 1), tension (B, n, T), span (B, n, T, S), residual (B, n) [rad].
     """
-    lengths, k0s, c3s, c5s, rests, arms, chords, stiffnesses, stretches, mus, compliances, weights = robots
+    lengths, k0s, c3s, c5s, rests, arms, chords, stiffnesses, stretches, mus = robots[:10]
+    compliances, weights, cells, shares, leads = robots[10:]
     commands, tip_forces, tip_moments = inputs
     unknowns, tensions, spans, residuals = results
     batch, rows, tendons = commands.shape
@@ -170,7 +177,8 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
     for b in range(batch):
         robot = ArcRobot(
             lengths[b], k0s[b], c3s[b], c5s[b], rests[b], free, arms[b], chords[b], stiffnesses[b],
-            stretches[b], path_at_rest, mus[b], compliances[b], disks, weights[b],
+            stretches[b], path_at_rest, mus[b], compliances[b], disks, weights[b], cells[b], shares[b],
+            leads[b],
         )  # fmt: skip
         for s in range(segments):
             at_rest[2 * s], at_rest[2 * s + 1] = rests[b, s, 0], rests[b, s, 1]

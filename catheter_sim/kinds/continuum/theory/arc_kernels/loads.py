@@ -13,11 +13,24 @@ from catheter_sim.mechanics.compiled import compiled
 
 
 @compiled
-def _along_arc(bend_x, bend_y, length, share, force):
-    """Return where a point at `share` of an arc is, (3,), and its work on `force` by the bend, (2,)."""
+def _along_arc(bend_x, bend_y, length, lead, share, force):
+    """Return where a point at `share` of an arc is, (3,), and its work on `force` by the bend, (2,).
+
+    The arc begins after a straight `lead`, and the point lies as far before its place on it.
+    """
     x, y, reach = share * bend_x, share * bend_y, share * length
     sine, versine, sine_slope, versine_slope, _ = arc_series(x * x + y * y)
     along = 2.0 * (versine_slope * (x * force[0] + y * force[1]) + sine_slope * force[2])
+    if lead != 0.0:
+        u = x * x + y * y
+        turned = 2.0 * (sine_slope * (x * force[0] + y * force[1]) - (versine + u * versine_slope) * force[2])
+        return (
+            (reach * versine - lead * sine) * x,
+            (reach * versine - lead * sine) * y,
+            reach * sine + lead * versine * u,
+            share * (reach * (versine * force[0] + along * x) - lead * (sine * force[0] + turned * x)),
+            share * (reach * (versine * force[1] + along * y) - lead * (sine * force[1] + turned * y)),
+        )
     return (
         reach * versine * x,
         reach * versine * y,
@@ -28,11 +41,11 @@ def _along_arc(bend_x, bend_y, length, share, force):
 
 
 @compiled
-def find_generalised_load(bend, length, count, weight, tip_force, tip_moment, frames, out):
+def find_generalised_load(bend, length, lead, count, weight, tip_force, tip_moment, frames, out):
     """Set `out` (2S,) to the power of the loads per rate of each bend component [N m].
 
-    Args: bend (2S,); length (S,); count (S,) disks; weight (S, 4) of each disk, and how far before the disk
-    it acts, of a subsegment; tip_force, tip_moment (3,); frames (S + 1, 3, 3) working space.
+    Args: bend (2S,); length, lead (S,); count (S,) disks; weight (S, 4) of each disk, and how far before the
+    disk it acts, of a subsegment; tip_force, tip_moment (3,); frames (S + 1, 3, 3) working space.
     """
     segments = len(length)
     for i in range(3):
@@ -55,7 +68,7 @@ def find_generalised_load(bend, length, count, weight, tip_force, tip_moment, fr
         m0 = R[0, 0] * mx + R[1, 0] * my + R[2, 0] * mz
         m1 = R[0, 1] * mx + R[1, 1] * my + R[2, 1] * mz
         m2 = R[0, 2] * mx + R[1, 2] * my + R[2, 2] * mz
-        px, py, pz, qx, qy = _along_arc(x, y, length[s], 1.0, force)
+        px, py, pz, qx, qy = _along_arc(x, y, length[s], lead[s], 1.0, force)
         # The end turns by w_a = J e_a, J = 1 + versine [r] + third [r]^2, r = (-y, x, 0).
         _, versine, _, _, third = arc_series(x * x + y * y)
         qx += m1 * (1.0 - third * y * y) - third * x * y * m0 - versine * y * m2
@@ -72,7 +85,10 @@ def find_generalised_load(bend, length, count, weight, tip_force, tip_moment, fr
                 R[0, 2] * wx + R[1, 2] * wy + R[2, 2] * wz,
             )
             for disk in range(count[s]):
-                px, py, pz, dx, dy = _along_arc(x, y, length[s], (disk + 1.0 - weight[s, 3]) / count[s], own)
+                place = (disk + 1.0 - weight[s, 3]) / count[s]
+                back = lead[s] if weight[s, 3] == 0.0 else 0.0  # a disk; the rest stands on the arc
+                px, py, pz, dx, dy = _along_arc(x, y, length[s], back, place, own)
+                pz += lead[s] - back
                 qx += dx
                 qy += dy
                 m0 += py * own[2] - pz * own[1]

@@ -126,6 +126,10 @@ def unsupported(robot: ContinuumRobot) -> str:
 
 
 def _unsupported_segment(segment: Segment) -> str:
+    if segment.bending_axes in ("y", "none"):
+        return f"bending_axes = {segment.bending_axes}"
+    if segment.hinge_share != 0.5:
+        return "hinges off the middles"
     if segment.stiffness_cubic_m2 or segment.stiffness_quintic_m4:
         return "an elastic law that is not linear"
     if segment.rest_curvature_x_per_m or segment.rest_curvature_y_per_m:
