@@ -12,9 +12,11 @@ import pytest
 from planted import as_inputs, small_robot
 
 from catheter_sim.diagnosis.causes import choose as select_module
+from catheter_sim.diagnosis.causes import near as near_module
 from catheter_sim.diagnosis.causes import search as search_module
-from catheter_sim.diagnosis.causes.choose import may_end_at, select
+from catheter_sim.diagnosis.causes.choose import select
 from catheter_sim.diagnosis.causes.comparison import as_good, pays, settled
+from catheter_sim.diagnosis.causes.near import may_end_at
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting import workers as workers_module
 from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
@@ -158,7 +160,7 @@ def test_two_causes_are_found_beside_one_that_imitates_them(monkeypatch):
     candidates = ("stiffness", *UNITS)
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
     monkeypatch.setattr(search_module, "PAIRS", 0)
-    monkeypatch.setattr(search_module, "NEAR_SETS", 0)
+    monkeypatch.setattr(near_module, "NEAR_SETS", 0)
     assert set(select(problem, candidates).chosen.causes) == {"stiffness"}
 
 

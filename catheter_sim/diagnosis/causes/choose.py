@@ -26,12 +26,18 @@ from dataclasses import dataclass
 
 from catheter_sim.diagnosis.causes.comparison import (
     as_good,
-    may_replace,
     pays,
     rivals_of,
     settled,
     settled_in_motion,
     within_model,
+)
+from catheter_sim.diagnosis.causes.near import (
+    better_near,
+    fit_near,
+    fit_rivals_in_other_forms,
+    may_end_at,
+    simplest,
 )
 from catheter_sim.diagnosis.causes.search import Search, in_order
 from catheter_sim.diagnosis.fitting.fit import Fit
@@ -153,7 +159,7 @@ def _searched(
                 path[:] = other
         current = _backward(search, path[-1])
         tried = search.tried
-        current = _simplest(current, [item for item in tried if may_end_at(current, item, tried)])
+        current = simplest(current, [item for item in tried if may_end_at(current, item, tried)])
         if current is not path[-1]:
             path.append(current)
         if len(current.terms) > 1 and not search.late:
@@ -162,35 +168,15 @@ def _searched(
             search.alone(null, detailed)
         alone = len(current.terms) == 1 and settled(problem, current)
         if current.terms and not (alone or search.late or problem.moving):
-            search.fit_near(current, (*simple, *detailed))
+            fit_near(search, current, (*simple, *detailed))
         if not (search.late or problem.moving):
-            search.fit_rivals_in_other_forms(current)
-        nearer = _better_near(search, current, most)
+            fit_rivals_in_other_forms(search, current)
+        nearer = better_near(search, current, most)
         if not left or search.late or nearer is current:
             break
         path.append(nearer)
     rivals = [item for _, _, item in rivals_of(current, search.tried)]
     return singles, [item for item in rivals if as_good(current, item)]
-
-
-def _better_near(search: Search, current: Fit, most: int) -> Fit:
-    """Return the set, of all that were tried, that is to stand in the place of `current`; itself if none.
-
-    It is one that pays over it, the simplest of those as good as the best of these; else one as good as
-    `current` with fewer causes and fewer numbers.
-    """
-    problem = search.problem
-    tried = [item for item in search.tried if len(item.terms) <= most]
-    other = [item for item in tried if may_replace(problem, current, item)]
-    better = in_order([item for item in other if pays(current, item)])[:1]
-    if better:
-        return _simplest(better[0], [item for item in other if pays(current, item)])
-    fewer = [
-        item
-        for item in other
-        if len(item.terms) < len(current.terms) and len(item.numbers) < len(current.numbers)
-    ]
-    return _simplest(current, [item for item in fewer if may_end_at(current, item, search.tried)])
 
 
 def _further(problem: Problem, candidates: Sequence[str]) -> list[Term]:
@@ -253,7 +239,7 @@ def _forward(
             level = in_order([item for item in singles if item.terms[0] in (*variants[0], *variants[1])])
         if not level:
             return
-        front = _simplest(level[0], level)
+        front = simplest(level[0], level)
         search.say(
             f"{'+'.join(front.causes)}: {front.cross_validated_rms:.4g} (was {best.cross_validated_rms:.4g})"
         )
@@ -275,12 +261,6 @@ def _forward(
                 return
             path.append(forms[0])
             beam, waited = forms[:1], 0
-
-
-def _simplest(best: Fit, others: Sequence[Fit]) -> Fit:
-    """Return the fit of fewest numbers among those as good as `best`; `best` itself if none has fewer."""
-    equal = [best, *(item for item in others if as_good(best, item))]
-    return min(equal, key=lambda item: (len(item.numbers), item.cross_validated_rms))
 
 
 def _once(fits: Sequence[Fit]) -> list[Fit]:
@@ -307,13 +287,3 @@ def _backward(search: Search, current: Fit) -> Fit:
             break
         current = min(idle, key=lambda item: item.cross_validated_rms)
     return current
-
-
-def may_end_at(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
-    """Return whether the search may end at `reduced` as well as at `current`.
-
-    It may not where some larger set of causes pays over `reduced` and does not pay over `current`: to lose
-    one cause may cost little, to lose several much.
-    """
-    beyond = (item for item in tried if set(item.causes) > set(reduced.causes))
-    return not any(pays(reduced, item) and not pays(current, item) for item in beyond)

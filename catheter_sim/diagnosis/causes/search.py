@@ -6,9 +6,8 @@ import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
 
-from catheter_sim.diagnosis.causes.comparison import pays, rivals_of, settled
+from catheter_sim.diagnosis.causes.comparison import pays, settled
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.in_time import work_out
 from catheter_sim.diagnosis.fitting.probe import (
@@ -26,7 +25,6 @@ from catheter_sim.diagnosis.fitting.probe import (
 from catheter_sim.diagnosis.fitting.problem import Problem, Term, in_other_forms
 from catheter_sim.diagnosis.fitting.workers import Workers, map_calls
 from catheter_sim.diagnosis.thresholds import (
-    ANOTHER_FORM,
     FINALISTS,
     FIRST_IN_ALL_FORMS,
     HOPELESS_FACTOR,
@@ -34,8 +32,6 @@ from catheter_sim.diagnosis.thresholds import (
     MOST_FORMS,
     MOST_ROUGH_STEPS,
     MOST_SINGLES,
-    NEAR_SETS,
-    NEAR_TERMS,
     PAIRS,
     PAIRS_IN_MOTION,
     RIVALS,
@@ -293,56 +289,6 @@ class Search:
             for name in chosen.causes
         ]
         self.fitted(self.best([(chosen, terms) for _, terms in hypotheses], places), chosen)
-
-    def fit_rivals_in_other_forms(self, chosen: Fit) -> None:
-        """Fit the nearest misses among the rivals of a chosen set's causes in their other forms.
-
-        A rival that is fitted in its simplest form alone may do worse for its form (`ANOTHER_FORM`).
-        """
-        most = ANOTHER_FORM * chosen.cross_validated_rms
-        near = [
-            (come, item)
-            for gone, come, item in rivals_of(chosen, in_order(self.tried))
-            if gone != come and item.cross_validated_rms <= most
-        ]
-        hypotheses = [
-            (tuple(other if term.effect == come else term for term in item.terms), item.values)
-            for come, item in near
-            for mine in item.terms
-            if mine.effect == come
-            for _, other in in_other_forms(self.problem.robot, mine)
-        ]
-        self.fitted(hypotheses[:MOST_FORMS], chosen)
-
-    def fit_near(self, chosen: Fit, variants: Sequence[Term]) -> None:
-        """Fit the most promising sets near a chosen one: one or two of its causes exchanged for one or two.
-
-        All of them are ranked by derivatives. The `NEAR_SETS` best of each size are fitted: of fewer causes,
-        of as many, and of more, where what the chosen one leaves asks for more.
-        """
-        mine = set(chosen.causes)
-        others = [term for term in variants if term.effect not in mine]
-        gone = [set(some) for count in (1, 2) for some in combinations(chosen.terms, count)]
-        kept = [tuple(term for term in chosen.terms if term not in some) for some in gone]
-        single = [(chosen, (*rest, term)) for rest in kept for term in others]
-        forecast = self.foreseen(single)
-        likely: dict[Term, float] = {}
-        for (_, terms), ahead in zip(single, forecast, strict=True):
-            likely[terms[-1]] = min(ahead.cost, likely.get(terms[-1], math.inf))
-        first = sorted(likely, key=lambda term: likely[term])[:NEAR_TERMS]
-        double = [
-            (chosen, (*rest, one, other))
-            for rest in kept
-            for one, other in combinations(first, 2)
-            if one.effect != other.effect
-        ]
-        hypotheses = [*single, *double]
-        by_size: dict[int, list[int]] = {}
-        for index, (_, terms) in enumerate(hypotheses):
-            by_size.setdefault(len(terms) - len(chosen.terms), []).append(index)
-        if settled(self.problem, chosen):
-            by_size.pop(1, None)
-        self.fitted(self.best(hypotheses, [(own, NEAR_SETS) for own in by_size.values()]), chosen)
 
 
 def in_order(fits: Iterable[Fit]) -> list[Fit]:
