@@ -96,22 +96,19 @@ def compare_series(
         search_anyway: look for changes where too little was measured to name any, too.
 
     Raises:
-        InputError: there is no earlier recording, they are not of the same robot or outputs, or the first one
-            looks wrong by itself.
+        InputError: there is none before, robots or outputs differ, or the first one looks wrong by itself.
     """
     if not before:
         raise InputError("no earlier recording to compare with")
     first, *others = before
     later = [*(item.dataset for item in others), after]
-    for dataset, is_of_report in zip(later, [*(item.is_of_report for item in others), False], strict=True):
-        if not is_of_report:
-            check_pair(first, dataset)
+    for dataset in (*(item.dataset for item in others if not item.is_of_report), after):
+        check_pair(first, dataset)
     lacking = tuple(not_compared(first.dataset, dataset, search_anyway) for dataset in later)
     if all(lacking):
         return Series(tuple(item for item in lacking if item is not None), ())
     with running(place, progress, budget_s, search_anyway) as run:
-        begun = time.monotonic()
-        attempt = Attempts()
+        begun, attempt = time.monotonic(), Attempts()
         bases: dict[bool, Baseline] = {}
         found: list[tuple[Baseline, Differences]] = []
         comparisons = []
