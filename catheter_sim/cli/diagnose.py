@@ -170,7 +170,7 @@ def _lines(diagnosis: Diagnosis, noun: str = "cause") -> Iterator[str]:
     from catheter_sim.diagnosis.report.html import sentence
     from catheter_sim.diagnosis.report.spoken import figure_words
     from catheter_sim.diagnosis.report.to_json import tip_mm
-    from catheter_sim.diagnosis.report.what_to_do import ASKS
+    from catheter_sim.diagnosis.report.what_to_do import asks_of
     from catheter_sim.diagnosis.report.wording import rounded
     from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY, NEAR_NOISE
 
@@ -218,7 +218,7 @@ def _lines(diagnosis: Diagnosis, noun: str = "cause") -> Iterator[str]:
     for note in dict.fromkeys((*diagnosis.dataset.notes, *diagnosis.notes)):
         yield f"note: {note}"
     if noun == "cause":
-        yield f"what to do: {ASKS[diagnosis.verdict]}"
+        yield f"what to do: {asks_of(diagnosis)}"
     yield f"next experiment: {diagnosis.next_experiment.words}"
 
 

@@ -69,6 +69,8 @@ def test_a_group_shares_its_probability() -> None:
     surer = beliefs(with_backlash(members={"tendon_friction": 1.0}))
     assert surer.each["backlash"] > alike.each["backlash"]
     assert next(iter(surer.members["backlash"])) == "backlash"
+    worse = beliefs(with_backlash(members={"tendon_friction": -1.0}))
+    assert list(worse.members["backlash"]) == ["backlash", "tendon_friction"]  # its numbers are reported
     alone = beliefs(with_backlash(members={"tendon_friction": 9.0}))
     assert alone.members == {}
     assert alone.each["backlash"] == pytest.approx(alone.groups["backlash"])

@@ -45,7 +45,7 @@ from catheter_sim.diagnosis.report.rows import (
     unit_row,
 )
 from catheter_sim.diagnosis.report.spoken import column_words, number_words, spoken
-from catheter_sim.diagnosis.report.what_to_do import ASKS, bench_rows, use_words
+from catheter_sim.diagnosis.report.what_to_do import asks_of, bench_rows, use_words
 from catheter_sim.diagnosis.report.wording import axis_label, half_width, listed, rounded, words
 from catheter_sim.diagnosis.residuals.coordinates import VIEWS
 from catheter_sim.diagnosis.thresholds import ESTABLISHED, LEAST_SHOWN_PROBABILITY, NEAR_NOISE, SIGNIFICANT_P
@@ -182,7 +182,7 @@ def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture], head: Head | 
         head: of a comparison; None: the diagnosis's own.
     """
     context = {
-        "head": head or Head(sentence(diagnosis), diagnosis.verdict, ASKS[diagnosis.verdict]),
+        "head": head or Head(sentence(diagnosis), diagnosis.verdict, asks_of(diagnosis)),
         "dataset": diagnosis.dataset,
         "diagnosis": diagnosis,
         "unit": shown_unit(diagnosis.unit),

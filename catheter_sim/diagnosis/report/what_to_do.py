@@ -30,6 +30,13 @@ ASKS: Mapping[str, str] = {
 _MOST_CHECKS = 4
 
 
+def asks_of(diagnosis: Diagnosis) -> str:
+    """Return what the verdict asks of a reader."""
+    if diagnosis.has_too_little:
+        return "Record what is missing. Then diagnose again."
+    return ASKS[diagnosis.verdict]
+
+
 def bench_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
     """Return what to look at on the robot itself: named causes first, then the most probable others."""
     if diagnosis.verdict in (NO_DISCREPANCY, DATA_SUSPECT):
