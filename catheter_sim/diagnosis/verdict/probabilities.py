@@ -93,9 +93,9 @@ def shares(name: str, members: Mapping[str, float]) -> dict[str, float]:
         members: the others, with how surely it does better than each. One that would have less than
             `LEAST_MEMBER_SHARE` is no member. None has more than the cause, which was chosen for its numbers.
     """
-    weights = {name: 1.0} | {
-        other: math.exp(-MEMBER_WEIGHT * max(surer, 0.0)) for other, surer in members.items()
-    }
+    weights = {name: 1.0}
+    for other, surer in members.items():
+        weights[other] = math.exp(-MEMBER_WEIGHT * max(surer, 0.0))
     total = sum(weights.values())
     kept = {other: value for other, value in weights.items() if value >= LEAST_MEMBER_SHARE * total}
     return {other: value / sum(kept.values()) for other, value in kept.items()}
