@@ -138,6 +138,17 @@ def test_a_slow_sweep_that_is_read_coarsely(step: float, noise: float, rows: int
     assert found == pytest.approx(math.hypot(noise, step / math.sqrt(12.0)), rel=0.12)
 
 
+def test_no_reading_is_surer_than_its_rounding() -> None:
+    """Of a slow creep of two steps in 400 rows, from a leap: hardly any second difference is not zero."""
+    commands = np.concatenate([[-1.0], np.linspace(0.2, 0.207, 400), [1.0]])
+    inputs = as_inputs(np.stack([commands, 0.0 * commands], axis=1), "displacement")
+    readings = rounded(bent(commands), 0.1)
+    trial = Trial("a.csv", "train", inputs, Table(inputs.time_s, {"tip_x_mm": readings}))
+    series = {"tip_x_mm": [bent(commands) - readings]}
+    assert white_noise(series, [trial])["mm"] < 0.01
+    assert white_noise(series, [trial], {"tip_x_mm": 0.1})["mm"] == pytest.approx(0.1 / math.sqrt(12.0))
+
+
 @pytest.mark.parametrize("digits", [4, 12])
 @pytest.mark.parametrize("commands", [held(300, 1), held(100, 5), np.sin(np.arange(3000) / 300.0)])
 def test_nothing_changes_for_readings_that_are_fine(commands: Array, digits: int) -> None:
