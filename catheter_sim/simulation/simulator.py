@@ -253,8 +253,8 @@ class Simulator:
 
         Raises:
             InputError: other than one finite number for each tendon, a tension below zero, a catheter's
-                displacement beyond its joint's range, a tube's advance beyond its stroke, a force or moment
-                of other than three finite numbers, or a force on an element that the robot does not have.
+                displacement beyond its joint's range, a force or moment of other than three finite numbers,
+                or a force on an element that the robot does not have.
         """
         inputs = checked_inputs(self.robot, self._drives, tendon)
         where = f"{self.robot.name}: set_inputs:"
