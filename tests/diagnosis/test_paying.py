@@ -10,7 +10,7 @@ from planted import small_robot
 
 from catheter_sim.core.effect import Parameter
 from catheter_sim.diagnosis.causes import heldout_choice as heldout_choice_module
-from catheter_sim.diagnosis.causes.choose import _simplest
+from catheter_sim.diagnosis.causes.near import simplest
 from catheter_sim.diagnosis.causes.comparison import as_good, pays
 from catheter_sim.diagnosis.causes.heldout_choice import choose_on_heldout
 from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
@@ -110,9 +110,9 @@ def test_a_rough_fit_is_never_taken():
 def test_of_sets_as_good_the_one_of_fewest_numbers_is_taken():
     """2 % more error and one number less; 20 % more is too much for it; of as many numbers the better one."""
     best, simpler, poor = fit_with(1.0, 3), fit_with(1.02, 2), fit_with(1.2, 1)
-    assert _simplest(best, [best, simpler, poor]) is simpler
-    assert _simplest(best, [poor]) is best
-    assert _simplest(best, [fit_with(0.99, 3), poor]).cross_validated_rms == pytest.approx(0.99)
+    assert simplest(best, [best, simpler, poor]) is simpler
+    assert simplest(best, [poor]) is best
+    assert simplest(best, [fit_with(0.99, 3), poor]).cross_validated_rms == pytest.approx(0.99)
 
 
 @pytest.mark.parametrize("others", [1, 8])

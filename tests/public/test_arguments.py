@@ -67,8 +67,10 @@ SOON: Mapping[str, dict[str, Any]] = {
     "render": {"run": 5, "path": "tip.png"},
     "save_robot": {"robot": ROBOT, "path": "nowhere/robot.toml"},
     "sense": {"robot": ROBOT, "readings": NO_CHANNEL},
+    "settle_together": {"simulators": "nothing"},
     "simulate": {"robot": ROBOT, "inputs": NO_CHANNEL},
     "statics": {"robot": ROBOT, "inputs": NO_CHANNEL, "model": "pk"},
+    "step_together": {"simulators": "nothing"},
     "which_model": {"robot": ROBOT, "inputs": NO_CHANNEL},
     "workspace": {"robot": "nothing"},
 }
