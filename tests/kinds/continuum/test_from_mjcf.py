@@ -75,6 +75,7 @@ def saved(folder: Path, **changes: object) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["neuroendoscope_section", "neuroendoscope", "spacer_disk"])
 def test_what_this_package_builds_comes_back(name: str) -> None:
     """Lengths, stiffnesses, masses, disks, holes: as they were in the robot's file."""
@@ -96,6 +97,7 @@ def test_what_this_package_builds_comes_back(name: str) -> None:
         assert np.cos(after.angle_rad - before.angle_rad) == pytest.approx(1.0, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("softer_from", [LINKS + 1, 4])
 def test_somebodys_chain_bends_as_in_plain_mujoco(tmp_path: Path, softer_from: int) -> None:
     """A chain that hangs down elsewhere, pulled at one tendon, its outer half as stiff or half so."""
@@ -120,6 +122,7 @@ def test_somebodys_chain_bends_as_in_plain_mujoco(tmp_path: Path, softer_from: i
     assert sideways == pytest.approx(np.hypot(*(plain - base)[:2]), abs=0.005)
 
 
+@pytest.mark.slow
 def test_what_bends_about_the_files_x_alone_bends_toward_x(tmp_path: Path) -> None:
     """A planar chain in the file's yz plane is one in the robot's xz plane, and its tendons are."""
     path = tmp_path / "planar.xml"
@@ -138,6 +141,7 @@ def test_what_bends_about_the_files_x_alone_bends_toward_x(tmp_path: Path) -> No
     assert abs(bend_rad) == pytest.approx(abs(data.qpos.sum()), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_file_of_it_is_a_robots(tmp_path: Path) -> None:
     """Written and loaded it is the same robot; a name may be given."""
     read = read_chain(saved(tmp_path), name="hanging_two")
@@ -148,6 +152,7 @@ def test_the_file_of_it_is_a_robots(tmp_path: Path) -> None:
     assert any("gravity" in note for note in read.notes)
 
 
+@pytest.mark.slow
 def test_a_model_stands_where_a_robots_file_does(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -171,6 +176,7 @@ def test_a_model_stands_where_a_robots_file_does(
     assert load_dataset(Path("data")).robot.segments == robot.segments
 
 
+@pytest.mark.slow
 def test_servos_draw_tendons_through_springs(tmp_path: Path) -> None:
     """A position servo is a displacement with its stiffness; tendons that end earlier cut the segments."""
     robot = read_chain(saved(tmp_path, servo=True, ends=(LINKS, 2))).robot
@@ -324,6 +330,7 @@ def test_holes_stay_where_they_are(tmp_path: Path, layout: str) -> None:
     np.testing.assert_allclose(1e3 * fast.p_w[0, :, 0], plain, atol=0.005 * 70.0)
 
 
+@pytest.mark.slow
 def test_a_hinge_bends_as_its_moment_says(tmp_path: Path) -> None:
     """k q = T r: with holes 2 mm off the hinges, in their planes, 1 N bends 0.02 N m/rad by 5.70 deg."""
     path = tmp_path / "rising.xml"
