@@ -60,7 +60,6 @@ def run(options: argparse.Namespace) -> int:
     if options.dynamic:
         clock, most = driven.table.time_s, options.most_steps or MOST_STEPS
         require_steps(driven.robot, clock, most, driven.table.where, "with --dynamic", "--most-steps")
-    warn_of_limits(driven)
     with lines_named(driven.table):
         result = simulate(
             driven.specified,
@@ -69,6 +68,7 @@ def run(options: argparse.Namespace) -> int:
             dynamic=options.dynamic,
             progress=True,
         )
+    warn_of_limits(driven)
     rows = finite_rows(result.postures)
     write_outputs(driven, result.postures[:rows], options.output)
     if rows < len(result.postures) or result.failure is not None:

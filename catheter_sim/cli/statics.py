@@ -36,12 +36,12 @@ def run(options: argparse.Namespace) -> int:
 
     driven = drive(options)
     model = static_model(options.model, driven.specified, options.robot)
-    warn_of_limits(driven)
     with lines_named(driven.table, always=True):
         result = model.solve(driven.specified, driven.commanded, driven.gravity_mps2)
     row = finite_rows(result.postures)
     if row < len(result.postures):
         raise InputError(f"{driven.table.row(row)}: static model {options.model!r} gives no finite posture")
+    warn_of_limits(driven)
     write_outputs(driven, result.postures, options.output)
     print(f"wrote {options.output}: {len(result.postures)} rows")
     return 0

@@ -181,7 +181,6 @@ def simulate(
     commanded = inputs_of(value, inputs)
     if moving:
         require_steps(value, commanded.time_s, budget, "inputs")
-    _warn_of_limits(value, commanded)
     states: list[State] = []
     tendons: list[PulledTendons] = []
 
@@ -193,6 +192,7 @@ def simulate(
     done = run_robot(
         value, commanded, gravity, dynamic=moving, progress=told, on_row=None if moving else keep
     )
+    _warn_of_limits(value, commanded)
     if done.failure is not None:
         raise SimulationDiverged(done.failure)
     by = DYNAMIC if moving else HELD
@@ -229,12 +229,12 @@ def statics(
     value = robot_of(robot)
     solver = static_model(str(model), value, value.name)
     commanded = inputs_of(value, inputs)
-    _warn_of_limits(value, commanded)
     gravity = gravity_of(gravity_mps2)
     solved = solver.solve(value, commanded, gravity)
     row = finite_rows(solved.postures)
     if row < len(solved.postures):
         raise InputError(f"{row_name(commanded, row)}: static model {model!r} gives no finite posture")
+    _warn_of_limits(value, commanded)
     return Run(value, commanded, gravity, solved.postures, model, residual=solved.residual)
 
 

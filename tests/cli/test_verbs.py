@@ -323,7 +323,7 @@ def test_a_comparison_ends(
 @pytest.mark.slow
 def test_diagnose_says_its_stages_off_a_terminal(run: Run, folder: Path) -> None:
     """Each is a line on standard error with the time since the start; standard output has the answer."""
-    rows = [(number, 0.05 * min(number, 16 - number)) for number in range(17)]
+    rows = [(number, 0.05 * min(number % 16, 16 - number % 16)) for number in range(33)]
     for name, time_s in (("one", 1.0), ("two", 2.0)):
         text = "".join(f"{time_s * number},{pull:g}\n" for number, pull in rows)
         (folder / f"{name}_in.csv").write_text(f"time_s,tension_right_N\n{text}")

@@ -42,8 +42,6 @@ NOT_JUDGED = (
     "exporting",
     "importing",
     "lab",
-    "pictures",
-    "planning",
     "procedure",
     "public",
     "signals.py",

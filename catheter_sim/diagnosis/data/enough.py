@@ -85,11 +85,11 @@ def too_little_to_learn(
     if unseen:
         return (
             f"No training trial has {NOISE_ROWS} values of one output in {_said(unseen)}: their noise "
-            "cannot be told. Record longer trials.",
+            "cannot be estimated. Record longer trials.",
         )
     if not any(np.ptp(all_inputs(trial.inputs), axis=0).any() for trial in train):
         return (
-            "The inputs never change: nothing that depends on them can be told. "
+            "The inputs never change: nothing that depends on them shows. "
             "Record trials in which you drive the robot.",
         )
     return ()
