@@ -4,11 +4,12 @@
 
 Each folder is one that a bench wrote: answers/ holds what was hidden, found/ what was diagnosed. Printed are
 the weights of `diagnosis/thresholds.py` (LOG_ODDS_OF_..., MEMBER_WEIGHT), fitted by logistic regression with
-a penalty on every weight but the first; of causes that no good hypothesis has, counted (one answer of each
-kind added, after Laplace). A group of causes that the data cannot tell apart is one answer. Then how well the
-probabilities promise: Brier score, and of each bin of answers the mean promise and the share that was right,
-each draw by weights fitted without it (ten folds). What a bench takes for neither right nor wrong is left
-out. Draws whose accuracy is judged must not be among them.
+a penalty on every weight but the first, and none against the sign that reason has for it (SIGNS); of causes
+that no good hypothesis has, counted (one answer of each kind added, after Laplace). A group of causes that
+the data cannot tell apart is one answer. Then how well the probabilities promise: Brier score, and of each
+bin of answers the mean promise and the share that was right, each draw by weights fitted without it (ten
+folds). What a bench takes for neither right nor wrong is left out. Draws whose accuracy is judged must not be
+among them.
 """
 
 from __future__ import annotations
@@ -40,6 +41,13 @@ from catheter_sim.tables import Array
 PENALTY = 0.3  # of a weight's square: as much as a few answers say
 FOLDS = 10
 COUNTED = ("others",)  # kinds of which nothing is known
+SIGNS = {  # of each weight, as reason has them (0: either); a few draws say the opposite by chance
+    "named": (0, 1, 1, 1, 1, -1, -1, -1, -1, 1),
+    "rivals": (0, 1, 1, 0),
+    "none": (0, -1, -1),
+    "outside": (0, 1, 1, 1, 1, 1),
+    "member": (0, 1),
+}
 Features = tuple[float, ...]
 
 
@@ -141,7 +149,7 @@ def _rows(found: Evidence, true: set[str], outside: bool, draw: int) -> list[Row
 
 def weigh(kind: str, basis: Array, true: Array) -> Array:
     """Return the weights of a kind of answers, shape (f,)."""
-    return counted(basis, true) if kind in COUNTED else fitted(basis, true)
+    return counted(basis, true) if kind in COUNTED else fitted(basis, true, SIGNS[kind])
 
 
 def counted(basis: Array, true: Array) -> Array:
@@ -154,8 +162,8 @@ def counted(basis: Array, true: Array) -> Array:
     return np.asarray(np.linalg.lstsq(sorts, np.log(right / (count - right)), rcond=None)[0])
 
 
-def fitted(basis: Array, true: Array) -> Array:
-    """Return the weights of the least penalised logistic loss, shape (f,)."""
+def fitted(basis: Array, true: Array, signs: Sequence[int]) -> Array:
+    """Return the weights of the least penalised logistic loss, shape (f,), none against its sign."""
 
     def loss(weights: Array) -> tuple[float, Array]:
         log_odds = basis @ weights
@@ -164,7 +172,8 @@ def fitted(basis: Array, true: Array) -> Array:
         penalised = np.concatenate([[0.0], weights[1:]])
         return size + PENALTY * float(penalised @ penalised), slope + 2.0 * PENALTY * penalised
 
-    return np.asarray(minimize(loss, np.zeros(basis.shape[1]), jac=True, method="L-BFGS-B").x)
+    bounds = [(0.0 if sign > 0 else None, 0.0 if sign < 0 else None) for sign in signs]
+    return np.asarray(minimize(loss, np.zeros(basis.shape[1]), jac=True, method="L-BFGS-B", bounds=bounds).x)
 
 
 def chance(log_odds: Array) -> Array:

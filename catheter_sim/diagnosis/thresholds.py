@@ -665,7 +665,7 @@ LARGEST_GROUP = 3
 no answer."""
 MEMBER_WEIGHT = 0.7
 """[1/standard deviation] By which the share of a group's member falls with how surely another does better.
-Why: assumed, for now."""
+Why: assumed; in three draws of the independent bench just one of two was at work, which says little."""
 LEAST_MEMBER_SHARE = 0.15
 """[share of a group's probability] With less a cause is no member. Why: assumed; a reader looks at what may
 be one in seven."""
@@ -684,19 +684,21 @@ to 1.04 (`NEAR_NOISE`)."""
 UNLISTED_SINGLES = 6
 """[single causes] The best ones are tried with a smooth error beside them. Why: assumed; what explains little
 alone leaves the smooth error to explain the rest."""
-LOG_ODDS_OF_NAMED = (-2.0, 0.3, 2.0, 0.15, 0.1, -0.7, -1.0, -0.5, -0.5, 0.6)
+LOG_ODDS_OF_NAMED = (-1.52, 0.28, 1.36, 0.38, 0.18, -0.43, -0.61, -0.05, -0.86, 0.44)
 """[1, 1/standard deviation, 1/log, 1/number, 1/standard deviation, 1/log, 1/log, 1, 1, 1/log] Weights of the
-evidence of a cause or group of the hypothesis (`probabilities.features_of_named`). Why: assumed, for now."""
-LOG_ODDS_OF_RIVALS = (-3.26, 0.21, 0.5, -0.1)
+evidence of a cause or group of the hypothesis (`probabilities.features_of_named`). Why: fitted to 53 draws of
+the independent bench (tuning seed 51, `scripts/calibrate_probabilities.py`): 59 answers, 33 of them right."""
+LOG_ODDS_OF_RIVALS = (-4.14, 0.0, 0.89, -0.15)
 """[1, 1/standard deviation, 1/log, 1/number] The same of a cause that could stand in another's place
-(`features_of_rival`). Why: assumed, for now."""
-LOG_ODDS_OF_OTHERS = (-5.45,)
-"""[1] Of a cause that no good hypothesis has. Why: none of 231 was at work."""
-LOG_ODDS_OF_OUTSIDE = (-4.05, 2.69, 0.53, 0.15, 0.5, 0.5)
+(`features_of_rival`). Why: fitted to the same draws: 605 answers, 6 right."""
+LOG_ODDS_OF_OTHERS = (-4.74,)
+"""[1] Of a cause that no good hypothesis has. Why: of 114 in the same draws none
+was at work (one of each kind added)."""
+LOG_ODDS_OF_OUTSIDE = (-2.95, 1.78, 0.0, 0.1, 0.0, 0.63)
 """[1, 1/log, 1/standard deviation, 1, 1, 1] Of something outside the list (`features_of_outside`). Why:
-assumed, for now."""
-LOG_ODDS_OF_NONE = (3.0, -3.0, -1.0)
-"""[1, 1/log, 1/standard deviation] Of no cause (`features_of_none`). Why: assumed, for now."""
+fitted to the same draws: 41 answers, 6 right."""
+LOG_ODDS_OF_NONE = (3.54, -2.16, -1.11)
+"""[1, 1/log, 1/standard deviation] Of no cause (`features_of_none`). Why: fitted to the same draws: 53 answers, 14 right."""
 
 # ---------------------------------------------------------------- what residuals depend on
 

@@ -22,7 +22,7 @@ def test_counted_answers_promise_their_shares(script):
     weights = script.weigh("others", basis, true)
     promised = script.chance(np.array([(1.0, 0.0), (1.0, 1.0)]) @ weights)
     assert promised == pytest.approx([36 / 37, 3 / 11], abs=1e-12)
-    penalised = script.chance(np.array([(1.0, 0.0)]) @ script.fitted(basis, true))
+    penalised = script.chance(np.array([(1.0, 0.0)]) @ script.fitted(basis, true, (0, 0)))
     assert penalised[0] < 36 / 37 - 0.01
 
 
@@ -42,3 +42,12 @@ def test_one_sort_of_answers_is_enough(script):
     """Causes that no good hypothesis has: none of 231 was at work."""
     weights = script.weigh("others", np.ones((231, 1)), np.zeros(231))
     assert script.chance(weights)[0] == pytest.approx(1 / 233, abs=1e-12)
+
+
+def test_no_weight_goes_against_its_sign(script):
+    """More of what speaks for a cause never makes it less probable, though a few answers say so by chance."""
+    basis = np.array([(1.0, value) for value in (0.0, 1.0, 2.0, 3.0)] * 5)
+    true = np.array([1.0, 1.0, 0.0, 0.0] * 5)
+    assert script.fitted(basis, true, (0, 0))[1] < -0.5
+    assert script.fitted(basis, true, (0, 1))[1] == 0.0
+    assert script.fitted(basis, 1.0 - true, (0, 1))[1] > 0.5
