@@ -698,7 +698,8 @@ LOG_ODDS_OF_OUTSIDE = (-2.95, 1.78, 0.0, 0.1, 0.0, 0.63)
 """[1, 1/log, 1/standard deviation, 1, 1, 1] Of something outside the list (`features_of_outside`). Why:
 fitted to the same draws: 41 answers, 6 right."""
 LOG_ODDS_OF_NONE = (3.54, -2.16, -1.11)
-"""[1, 1/log, 1/standard deviation] Of no cause (`features_of_none`). Why: fitted to the same draws: 53 answers, 14 right."""
+"""[1, 1/log, 1/standard deviation] Of no cause (`features_of_none`). Why: fitted to the same draws: 53
+answers, 14 right."""
 
 # ---------------------------------------------------------------- what residuals depend on
 
