@@ -32,7 +32,7 @@ def test_built_in_robots_are_possible(reference: str) -> None:
         ("segments.first.torsion_stiffness_N_mm2=0", "torsion_stiffness_N_mm2 = 0: must be above zero"),
         ("segments.first.mass_g=0", "segments.first.mass_g = 0: must be above zero"),
         ("segments.first.disks=0", "segments.first.disks = 0: must be 1 or more"),
-        ("segments.first.bending_axes=y", "segments.first.bending_axes = 'y': must be x or xy"),
+        ("segments.first.bending_axes=z", "segments.first.bending_axes = 'z': must be x, y, xy or none"),
         ("segments.first.stiffness_cubic_mm2=inf", "stiffness_cubic_mm2 = inf: must be finite"),
         ("segments.first.rest_curvature_x_per_m=1000", "rest_curvature_x_per_m = 1000: more than two turns"),
         ("segments.first.rest_twist_deg_per_m=-20000", "rest_twist_deg_per_m = -20000: more than two turns"),

@@ -23,7 +23,7 @@ NAMES = [
     if name in SLOW | LONG
     else name
     for name in cs.__all__
-    if name not in ("InputError", "SimulationDiverged")
+    if name not in ("InputError", "RobotNote", "SimulationDiverged")
 ]
 
 

@@ -43,6 +43,7 @@ _SOURCES = {
     "rest_curvature_x_per_m": "assumed: straight",
     "rest_curvature_y_per_m": "assumed: straight",
     "rest_twist_deg_per_m": "assumed: straight",
+    "hinge_share": "assumed: a flexure bends in its middle",
 }
 
 

@@ -62,6 +62,7 @@ def spacer_disk() -> ContinuumRobot:
         "rest_curvature_x_per_m": "Rao 2021: straight",
         "rest_curvature_y_per_m": "Rao 2021: straight",
         "rest_twist_deg_per_m": "Rao 2021: straight",
+        "hinge_share": "by definition 0.5: several hinges a subsegment",
     }
     return ContinuumRobot(
         name="spacer_disk",
