@@ -3,13 +3,13 @@
     python scripts/calibrate_probabilities.py results/tuning_1 results/tuning_2
 
 Each folder is one that a bench wrote: answers/ holds what was hidden, found/ what was diagnosed. Printed are
-the weights of `diagnosis/thresholds.py` (LOG_ODDS_OF_..., MEMBER_WEIGHT), fitted by logistic regression with
-a penalty on every weight but the first, and none against the sign that reason has for it (SIGNS); of causes
-that no good hypothesis has, counted (one answer of each kind added, after Laplace). A group of causes that
-the data cannot tell apart is one answer. Then how well the probabilities promise: Brier score, and of each
-bin of answers the mean promise and the share that was right, each draw by weights fitted without it (ten
-folds). What a bench takes for neither right nor wrong is left out. Draws whose accuracy is judged must not be
-among them.
+the weights of `diagnosis/thresholds.py` (LOG_ODDS_OF_..., MEMBER_WEIGHT). They are the most probable ones of a
+logistic regression that starts from what was believed of each before any draw (BELIEVED, with a normal
+distribution of SPREAD); none goes against its sign. Of causes that no good hypothesis has they are counted
+(one answer of each kind added, after Laplace). A group of causes that the data cannot tell apart is one
+answer. Then how well the probabilities promise: Brier score, and of each bin of answers the mean promise and
+the share that was right, each draw by weights fitted without it (ten folds). What a bench takes for neither
+right nor wrong is left out. Draws whose accuracy is judged must not be among them.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ from catheter_sim.diagnosis.verdict.probabilities import (
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Array
 
-PENALTY = 0.3  # of a weight's square: as much as a few answers say
+SPREAD = 0.5  # standard deviation of a believed weight, of itself: a few dozen answers change it
 FOLDS = 10
 COUNTED = ("others",)  # kinds of which nothing is known
-SIGNS = {  # of each weight, as reason has them (0: either); a few draws say the opposite by chance
-    "named": (0, 1, 1, 1, 1, -1, -1, -1, -1, 1),
-    "rivals": (0, 1, 1, 0),
-    "none": (0, -1, -1),
-    "outside": (0, 1, 1, 1, 1, 1),
-    "member": (0, 1),
+BELIEVED = {  # weights before any draw; 0: nothing is believed
+    "named": (0.0, 0.3, 2.0, 0.15, 0.1, -0.7, -1.0, -0.5, -0.5, 0.6),
+    "rivals": (0.0, 0.21, 0.5, -0.1),
+    "none": (0.0, -3.0, -1.0),
+    "outside": (0.0, 2.69, 0.53, 0.15, 0.5, 0.5),
+    "member": (0.0, 0.7),
 }
 Features = tuple[float, ...]
 
@@ -149,7 +149,7 @@ def _rows(found: Evidence, true: set[str], outside: bool, draw: int) -> list[Row
 
 def weigh(kind: str, basis: Array, true: Array) -> Array:
     """Return the weights of a kind of answers, shape (f,)."""
-    return counted(basis, true) if kind in COUNTED else fitted(basis, true, SIGNS[kind])
+    return counted(basis, true) if kind in COUNTED else fitted(basis, true, BELIEVED[kind])
 
 
 def counted(basis: Array, true: Array) -> Array:
@@ -162,18 +162,19 @@ def counted(basis: Array, true: Array) -> Array:
     return np.asarray(np.linalg.lstsq(sorts, np.log(right / (count - right)), rcond=None)[0])
 
 
-def fitted(basis: Array, true: Array, signs: Sequence[int]) -> Array:
-    """Return the weights of the least penalised logistic loss, shape (f,), none against its sign."""
+def fitted(basis: Array, true: Array, believed: Sequence[float]) -> Array:
+    """Return the most probable weights after the answers, shape (f,), none against a believed one's sign."""
+    before = np.array(believed)
+    size = np.where(before == 0.0, np.inf, SPREAD * np.abs(before))
 
     def loss(weights: Array) -> tuple[float, Array]:
-        log_odds = basis @ weights
-        size = float(np.logaddexp(0.0, log_odds).sum() - true @ log_odds)
+        log_odds, off = basis @ weights, (weights - before) / size
+        missed = float(np.logaddexp(0.0, log_odds).sum() - true @ log_odds)
         slope = basis.T @ (chance(log_odds) - true)
-        penalised = np.concatenate([[0.0], weights[1:]])
-        return size + PENALTY * float(penalised @ penalised), slope + 2.0 * PENALTY * penalised
+        return missed + 0.5 * float(off @ off), slope + off / size
 
-    bounds = [(0.0 if sign > 0 else None, 0.0 if sign < 0 else None) for sign in signs]
-    return np.asarray(minimize(loss, np.zeros(basis.shape[1]), jac=True, method="L-BFGS-B", bounds=bounds).x)
+    bounds = [(0.0 if value > 0.0 else None, 0.0 if value < 0.0 else None) for value in believed]
+    return np.asarray(minimize(loss, before, jac=True, method="L-BFGS-B", bounds=bounds).x)
 
 
 def chance(log_odds: Array) -> Array:
