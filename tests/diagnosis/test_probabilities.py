@@ -52,7 +52,7 @@ def test_more_evidence_makes_a_cause_more_probable() -> None:
     """What is clear is near 1; less sure is what another cause explains as well, or what leaves much."""
     clear = beliefs(CLEAR).each
     assert clear["backlash"] > 0.9
-    assert clear["drift"] <= clear["rate"] < clear["backlash"]
+    assert clear["drift"] < clear["rate"] < clear["backlash"]
     assert beliefs(with_backlash(over_others=0.2, ratio=0.001)).each["backlash"] < 0.5
     much_left = beliefs(replace(CLEAR, times_noise=20.0, unknown=4.0, unknown_share=0.6)).each
     assert much_left["backlash"] < clear["backlash"]
