@@ -103,7 +103,7 @@ def _found_words(found: Found, recordings: int, before: Found | None) -> str:
         )
     if found.alike:
         groups = "; ".join(listed([words(name) for name in group]) for group in found.alike)
-        text += f" But the data could not tell apart {groups}: each explains them to within the noise"
+        text += f" But the data could not tell apart {groups}: each explains them as well"
         return f"{text} ({_believed(found)})."
     if len(open_now) > 1:
         return f"{text} Nothing was settled: {_believed(found)}."

@@ -663,6 +663,10 @@ diagnosis.json has all."""
 LARGEST_GROUP = 3
 """[causes] That the data cannot tell apart and that are one answer, at most. Why: of four names a reader has
 no answer."""
+MENDING_NUMBERS = 1
+"""[numbers] Of a model that is known to be wrong, a set with more numbers more than a chosen one says nothing
+against it. Why: measured on a trunk with a hung weight, where a gain and a coupling of twelve and six numbers
+mend the bending better than a force of three tells it; assumed that one more is a direction beside a size."""
 MEMBER_WEIGHT = 0.7
 """[1/standard deviation] By which the share of a group's member falls with how surely another does better.
 Why: assumed; in three draws of the independent bench just one of two was at work, which says little."""

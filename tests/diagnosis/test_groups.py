@@ -9,6 +9,7 @@ import pytest
 from made_problem import gain_problem, trial_of
 from planted import small_robot
 
+from catheter_sim.diagnosis.causes.comparison import only_mends
 from catheter_sim.diagnosis.causes.scored import Scored
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.problem import Problem, Term
@@ -75,6 +76,15 @@ def test_a_group_has_three_members_at_most():
     assert len(group) == 2
     best = sorted(rivals, key=lambda pair: float(pair[1] @ pair[1]))[:2]
     assert set(group) == {name for name, _ in best}
+
+
+@pytest.mark.parametrize(("share", "more", "mends"), [(0.35, 2, True), (0.35, 1, False), (0.0, 9, False)])
+def test_more_numbers_only_mend_a_wrong_model(share: float, more: int, mends: bool):
+    """Of a model that is known to be wrong a set with two more numbers says nothing against a chosen one."""
+    problem = replace(made_problem(), model_share=share)
+    chosen, other = (hypothesis((name,), errors(1.0)).fit for name in ("payload", "coupling"))
+    other = replace(other, numbers=(("coupling", "a"),) * (len(chosen.numbers) + more))
+    assert only_mends(problem, chosen, other) is mends
 
 
 def made_problem() -> Problem:

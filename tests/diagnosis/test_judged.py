@@ -15,7 +15,8 @@ from catheter_sim.diagnosis.stages.conclude import by_probability
 from catheter_sim.diagnosis.stages.judge import judge
 from catheter_sim.diagnosis.verdict.probabilities import Beliefs
 
-GAINS = {"mm": UnitResult("mm", 0.01, 1.0, 0.011, 98.9, (97.0, 99.5), 0.001)}
+GAIN = UnitResult("mm", 0.01, 1.0, 0.011, 98.9, (97.0, 99.5), 0.001)
+NO_GAIN = UnitResult("mm", 0.01, 0.01, 0.01, 0.0, (-2.0, 2.0), 0.5)
 TERMS = (Term("actuation_gain", ("scale",)), Term("stiffness", ()), Term("drift", ()))
 
 
@@ -43,13 +44,14 @@ def verdict(
     harms: int = 0,
     faults: int = 0,
     lacking: int = 0,
+    gains: UnitResult = GAIN,
 ):
     """Return the verdict where the three causes have these probabilities."""
     names = [term.effect for term in TERMS]
     return judge(
         SimpleNamespace(train=case.problem, lacking=(0,) * lacking),
         SimpleNamespace(fit=case.before),
-        SimpleNamespace(weighed=SimpleNamespace(after=case.after, by_unit=GAINS)),
+        SimpleNamespace(weighed=SimpleNamespace(after=case.after, by_unit={"mm": gains})),
         SimpleNamespace(found=(0,) * faults),
         SimpleNamespace(remainder=None, much_left=False, harms=(0,) * harms, structure={"before": ()}),
         SimpleNamespace(beliefs=Beliefs({}, dict(zip(names, chances, strict=True)), {})),
@@ -78,6 +80,17 @@ def test_what_does_harm_or_comes_of_wrong_data_corrects_nothing(case: Case):
         assert found.shown is case.before
     assert verdict(case, (0.9, 0.9, 0.9), faults=1).name == DATA_SUSPECT
     assert verdict(case, (0.9, 0.9, 0.9), lacking=1).name == DATA_SUSPECT
+
+
+def test_what_the_heldout_trials_do_not_show_is_said(case: Case):
+    """A probable cause without a held-out gain: nothing is named, and the data are not called right."""
+    found = verdict(case, (0.9, 0.3, 0.2), gains=NO_GAIN)
+    assert (found.name, found.established, found.unproved) == ("unexplained", (), ("actuation_gain",))
+    assert found.shown is case.before
+    nothing = verdict(case, (0.3, 0.3, 0.2), gains=NO_GAIN)
+    assert (nothing.name, nothing.unproved) == ("no_discrepancy", ())
+    assert verdict(case, (0.9, 0.3, 0.2)).unproved == ()
+    assert verdict(case, (0.9, 0.3, 0.2), harms=1).unproved == ()
 
 
 def test_causes_stand_in_the_order_of_their_probabilities():

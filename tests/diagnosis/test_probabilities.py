@@ -53,7 +53,7 @@ def test_more_evidence_makes_a_cause_more_probable() -> None:
     clear = beliefs(CLEAR).each
     assert clear["backlash"] > 0.9
     assert clear["drift"] < clear["rate"] < clear["backlash"]
-    assert beliefs(with_backlash(over_others=0.2, ratio=0.001)).each["backlash"] < 0.5
+    assert beliefs(with_backlash(over_others=0.2, ratio=0.02)).each["backlash"] < 0.5
     much_left = beliefs(replace(CLEAR, times_noise=20.0, unknown=4.0, unknown_share=0.6)).each
     assert much_left["backlash"] < clear["backlash"]
     assert much_left[OUTSIDE] > 0.5 > clear[OUTSIDE]

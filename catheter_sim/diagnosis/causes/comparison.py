@@ -13,6 +13,7 @@ from catheter_sim.diagnosis.fitting.noise import residual_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.thresholds import (
     EQUAL_FACTOR,
+    MENDING_NUMBERS,
     PAYS_CHANCE,
     PAYS_SHARE,
     SETTLED_FACTOR,
@@ -82,6 +83,15 @@ def may_replace(problem: Problem, chosen: Fit, other: Fit) -> bool:
     Of a model that is known to be wrong, more numbers only mend the model (`Problem.model_share`).
     """
     return not problem.model_share or len(other.numbers) <= len(chosen.numbers)
+
+
+def only_mends(problem: Problem, chosen: Fit, other: Fit) -> bool:
+    """Return whether a hypothesis says nothing against a chosen one, since its numbers only mend the model.
+
+    It has more than `MENDING_NUMBERS` more, of a model that is known to be wrong (`Problem.model_share`).
+    """
+    more = len(other.numbers) - len(chosen.numbers)
+    return bool(problem.model_share) and more > MENDING_NUMBERS
 
 
 def rivals_of(chosen: Fit, fits: Sequence[Fit]) -> list[tuple[str, str, Fit]]:

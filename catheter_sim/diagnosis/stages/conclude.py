@@ -27,7 +27,7 @@ from catheter_sim.diagnosis.verdict.further_numbers import doubts, further_numbe
 from catheter_sim.diagnosis.verdict.harm import harm_note
 from catheter_sim.diagnosis.verdict.heldout_figures import trial_fits
 from catheter_sim.diagnosis.verdict.probabilities import Beliefs
-from catheter_sim.diagnosis.verdict.rules import remainder_note
+from catheter_sim.diagnosis.verdict.rules import remainder_note, unproved_note
 
 
 @dataclass(frozen=True)
@@ -176,6 +176,8 @@ def _notes_on_causes(
         notes.append(remainder_note(weighed.after, weighed.by_unit[settled.unit], examined.remainder))
     if weighed.after.terms and examined.harms and not verdict.corrects:
         notes.append(harm_note(weighed.after, examined.harms))
+    if verdict.unproved:
+        notes.append(unproved_note(verdict.unproved))
     notes += soaking_notes(settled.soaked)
     unlisted = scores.unlisted
     if verdict.corrects and unlisted is not None and unlisted.surer < DISCREPANCY_SURE:

@@ -31,12 +31,14 @@ class Verdict:
         shown: the hypothesis that is reported: with its causes and corrections, or the calibrated model.
         established: which of its causes are named.
         more_is_wrong: what is left of the error says that something else is wrong as well.
+        unproved: probable causes whose gain the held-out trials do not show.
     """
 
     name: str
     shown: Fit
     established: tuple[str, ...] = ()
     more_is_wrong: bool = False
+    unproved: tuple[str, ...] = ()
 
     @property
     def corrects(self) -> bool:
@@ -64,7 +66,9 @@ def judge(
     )
     if posed.lacking and name != NO_DISCREPANCY:
         name = DATA_SUSPECT  # what fits cannot be proved
-    found = Verdict(name, before.fit, (), more)
+    if name == NO_DISCREPANCY and likely:
+        name = UNEXPLAINED  # the training trials hold one that the held-out ones do not show
+    found = Verdict(name, before.fit, (), more, () if examined.harms else likely)
     if not found.corrects:
         return found
     return Verdict(name, after, likely if name == CAUSE_FOUND else (), more)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from catheter_sim.diagnosis.causes.comparison import rivals_of
+from catheter_sim.diagnosis.causes.comparison import only_mends, rivals_of
 from catheter_sim.diagnosis.causes.scored import Scored, scored
 from catheter_sim.diagnosis.stages.choose_causes import Choice
 from catheter_sim.diagnosis.stages.decide_on_heldout import Settled
@@ -52,12 +52,14 @@ def score_hypotheses(
         return Scores(hypotheses, Beliefs({}, {}, {}) if posed.lacking else beliefs(None), {})
     names = tuple(term.effect for term in settled.terms)
     rivals = [] if settled.soaked else rivals_of(weighed.after, settled.equals)
+    chosen = next(item.fit for item in hypotheses if item.causes == tuple(sorted(names)))
+    against = [item for item in hypotheses if not only_mends(train, chosen, item.fit)]
     found = evidence(
         train,
         heldout,
-        hypotheses,
+        against,
         names,
-        alike_groups(hypotheses, names, rivals),
+        alike_groups(against, names, rivals),
         (examined.times_before, examined.times_after),
         0.0 if examined.depends is None else examined.depends.share_percent / 100.0,
         bool(examined.harms),

@@ -114,17 +114,18 @@ def features_of_named(item: CauseEvidence, found: Evidence) -> tuple[float, ...]
         math.log(max(named, 1)),
         found.structure,
         float(found.harmful),
-        _likelihood(item.ratio, found) if named == 1 else 0.0,
+        _likelihood(item, found) if named == 1 else 0.0,
     )
 
 
-def _likelihood(ratio: float, found: Evidence) -> float:
+def _likelihood(item: CauseEvidence, found: Evidence) -> float:
     """Return how many nats of white noise a ratio of errors is worth, on a scale of logarithms.
 
-    Where more than the noise is left, values err together, and as many fewer count.
+    Where more than the noise is left, values err together, and as many fewer count. A ratio that may be chance
+    counts by the probability that chance brings none as large, of either sign.
     """
-    nats = found.values * max(ratio, 0.0) / max(found.times_noise, 1.0) ** 2
-    return math.log1p(nats)
+    nats = found.values * max(item.ratio, 0.0) / max(found.times_noise, 1.0) ** 2
+    return math.log1p(nats) * math.erf(max(item.over_others, 0.0) / math.sqrt(2.0))
 
 
 def features_of_rival(item: CauseEvidence) -> tuple[float, ...]:

@@ -136,3 +136,13 @@ def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None) -
         f"{what}. Something else is wrong too, or a cause acts in a form that is not listed. The intervals "
         "allow for an error of that size.",
     )
+
+
+def unproved_note(names: Sequence[str]) -> Note:
+    """Return what to say of probable causes whose gain the held-out trials do not show."""
+    told = " and ".join(name.replace("_", " ") for name in names)
+    return Note(
+        "cause_unproved",
+        f"{told.capitalize()} explains the training trials, but the held-out trials gain nothing by it for "
+        "sure. Hold out trials that move the robot as the training trials do.",
+    )
