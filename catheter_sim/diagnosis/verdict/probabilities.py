@@ -121,8 +121,8 @@ def features_of_named(item: CauseEvidence, found: Evidence) -> tuple[float, ...]
 def _likelihood(item: CauseEvidence, found: Evidence) -> float:
     """Return how many nats of white noise a ratio of errors is worth, on a scale of logarithms.
 
-    Where more than the noise is left, values err together, and as many fewer count. A ratio that may be chance
-    counts by the probability that chance brings none as large, of either sign.
+    Where more than the noise is left, values err together, and as many fewer count. A ratio that may be
+    chance counts by the probability that chance brings none as large, of either sign.
     """
     nats = found.values * max(item.ratio, 0.0) / max(found.times_noise, 1.0) ** 2
     return math.log1p(nats) * math.erf(max(item.over_others, 0.0) / math.sqrt(2.0))
