@@ -100,7 +100,10 @@ def told(first: Sequence[Trial], second: Sequence[Trial]) -> Comparison:
 
 
 def test_loads_of_a_real_joint_are_told_as_a_load_or_what_is_the_same() -> None:
-    """Of six pairs of levels each is told so, and no cause but these two is ever named."""
+    """Of six pairs of levels each is told so, and no cause but these two is ever named.
+
+    Read back, not predicted: these six are among the answers that the probabilities were fitted to.
+    """
     right = []
     for low, high in itertools.combinations(LEVELS, 2):
         found = told(*([without_load(name) for name in LEVELS[level]] for level in (low, high)))
