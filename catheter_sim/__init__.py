@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from catheter_sim.public.model_choice import ModelChoice, which_model
     from catheter_sim.public.offers import list_effects, list_environments, list_models, list_robots
     from catheter_sim.public.reach import Workspace, workspace
-    from catheter_sim.public.runs import Run, build, render, simulate, statics
+    from catheter_sim.public.runs import Run, build, render, simulate, statics, to_pymjcf
     from catheter_sim.public.sensing import Sensing, sense
     from catheter_sim.simulation.simulator import Simulator
     from catheter_sim.simulation.together import settle_together, step_together
@@ -48,7 +48,7 @@ _HOME = {
     "catheter_sim.public.model_choice": ("ModelChoice", "which_model"),
     "catheter_sim.public.offers": ("list_effects", "list_environments", "list_models", "list_robots"),
     "catheter_sim.public.reach": ("Workspace", "workspace"),
-    "catheter_sim.public.runs": ("Run", "build", "render", "simulate", "statics"),
+    "catheter_sim.public.runs": ("Run", "build", "render", "simulate", "statics", "to_pymjcf"),
     "catheter_sim.public.sensing": ("Sensing", "sense"),
     "catheter_sim.simulation.simulator": ("Simulator",),
     "catheter_sim.simulation.together": ("settle_together", "step_together"),
@@ -97,6 +97,7 @@ __all__ = [
     "simulate",
     "statics",
     "step_together",
+    "to_pymjcf",
     "which_model",
     "workspace",
 ]

@@ -30,8 +30,8 @@ from catheter_sim.errors import InputError
 if TYPE_CHECKING:  # what listing robots and registering environments need not wait for
     import mujoco
     import trimesh
-    from dm_control import mjcf
 
+    from catheter_sim.mjcf.document import Element
     from catheter_sim.mjcf.parts import Part
 
 S = TypeVar("S", bound=RobotSpec)
@@ -74,7 +74,7 @@ class Handles(Protocol[R_in]):
 class Model(Protocol[R_in]):
     """`model.py`: what is my MuJoCo model?"""
 
-    def add(self, root: mjcf.RootElement, robot: R_in, actuation: str) -> None:
+    def add(self, root: Element, robot: R_in, actuation: str) -> None:
         """Add `robot` to the model `root`, which has a scene: bodies, what they show, tendons, actuators.
 
         The site `names.TIP`, a site `names.face(k)` for each of `drives.outputs(robot).elements`, a joint for

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.mjcf.document import Element, read
 from catheter_sim.modelling.model_cache import remembered_mjcf
 from catheter_sim.modelling.surroundings import text, touching
 
@@ -32,34 +33,30 @@ class Surroundings:
     stream_N: Callable[[float, Array], Array] | None = None
 
 
-def robot_tree(robot: RobotSpec, actuation: str) -> ElementTree.Element:
+def robot_tree(robot: RobotSpec, actuation: str) -> Element:
     """Return the robot's own model (`build_mjcf`), to be put into surroundings."""
-    return ElementTree.fromstring(remembered_mjcf(robot, actuation))
+    return read(remembered_mjcf(robot, actuation))
 
 
 # From the robot, effects built in, and its actuation to its model in surroundings.
 Surround = Callable[[RobotSpec, str], Surroundings]
 
 
-def let_touch(robot: RobotSpec, world: ElementTree.Element) -> None:
+def let_touch(robot: RobotSpec, world: Element) -> None:
     """Give every cell or link of a robot what touches: a ball at its far face, or a capsule along it."""
     ends, radii, lengths = [], [], []
     for segment in robot.segments:
         count = getattr(segment, "joints", 0) or getattr(segment, "disks", 0)
         radii += [segment.outer_radius_m] * count
         lengths += [segment.length_m / count] * count
-    for body in world.iter("body"):
-        for site in body.findall("site"):
-            name = site.get("name", "")
-            if name.startswith("face_"):
-                ends.append((body, int(name[len("face_") :]), float(site.get("pos", "0 0 0").split()[2])))
+    for site in world.every("site"):
+        name = site.get("name", "")
+        if name.startswith("face_"):
+            ends.append((site.parent, int(name[len("face_") :]), site.numbers("pos")[2]))
     for body, number, face in ends:
         radius, length = radii[number - 1], lengths[number - 1]
-        shape = {"type": "sphere", "size": repr(radius), "pos": text((0, 0, face))}
+        shape: dict[str, Any] = {"type": "sphere", "size": radius, "pos": text((0, 0, face))}
         if length > _SHORT * radius:
-            shape = {
-                "type": "capsule",
-                "size": repr(radius),
-                "fromto": text((0, 0, face - length, 0, 0, face)),
-            }
+            ends_at = text((0, 0, face - length, 0, 0, face))
+            shape = {"type": "capsule", "size": radius, "fromto": ends_at}
         touching(body, name=f"touch_{number}", **shape)

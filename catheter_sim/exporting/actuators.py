@@ -9,7 +9,6 @@ they are commanded: `shares` says which.
 from __future__ import annotations
 
 import math
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,16 +16,14 @@ import numpy as np
 from catheter_sim.core.effect import Timing
 from catheter_sim.core.posture import Array
 from catheter_sim.exporting.causes import Affine
-from catheter_sim.exporting.elements import child, text_of
+from catheter_sim.mjcf.document import Element
 
 _LEAST = 1e-9  # smaller numbers of a matrix are rounding
 TIP_FORCE = "force_tip"
 BASE = "base"
 
 
-def command_actuators(
-    root: ElementTree.Element, shares: Array, affine: Affine, timing: Timing, tensions: bool
-) -> Array:
+def command_actuators(root: Element, shares: Array, affine: Affine, timing: Timing, tensions: bool) -> Array:
     """Change the model's actuators, and add some; return the shares of all, shape (nu, t).
 
     Args:
@@ -36,23 +33,24 @@ def command_actuators(
         timing: how late.
         tensions: whether controls are tensions: none is below zero.
     """
-    block = child(root, "actuator")
-    own = [_as_general(item) for item in block]
+    block = root.part("actuator")
+    own = list(block.children)
+    for item in own:
+        item.tag = "general"  # a `motor` has a gain of 1 and no dynamics
     rows = [np.zeros(shares.shape[1]) for _ in own]
     for k, item in enumerate(own[: len(shares)]):
         if not shares[k].any():  # no input's
             continue
         through, bias = shares[k] @ affine.matrix, float(shares[k] @ affine.bias)
         main = int(np.argmax(np.abs(shares[k])))
-        gain = float(item.get("gainprm", "1").split()[0])
+        gain = item.numbers("gainprm", 1.0)[0]
         main_gain = through[main] / shares[k][main]
-        item.set("gainprm", text_of(gain * main_gain))
+        item.set(gainprm=gain * main_gain)
         if bias != 0.0:
-            before = [float(value) for value in item.get("biasprm", "0").split()]
-            item.set("biastype", "affine")
-            item.set("biasprm", text_of(before[0] + gain * bias, *before[1:]))
+            before = item.numbers("biasprm", 0.0)
+            item.set(biastype="affine", biasprm=(before[0] + gain * bias, *before[1:]))
         if tensions:
-            item.set("forcerange", "0 1e9")
+            item.set(forcerange=(0.0, 1e9))
         rows[k][main] = shares[k][main]
         for other in np.flatnonzero(np.abs(through) > _LEAST):
             if int(other) == main:
@@ -66,8 +64,7 @@ def command_actuators(
             slow = _beside(
                 block, item, f"creep_{item.get('name')}", gain * main_gain * timing.creep, tensions
             )
-            slow.set("dyntype", "filterexact")
-            slow.set("dynprm", text_of(timing.creep_time_s))
+            slow.set(dyntype="filterexact", dynprm=timing.creep_time_s)
             rows.append(rows[k])
     for k, item in enumerate(own[: len(shares)]):
         if shares[k].any():
@@ -78,55 +75,41 @@ def command_actuators(
     return np.array(rows)
 
 
-def _as_general(item: ElementTree.Element) -> ElementTree.Element:
-    """Return an actuator as a `general` one: a `motor` has a gain of 1 and no dynamics."""
-    item.tag = "general"
-    item.attrib.pop("class", None)
-    return item
-
-
-def _beside(
-    block: ElementTree.Element, item: ElementTree.Element, name: str, gain: float, tensions: bool
-) -> ElementTree.Element:
+def _beside(block: Element, item: Element, name: str, gain: float, tensions: bool) -> Element:
     """Add an actuator that pulls what another one pulls, with a gain and nothing else."""
-    kept = {key: item.get(key, "") for key in ("tendon", "joint", "gear") if item.get(key)}
-    extra = ElementTree.SubElement(block, "general", kept, name=name, gainprm=text_of(gain))
-    if tensions and gain > 0.0:
-        extra.set("forcerange", "0 1e9")
-    return extra
+    kept = {key: item.get(key) for key in ("tendon", "joint", "gear")}
+    forces = (0.0, 1e9) if tensions and gain > 0.0 else None
+    return block.add("general", **kept, name=name, gainprm=gain, forcerange=forces)
 
 
-def _late(item: ElementTree.Element, timing: Timing) -> None:
+def _late(item: Element, timing: Timing) -> None:
     """Let an actuator follow its control by a lag and a delay."""
     if timing.lag_s > 0.0:
-        item.set("dyntype", "filterexact")
-        item.set("dynprm", text_of(timing.lag_s))
+        item.set(dyntype="filterexact", dynprm=timing.lag_s)
     if timing.delay_s > 0.0:
-        item.set("delay", text_of(timing.delay_s))
-        item.set("interp", "linear")
-        item.set("nsample", "0")  # known once the step is: see `count_samples`
+        # How many samples is known once the step is: see `count_samples`.
+        item.set(delay=timing.delay_s, interp="linear", nsample=0)
 
 
-def count_samples(root: ElementTree.Element, timestep_s: float) -> None:
+def count_samples(root: Element, timestep_s: float) -> None:
     """Give what is late the samples that its delay needs."""
-    for item in (*child(root, "actuator"), *child(root, "sensor")):
-        if item.get("delay"):
-            item.set("nsample", str(math.ceil(float(item.get("delay", "0")) / timestep_s) + 2))
+    for item in (*root.part("actuator").children, *root.part("sensor").children):
+        for delay_s in item.numbers("delay"):
+            item.set(nsample=math.ceil(delay_s / timestep_s) + 2)
 
 
-def _push_tip(root: ElementTree.Element, block: ElementTree.Element, force: Sequence[float] | Array) -> None:
+def _push_tip(root: Element, block: Element, force: Sequence[float] | Array) -> None:
     """Push on the tip with a constant force [N] along axes that stand still; the control does nothing."""
-    world = child(root, "worldbody")
-    if not any(site.get("name") == BASE for site in world.iter("site")):
-        ElementTree.SubElement(world, "site", name=BASE, group="5", size="0.0001")
-    ElementTree.SubElement(
-        block,
+    world = root.part("worldbody")
+    if not any(site.get("name") == BASE for site in world.every("site")):
+        world.add("site", name=BASE, group=5, size=1e-4)
+    block.add(
         "general",
         name=TIP_FORCE,
         site="tip",
         refsite=BASE,
-        gear=text_of(*force, 0.0, 0.0, 0.0),
-        gainprm="0",
+        gear=(*force, 0.0, 0.0, 0.0),
+        gainprm=0,
         biastype="affine",
-        biasprm="1",
+        biasprm=1,
     )

@@ -11,14 +11,15 @@ of the same tendons does the same in engines that know no plastic springs.
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from catheter_sim.exporting.moments import HingeLaw
 from catheter_sim.exporting.paths import Shift
+from catheter_sim.mjcf.document import Element
 
 TURN_SHARE, STEEP_TURN_SHARE = 0.005, 0.003  # of a hinge's range: the turn after which all friction is there
 LOSS_TURN_SHARE = 0.03  # of a hinge's range: by it a friction loss is turned, to have a slope at rest
@@ -31,88 +32,63 @@ _GAP_M = 0.2
 _MIDDLE_M = (0.5 * _GAP_M + 0.25 * _GAP_M**2) ** 0.5
 _STEEP_ARM: tuple[Chord, ...] = (*_ARM, (_MIDDLE_M + 0.5 * _GAP_M, _MIDDLE_M - 0.5 * _GAP_M))
 SLIDE_ARMATURE_KG = 0.01  # of a slide that follows a hinge
-_FAR = "1e6"
+_FAR = 1e6
 # As hard as a step allows: a tie, not a spring.
-_TIE = {"solref": "0.002 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
-_STICK = {"solreffriction": "0.001 1", "solimpfriction": "0.999 0.9999 0.001 0.5 2"}
-_HIDDEN = {"group": "5", "rgba": "0 0 0 0"}
+_TIE: Mapping[str, Any] = {"solref": (0.002, 1), "solimp": (0.9999, 0.9999, 0.001, 0.5, 2)}
+_STICK = {"solreffriction": (0.001, 1), "solimpfriction": (0.999, 0.9999, 0.001, 0.5, 2)}
+_HIDDEN = {"group": 5, "rgba": (0, 0, 0, 0)}
 
 
-def text_of(*values: float) -> str:
-    """Return numbers as MJCF has them."""
-    return " ".join(f"{value:.12g}" for value in values)
-
-
-def child(root: ElementTree.Element, tag: str) -> ElementTree.Element:
-    """Return the model's element `tag`, made where it is not there."""
-    found = root.find(tag)
-    return ElementTree.SubElement(root, tag) if found is None else found
-
-
-def bodies_of(root: ElementTree.Element) -> dict[str, ElementTree.Element]:
-    """Return the model's bodies by name."""
-    return {body.get("name", ""): body for body in root.iter("body")}
-
-
-def add_shifts(root: ElementTree.Element, shifts: Sequence[Shift]) -> None:
+def add_shifts(root: Element, shifts: Sequence[Shift]) -> None:
     """Let bodies shift as their hinges turn."""
     if not shifts:
         return
-    bodies, ties = bodies_of(root), child(root, "equality")
-    flag = child(child(root, "option"), "flag")
-    flag.set("diagexact", "enable")  # slides and hinges differ in size
-    child(root, "option").set("solver", "CG")  # ten times as fast as Newton's on a hundred such joints
+    ties, option = root.part("equality"), root.part("option")
+    option.part("flag").set(diagexact="enable")  # slides and hinges differ in size
+    option.set(solver="CG")  # ten times as fast as Newton's on a hundred such joints
     for shift in shifts:
-        body = bodies[shift.body]
-        slide = ElementTree.Element(
+        body = root.find("body", shift.body)
+        joints = [part for part in body.children if part.tag == "joint"]
+        body.add(
             "joint",
             name=shift.slide,
             type="slide",
-            axis=text_of(*np.eye(3)[shift.axis]),
-            armature=text_of(SLIDE_ARMATURE_KG),
-            stiffness="0",
+            axis=np.eye(3)[shift.axis],
+            armature=SLIDE_ARMATURE_KG,
+            stiffness=0,
         )
-        first = next(k for k, part in enumerate(body) if part.tag == "joint")
-        body.insert(first, slide)
-        ElementTree.SubElement(
-            ties,
+        for joint in joints:  # those of the robot come after the slide
+            body.append(joint)
+        ties.add(
             "joint",
-            _TIE,
+            **_TIE,
             name=shift.slide,
             joint1=shift.slide,
             joint2=shift.joint,
-            polycoef=text_of(0.0, *shift.coefficients),
+            polycoef=(0.0, *shift.coefficients),
         )
 
 
-def add_springs(root: ElementTree.Element, laws: Sequence[HingeLaw]) -> None:
+def add_springs(root: Element, laws: Sequence[HingeLaw]) -> None:
     """Let hinges have the springs of their laws."""
     if not laws:
         return
-    tendons = child(root, "tendon")
+    tendons = root.part("tendon")
     for law in laws:
+        name = f"spring_{law.joint}"
         if law.stiffness != 0.0:
-            _fixed(
-                tendons, law.joint, f"spring_{law.joint}", stiffness=text_of(law.stiffness), springlength="0"
-            )
+            _fixed(tendons, law.joint, name, stiffness=law.stiffness, springlength=0)
         for number, (knot, stiffness) in enumerate(law.knots, 1):
-            free = f"-{_FAR} {text_of(knot)}" if knot > 0.0 else f"{text_of(knot)} {_FAR}"
-            _fixed(
-                tendons,
-                law.joint,
-                f"spring_{law.joint}_{number}",
-                stiffness=text_of(stiffness),
-                springlength=free,
-            )
+            free = (-_FAR, knot) if knot > 0.0 else (knot, _FAR)
+            _fixed(tendons, law.joint, f"{name}_{number}", stiffness=stiffness, springlength=free)
 
 
-def _fixed(tendons: ElementTree.Element, joint: str, name: str, **own: str) -> None:
-    tendon = ElementTree.SubElement(tendons, "fixed", own, name=name)
-    ElementTree.SubElement(tendon, "joint", joint=joint, coef="1")
+def _fixed(tendons: Element, joint: str, name: str, **own: Any) -> None:
+    tendons.add("fixed", **own, name=name).add("joint", joint=joint, coef=1)
 
 
 def add_friction(
-    root: ElementTree.Element, plain: mujoco.MjModel, laws: Sequence[HingeLaw], plastic: bool = True
+    root: Element, plain: mujoco.MjModel, laws: Sequence[HingeLaw], plastic: bool = True
 ) -> None:
     """Let hinges rub as their laws say, by plastic springs.
 
@@ -126,17 +102,18 @@ def add_friction(
         laws: of its hinges.
         plastic: by plastic springs; otherwise by the tendons' friction loss.
     """
-    bodies, tendons = bodies_of(root), child(root, "tendon")
+    tendons = root.part("tendon")
+    bodies = {body.get("name", "world"): body for body in root.part("worldbody").every("worldbody", "body")}
     for law in laws:
         if law.constant > 0.0:
             own = _rubbing(law.constant, TURN_SHARE * law.range_rad, plastic)
-            _fixed(tendons, law.joint, f"rub_{law.joint}_constant", springlength="0", **own)
+            _fixed(tendons, law.joint, f"rub_{law.joint}_constant", springlength=0, **own)
         arms: Sequence[tuple[float, Sequence[Chord]]] = ((law.width, _ARM), (law.cubic, _STEEP_ARM))
         if not plastic:
             arms = ((law.width + _CUBIC_AS_LINE * law.cubic, _ARM),)
         for share, chords in arms:
             if share > 0.0:
-                _add_arm(bodies, child(root, "worldbody"), tendons, plain, law, share, chords, plastic)
+                _add_arm(bodies, tendons, plain, law, share, chords, plastic)
 
 
 def slope_of(chords: Sequence[Chord], angle: float) -> float:
@@ -146,9 +123,8 @@ def slope_of(chords: Sequence[Chord], angle: float) -> float:
 
 
 def _add_arm(
-    bodies: dict[str, ElementTree.Element],
-    world: ElementTree.Element,
-    tendons: ElementTree.Element,
+    bodies: dict[str, Element],
+    tendons: Element,
     plain: mujoco.MjModel,
     law: HingeLaw,
     moment: float,
@@ -164,34 +140,33 @@ def _add_arm(
     turn = 0.0 if plastic else LOSS_TURN_SHARE * law.range_rad
     turned = np.cos(turn) * along + np.sin(turn) * np.cross(axis, along)
     places = (
-        (bodies.get(plain.body(plain.body_parentid[body]).name, world), plain.body_pos[body] + hinge),
+        (bodies[plain.body(plain.body_parentid[body]).name], plain.body_pos[body] + hinge),
         (bodies[plain.body(body).name], hinge),
     )
     arm = abs(slope_of(chords, law.range_rad))
     steep = chords is _STEEP_ARM
     name = f"rub_{law.joint}{'_steep' if steep else ''}"
     yields = arm * law.range_rad * (STEEP_TURN_SHARE if steep else TURN_SHARE)
-    tendon = ElementTree.SubElement(
-        tendons,
+    tendon = tendons.add(
         "spatial",
-        _HIDDEN | _rubbing(moment / arm, yields, plastic),
+        **_HIDDEN,
+        **_rubbing(moment / arm, yields, plastic),
         name=name,
-        width="0.0001",
-        springlength=text_of(sum(abs(a - b) for a, b in chords)),
+        width=1e-4,
+        springlength=sum(abs(a - b) for a, b in chords),
     )
     for number, chord in enumerate(chords):
         if number:
-            ElementTree.SubElement(tendon, "pulley", divisor="1")
+            tendon.add("pulley", divisor=1)
         for side, (parent, middle), height in zip(("below", "above"), places, chord, strict=True):
             site = f"{name}_{side}_{number}"
             way = turned if side == "above" else along
-            place = text_of(*(middle + height * way))
-            ElementTree.SubElement(parent, "site", _HIDDEN, name=site, pos=place, size="0.0001")
-            ElementTree.SubElement(tendon, "site", site=site)
+            parent.add("site", **_HIDDEN, name=site, pos=middle + height * way, size=1e-4)
+            tendon.add("site", site=site)
 
 
-def _rubbing(force: float, yields: float, plastic: bool) -> dict[str, str]:
+def _rubbing(force: float, yields: float, plastic: bool) -> dict[str, Any]:
     """Return the attributes of a tendon that resists with a force [N, N m] after so much motion [m, rad]."""
     if plastic:
-        return {"stiffness": text_of(force / yields), "springyield": text_of(yields)}
-    return {"frictionloss": text_of(force), **_STICK}
+        return {"stiffness": force / yields, "springyield": yields}
+    return {"frictionloss": force, **_STICK}

@@ -13,22 +13,20 @@ felt of that.
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 
 import mujoco
 
-from catheter_sim.exporting.elements import child, text_of
 from catheter_sim.exporting.moments import HingeLaw
+from catheter_sim.mjcf.document import Element
 
 HINGE_TIME_S = 0.01  # as `core.robot.Dynamics` gives held rows
 _LEVER_M = 1e-3  # by which an angle is made a length
 _TIE_STEPS = 2.0  # in which a tie closes: MuJoCo allows no fewer
-_LATE = ("delay", "nsample", "interp")
 _INTEGRATORS = ("Euler", "implicitfast")
 
 
-def make_plainer(root: ElementTree.Element, plain: mujoco.MjModel, laws: Sequence[HingeLaw]) -> None:
+def make_plainer(root: Element, plain: mujoco.MjModel, laws: Sequence[HingeLaw]) -> None:
     """Take out of a model what such engines refuse, and let its ties and friction be hard without it.
 
     Args:
@@ -36,38 +34,32 @@ def make_plainer(root: ElementTree.Element, plain: mujoco.MjModel, laws: Sequenc
         plain: the same, loaded, without what laws add.
         laws: of its hinges.
     """
-    for item in (*child(root, "actuator"), *child(root, "sensor")):
-        for key in _LATE:
-            item.attrib.pop(key, None)
-    option = child(root, "option")
+    for item in (*root.part("actuator").children, *root.part("sensor").children):
+        item.set(delay=None, nsample=None, interp=None)
+    option = root.part("option")
     if option.get("integrator") not in _INTEGRATORS:
-        option.set("integrator", "implicitfast")
-    child(option, "flag").attrib.pop("diagexact", None)
-    option.set("solver", "Newton")  # with friction losses it is the faster one
+        option.set(integrator="implicitfast")
+    option.part("flag").set(diagexact=None)
+    option.set(solver="Newton")  # with friction losses it is the faster one
     _tie_by_lengths(root, plain.opt.timestep)
     stiffness = {law.joint: abs(law.stiffness) + float(plain.joint(law.joint).stiffness[0]) for law in laws}
-    for joint in root.iterfind("worldbody//joint"):
+    for joint in root.part("worldbody").every("joint"):
         if own := stiffness.get(joint.get("name", ""), 0.0):
-            inertia = max(own * HINGE_TIME_S**2, float(joint.get("armature", "0")))
-            joint.set("armature", text_of(inertia))
+            joint.set(armature=max(own * HINGE_TIME_S**2, *joint.numbers("armature", 0.0)))
 
 
-def _tie_by_lengths(root: ElementTree.Element, timestep_s: float) -> None:
+def _tie_by_lengths(root: Element, timestep_s: float) -> None:
     """Let tendons tie slides to hinges, so that a hinge's angle counts as a length."""
-    equality, tendons = child(root, "equality"), child(root, "tendon")
+    tendons = root.part("tendon")
     made: set[str] = set()
-    for tie in equality.findall("joint"):
-        slide, hinge = tie.get("joint1", ""), tie.get("joint2", "")
+    for tie in root.part("equality").every("joint"):
+        slide, hinge = tie.get("joint1"), tie.get("joint2")
         for joint, coefficient in ((slide, 1.0), (hinge, _LEVER_M)):
             if joint not in made:
                 made.add(joint)
-                tendon = ElementTree.SubElement(tendons, "fixed", name=f"tie_{joint}")
-                ElementTree.SubElement(tendon, "joint", joint=joint, coef=text_of(coefficient))
-        powers = enumerate(float(text) for text in tie.get("polycoef", "").split())
+                tendon = tendons.add("fixed", name=f"tie_{joint}")
+                tendon.add("joint", joint=joint, coef=coefficient)
+        powers = [value / _LEVER_M**power for power, value in enumerate(tie.numbers("polycoef"))]
         tie.tag = "tendon"
-        tie.attrib.pop("joint1")
-        tie.attrib.pop("joint2")
-        tie.set("tendon1", f"tie_{slide}")
-        tie.set("tendon2", f"tie_{hinge}")
-        tie.set("polycoef", text_of(*(value / _LEVER_M**power for power, value in powers)))
-        tie.set("solref", text_of(_TIE_STEPS * timestep_s, 1.0))
+        tie.set(joint1=None, joint2=None, tendon1=f"tie_{slide}", tendon2=f"tie_{hinge}")
+        tie.set(polycoef=powers, solref=(_TIE_STEPS * timestep_s, 1.0))

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
+from typing import Any
 
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.core.robot import Marker
 from catheter_sim.exporting.causes import View
-from catheter_sim.exporting.elements import child, text_of
 from catheter_sim.mjcf import names
+from catheter_sim.mjcf.document import Element
 
 TRACKER = "tracker"
 
 
-def add_sensors(root: ElementTree.Element, elements: int, view: View, markers: Sequence[Marker] = ()) -> None:
+def add_sensors(root: Element, elements: int, view: View, markers: Sequence[Marker] = ()) -> None:
     """Add `position_<k>` of every face, `tip_position`, `tip_quat` and `position_marker_<name>`.
 
     They are seen from the site `tracker`.
@@ -27,24 +27,17 @@ def add_sensors(root: ElementTree.Element, elements: int, view: View, markers: S
         markers: of which it has sites.
     """
     turn, zero = view.R.T, -view.R.T @ view.shift
-    ElementTree.SubElement(
-        child(root, "worldbody"),
-        "site",
-        name=TRACKER,
-        group="5",
-        size="0.0001",
-        pos=text_of(*zero),
-        quat=text_of(*Rotation.from_matrix(turn).as_quat(scalar_first=True)),
-    )
-    block = child(root, "sensor")
-    seen = {"objtype": "site", "reftype": "site", "refname": TRACKER}
+    quat = Rotation.from_matrix(turn).as_quat(scalar_first=True)
+    root.part("worldbody").add("site", name=TRACKER, group=5, size=1e-4, pos=zero, quat=quat)
+    block = root.part("sensor")
+    seen: dict[str, Any] = {"objtype": "site", "reftype": "site", "refname": TRACKER}
     if view.delay_s > 0.0:
-        seen |= {"delay": text_of(view.delay_s), "nsample": "0", "interp": "linear"}
+        seen |= {"delay": view.delay_s, "nsample": 0, "interp": "linear"}
     for k in range(1, elements + 1):
-        ElementTree.SubElement(block, "framepos", seen, name=f"position_{k}", objname=names.face(k))
+        block.add("framepos", **seen, name=f"position_{k}", objname=names.face(k))
     for marker in markers:
         name = names.marker(marker.name)
-        ElementTree.SubElement(block, "framepos", seen, name=f"position_{name}", objname=name)
-    ElementTree.SubElement(block, "framepos", seen, name="tip_position", objname=names.TIP)
-    late = {key: value for key, value in seen.items() if key != "interp"}
-    ElementTree.SubElement(block, "framequat", late, name="tip_quat", objname=names.TIP)
+        block.add("framepos", **seen, name=f"position_{name}", objname=name)
+    block.add("framepos", **seen, name="tip_position", objname=names.TIP)
+    seen["interp"] = None
+    block.add("framequat", **seen, name="tip_quat", objname=names.TIP)

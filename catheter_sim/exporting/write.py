@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -16,7 +15,7 @@ from catheter_sim.core.posture import Array
 from catheter_sim.core.quick_model import DriveLevels
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in, check_effects
-from catheter_sim.errors import InputError, SimulationDiverged, unknown
+from catheter_sim.errors import SimulationDiverged, unknown
 from catheter_sim.exporting import loops
 from catheter_sim.exporting.actuators import command_actuators, count_samples
 from catheter_sim.exporting.causes import (
@@ -32,13 +31,14 @@ from catheter_sim.exporting.causes import (
     view_of,
     without,
 )
-from catheter_sim.exporting.elements import add_friction, add_shifts, add_springs, child
+from catheter_sim.exporting.elements import add_friction, add_shifts, add_springs
 from catheter_sim.exporting.moments import HingeLaw, fit_laws, missing_moments
 from catheter_sim.exporting.other_engines import make_plainer
 from catheter_sim.exporting.paths import Shift, find_shifts
 from catheter_sim.exporting.plain import PlainRun
 from catheter_sim.exporting.sensors import add_sensors
-from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.mjcf.document import Element, read
+from catheter_sim.modelling.build import build_mjcf, taken_by_mujoco
 from catheter_sim.modelling.scene import robot_length
 from catheter_sim.progress import Stages
 from catheter_sim.simulation.replay import simulate
@@ -134,14 +134,13 @@ def write_model(
 def _by_joints(robot: RobotSpec, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
     """Return the causes, those of the specification that the built model does not show as fitted ones."""
 
-    def shown(own: RobotSpec) -> bytes:
-        root = ElementTree.fromstring(build_mjcf(built_in(own), motion=True))
-        for block in (*root.findall("custom"), *root.findall("option")):
-            root.remove(block)
-        for joint in root.iter("joint"):  # of how it comes to rest, not where
-            for key in ("damping", "armature"):
-                joint.attrib.pop(key, None)
-        return ElementTree.tostring(root)
+    def shown(own: RobotSpec) -> str:
+        root = read(build_mjcf(built_in(own), motion=True))
+        for block in ("custom", "option"):
+            root.part(block).remove()
+        for joint in root.every("joint"):  # of how it comes to rest, not where
+            joint.set(damping=None, armature=None)
+        return root.text()
 
     built = [cause for cause in causes if cause.how == BUILT and not cause.timed]
     if not built:
@@ -164,12 +163,12 @@ def _fitted(
     positions, truth = _loop_rows(quasi, inputs, progress)
     base, simulator = _base_model(robot, engine), Simulator(built_in(robot))
     plain = mujoco.MjModel.from_xml_string(base)
-    root = ElementTree.fromstring(base)
+    root = read(base)
     shifts = _shifts(robot, simulator, plain, positions)
     add_shifts(root, shifts)
     own = _own_shares(simulator, inputs.tendon.shape[1])
     laws = _laws(robot, root, plain, shifts, positions, inputs, own)
-    lacking = ElementTree.fromstring(ElementTree.tostring(root))
+    lacking = read(root.text())
     text, row_shares = _finished(robot, engine, root, plain, own, shifts, laws)
     if laws:  # what was fitted to moments need not be nearer in posture
         less, _ = _finished(robot, engine, lacking, plain, own, shifts, ())
@@ -177,8 +176,8 @@ def _fitted(
             less, row_shares, inputs, truth, progress
         ):
             text, laws = less, ()
-    bare, _ = _finished(robot, engine, ElementTree.fromstring(base), plain, own, (), ())
-    controls = _controls(robot, ElementTree.fromstring(text), row_shares)
+    bare, _ = _finished(robot, engine, read(base), plain, own, (), ())
+    controls = _controls(robot, read(text), row_shares)
     return Model(robot, engine, text, bare, controls, row_shares, causes, laws, shifts, drives)
 
 
@@ -203,7 +202,7 @@ def _off(text: str, row_shares: Array, inputs: Inputs, truth: Array, progress: b
 def _finished(
     robot: RobotSpec,
     engine: str,
-    root: ElementTree.Element,
+    root: Element,
     plain: mujoco.MjModel,
     own: Array,
     shifts: tuple[Shift, ...],
@@ -224,12 +223,7 @@ def _finished(
     if engine != "mujoco":
         make_plainer(root, plain, laws)
     _say_inputs(root, _controls(robot, root, rows))
-    text = ElementTree.tostring(root, encoding="unicode")
-    try:
-        mujoco.MjModel.from_xml_string(text)
-    except ValueError as error:
-        raise InputError(f"{robot.name}: MuJoCo refuses the model: {' '.join(str(error).split())}") from None
-    return text, rows
+    return taken_by_mujoco(root, robot), rows
 
 
 def _base_model(robot: RobotSpec, engine: str) -> str:
@@ -274,7 +268,7 @@ def _own_shares(simulator: Simulator, tendons: int) -> Array:
 
 def _laws(
     robot: RobotSpec,
-    root: ElementTree.Element,
+    root: Element,
     plain: mujoco.MjModel,
     shifts: tuple[Shift, ...],
     positions: Array,
@@ -283,7 +277,7 @@ def _laws(
 ) -> tuple[HingeLaw, ...]:
     """Return what hinges lack, fitted along the loops."""
     affine = affine_of(robot)
-    trial = ElementTree.fromstring(ElementTree.tostring(root))
+    trial = read(root.text())
     drives = drives_of(robot)
     pulls = all(drive.quantity is Quantity.TENSION for drive in drives)
     arriving = inputs.tendon @ affine.matrix.T + affine.bias
@@ -291,31 +285,29 @@ def _laws(
         arriving = np.maximum(arriving, 0.0)
     still = replace(affine, matrix=np.eye(own.shape[1]), bias=np.zeros(own.shape[1]))
     count = command_actuators(trial, own, still, timing_of(replace(robot, effects={}), Stage.COMMAND), pulls)
-    model = mujoco.MjModel.from_xml_string(ElementTree.tostring(trial, encoding="unicode"))
+    model = mujoco.MjModel.from_xml_string(trial.text())
     joints = [plain.joint(k).name for k in range(plain.njnt)]
     hinges = plain.jnt_type == int(mujoco.mjtJoint.mjJNT_HINGE)
     rows = missing_moments(model, joints, shifts, positions, arriving @ count.T)
     return fit_laws(rows, joints, hinges)
 
 
-def _rest(root: ElementTree.Element, plain: mujoco.MjModel, shifts: tuple[Shift, ...]) -> None:
+def _rest(root: Element, plain: mujoco.MjModel, shifts: tuple[Shift, ...]) -> None:
     """Add a keyframe `rest`: the unloaded shape, in which the file is to be started."""
-    model = mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
+    model = mujoco.MjModel.from_xml_string(root.text())
     pose = model.qpos_spring.copy()
     for shift in shifts:
         angle = float(plain.qpos_spring[plain.joint(shift.joint).qposadr[0]])
         pose[model.joint(shift.slide).qposadr[0]] = shift.at(angle)
-    ElementTree.SubElement(
-        child(root, "keyframe"), "key", name="rest", qpos=" ".join(f"{value:.12g}" for value in pose)
-    )
+    root.part("keyframe").add("key", name="rest", qpos=pose)
 
 
-def _controls(robot: RobotSpec, root: ElementTree.Element, rows: Array) -> tuple[Control, ...]:
+def _controls(robot: RobotSpec, root: Element, rows: Array) -> tuple[Control, ...]:
     """Return what each actuator follows, by the input columns of files."""
     by_column = rows @ shares(drives_of(robot), rows.shape[1])
     columns = input_channels(robot)
     found = []
-    for item, row in zip(child(root, "actuator"), by_column, strict=True):
+    for item, row in zip(root.part("actuator").children, by_column, strict=True):
         place = int(np.argmax(np.abs(row)))
         there = bool(row.any())
         found.append(
@@ -326,9 +318,9 @@ def _controls(robot: RobotSpec, root: ElementTree.Element, rows: Array) -> tuple
     return tuple(found)
 
 
-def _say_inputs(root: ElementTree.Element, controls: tuple[Control, ...]) -> None:
+def _say_inputs(root: Element, controls: tuple[Control, ...]) -> None:
     """Write into the file itself what its controls are."""
-    block = child(root, "custom")
+    block = root.part("custom")
     for control in controls:
         data = f"{control.share:g} * {control.column}, SI" if control.column else "no input"
-        ElementTree.SubElement(block, "text", name=f"control_{control.actuator}", data=data)
+        block.add("text", name=f"control_{control.actuator}", data=data)

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import trimesh
 
-from catheter_sim.mjcf.backend import mjcf
 from catheter_sim.mjcf.colours import Colour
+from catheter_sim.mjcf.document import Element
 
 _LEAST_VOLUME_M3 = 2e-15  # MuJoCo takes no smaller mesh for a solid than half of it; as a shell it does
 GROUP = 2  # MuJoCo's habit for what is only to be seen
+SEEN: Mapping[str, Any] = {"type": "mesh", "group": GROUP, "contype": 0, "conaffinity": 0, "mass": 0}
 
 
 @dataclass(frozen=True)
@@ -46,9 +48,16 @@ def inline(mesh: trimesh.Trimesh) -> tuple[str, str]:
     return vertex, " ".join(str(index) for index in mesh.faces.ravel())
 
 
+def add_mesh(root: Element, name: str, mesh: trimesh.Trimesh, shell: bool | np.bool = False) -> None:
+    """Add a mesh; as a shell it may be open, or too small for a solid."""
+    vertex, face = inline(mesh)
+    inertia = "shell" if shell else None
+    root.part("asset").add("mesh", name=name, vertex=vertex, face=face, inertia=inertia)
+
+
 def add_parts(
-    root: mjcf.RootElement,
-    bodies: Sequence[mjcf.Element],
+    root: Element,
+    bodies: Sequence[Element],
     meshes: Mapping[str, trimesh.Trimesh],
     parts_of: Callable[[int], tuple[Part, ...]],
 ) -> None:
@@ -61,23 +70,16 @@ def add_parts(
         parts_of: what a link shows, by its number.
     """
     for key, mesh in meshes.items():
-        vertex, face = inline(mesh)
-        shown = root.asset.add("mesh", name=key, vertex=vertex, face=face)
-        if abs(mesh.volume) < _LEAST_VOLUME_M3:
-            shown.inertia = "shell"
+        add_mesh(root, key, mesh, abs(mesh.volume) < _LEAST_VOLUME_M3)
     for index, body in enumerate(bodies):
         for part in parts_of(index):
             body.add(
                 "geom",
                 name=f"{part.name_prefix}_{index}",
-                type="mesh",
                 mesh=part.mesh_key,
                 pos=(0.0, 0.0, part.z_offset),
                 quat=(math.cos(part.z_turn / 2.0), 0.0, 0.0, math.sin(part.z_turn / 2.0)),
                 rgba=part.rgba,
                 material=part.material,
-                group=GROUP,
-                contype=0,
-                conaffinity=0,
-                mass=0.0,
+                **SEEN,
             )

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.kinds import kind_of
-
-if TYPE_CHECKING:
-    from dm_control import mjcf
+from catheter_sim.mjcf.document import Element
 
 Array = NDArray[np.float64]
 
@@ -75,27 +72,26 @@ def views(robot: RobotSpec) -> tuple[View, ...]:
     )
 
 
-def add_scene(root: mjcf.RootElement, robot: RobotSpec) -> None:
+def add_scene(root: Element, robot: RobotSpec) -> None:
     """Add visual settings, materials, background, lights and cameras for `robot` to the model `root`."""
     length = robot_length(robot)
-    root.statistic.extent = 1.2 * length
-    root.statistic.center = [0.0, 0.0, 0.46 * length]
-    visual = root.visual
-    overall = getattr(visual, "global")  # a Python keyword
-    overall.offwidth, overall.offheight = LARGEST_IMAGE
-    overall.fovy = FOVY_DEG  # of the free camera
-    visual.map.znear = 0.01  # times the extent: near enough for a close look at one cell
-    visual.map.zfar = 20.0
-    visual.quality.offsamples = 4
-    visual.quality.numslices = 12  # of a tendon's round; they are many, and thin
-    visual.quality.numstacks = 4
-    visual.headlight.ambient = [0.38, 0.38, 0.38]
-    visual.headlight.diffuse = [0.25, 0.25, 0.25]
-    visual.headlight.specular = [0.0, 0.0, 0.0]
-    _add_looks(root)
+    root.add("statistic", extent=1.2 * length, center=(0.0, 0.0, 0.46 * length))
+    visual = root.add("visual")
+    width, height = LARGEST_IMAGE
+    visual.add("global", fovy=FOVY_DEG, offwidth=width, offheight=height)  # fovy: of the free camera
+    # Slices of a tendon's round: tendons are many, and thin.
+    visual.add("quality", offsamples=4, numslices=12, numstacks=4)
+    visual.add("headlight", ambient=[0.38] * 3, diffuse=[0.25] * 3, specular=[0.0] * 3)
+    # The nearest is 0.01 of the extent away: near enough for a close look at one cell.
+    visual.add("map", znear=0.01, zfar=20.0)
+    sky = {"builtin": "gradient", "rgb1": (0.98, 0.985, 0.99), "rgb2": (0.80, 0.84, 0.88)}
+    asset = root.part("asset")
+    asset.add("texture", name="background", type="skybox", width=256, height=1536, **sky)
+    asset.add("material", name="metal", specular=0.9, shininess=0.7, rgba=[0.60, 0.63, 0.68, 1.0])
+    asset.add("material", name="plastic", specular=0.25, shininess=0.2, rgba=[0.86, 0.76, 0.60, 1.0])
     for name, direction, strength in (("key", (0.5, 0.9, -0.9), 0.55), ("fill", (-0.9, 0.6, 0.3), 0.2)):
         toward = np.array(direction) / np.linalg.norm(direction)
-        root.worldbody.add(
+        root.part("worldbody").add(
             "light",
             name=name,
             directional=True,
@@ -107,21 +103,6 @@ def add_scene(root: mjcf.RootElement, robot: RobotSpec) -> None:
             ambient=[0.0] * 3,
         )
     for view in views(robot):
-        root.worldbody.add(
+        root.part("worldbody").add(
             "camera", name=view.name, pos=view.position, xyaxes=view.axes.ravel(), fovy=view.fovy_deg
         )
-
-
-def _add_looks(root: mjcf.RootElement) -> None:
-    root.asset.add(
-        "texture",
-        name="background",
-        type="skybox",
-        builtin="gradient",
-        rgb1=[0.98, 0.985, 0.99],
-        rgb2=[0.80, 0.84, 0.88],
-        width=256,
-        height=1536,
-    )
-    root.asset.add("material", name="metal", specular=0.9, shininess=0.7, rgba=[0.60, 0.63, 0.68, 1.0])
-    root.asset.add("material", name="plastic", specular=0.25, shininess=0.2, rgba=[0.86, 0.76, 0.60, 1.0])

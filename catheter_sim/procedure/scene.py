@@ -18,8 +18,8 @@ tissue. Blood and the beating heart are left out.
 from __future__ import annotations
 
 import math
-import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -28,14 +28,14 @@ from catheter_sim.kinds.catheter.layout import elements, ring_length_m
 from catheter_sim.kinds.catheter.mjcf.implant import ARMS, IMPLANT_M, arm_width_m, holder_length_m
 from catheter_sim.kinds.catheter.mjcf.pieces import pieces
 from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.mjcf.document import ALL_DIGITS, Element, read
 from catheter_sim.mjcf.names import link as link_name
+from catheter_sim.mjcf.parts import GROUP
 from catheter_sim.modelling.model_cache import remembered_mjcf
 from catheter_sim.modelling.surroundings import (
     NO_MASS,
-    SEEN_GROUP,
     add_mesh,
     carry,
-    part,
     quaternion,
     text,
     touched,
@@ -55,7 +55,7 @@ HINGE_N_M_PER_RAD = {"scallop": 1e-3, "margin": 2e-4}
 FOUND_M = 0.5e-3  # before it presses a contact with tissue is known: more than the way of a step
 REGIONS = ("wall", *(f"{plate}_{side}" for plate in HINGE_N_M_PER_RAD for side in valve.SIDES))
 _WALL_RGBA, _LEAFLET_RGBA = "0.86 0.47 0.45 0.18", "0.93 0.72 0.60 1"
-_FOUND_ONLY = {"margin": "-0.05", "gap": "0.05"}  # MuJoCo finds these contacts; `contact` has their forces
+_FOUND_ONLY = {"margin": -0.05, "gap": 0.05}  # MuJoCo finds these contacts; `contact` has their forces
 
 
 @dataclass(frozen=True)
@@ -86,9 +86,9 @@ def build_scene(robot: CatheterRobot, plan: Plan, tissue: bool = False) -> Scene
     """
     length = sum(segment.length_m for segment in robot.segments) + tip_to_end_m(robot)
     waiting = -length - WAITING_M
-    root = ElementTree.fromstring(remembered_mjcf(robot))
-    part(root, "statistic").set("center", "0 0 0.02")
-    world = part(root, "worldbody")
+    root = read(remembered_mjcf(robot))
+    root.part("statistic").set(center=(0, 0, 0.02))
+    world = root.part("worldbody")
     carry(root, robot.dynamics, plan.base(waiting))
     _turn_implant(robot, world)
     _add_touches(robot, world)
@@ -96,36 +96,34 @@ def build_scene(robot: CatheterRobot, plan: Plan, tissue: bool = False) -> Scene
     add_mesh(root, "atrium", shell(around), _WALL_RGBA)
     for number, (corners, facing) in enumerate(zip(blocks(around), facings(around), strict=True)):
         if tissue:
-            touched_block(root, f"{TISSUE}wall_{number}", corners, facing, margin=repr(FOUND_M))
+            touched_block(root, f"{TISSUE}wall_{number}", corners, facing, margin=FOUND_M)
         else:
             touched_block(root, f"wall_{number}", corners, None, **_FOUND_ONLY)
     for side, sign in valve.SIDES.items():
         if tissue:
-            _add_leaflet(robot, plan, root, side, sign, f"{TISSUE}{{}}_0", repr(FOUND_M))
+            _add_leaflet(robot, plan, root, side, sign, f"{TISSUE}{{}}_0", FOUND_M)
         else:
             _add_leaflet(robot, plan, root, side, sign)
-    return Scene(robot, plan, ElementTree.tostring(root, encoding="unicode"), waiting)
+    return Scene(robot, plan, root.text(ALL_DIGITS), waiting)
 
 
-def _turn_implant(robot: CatheterRobot, world: ElementTree.Element) -> None:
+def _turn_implant(robot: CatheterRobot, world: Element) -> None:
     """Put the implant, where it is turned in its holder, into the body `implant_mount`."""
     turn = implant_turn_rad(robot)
     if turn == 0.0:
         return
-    holder = next(body for body in world.iter("body") if body.find("site[@name='implant']") is not None)
+    holder = world.find("site", "implant").parent
+    held = [child for child in holder.children if child.get("name", "").startswith("implant")]
     turned = text((math.cos(0.5 * turn), 0.0, 0.0, math.sin(0.5 * turn)))
-    mount = ElementTree.Element("body", name=MOUNT, quat=turned)
-    ElementTree.SubElement(mount, "inertial", NO_MASS)
-    for child in list(holder):
-        if child.get("name", "").startswith("implant"):
-            holder.remove(child)
-            mount.append(child)
-    holder.append(mount)
+    mount = holder.add("body", name=MOUNT, quat=turned)
+    mount.add("inertial", **NO_MASS)
+    for child in held:
+        mount.append(child)
 
 
-def _add_touches(robot: CatheterRobot, world: ElementTree.Element) -> None:
+def _add_touches(robot: CatheterRobot, world: Element) -> None:
     """Add to every element what touches: balls around the middles of rings, cylinders for modules."""
-    bodies = {body.get("name"): body for body in world.iter("body")}
+    bodies = {body.get("name"): body for body in world.every("body")}
     parts = elements(robot)
     for piece in pieces(robot):
         if not piece.element:
@@ -135,15 +133,16 @@ def _add_touches(robot: CatheterRobot, world: ElementTree.Element) -> None:
         bottom = top - (ring_length_m(segment) if piece.gap else segment.length_m)
         if piece.segment == len(robot.segments) - 1:
             top = holder_length_m(robot)
-        shape = {"type": "sphere", "size": repr(radius), "pos": text((0, 0, 0.5 * (bottom + top)))}
+        middle = text((0, 0, 0.5 * (bottom + top)))
+        shape: dict[str, Any] = {"type": "sphere", "size": radius, "pos": middle}
         if not piece.gap:  # one module goes on where the other ends: no notch in which a leaflet would catch
-            shape = {"type": "cylinder", "size": repr(radius), "fromto": text((0, 0, bottom, 0, 0, top))}
+            shape = {"type": "cylinder", "size": radius, "fromto": text((0, 0, bottom, 0, 0, top))}
         touching(bodies[piece.name], name=f"touch_{piece.element}", **shape)
     outer, width = robot.segments[-1].outer_radius_m, 0.5 * arm_width_m(robot)
     holder = bodies[link_name(len(parts))]
-    middle = holder_length_m(robot) + 0.5 * IMPLANT_M
+    middle = text((0, 0, holder_length_m(robot) + 0.5 * IMPLANT_M))
     size = text((0.1 * outer, 0.5 * width, 0.45 * IMPLANT_M))
-    touching(bodies.get(MOUNT, holder), name="touch_post", type="box", size=size, pos=text((0, 0, middle)))
+    touching(bodies.get(MOUNT, holder), name="touch_post", type="box", size=size, pos=middle)
     for arm, side in ARMS.items():
         place = (side * 0.17 * outer, 0.0, -0.38 * IMPLANT_M)
         size = text((0.17 * outer, width, 0.40 * IMPLANT_M))
@@ -153,35 +152,33 @@ def _add_touches(robot: CatheterRobot, world: ElementTree.Element) -> None:
 def _add_leaflet(
     robot: CatheterRobot,
     plan: Plan,
-    root: ElementTree.Element,
+    root: Element,
     side: str,
     sign: float,
     named: str = "{}",
-    margin: str = "0",
+    margin: float = 0.0,
 ) -> None:
     """Add a leaflet: its middle scallop on hinges, its geoms so named, and what lies beside it."""
-    carrier, place, R = part(root, "worldbody"), np.zeros(3), np.eye(3)
+    carrier, place, R = root.part("worldbody"), np.zeros(3), np.eye(3)
     for name, plate in zip(HINGE_N_M_PER_RAD, valve.scallop(plan.anatomy, sign), strict=True):
         stiffness = HINGE_N_M_PER_RAD[name]
-        carrier = ElementTree.SubElement(
-            carrier,
+        carrier = carrier.add(
             "body",
             name=f"{name}_{side}",
             pos=text(R.T @ (plate.hinge - place)),
             quat=quaternion(R.T @ plate.R),
         )
         place, R = plate.hinge, plate.R
-        ElementTree.SubElement(
-            carrier,
+        carrier.add(
             "joint",
             name=f"{name}_{side}",
             type="hinge",
-            axis="0 1 0",
-            stiffness=repr(stiffness),
-            damping=repr(stiffness * robot.dynamics.relaxation_time_s),
-            armature=repr(stiffness * robot.dynamics.inertia_time_s**2),
+            axis=(0, 1, 0),
+            stiffness=stiffness,
+            damping=stiffness * robot.dynamics.relaxation_time_s,
+            armature=stiffness * robot.dynamics.inertia_time_s**2,
         )
-        ElementTree.SubElement(carrier, "inertial", NO_MASS)
+        carrier.add("inertial", **NO_MASS)
         size = 0.5 * np.array([plate.length_m, plate.width_m, plate.thickness_m])
         touched(
             carrier,
@@ -191,6 +188,6 @@ def _add_leaflet(
             pos=text((size[0], 0, 0)),
             rgba=_LEAFLET_RGBA,
             margin=margin,
-        ).set("group", SEEN_GROUP)
+        ).set(group=GROUP)
     for number, mesh in enumerate(valve.beside(plan.anatomy, sign)):
         add_mesh(root, f"leaflet_{side}_{number}", mesh, _LEAFLET_RGBA)

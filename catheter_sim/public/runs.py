@@ -267,6 +267,54 @@ def build(robot: RobotSpec | str | os.PathLike[str]) -> Any:
     return mujoco.MjSpec.from_string(build_mjcf(built_in(robot_of(robot)), motion=True))
 
 
+def to_pymjcf(robot: RobotSpec | str | os.PathLike[str]) -> Any:
+    """Return what `build` does as a `dm_control.mjcf.RootElement`, to be attached to an arena.
+
+    All of it hangs on a body `base_frame`, so that `Simulator` finds it by the prefix `<model's name>/`. Its
+    lights, cameras, background and gravity stay behind, and it touches nothing. Its angles are in radians:
+    so must be those of the arena.
+
+    Raises:
+        InputError: the robot is not possible, dm_control cannot be imported, or there are more links inside
+            one another than it reads (some 250).
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> from dm_control import mjcf
+        >>> arena = mjcf.RootElement(model="arena")
+        >>> frame = arena.attach(cs.to_pymjcf("neuroendoscope_section"))
+        >>> arena.find("actuator", "neuroendoscope_section/tendon_right").tag
+        'general'
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # it looks for a screen, which a model needs not
+            from dm_control import mjcf
+    except Exception as error:  # it and PyOpenGL raise classes of their own where `MUJOCO_GL` does not fit
+        raise InputError(f"dm_control cannot be imported: pip install dm-control ({error})") from None
+
+    from catheter_sim.core.law import BASE
+    from catheter_sim.effects.apply import built_in
+    from catheter_sim.mjcf.document import Element, read
+    from catheter_sim.modelling.build import build_mjcf
+
+    value, base = built_in(robot_of(robot)), Element("body", name=BASE)
+    root = read(build_mjcf(value, motion=True))
+    root.set(model=value.name.replace("/", "_"))  # PyMJCF parts names by it
+    option, world = root.part("option"), root.part("worldbody")
+    option.set(gravity=None)
+    left = ("flag", "statistic", "visual", "texture", "light", "camera")
+    for item in list(root.every(*left)):
+        item.remove()
+    for item in list(world.children):
+        base.append(item)
+    world.append(base)
+    try:
+        return mjcf.from_xml_string(root.text())
+    except SyntaxError as error:  # lxml's, of links inside one another
+        raise InputError(f"{value.name}: dm_control does not read the model: {error}") from None
+
+
 def render(
     run: Run,
     path: str | os.PathLike[str],

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
-
 import mujoco
 import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.envs.surroundings import let_touch
+from catheter_sim.mjcf.document import read
 from catheter_sim.modelling.model_cache import remembered_mjcf
-from catheter_sim.modelling.surroundings import INSERTION, ROLL, carry, part, touched
+from catheter_sim.modelling.surroundings import INSERTION, ROLL, carry, touched
 from catheter_sim.simulation.simulator import Simulator
 
 TOWARD_M = 2e-3  # of the wall's surface from the straight robot's
@@ -20,17 +19,16 @@ TOWARD_M = 2e-3  # of the wall's surface from the straight robot's
 def before_a_wall(name: str, stiffness: float, ahead: bool = False) -> Simulator:
     """Return a robot without friction beside a wall, at +x, or before one at its tip."""
     robot = load_robot(name, ["friction.mu=0"])
-    root = ElementTree.fromstring(remembered_mjcf(robot))
+    root = read(remembered_mjcf(robot))
     carry(root, robot.dynamics, np.eye(4), roll=True)
-    let_touch(robot, part(root, "worldbody"))
+    world = root.part("worldbody")
+    let_touch(robot, world)
     length = sum(segment.length_m for segment in robot.segments)
     radius = robot.segments[-1].outer_radius_m
     place = f"0 0 {length + radius + TOWARD_M + 0.1}" if ahead else f"{radius + TOWARD_M + 0.1} 0 0"
     size = "0.5 0.5 0.1" if ahead else "0.1 0.5 0.5"
-    world = part(root, "worldbody")
     touched(world, name="tissue_wall_0", type="box", size=size, pos=place, margin="5e-4")
-    text = ElementTree.tostring(root, encoding="unicode")
-    return Simulator(robot, inertia=False, model_text=text, tissue_N_per_m={"wall": stiffness})
+    return Simulator(robot, inertia=False, model_text=root.text(), tissue_N_per_m={"wall": stiffness})
 
 
 def pressed(simulator: Simulator, force: tuple[float, float, float]) -> Simulator:

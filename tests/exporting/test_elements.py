@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
-
 import mujoco
 import numpy as np
 import pytest
 
 from catheter_sim.exporting.elements import _STEEP_ARM, add_friction, add_springs, slope_of
 from catheter_sim.exporting.moments import HingeLaw, Rows, fit_laws
+from catheter_sim.mjcf.document import read
 
 HINGE = """<mujoco><compiler angle="radian"/>
 <option timestep="0.0005" integrator="discrete" gravity="0 0 0"/>
@@ -20,10 +19,10 @@ damping="1e-3" armature="10"/>
 
 
 def built(law: HingeLaw) -> mujoco.MjModel:
-    root = ElementTree.fromstring(HINGE)
+    root = read(HINGE)
     add_springs(root, [law])
     add_friction(root, mujoco.MjModel.from_xml_string(HINGE), [law])
-    return mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
+    return mujoco.MjModel.from_xml_string(root.text())
 
 
 def passive(model: mujoco.MjModel, way: np.ndarray) -> np.ndarray:

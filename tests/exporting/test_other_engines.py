@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
-
 import mujoco
 import numpy as np
 import pytest
@@ -12,6 +10,7 @@ from catheter_sim.exporting.elements import add_friction, add_shifts
 from catheter_sim.exporting.moments import HingeLaw
 from catheter_sim.exporting.other_engines import make_plainer
 from catheter_sim.exporting.paths import Shift
+from catheter_sim.mjcf.document import read
 
 STEP_S = 0.0005
 ROLLING = f"""<mujoco><compiler angle="radian"/>
@@ -27,13 +26,13 @@ RANGE_RAD, RUBS_N_M = 0.4, 8e-3
 
 def rolling() -> mujoco.MjModel:
     """Return a link whose hinge moves a slide and rubs, for another engine."""
-    root = ElementTree.fromstring(ROLLING)
+    root = read(ROLLING)
     plain = mujoco.MjModel.from_xml_string(ROLLING)
     laws = (HingeLaw("x", RANGE_RAD, 0.0, (), 0.0, RUBS_N_M, 0.0, 0.0),)
     add_shifts(root, (SHIFT,))
     add_friction(root, plain, laws, plastic=False)
     make_plainer(root, plain, laws)
-    return mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
+    return mujoco.MjModel.from_xml_string(root.text())
 
 
 def held(data: mujoco.MjData, model: mujoco.MjModel, moment_N_m: float, seconds: float = 1.0) -> float:

@@ -42,10 +42,11 @@ MADE: Mapping[str, Callable[[Any], Any]] = {
     "sense": lambda robot: cs.sense(robot, BEND, uncertain={}).robot,
     "simulate": lambda robot: cs.simulate(robot, {"time_s": [0.0]}).postures[0].p_w.tolist(),
     "statics": lambda robot: cs.statics(robot, BEND, "pk").postures[1].p_w.tolist(),
+    "to_pymjcf": lambda robot: cs.to_pymjcf(robot).to_xml_string(),
     "which_model": lambda robot: cs.which_model(robot, BEND, reference="pk").robot,
     "workspace": lambda robot: cs.workspace(robot, samples=5).tip_mm.tolist(),
 }
-SLOW = {"build", "control", "export", "inverse_kinematics", "simulate", "which_model"}
+SLOW = {"build", "control", "export", "inverse_kinematics", "simulate", "to_pymjcf", "which_model"}
 
 # Arguments with which a function ends soon, in an error or not.
 SOON: Mapping[str, dict[str, Any]] = {
@@ -71,6 +72,7 @@ SOON: Mapping[str, dict[str, Any]] = {
     "simulate": {"robot": ROBOT, "inputs": NO_CHANNEL},
     "statics": {"robot": ROBOT, "inputs": NO_CHANNEL, "model": "pk"},
     "step_together": {"simulators": "nothing"},
+    "to_pymjcf": {"robot": "nothing"},
     "which_model": {"robot": ROBOT, "inputs": NO_CHANNEL},
     "workspace": {"robot": "nothing"},
 }
@@ -101,6 +103,8 @@ def test_a_robot_is_an_id_a_file_or_a_robot(
     """Whichever is given, the same comes out; what is none of these is refused in the same words."""
     if name in ELSEWHERE:
         return
+    if name == "to_pymjcf":
+        pytest.importorskip("dm_control")
     monkeypatch.chdir(tmp_path)
     Path("in.csv").write_text("time_s,displacement_bending_mm\n0,0\n1,1\n")
     robot = cs.load_robot(ROBOT)

@@ -26,6 +26,7 @@ PROMISED = (
     "render",
     "settle_together",
     "step_together",
+    "to_pymjcf",
     "load_dataset",
     "dataset",
     "diagnose",

@@ -15,7 +15,7 @@ SLOW = {
     *("Simulator", "attach", "render", "simulate", "Run", "list_robots", "statics", "diagnose", "Diagnosis"),
     *("Control", "control", "InverseKinematics", "inverse_kinematics", "which_model"),
     *("compare", "Comparison", "diagnose_model", "ModelDiagnosis"),
-    *("Sensing", "sense", "Workspace", "workspace", "export"),
+    *("Sensing", "sense", "Workspace", "workspace", "export", "to_pymjcf"),
 }
 LONG = {"Export", "ModelChoice"}  # what `export` and `which_model` return; their own examples stay
 NAMES = [
@@ -30,6 +30,8 @@ NAMES = [
 @pytest.mark.parametrize("name", NAMES)
 def test_example_gives_what_it_says(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every public name has an example, and running it prints what stands below it."""
+    if name == "to_pymjcf":
+        pytest.importorskip("dm_control")
     monkeypatch.chdir(tmp_path)
     thing = getattr(cs, name)
     found = doctest.DocTestFinder(recurse=False).find(thing, name, module=inspect.getmodule(thing))

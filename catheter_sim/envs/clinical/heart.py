@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -12,7 +11,8 @@ import numpy as np
 from catheter_sim.core.posture import Array
 from catheter_sim.envs.surroundings import Surroundings
 from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.modelling.surroundings import CARRIER, INSERTION, part, quaternion, text
+from catheter_sim.mjcf.document import ALL_DIGITS, Element, read
+from catheter_sim.modelling.surroundings import CARRIER, INSERTION, quaternion, text
 from catheter_sim.procedure.case import Case
 from catheter_sim.procedure.contact import WALL_N_PER_M
 from catheter_sim.procedure.flow import Flow
@@ -29,21 +29,19 @@ def in_heart(case: Case, robot: CatheterRobot) -> Surroundings:
     That is the robot's base frame at an insertion of zero: origin in the puncture, +z along the sheath into
     the atrium, +x where the robot bends first.
     """
-    root = ElementTree.fromstring(build_scene(robot, case.plan, tissue=True).text)
-    part(root, "statistic").set("center", text((0.0, 0.0, 0.03)))
-    world = part(root, "worldbody")
+    root = read(build_scene(robot, case.plan, tissue=True).text)
+    root.part("statistic").set(center=(0.0, 0.0, 0.03))
+    world = root.part("worldbody")
     there = from_valve(case)
-    heart = ElementTree.Element("body", name="heart", pos=text(there[:3, 3]), quat=quaternion(there[:3, :3]))
-    for child in list(world):
+    heart = Element("body", name="heart", pos=text(there[:3, 3]), quat=quaternion(there[:3, :3]))
+    for child in list(world.children):
         if child.get("name") == CARRIER:
-            child.set("pos", text((0.0, 0.0, waiting_m(robot))))
-            child.set("quat", quaternion(np.eye(3)))
+            child.set(pos=text((0.0, 0.0, waiting_m(robot))), quat=quaternion(np.eye(3)))
         elif child.tag != "light":
-            world.remove(child)
             heart.append(child)
     world.append(heart)
     stiffness = {region: WALL_N_PER_M if region == "wall" else LEAFLET_N_PER_M for region in REGIONS}
-    return Surroundings(ElementTree.tostring(root, encoding="unicode"), stiffness, (INSERTION,), stream(case))
+    return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION,), stream(case))
 
 
 def waiting_m(robot: CatheterRobot) -> float:

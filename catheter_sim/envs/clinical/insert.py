@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -26,7 +25,8 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
 from catheter_sim.envs.observation import Bounds
 from catheter_sim.envs.surroundings import Surroundings, let_touch, robot_tree
-from catheter_sim.modelling.surroundings import INSERTION, ROLL, add_mesh, carry, part, text, touched
+from catheter_sim.mjcf.document import ALL_DIGITS
+from catheter_sim.modelling.surroundings import INSERTION, ROLL, add_mesh, carry, text, touched
 
 GUIDE_M = 3.3e-3  # half the width of the guide outside the skin; assumed: 0.2 mm of room on each side
 STROKE_M = RANGES["wall_m"][1] + 0.17  # of the insertion, from the skin
@@ -126,7 +126,7 @@ class InsertEnv(ClinicalEnv[Chest]):
         base = np.eye(4)
         base[2, 3] = -anatomy.wall_m - length
         carry(root, robot.dynamics, base, roll=True)
-        world = part(root, "worldbody")
+        world = root.part("worldbody")
         let_touch(robot, world)
         guide = channel_boxes(GUIDE_M, -anatomy.wall_m, base[2, 3] - 0.02, GUIDE_M + _GUIDE_WALL_M)
         for region, boxes, found in (
@@ -134,14 +134,14 @@ class InsertEnv(ClinicalEnv[Chest]):
             ("guide", guide, _GUIDE_FOUND_M),
         ):
             for number, (half, middle) in enumerate(boxes):
-                shape = {"type": "box", "size": text(half), "pos": text(middle), "margin": repr(found)}
+                shape = {"type": "box", "size": text(half), "pos": text(middle), "margin": found}
                 touched(world, name=f"tissue_{region}_{number}", **shape)
         organs = {
             "lung": (anatomy.lung_radius_m, lung(anatomy)),
             "diaphragm": (anatomy.diaphragm_radius_m, diaphragm(anatomy)),
         }
         for name, (radius, middle) in organs.items():
-            shape = {"type": "sphere", "size": repr(radius), "pos": text(middle), "margin": repr(FOUND_M)}
+            shape = {"type": "sphere", "size": radius, "pos": text(middle), "margin": FOUND_M}
             touched(world, name=f"tissue_{name}_0", **shape)
         for name, mesh in meshes(anatomy).items():
             add_mesh(root, name, mesh, _RGBA[name])
@@ -151,8 +151,7 @@ class InsertEnv(ClinicalEnv[Chest]):
             "diaphragm": ORGAN_N_PER_M,
             "guide": GUIDE_N_PER_M,
         }
-        written = ElementTree.tostring(root, encoding="unicode")
-        return Surroundings(written, stiffness, (INSERTION, ROLL))
+        return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION, ROLL))
 
     def begin(self) -> None:
         """Take the aspiration point from the anatomy."""

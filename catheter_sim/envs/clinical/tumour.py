@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -30,12 +29,12 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
 from catheter_sim.envs.observation import Bounds
 from catheter_sim.envs.surroundings import Surroundings, let_touch, robot_tree
+from catheter_sim.mjcf.document import ALL_DIGITS, Element
 from catheter_sim.modelling.surroundings import (
     INSERTION,
     ROLL,
     add_mesh,
     carry,
-    part,
     text,
     touched,
     touched_block,
@@ -144,7 +143,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         base = np.eye(4)
         base[2, 3] = -length
         carry(root, robot.dynamics, base, roll=True)
-        world = part(root, "worldbody")
+        world = root.part("worldbody")
         let_touch(robot, world)
         around = ventricle_wall(anatomy)
         per_ring = len(around.cells) // (len(ring_places(anatomy)) - 1)
@@ -152,13 +151,13 @@ class TumourEnv(ClinicalEnv[Ventricles]):
             ring = number // per_ring
             name = "lateral" if ring_places(anatomy)[ring] < anatomy.lateral_length_m else "third"
             name = "foramen" if is_foramen(anatomy, ring) else name
-            touched_block(root, f"tissue_{name}_{number}", corners, facing, margin=repr(FOUND_M))
+            touched_block(root, f"tissue_{name}_{number}", corners, facing, margin=FOUND_M)
         touched(
             world,
             name="tissue_tumour_0",
-            margin=repr(FOUND_M),
+            margin=FOUND_M,
             type="sphere",
-            size=repr(TUMOUR_RADIUS_M),
+            size=TUMOUR_RADIUS_M,
             pos=text(tumour(anatomy)),
         )
         _add_sheath(world, length)
@@ -166,8 +165,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         add_mesh(root, "tumour", tumour_mesh(anatomy), _TUMOUR_RGBA)
         add_mesh(root, "sheath", _sheath_mesh(length), _SHEATH_RGBA)
         stiffness = {**dict.fromkeys(REGIONS, TISSUE_N_PER_M), "sheath": SHEATH_N_PER_M}
-        written = ElementTree.tostring(root, encoding="unicode")
-        return Surroundings(written, stiffness, (INSERTION, ROLL))
+        return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION, ROLL))
 
     def begin(self) -> None:
         """Draw the points."""
@@ -213,7 +211,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         return {**super()._info(done), "points_reached": self._next}
 
 
-def _add_sheath(world: ElementTree.Element, length: float) -> None:
+def _add_sheath(world: Element, length: float) -> None:
     """Add the sheath's four sides."""
     half, wide = 0.5 * length + 0.01, 4.0 * SHEATH_M
     for number, (axis, side) in enumerate(((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))):
@@ -225,7 +223,7 @@ def _add_sheath(world: ElementTree.Element, length: float) -> None:
             type="box",
             size=text(size),
             pos=text(pos),
-            margin=repr(_SHEATH_FOUND_M),
+            margin=_SHEATH_FOUND_M,
         )
 
 

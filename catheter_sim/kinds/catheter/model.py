@@ -13,13 +13,13 @@ from catheter_sim.kinds.catheter.mjcf.chain import add_catheter, add_catheter_te
 from catheter_sim.kinds.catheter.mjcf.drive import add_catheter_actuators
 from catheter_sim.kinds.catheter.mjcf.implant import add_implant
 from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.mjcf.backend import mjcf
+from catheter_sim.mjcf.document import Element
 from catheter_sim.mjcf.parts import add_parts
 
 _CLOSE_UP = 6.0  # rings of the first bending joint that the close-up shows, or outer radii
 
 
-def add(root: mjcf.RootElement, robot: CatheterRobot, actuation: str) -> None:
+def add(root: Element, robot: CatheterRobot, actuation: str) -> None:
     """Add `robot` to the model `root`: pieces, what they show, pairs and tubes, actuators, implant.
 
     Raises:

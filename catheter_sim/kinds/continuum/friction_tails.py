@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from catheter_sim.kinds.continuum.layout import last_disk
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.mjcf.backend import mjcf
+from catheter_sim.mjcf.document import Element
 from catheter_sim.mjcf.names import hole
 
 # A friction row exists only where its limit is above zero; at rest all limits are about zero.
@@ -17,12 +17,12 @@ SOLIMP_FRICTION = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 SOLREF_FRICTION = (0.004, 1.0)
 
 
-def add(root: mjcf.RootElement, robot: ContinuumRobot) -> None:
+def add(root: Element, robot: ContinuumRobot) -> None:
     """Add the tendons `tail_<tendon>_<k>` (hole k to the tendon's end) to the model."""
     for tendon in robot.tendons:
         end = last_disk(robot, tendon)
         for first in range(end):
-            element = root.tendon.add(
+            element = root.part("tendon").add(
                 "spatial",
                 name=f"tail_{tendon.name}_{first}",
                 group=5,

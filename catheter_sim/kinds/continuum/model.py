@@ -11,14 +11,14 @@ from catheter_sim.kinds.continuum.layout import disks, links
 from catheter_sim.kinds.continuum.links import BEND_RAD, tip_error_m
 from catheter_sim.kinds.continuum.mjcf.chain import add_chain, add_displacement_actuators, add_tendons
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.mjcf.actuators import add_tension_actuators
-from catheter_sim.mjcf.backend import mjcf
+from catheter_sim.mjcf.document import Element
 from catheter_sim.mjcf.parts import add_parts
+from catheter_sim.mjcf.tendons import add_tension_actuators
 
 _CLOSE_UP = 6.0  # cells that the close-up shows
 
 
-def add(root: mjcf.RootElement, robot: ContinuumRobot, actuation: str) -> None:
+def add(root: Element, robot: ContinuumRobot, actuation: str) -> None:
     """Add `robot` to the model `root`: links, what they show, tendons, actuators."""
     bodies = add_chain(root, robot)
     add_parts(root, bodies, picture.meshes(robot), partial(picture.parts, robot))

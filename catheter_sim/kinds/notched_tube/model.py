@@ -9,14 +9,14 @@ from catheter_sim.kinds.notched_tube import layout, picture
 from catheter_sim.kinds.notched_tube.mjcf.chain import add_chain, add_displacement_actuator, add_tendon
 from catheter_sim.kinds.notched_tube.mjcf.pieces import tendon_width
 from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
-from catheter_sim.mjcf.actuators import add_tension_actuators
-from catheter_sim.mjcf.backend import mjcf
+from catheter_sim.mjcf.document import Element
 from catheter_sim.mjcf.parts import add_parts
+from catheter_sim.mjcf.tendons import add_tension_actuators
 
 _CLOSE_UP = 3.0  # notches that the close-up shows
 
 
-def add(root: mjcf.RootElement, robot: NotchedTubeRobot, actuation: str) -> None:
+def add(root: Element, robot: NotchedTubeRobot, actuation: str) -> None:
     """Add `robot` to the model `root`: links, what they show, the tendon, its actuator."""
     bodies = add_chain(root, robot)
     add_parts(root, bodies, picture.meshes(robot), partial(picture.parts, robot))

@@ -10,15 +10,15 @@ from catheter_sim.kinds.rolling import picture
 from catheter_sim.kinds.rolling.drives import ACTUATIONS
 from catheter_sim.kinds.rolling.mjcf.chain import add_rods, add_rolling_chain
 from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.mjcf.actuators import add_tension_actuators
-from catheter_sim.mjcf.backend import mjcf
+from catheter_sim.mjcf.document import Element
 from catheter_sim.mjcf.parts import add_parts
+from catheter_sim.mjcf.tendons import add_tension_actuators
 
 _STIFFER = 10.0  # than unbent: a joint whose gap nearly closes, by the table of its rods' lengths
 _CLOSE_UP = 2.5  # joints that the close-up shows
 
 
-def add(root: mjcf.RootElement, robot: RollingRobot, actuation: str) -> None:
+def add(root: Element, robot: RollingRobot, actuation: str) -> None:
     """Add `robot` to the model `root`: links, what they show, rods, actuators.
 
     Raises:

@@ -19,7 +19,7 @@ from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
 from catheter_sim.kinds.rolling.theory.complete import Solved, solve_loaded
 from catheter_sim.kinds.rolling.theory.kinematics import Frames, frames
-from catheter_sim.mjcf.actuators import MAX_TENSION_N
+from catheter_sim.mjcf.tendons import MAX_TENSION_N
 
 _NO_BEND_RAD = 1e-6  # a rod whose largest tension bends every segment less bends nothing
 _DIFFERENCE = 1e-3  # of a level, to either side

@@ -19,7 +19,7 @@ from catheter_sim.kinds.rolling.rolling_model import RollingModel, rolling_model
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain
 from catheter_sim.kinds.rolling.theory.rods import spans
-from catheter_sim.mjcf.actuators import MAX_TENSION_N
+from catheter_sim.mjcf.tendons import MAX_TENSION_N
 
 _BEND_RAD = 1.0  # that the speed test asks of each segment: well away from straight
 

@@ -35,9 +35,10 @@ from catheter_sim.kinds.catheter.mjcf.pieces import pieces
 from catheter_sim.kinds.catheter.mjcf.tube import BEND_AXIS, add_tube_end, add_tube_springs
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment, TendonPair
 from catheter_sim.mjcf import names
-from catheter_sim.mjcf.backend import mjcf
 from catheter_sim.mjcf.colours import NITI, tendon_colour
-from catheter_sim.mjcf.mount import add_feed, add_mount, pass_feed
+from catheter_sim.mjcf.document import Element
+from catheter_sim.mjcf.mount import add_mount
+from catheter_sim.mjcf.tendons import add_feed, add_site, add_spatial, pass_feed
 
 SIGNS = {"pos": 1.0, "neg": -1.0}
 # MuJoCo refuses bodies without mass. These weigh a hundred millionth of a newton, which moves no tip by a
@@ -46,7 +47,6 @@ _NO_MASS_KG, _NO_INERTIA_KG_M2 = 1e-9, 1e-13
 # Rings that touch are hard: MuJoCo's default lets them sink into each other by 3 % at 20 N, this by 0.2 %.
 _CLOSED_GAP = (0.99, 0.999, 0.001, 0.5, 2.0)
 _TUBE = (0.93, 0.93, 0.90, 1.0)
-_SITE = {"size": (1e-4,), "group": 5}
 
 
 def gap_stiffness(robot: CatheterRobot, segment: CatheterSegment) -> float:
@@ -54,20 +54,20 @@ def gap_stiffness(robot: CatheterRobot, segment: CatheterSegment) -> float:
     return joint_stiffness(robot, segment) * (segment.rings + 1)
 
 
-def add_catheter(root: mjcf.RootElement, robot: CatheterRobot) -> list[mjcf.Element]:
+def add_catheter(root: Element, robot: CatheterRobot) -> list[Element]:
     """Add the bodies, joints and sites of `robot`; return the base and all bodies, in the order of `pieces`.
 
     Raises:
         InputError: a bending joint without stiffness; its rings' places would not be determined.
     """
     bodies = [add_mount(root, robot)]
-    bodies[0].add("site", name="entry", pos=(0, 0, 0), **_SITE)
+    add_site(bodies[0], "entry", (0, 0, 0))
     parts = elements(robot)
     rise = 0.0  # of the segment's base end above the origin of the last body
     for piece in pieces(robot):
         segment = robot.segments[piece.segment]
         if piece.gap == 1:
-            _start_bending(bodies, robot, segment, rise)
+            _start_bending(root, bodies, robot, segment, rise)
         if piece.gap:
             _add_holes(
                 bodies[-1], robot, segment, f"{piece.gap}_a", rise + piece.origin_m - segment.half_gap_m
@@ -91,9 +91,9 @@ def add_catheter(root: mjcf.RootElement, robot: CatheterRobot) -> list[mjcf.Elem
             length = ring_length_m(segment) if piece.gap else segment.length_m
             share = segment.rings if piece.gap else 1
             _add_mass(body, segment, segment.mass_kg / share, face - length / 2.0, length)
-            body.add("site", name=names.face(piece.element), pos=(0, 0, face), **_SITE)
+            add_site(body, names.face(piece.element), (0, 0, face))
             if piece.element == len(parts):
-                body.add("site", name=names.TIP, pos=(0, 0, face), **_SITE)
+                add_site(body, names.TIP, (0, 0, face))
         else:
             _add_mass(body, segment, 0.0, 0.0, 0.0)
             _add_holes(body, robot, segment, "end", segment.length_m + rise)
@@ -102,8 +102,9 @@ def add_catheter(root: mjcf.RootElement, robot: CatheterRobot) -> list[mjcf.Elem
     return bodies
 
 
-def add_catheter_tendons(root: mjcf.RootElement, robot: CatheterRobot) -> None:
+def add_catheter_tendons(root: Element, robot: CatheterRobot) -> None:
     """Add the bending joints' pairs through their holes, and the tubes as they are seen."""
+    tendons = root.part("tendon")
     for index, pair in enumerate(robot.tendons):
         segment = robot.segments[moved_segment(robot, index)]
         if segment.joint == "prismatic":
@@ -111,7 +112,7 @@ def add_catheter_tendons(root: mjcf.RootElement, robot: CatheterRobot) -> None:
                 ("tube", segment.name, tube_radius_m(robot), _TUBE),
                 ("coupling", f"coupling_{segment.name}", tendon_radius_m(robot), NITI),
             ):
-                tube = root.tendon.add("spatial", name=f"{kind}_{segment.name}", width=radius, rgba=colour)
+                tube = tendons.add("spatial", name=f"{kind}_{segment.name}", width=radius, rgba=colour)
                 if kind == "tube":  # through the guide, to be seen in the gaps
                     tube.add("site", site="entry")
                     for number, part in enumerate(elements(robot), 1):
@@ -123,8 +124,7 @@ def add_catheter_tendons(root: mjcf.RootElement, robot: CatheterRobot) -> None:
             continue
         for number, sign in enumerate(SIGNS):
             name = f"{pair.name}_{sign}"
-            element = root.tendon.add("spatial", name=names.tendon(name), width=tendon_radius_m(robot))
-            element.rgba = tendon_colour(2 * index + number)
+            element = add_spatial(root, name, tendon_radius_m(robot), tendon_colour(2 * index + number))
             if has_mount_slide(robot):
                 # The run before the base, of which the way to the joint is another branch.
                 pass_feed(element, robot, name)
@@ -147,7 +147,7 @@ def tube_radius_m(robot: CatheterRobot) -> float:
 
 
 def _start_bending(
-    bodies: list[mjcf.Element], robot: CatheterRobot, segment: CatheterSegment, rise: float
+    root: Element, bodies: list[Element], robot: CatheterRobot, segment: CatheterSegment, rise: float
 ) -> None:
     """Add where a pair enters its joint, and its run before the base where the mount gives way.
 
@@ -164,10 +164,10 @@ def _start_bending(
         return
     _add_holes(bodies[0], robot, segment, "base", 0.0)
     for sign in SIGNS:
-        add_feed(bodies[0].root, robot, f"{_pair_of(robot, segment).name}_{sign}", _place(segment, sign))
+        add_feed(root, robot, f"{_pair_of(robot, segment).name}_{sign}", _place(segment, sign))
 
 
-def _add_hinge(body: mjcf.Element, robot: CatheterRobot, segment: CatheterSegment, gap: int) -> None:
+def _add_hinge(body: Element, robot: CatheterRobot, segment: CatheterSegment, gap: int) -> None:
     stiffness = gap_stiffness(robot, segment)
     limit = closing_angle_rad(segment) / (segment.rings + 1)
     body.add(
@@ -185,7 +185,7 @@ def _add_hinge(body: mjcf.Element, robot: CatheterRobot, segment: CatheterSegmen
     )
 
 
-def _add_joint(body: mjcf.Element, robot: CatheterRobot, segment: CatheterSegment) -> None:
+def _add_joint(body: Element, robot: CatheterRobot, segment: CatheterSegment) -> None:
     """Add a torsion or prismatic segment's joint; a rigid one has none."""
     scales = {"torsion": TURNING_SCALE_N_M_PER_RAD, "prismatic": SLIDING_SCALE_N_PER_M}
     if segment.joint not in scales:
@@ -203,9 +203,7 @@ def _add_joint(body: mjcf.Element, robot: CatheterRobot, segment: CatheterSegmen
     )
 
 
-def _add_mass(
-    body: mjcf.Element, segment: CatheterSegment, mass_kg: float, height: float, length: float
-) -> None:
+def _add_mass(body: Element, segment: CatheterSegment, mass_kg: float, height: float, length: float) -> None:
     radius = segment.outer_radius_m
     transverse = mass_kg * (radius**2 / 4.0 + length**2 / 12.0)
     about_axis = mass_kg * radius**2 / 2.0
@@ -227,18 +225,18 @@ def _place(segment: CatheterSegment, sign: str) -> tuple[float, float]:
 
 
 def _add_holes(
-    body: mjcf.Element, robot: CatheterRobot, segment: CatheterSegment, where: str, height: float
+    body: Element, robot: CatheterRobot, segment: CatheterSegment, where: str, height: float
 ) -> None:
     """Add the sites `hole_<pair>_<sign>_<where>` of a bending segment's pair."""
     for sign in SIGNS:
         name = names.hole(f"{_pair_of(robot, segment).name}_{sign}", where)
-        body.add("site", name=name, pos=(*_place(segment, sign), height), **_SITE)
+        add_site(body, name, (*_place(segment, sign), height))
 
 
 def _add_tube_ends(
-    body: mjcf.Element, robot: CatheterRobot, segment: CatheterSegment, where: str, height: float
+    body: Element, robot: CatheterRobot, segment: CatheterSegment, where: str, height: float
 ) -> None:
     """Add one end of the exposed tube, and of the wire along it that keeps it from turning."""
-    body.add("site", name=f"{where}_{segment.name}", pos=(0, 0, height), **_SITE)
+    add_site(body, f"{where}_{segment.name}", (0, 0, height))
     beside = tube_radius_m(robot) + tendon_radius_m(robot)
-    body.add("site", name=f"{where}_coupling_{segment.name}", pos=(-beside, 0, height), **_SITE)
+    add_site(body, f"{where}_coupling_{segment.name}", (-beside, 0, height))

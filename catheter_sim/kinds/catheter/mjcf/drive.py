@@ -18,9 +18,9 @@ from catheter_sim.kinds.catheter.layout import joint_stiffness, moved_segment
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment, TendonPair
 from catheter_sim.kinds.catheter.theory.elongation import PRINTED
 from catheter_sim.kinds.catheter.theory.tendons import arm_m, drawn_at_rest_m
-from catheter_sim.mjcf.backend import mjcf
-from catheter_sim.mjcf.mount import FEED_LENGTH_M
+from catheter_sim.mjcf.document import Element
 from catheter_sim.mjcf.names import tendon
+from catheter_sim.mjcf.tendons import FEED_LENGTH_M, add_puller
 
 # An inextensible tendon is a spring this many times stiffer than its joint's bending seen from it; the
 # angle then lags by less than 0.02 % of itself. Ten times that of a continuum robot: what is beyond the
@@ -50,7 +50,7 @@ def tendon_stiffness(robot: CatheterRobot, pair: TendonPair) -> float:
     return INEXTENSIBLE_RATIO * joint / segment.arm_m**2
 
 
-def add_catheter_actuators(root: mjcf.RootElement, robot: CatheterRobot) -> None:
+def add_catheter_actuators(root: Element, robot: CatheterRobot) -> None:
     """Add the actuators; to be called when the tendons are there."""
     moved = [robot.segments[moved_segment(robot, index)] for index in range(len(robot.tendons))]
     for pair, segment in zip(robot.tendons, moved, strict=True):
@@ -59,7 +59,7 @@ def add_catheter_actuators(root: mjcf.RootElement, robot: CatheterRobot) -> None
             continue
         stiffness = tendon_stiffness(robot, pair)
         arm = float(arm_m(segment, 0.0)) if segment.joint == "torsion" else 1.0
-        root.actuator.add(
+        root.part("actuator").add(
             "general",
             name=tendon(pair.name),
             joint=segment.name,
@@ -73,7 +73,7 @@ def add_catheter_actuators(root: mjcf.RootElement, robot: CatheterRobot) -> None
 
 
 def _add_puller(
-    root: mjcf.RootElement,
+    root: Element,
     robot: CatheterRobot,
     pair: TendonPair,
     segment: CatheterSegment,
@@ -84,12 +84,4 @@ def _add_puller(
     stiffness = tendon_stiffness(robot, pair)
     length = segment.length_m + pair.slack_m + (FEED_LENGTH_M if has_mount_slide(robot) else 0.0)
     length -= drawn_at_rest_m(segment, sign)
-    root.actuator.add(
-        "general",
-        name=name,
-        tendon=tendon(f"{pair.name}_{sign}"),
-        biastype="affine",
-        gainprm=(-stiffness,),
-        biasprm=(stiffness * length, -stiffness, 0.0),
-        forcerange=(-1e9, 0.0),
-    )
+    add_puller(root, name, tendon(f"{pair.name}_{sign}"), stiffness, stiffness * length)

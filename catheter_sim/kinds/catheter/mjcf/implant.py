@@ -18,10 +18,11 @@ import numpy as np
 import trimesh
 
 from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.mjcf.backend import mjcf
 from catheter_sim.mjcf.colours import Colour
-from catheter_sim.mjcf.parts import inline
+from catheter_sim.mjcf.document import Element
+from catheter_sim.mjcf.parts import SEEN, add_mesh
 from catheter_sim.mjcf.solids import across_y, box, circle, prism, together
+from catheter_sim.mjcf.tendons import add_site
 
 ACTUATOR = "implant"
 ARMS = {"implant_pos": 1.0, "implant_neg": -1.0}  # bodies and hinges, and the side of the post
@@ -79,7 +80,7 @@ def arm_mesh(outer_m: float, side: float) -> trimesh.Trimesh:
     return across_y(outline if side > 0 else outline[::-1], -width, width)
 
 
-def add_implant(root: mjcf.RootElement, robot: CatheterRobot, holder: mjcf.Element) -> None:
+def add_implant(root: Element, robot: CatheterRobot, holder: Element) -> None:
     """Add the arms to the body `holder` of the last module, and their actuator; to be called last.
 
     The servo holds both arms at `OPEN_RAD` times its control exactly where nothing presses on them.
@@ -88,11 +89,12 @@ def add_implant(root: mjcf.RootElement, robot: CatheterRobot, holder: mjcf.Eleme
         return
     outer = robot.segments[-1].outer_radius_m
     middle = holder_length_m(robot) + 0.5 * IMPLANT_M
-    holder.add("site", name="implant", pos=(0, 0, middle), size=(1e-4,), group=5)
-    arms = root.tendon.add("fixed", name="implant_arms", stiffness=COUPLING_N_M_PER_RAD, springlength=0.0)
+    add_site(holder, "implant", (0, 0, middle))
+    arms = root.part("tendon").add(
+        "fixed", name="implant_arms", stiffness=COUPLING_N_M_PER_RAD, springlength=0.0
+    )
     for name, side in ARMS.items():
-        vertex, face = inline(arm_mesh(outer, side))
-        root.asset.add("mesh", name=name, vertex=vertex, face=face)
+        add_mesh(root, name, arm_mesh(outer, side))
         body = holder.add("body", name=name, pos=hinge_place_m(robot, side))
         body.add("inertial", pos=(0, 0, 0), mass=_NO_MASS_KG, diaginertia=[_NO_INERTIA_KG_M2] * 3)
         body.add(
@@ -103,20 +105,9 @@ def add_implant(root: mjcf.RootElement, robot: CatheterRobot, holder: mjcf.Eleme
             damping=SERVO_N_M_PER_RAD * robot.dynamics.relaxation_time_s,
             armature=SERVO_N_M_PER_RAD * robot.dynamics.inertia_time_s**2,
         )
-        body.add(
-            "geom",
-            name=f"{name}_arm",
-            type="mesh",
-            mesh=name,
-            rgba=COLOUR,
-            material="metal",
-            group=2,
-            contype=0,
-            conaffinity=0,
-            mass=0.0,
-        )
+        body.add("geom", name=f"{name}_arm", mesh=name, rgba=COLOUR, material="metal", **SEEN)
         arms.add("joint", joint=name, coef=side)
-    root.actuator.add(
+    root.part("actuator").add(
         "general",
         name=ACTUATOR,
         joint=next(iter(ARMS)),

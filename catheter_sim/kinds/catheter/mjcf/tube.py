@@ -21,7 +21,7 @@ from catheter_sim.kinds.catheter.layout import bending_tubes, tube_stiffness_N_m
 from catheter_sim.kinds.catheter.mjcf.drive import INEXTENSIBLE_RATIO, TURNING_SCALE_N_M_PER_RAD
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.kinds.catheter.theory.tube import SKEW_STIFFNESS
-from catheter_sim.mjcf.backend import mjcf
+from catheter_sim.mjcf.document import Element
 
 BEND_AXIS = {"x": (0, 1, 0), "y": (-1, 0, 0)}
 RIGID_N_M_PER_RAD = INEXTENSIBLE_RATIO * TURNING_SCALE_N_M_PER_RAD  # of the ends of a rigid curved tube
@@ -35,7 +35,7 @@ def tube_joint_names(segment: CatheterSegment) -> list[str]:
     return [*ends["exit"], f"twist_{segment.name}", *ends["inlet"]]
 
 
-def add_tube_end(body: mjcf.Element, robot: CatheterRobot, segment: CatheterSegment, end: str) -> None:
+def add_tube_end(body: Element, robot: CatheterRobot, segment: CatheterSegment, end: str) -> None:
     """Add the hinges of one end, "exit" (before the slide) or "inlet"; none to a rigid straight tube."""
     if segment not in bending_tubes(robot):
         return
@@ -62,13 +62,13 @@ def add_tube_end(body: mjcf.Element, robot: CatheterRobot, segment: CatheterSegm
         )
 
 
-def add_tube_springs(root: mjcf.RootElement, robot: CatheterRobot) -> None:
+def add_tube_springs(root: Element, robot: CatheterRobot) -> None:
     """Add the springs over both ends of every tube that bends; to be called after the other tendons."""
     for segment in bending_tubes(robot):
         curvature = {"x": segment.tube_curvature_x_per_m, "y": segment.tube_curvature_y_per_m}
         for axis in "xy":
             for kind, sign, factor in (("bend", 1.0, 1.0), ("skew", -1.0, SKEW_STIFFNESS)):
-                spring = root.tendon.add(
+                spring = root.part("tendon").add(
                     "fixed",
                     name=f"{kind}_{segment.name}_{axis}",
                     stiffness=factor * tube_spring(robot, segment, 0.5 * segment.stroke_m),

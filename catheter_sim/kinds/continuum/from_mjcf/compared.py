@@ -22,7 +22,7 @@ from catheter_sim.kinds.continuum.from_mjcf.hinges import Frame, Hinge
 from catheter_sim.kinds.continuum.mjcf.chain import add_chain, add_tendons
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.mjcf import names
-from catheter_sim.mjcf.backend import mjcf
+from catheter_sim.mjcf.document import Element
 
 LARGEST_DIFFERENCE = 0.02  # of the bend, and of the length: what differs by more is another robot
 _BEND_RAD = math.radians(75.0)
@@ -157,12 +157,11 @@ def _source(
 
 
 def _ours(robot: ContinuumRobot, gravity: Array) -> _Chain:
-    root = mjcf.RootElement()
-    root.compiler.angle = "radian"
-    root.compiler.boundmass = root.compiler.boundinertia = 1e-14
+    root = Element("mujoco")
+    root.add("compiler", angle="radian", boundmass=1e-14, boundinertia=1e-14)
     add_chain(root, robot)
     add_tendons(root, robot)
-    model = mujoco.MjModel.from_xml_string(root.to_xml_string(precision=12))
+    model = mujoco.MjModel.from_xml_string(root.text())
     model.opt.gravity[:] = gravity
     bodies = [body for body in range(model.nbody) if model.body_jntnum[body]]
     joints = [int(model.body_jntadr[body]) for body in bodies]

@@ -13,10 +13,6 @@ from __future__ import annotations
 
 import math
 
-import mujoco
-import numpy as np
-
-from catheter_sim.kinds.continuum.drives import outputs
 from catheter_sim.kinds.continuum.layout import (
     Link,
     Piece,
@@ -30,45 +26,33 @@ from catheter_sim.kinds.continuum.layout import (
 from catheter_sim.kinds.continuum.mjcf.meshes import tendon_width
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Tendon
 from catheter_sim.mjcf import names
-from catheter_sim.mjcf.backend import mjcf
 from catheter_sim.mjcf.colours import tendon_colour
-from catheter_sim.mjcf.mount import add_feed, add_mount, pass_feed
+from catheter_sim.mjcf.document import Element
+from catheter_sim.mjcf.mount import add_mount
+from catheter_sim.mjcf.tendons import add_feed, add_puller, add_site, add_spatial, pass_feed, rest_lengths
 
 # An inextensible tendon driven by displacement is a spring this many times stiffer than the
 # robot's bending seen from that tendon: its stretch stays below 0.1 % of the bending's share.
 INEXTENSIBLE_RATIO = 1000.0
 
 
-def add_chain(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Element]:
+def add_chain(root: Element, robot: ContinuumRobot) -> list[Element]:
     """Add the links, joints and holes of `robot`; return the base and the links' bodies."""
     bodies = _add_bodies(root, robot)
     _add_holes(root, robot, bodies)
     return bodies
 
 
-def add_tendons(root: mjcf.RootElement, robot: ContinuumRobot) -> None:
+def add_tendons(root: Element, robot: ContinuumRobot) -> None:
     """Add the tendons of `robot` through their holes."""
     for index, tendon in enumerate(robot.tendons):
-        element = root.tendon.add("spatial", name=names.tendon(tendon.name), width=tendon_width(robot))
-        element.rgba = tendon_colour(index)
+        element = add_spatial(root, tendon.name, tendon_width(robot), tendon_colour(index))
         pass_feed(element, robot, tendon.name)
         for k in range(last_disk(robot, tendon) + 1):
             element.add("site", site=names.hole(tendon.name, k))
 
 
-def rest_angles(robot: ContinuumRobot) -> np.ndarray:
-    """Return the hinges' angles in the unloaded robot, in the order of `drives.outputs` [rad]."""
-    angles = []
-    for link in links(robot):
-        segment = link.segment
-        curvature = {"x": segment.rest_curvature_x_per_m, "y": segment.rest_curvature_y_per_m}
-        angles += [curvature[axis] * link.length_m for axis in axes_of(segment)]
-        if math.isfinite(segment.torsion_stiffness_N_m2):
-            angles.append(0.0)
-    return np.array(angles)
-
-
-def _add_bodies(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Element]:
+def _add_bodies(root: Element, robot: ContinuumRobot) -> list[Element]:
     """Add the bodies and joints; return the base and the links' bodies."""
     base = add_mount(root, robot)
     chain = links(robot)
@@ -82,16 +66,16 @@ def _add_bodies(root: mjcf.RootElement, robot: ContinuumRobot) -> list[mjcf.Elem
         _add_mass(body, piece, hinge_z)
         face = link.face_z_m - link.hinge_z_m
         if link.disk:
-            body.add("site", name=names.face(link.disk), pos=(0, 0, face), size=(1e-4,), group=5)
+            add_site(body, names.face(link.disk), (0, 0, face))
         bodies.append(body)
     if foot.mass_kg > 0.0:
         _add_mass(base.add("body", name="foot"), foot, 0.0)
     last = chain[-1]
-    bodies[-1].add("site", name=names.TIP, pos=(0, 0, last.face_z_m - last.hinge_z_m), size=(1e-4,), group=5)
+    add_site(bodies[-1], names.TIP, (0, 0, last.face_z_m - last.hinge_z_m))
     return bodies
 
 
-def _add_mass(body: mjcf.Element, piece: Piece, origin_z: float) -> None:
+def _add_mass(body: Element, piece: Piece, origin_z: float) -> None:
     """Give a body whose origin is at a height of the straight robot [m] its mass."""
     body.add(
         "inertial",
@@ -101,7 +85,7 @@ def _add_mass(body: mjcf.Element, piece: Piece, origin_z: float) -> None:
     )
 
 
-def _add_joints(body: mjcf.Element, robot: ContinuumRobot, link: Link) -> None:
+def _add_joints(body: Element, robot: ContinuumRobot, link: Link) -> None:
     segment, dynamics = link.segment, robot.dynamics
 
     def hinge(name: str, axis: tuple[int, int, int], rigidity: float, rest: float, cubic: float) -> None:
@@ -132,7 +116,7 @@ def _add_joints(body: mjcf.Element, robot: ContinuumRobot, link: Link) -> None:
         hinge(f"t{link.index}", (0, 0, 1), segment.torsion_stiffness_N_m2, 0.0, 0.0)
 
 
-def _add_holes(root: mjcf.RootElement, robot: ContinuumRobot, bodies: list[mjcf.Element]) -> None:
+def _add_holes(root: Element, robot: ContinuumRobot, bodies: list[Element]) -> None:
     heights = disk_heights(robot)
     disk_links = [link for link in links(robot) if link.disk]
 
@@ -140,15 +124,12 @@ def _add_holes(root: mjcf.RootElement, robot: ContinuumRobot, bodies: list[mjcf.
         angle = hole_angle_rad(robot, tendon, height)
         return tendon.radius_m * math.cos(angle), tendon.radius_m * math.sin(angle)
 
-    def hole(body: mjcf.Element, name: str, pos: tuple[float, float, float]) -> None:
-        body.add("site", name=name, pos=pos, size=(1e-4,), group=5)
-
     for tendon in robot.tendons:
         add_feed(root, robot, tendon.name, xy(tendon, 0.0))
-        hole(bodies[0], names.hole(tendon.name, 0), (*xy(tendon, 0.0), 0.0))
+        add_site(bodies[0], names.hole(tendon.name, 0), (*xy(tendon, 0.0), 0.0))
         for link in disk_links[: last_disk(robot, tendon)]:
             position = (*xy(tendon, float(heights[link.disk])), link.face_z_m - link.hinge_z_m)
-            hole(bodies[link.index], names.hole(tendon.name, link.disk), position)
+            add_site(bodies[link.index], names.hole(tendon.name, link.disk), position)
 
 
 def drive_stiffness(robot: ContinuumRobot, tendon: Tendon) -> float:
@@ -165,30 +146,11 @@ def drive_stiffness(robot: ContinuumRobot, tendon: Tendon) -> float:
     return INEXTENSIBLE_RATIO / compliance
 
 
-def add_displacement_actuators(root: mjcf.RootElement, robot: ContinuumRobot) -> None:
+def add_displacement_actuators(root: Element, robot: ContinuumRobot) -> None:
     """Add actuators that take the tendons' displacements; to be called when the tendons are there."""
-    lengths = _rest_lengths(root, robot)
+    lengths = rest_lengths(root, robot) + [tendon.slack_m for tendon in robot.tendons]
     for index, tendon in enumerate(robot.tendons):
         name = names.tendon(tendon.name)
         stiffness = drive_stiffness(robot, tendon)
         # force = -pretension - k (displacement + length - rest length), pulls only
-        root.actuator.add(
-            "general",
-            name=name,
-            tendon=name,
-            biastype="affine",
-            gainprm=(-stiffness,),
-            biasprm=(stiffness * lengths[index] - tendon.pretension_N, -stiffness, 0.0),
-            forcerange=(-1e9, 0.0),
-        )
-
-
-def _rest_lengths(root: mjcf.RootElement, robot: ContinuumRobot) -> np.ndarray:
-    """Return the tendons' lengths in the unloaded robot, with their slack, in the robot's order [m]."""
-    model = mujoco.MjModel.from_xml_string(root.to_xml_string())
-    data = mujoco.MjData(model)
-    for name, angle in zip(outputs(robot).joints, rest_angles(robot), strict=True):
-        data.qpos[model.joint(name).qposadr[0]] = angle
-    mujoco.mj_fwdPosition(model, data)
-    lengths = [data.ten_length[model.tendon(names.tendon(tendon.name)).id] for tendon in robot.tendons]
-    return np.array(lengths) + [tendon.slack_m for tendon in robot.tendons]
+        add_puller(root, name, name, stiffness, stiffness * lengths[index] - tendon.pretension_N)

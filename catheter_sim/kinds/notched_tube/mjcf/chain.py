@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 
-import mujoco
 import numpy as np
 
 from catheter_sim.kinds.notched_tube.forces import notch_kernel
@@ -27,9 +26,10 @@ from catheter_sim.kinds.notched_tube.springs import (
 )
 from catheter_sim.kinds.notched_tube.theory.section import closing_angle
 from catheter_sim.mjcf import names
-from catheter_sim.mjcf.backend import mjcf
 from catheter_sim.mjcf.colours import tendon_colour
-from catheter_sim.mjcf.mount import add_feed, add_mount, pass_feed
+from catheter_sim.mjcf.document import Element
+from catheter_sim.mjcf.mount import add_mount
+from catheter_sim.mjcf.tendons import add_feed, add_puller, add_site, add_spatial, pass_feed, rest_lengths
 
 # An inextensible tendon driven by displacement is a spring this many times stiffer than the tube's bending
 # seen from it: its stretch stays below 0.1 % of the bending's share.
@@ -37,14 +37,14 @@ INEXTENSIBLE_RATIO = 1000.0
 _FARTHEST_RAD = math.pi  # away from the notch: further than any bend
 
 
-def add_chain(root: mjcf.RootElement, robot: NotchedTubeRobot) -> list[mjcf.Element]:
+def add_chain(root: Element, robot: NotchedTubeRobot) -> list[Element]:
     """Add the links, joints and holes of `robot`; return the base and the links' bodies."""
     row = notches(robot)
     jnt_pos, jnt_axis, body_pos, body_quat = _places(robot, row)
     bodies = [add_mount(root, robot)]
     tendon = robot.tendons[0]
     add_feed(root, robot, tendon.name, (tendon.radius_m, 0.0))
-    _site(bodies[0], names.hole(tendon.name, 0), (tendon.radius_m, 0.0, 0.0))
+    add_site(bodies[0], names.hole(tendon.name, 0), (tendon.radius_m, 0.0, 0.0))
     letters = HINGES if robot.bending_axes == "xy" else HINGES[:1]
     for k, notch in enumerate(row):
         body = bodies[-1].add("body", name=names.link(notch.index), pos=body_pos[k], quat=body_quat[k])
@@ -58,40 +58,32 @@ def add_chain(root: mjcf.RootElement, robot: NotchedTubeRobot) -> list[mjcf.Elem
             mass=notch.mass_kg,
             diaginertia=(transverse, transverse, notch.mass_kg * radius**2 / 2.0),
         )
-        _site(body, names.face(notch.index), (0.0, 0.0, uncut))
-        _site(body, names.hole(tendon.name, 2 * k + 1), (tendon.radius_m, 0.0, 0.0))
-        _site(body, names.hole(tendon.name, 2 * k + 2), (tendon.radius_m, 0.0, uncut))
+        add_site(body, names.face(notch.index), (0.0, 0.0, uncut))
+        add_site(body, names.hole(tendon.name, 2 * k + 1), (tendon.radius_m, 0.0, 0.0))
+        add_site(body, names.hole(tendon.name, 2 * k + 2), (tendon.radius_m, 0.0, uncut))
         bodies.append(body)
-    _site(bodies[-1], names.TIP, (0.0, 0.0, row[-1].uncut_m))
+    add_site(bodies[-1], names.TIP, (0.0, 0.0, row[-1].uncut_m))
     return bodies
 
 
-def add_tendon(root: mjcf.RootElement, robot: NotchedTubeRobot, width_m: float) -> None:
+def add_tendon(root: Element, robot: NotchedTubeRobot, width_m: float) -> None:
     """Add the tendon, from edge to edge, drawn with the radius `width_m`."""
     tendon = robot.tendons[0]
-    element = root.tendon.add("spatial", name=names.tendon(tendon.name), width=width_m)
-    element.rgba = tendon_colour(0)
+    element = add_spatial(root, tendon.name, width_m, tendon_colour(0))
     pass_feed(element, robot, tendon.name)
     for k in range(2 * len(notches(robot)) + 1):
         element.add("site", site=names.hole(tendon.name, k))
 
 
-def add_displacement_actuator(root: mjcf.RootElement, robot: NotchedTubeRobot) -> None:
+def add_displacement_actuator(root: Element, robot: NotchedTubeRobot) -> None:
     """Add the actuator that takes the tendon's displacement; to be called when the tendon is there."""
     tendon = robot.tendons[0]
     name, stiffness = names.tendon(tendon.name), tendon.stiffness_N_per_m
     if not math.isfinite(stiffness):
         stiffness = INEXTENSIBLE_RATIO * bending_seen_from_tendon(robot)
     # force = -pretension - k (displacement + length - rest length), pulls only
-    root.actuator.add(
-        "general",
-        name=name,
-        tendon=name,
-        biastype="affine",
-        gainprm=(-stiffness,),
-        biasprm=(stiffness * _rest_length(root, robot) - tendon.pretension_N, -stiffness, 0.0),
-        forcerange=(-1e9, 0.0),
-    )
+    (length,) = rest_lengths(root, robot)
+    add_puller(root, name, name, stiffness, stiffness * length - tendon.pretension_N)
 
 
 def _places(
@@ -122,7 +114,7 @@ def _places(
 
 
 def _add_joint(
-    body: mjcf.Element, robot: NotchedTubeRobot, notch: Notch, letter: str, pos: np.ndarray, axis: np.ndarray
+    body: Element, robot: NotchedTubeRobot, notch: Notch, letter: str, pos: np.ndarray, axis: np.ndarray
 ) -> None:
     j = HINGES.index(letter)
     stiffness, dynamics = spring_stiffness(robot, notch.segment)[j], robot.dynamics
@@ -141,7 +133,7 @@ def _add_joint(
         _close(joint, robot, notch)
 
 
-def _close(joint: mjcf.Element, robot: NotchedTubeRobot, notch: Notch) -> None:
+def _close(joint: Element, robot: NotchedTubeRobot, notch: Notch) -> None:
     """Let the hinge stop where the notch is closed, as stiff as uncut tube.
 
     MuJoCo's limit resists by k d / (1 - d) times the hinge's inertia, here nearly all armature; k and the
@@ -152,20 +144,9 @@ def _close(joint: mjcf.Element, robot: NotchedTubeRobot, notch: Notch) -> None:
     inertia = spring_stiffness(robot, notch.segment)[0] * dynamics.inertia_time_s**2
     ratio = stop_stiffness(robot, notch.segment) / (inertia * rate**2)
     hard = ratio / (1.0 + ratio)
-    joint.limited = True
-    joint.range = (-_FARTHEST_RAD, closing_angle(notch.segment))
-    joint.solreflimit = (-(rate**2), -2.0 * rate)
-    joint.solimplimit = (hard, hard, 1e-3, 0.5, 2.0)
-
-
-def _rest_length(root: mjcf.RootElement, robot: NotchedTubeRobot) -> float:
-    """Return the tendon's length in the unloaded tube [m]."""
-    model = mujoco.MjModel.from_xml_string(root.to_xml_string())
-    data = mujoco.MjData(model)
-    data.qpos[:] = model.qpos_spring
-    mujoco.mj_fwdPosition(model, data)
-    return float(data.ten_length[model.tendon(names.tendon(robot.tendons[0].name)).id])
-
-
-def _site(body: mjcf.Element, name: str, pos: tuple[float, float, float]) -> None:
-    body.add("site", name=name, pos=pos, size=(1e-4,), group=5)
+    joint.set(
+        limited=True,
+        range=(-_FARTHEST_RAD, closing_angle(notch.segment)),
+        solreflimit=(-(rate**2), -2.0 * rate),
+        solimplimit=(hard, hard, 1e-3, 0.5, 2.0),
+    )

@@ -25,15 +25,16 @@ from catheter_sim.kinds.rolling.layout import (
 from catheter_sim.kinds.rolling.spec import Rod, RollingRobot
 from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
 from catheter_sim.mjcf import names
-from catheter_sim.mjcf.backend import mjcf
 from catheter_sim.mjcf.colours import tendon_colour
-from catheter_sim.mjcf.mount import add_feed, add_mount, pass_feed
+from catheter_sim.mjcf.document import Element
+from catheter_sim.mjcf.mount import add_mount
+from catheter_sim.mjcf.tendons import add_feed, add_site, add_spatial, pass_feed
 
 _PASSIVE = (0.10, 0.11, 0.13, 1.0)  # colour of a rod that nobody pulls
 _HINGE_AXIS = ((0, 1, 0), (-1, 0, 0))  # bends toward +x, toward +y
 
 
-def add_rolling_chain(root: mjcf.RootElement, robot: RollingRobot) -> list[mjcf.Element]:
+def add_rolling_chain(root: Element, robot: RollingRobot) -> list[Element]:
     """Add the links, joints and holes of `robot`; return the base and the links' bodies."""
     chain = rolling_chain(robot)
     stiffness = chain.rest_stiffness  # the scale of damping and armature
@@ -52,9 +53,9 @@ def add_rolling_chain(root: mjcf.RootElement, robot: RollingRobot) -> list[mjcf.
             mass=mass,
             diaginertia=(transverse, transverse, mass * segment.outer_radius_m**2 / 2.0),
         )
-        _site(body, names.face(joint.index), (0.0, 0.0, joint.link_length_m))
+        add_site(body, names.face(joint.index), (0.0, 0.0, joint.link_length_m))
         bodies.append(body)
-    _site(bodies[-1], names.TIP, (0.0, 0.0, height))
+    add_site(bodies[-1], names.TIP, (0.0, 0.0, height))
     for index, rod in enumerate(rods(robot)):
         if index < chain.pulled:
             first = hole_position(rod, robot.segments[0])
@@ -63,11 +64,11 @@ def add_rolling_chain(root: mjcf.RootElement, robot: RollingRobot) -> list[mjcf.
     return bodies
 
 
-def add_rods(root: mjcf.RootElement, robot: RollingRobot) -> None:
+def add_rods(root: Element, robot: RollingRobot) -> None:
     """Add the rods as spatial tendons: the pulled ones in the tendons' colours, passive ones dark grey."""
     for index, rod in enumerate(rods(robot)):
-        element = root.tendon.add("spatial", name=names.tendon(rod.name), width=rod.rod_radius_m)
-        element.rgba = tendon_colour(index) if index < len(robot.tendons) else _PASSIVE
+        colour = tendon_colour(index) if index < len(robot.tendons) else _PASSIVE
+        element = add_spatial(root, rod.name, rod.rod_radius_m, colour)
         if index < len(robot.tendons):
             pass_feed(element, robot, rod.name)
         element.add("site", site=names.hole(rod.name, 0))
@@ -77,7 +78,7 @@ def add_rods(root: mjcf.RootElement, robot: RollingRobot) -> None:
 
 
 def _add_joint(
-    body: mjcf.Element, robot: RollingRobot, joint: RollingJoint, chain: RollingChain, stiffness: float
+    body: Element, robot: RollingRobot, joint: RollingJoint, chain: RollingChain, stiffness: float
 ) -> None:
     k = joint.index - 1
     contact = [0.0, 0.0, 0.0]
@@ -96,16 +97,12 @@ def _add_joint(
     )
 
 
-def _add_holes(bodies: list[mjcf.Element], robot: RollingRobot, rod: Rod, mouth: np.ndarray) -> None:
+def _add_holes(bodies: list[Element], robot: RollingRobot, rod: Rod, mouth: np.ndarray) -> None:
     joints = rolling_joints(robot)
     position = hole_position(rod, joints[0].segment)
-    _site(bodies[0], names.hole(rod.name, 0), (*position, -rod.countersink_m))
+    add_site(bodies[0], names.hole(rod.name, 0), (*position, -rod.countersink_m))
     for joint in joints[: last_joint(robot, rod)]:
         x, y = hole_position(rod, joint.segment)
         body = bodies[joint.index]
-        _site(body, f"mouth_{rod.name}_{joint.index}", (x, y, float(mouth[joint.index - 1])))
-        _site(body, names.hole(rod.name, joint.index), (x, y, joint.link_length_m - rod.countersink_m))
-
-
-def _site(body: mjcf.Element, name: str, pos: tuple[float, float, float]) -> None:
-    body.add("site", name=name, pos=[float(value) for value in pos], size=(1e-4,), group=5)
+        add_site(body, f"mouth_{rod.name}_{joint.index}", (x, y, float(mouth[joint.index - 1])))
+        add_site(body, names.hole(rod.name, joint.index), (x, y, joint.link_length_m - rod.countersink_m))
