@@ -11,9 +11,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import Drive, Outputs, Quantity, shares, sums
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.remembered import by_identity
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown

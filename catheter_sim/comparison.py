@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.tables import Array, Table, own_clock
+from catheter_sim.tables import Table, own_clock
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,12 +16,10 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
-from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, cut, shown
 from catheter_sim.files import placed_when_whole
-
-Array = NDArray[np.float64]
 
 MAX_ROWS = 100_000  # of a file; held rows would take an hour and more
 _LATEST_S = 1e11  # three thousand years: epoch seconds lie below, epoch milliseconds above

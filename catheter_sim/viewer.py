@@ -17,8 +17,8 @@ from typing import Any, Protocol
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import drives_of
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.quick_model import input_range, quick_model
 from catheter_sim.errors import InputError

@@ -28,6 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.folders import write_dataset
 from catheter_sim.blind_bench.histories import history
 from catheter_sim.blind_bench.makers import CannotMake, simulated
@@ -36,7 +37,7 @@ from catheter_sim.cli.arguments import whole_number
 from catheter_sim.diagnosis.pipeline import diagnose
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.errors import InputError
-from catheter_sim.tables import Array, read_table, write_table
+from catheter_sim.tables import read_table, write_table
 
 NOISE_MM = 0.1
 HIDDEN = {"actuation_gain": {"scale": 0.85}, "rate": {"lag_s": 0.6}}

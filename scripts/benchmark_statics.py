@@ -17,8 +17,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
 from catheter_sim.kinds.continuum.theory.tdcr import cc, lumped, rods
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, LINKS, LINKS_MIDDLE

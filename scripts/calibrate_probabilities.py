@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.places import read_json
 from catheter_sim.diagnosis.report.result import DATA_SUSPECT
 from catheter_sim.diagnosis.verdict.evidence import Evidence, from_numbers
@@ -36,7 +37,6 @@ from catheter_sim.diagnosis.verdict.probabilities import (
     features_of_rival,
 )
 from catheter_sim.effects import EFFECTS
-from catheter_sim.tables import Array
 
 SPREAD = 0.5  # standard deviation of a believed weight, of itself: a few dozen answers change it
 FOLDS = 10

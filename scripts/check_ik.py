@@ -24,8 +24,8 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.posture import Array
 from catheter_sim.files import placed_when_whole
 from catheter_sim.planning.drives import inputs_at, plan_drives
 from catheter_sim.planning.inverse import CORRECTIONS, Plan, inverse_kinematics

@@ -27,10 +27,10 @@ import numpy as np
 from convert_trunk import AXIS_MM, DEFAULT_OUTPUT, MASSES, PULLS, SPOOL_MM, tendons
 from scipy.signal import welch
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.replay import simulate

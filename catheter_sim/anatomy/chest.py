@@ -14,7 +14,7 @@ import numpy as np
 import trimesh
 
 from catheter_sim.anatomy.ranges import drawn, middles
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 # Least and largest value of every number of a random anatomy; assumed, unless another source is given.
 RANGES: dict[str, tuple[float, float]] = {

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from itertools import takewhile
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.histories import history
 from catheter_sim.blind_bench.makers import CannotMake, Simulated, twin_outputs
 from catheter_sim.blind_bench.outside import OUTSIDE, Outside, drawn_numbers
@@ -27,7 +28,7 @@ from catheter_sim.blind_bench.sizes import (
 from catheter_sim.channels import drives_of
 from catheter_sim.core.drive import Quantity
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.nuisance import Nuisance, nuisances_of

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.draw import truth
 from catheter_sim.blind_bench.make import Made
 from catheter_sim.blind_bench.places import ANSWER, Folders, write_json, write_tables
@@ -13,7 +14,6 @@ from catheter_sim.blind_bench.robots import BenchRobot
 from catheter_sim.catalogue import read_toml, robot_toml
 from catheter_sim.channels import channel_inputs, input_channels, read_inputs
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Trial

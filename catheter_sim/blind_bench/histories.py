@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.robots import BenchRobot
 from catheter_sim.channels import drives_of, input_channels, tendon_inputs
 from catheter_sim.core.drive import Quantity
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.units import si_factor
 
 CYCLE_ROWS = 15

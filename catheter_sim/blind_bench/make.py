@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.alike import TOLD_APART, distance
 from catheter_sim.blind_bench.draw import (
     TRAINING,
@@ -32,7 +33,6 @@ from catheter_sim.blind_bench.outside import Outside, RandomSlip
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 from catheter_sim.blind_bench.sizes import LARGEST, SMALLEST, over_noise
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.nuisance import nuisances_of
 from catheter_sim.diagnosis.data.trials import Trial

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.outside import Outside
 from catheter_sim.blind_bench.robots import BenchRobot
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.errors import InputError

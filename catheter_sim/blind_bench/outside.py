@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import pulls_alone
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 
 _SLIPS_A_ROW = 0.12  # share of the rows at which a tendon slips
 

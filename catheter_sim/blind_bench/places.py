@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.robots import BenchRobot
 from catheter_sim.catalogue import robot_toml
 from catheter_sim.channels import input_channels
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table, replaced_when_whole, write_table
 

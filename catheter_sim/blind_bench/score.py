@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.alike import TOLD_APART, distance
 from catheter_sim.blind_bench.folders import TRUTH, read_aside, robot_as_written
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.dataset import load_dataset

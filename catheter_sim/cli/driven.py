@@ -11,12 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import check_output_channels, read_inputs
 from catheter_sim.cli import arguments
 from catheter_sim.columns import output_table
 from catheter_sim.core.inputs import Inputs, slice_inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in, in_force
 from catheter_sim.errors import InputError

@@ -12,11 +12,11 @@ from typing import cast
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.controllers import motor
 from catheter_sim.controllers.feedforward import MODELS, along, feedforward
 from catheter_sim.controllers.loop import ControlRun, Tracker, joint_kinds_of, run
 from catheter_sim.controllers.pid import RATE_HZ, Gains, Pid
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds import kind_of

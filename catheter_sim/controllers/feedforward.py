@@ -16,7 +16,7 @@ from typing import Protocol
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds.catheter.layout import is_four_dof, is_transseptal, moved_segment
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment

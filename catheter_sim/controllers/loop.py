@@ -17,9 +17,9 @@ from typing import Any, Protocol
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.controllers import motor
 from catheter_sim.controllers.pid import RATE_HZ, Pid
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds import KINDS, kind_of
 from catheter_sim.progress import counted

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import signal
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 GEAR = 1.0 / 380.0  # K_g, Fig. 5
 PULLEY_RADIUS_M = 7.19e-3  # Section II-A

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 
 def ticks_s(duration_s: float, rate_hz: float) -> Array:

@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.remembered import by_identity
 from catheter_sim.core.robot import R
 

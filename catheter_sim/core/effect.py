@@ -15,8 +15,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Observed
+from catheter_sim.core.posture import Observed
 from catheter_sim.core.robot import RobotSpec
 
 Values = Mapping[str, float]  # parameter name (with file unit) -> value in that unit

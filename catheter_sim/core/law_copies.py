@@ -11,8 +11,8 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import RobotInModel
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 
 R_in = TypeVar("R_in", bound=RobotSpec, contravariant=True)

@@ -28,7 +28,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
 

@@ -21,8 +21,8 @@ from typing import Protocol
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import Drive, Quantity, shares
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
 

@@ -8,10 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import channel_gains, channel_of
 from catheter_sim.core.drive import Quantity, quantity_of
 from catheter_sim.core.effect import Parameter, Values
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects._places import sizes
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Values
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.mechanics.lag import Past, lagged, late_step
 

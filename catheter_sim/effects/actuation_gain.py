@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import channel_gains
 from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Values
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects._channels import (
     TO_SI,

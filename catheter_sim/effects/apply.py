@@ -18,11 +18,12 @@ from typing import Generic, cast
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import driven_by, pulls_alone, quantity_of
 from catheter_sim.core.effect import Form, Memory, Stage, Values
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.markers import marker_points
-from catheter_sim.core.posture import Array, Observed, Posture
+from catheter_sim.core.posture import Observed, Posture
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError, unknown

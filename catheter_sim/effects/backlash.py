@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects._channels import (
     actuation_unit,

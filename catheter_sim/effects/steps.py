@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Memory, Stage
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Observed
+from catheter_sim.core.posture import Observed
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import Act, acts, nearest_rotations, pulled_only
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import Quantity, quantity_of
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.numbers import number, with_values
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects._places import added_at, places
 

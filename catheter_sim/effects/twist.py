@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects._places import added_everywhere, places, sizes
 

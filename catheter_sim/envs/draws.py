@@ -12,12 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array, Index
 from catheter_sim.core.drive import Quantity
-from catheter_sim.core.posture import Array
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.robots import Robots
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.mechanics.arrays import Index
 
 RAMP_S = 1.0  # simulated time from rest to the drives' goal, before the robot settles
 PULLED_SHARE = 0.5  # of the tension drives in a random draw: single tendons and antagonists alike

@@ -10,9 +10,9 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from catheter_sim.arrays import Index
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.robots import Robots, Together
-from catheter_sim.mechanics.arrays import Index
 
 T = TypeVar("T")
 

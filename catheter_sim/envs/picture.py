@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.envs.arguments import checked_whole
 from catheter_sim.errors import InputError, shown
 from catheter_sim.modelling.scene import View

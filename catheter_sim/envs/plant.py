@@ -9,7 +9,8 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import check_effects, embodied, remembers_what_was_seen, reshaping
 from catheter_sim.effects.steps import Commands, Sight

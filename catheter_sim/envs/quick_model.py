@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import actuations
-from catheter_sim.core.posture import Array
 from catheter_sim.core.quick_model import QuickModel
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import unknown

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.settings import Settings
 from catheter_sim.envs.arguments import checked_options, checked_whole

@@ -12,10 +12,9 @@ from typing import Protocol
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array, Index
 from catheter_sim.envs.plant import START_S, Plant
 from catheter_sim.errors import SimulationDiverged
-from catheter_sim.mechanics.arrays import Index
 from catheter_sim.pictures.state import State, state_of
 from catheter_sim.simulation.copies import Copies, copied_together
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 # A change of a drive by its whole range weighs as much as a miss by this share of the robot's
 # length: it keeps antagonists from working against each other, and steps small near a singularity.

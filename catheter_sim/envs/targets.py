@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.envs.draws import PULLED_SHARE, RAMP_S, Found, Path, random_paths, random_targets
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.robots import OneByOne

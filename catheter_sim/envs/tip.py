@@ -10,9 +10,9 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.drive import Quantity
-from catheter_sim.core.posture import Array
 from catheter_sim.core.quick_model import DriveLevels
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.settings import SAID, Settings, settings_table

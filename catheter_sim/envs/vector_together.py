@@ -12,7 +12,7 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array, Index
 from catheter_sim.envs import EPISODE_STEPS
 from catheter_sim.envs.arguments import (
     checked_above_zero,
@@ -39,7 +39,6 @@ from catheter_sim.envs.tip import (
 )
 from catheter_sim.envs.track import TrackEnv, angle_between, cost_of, followed
 from catheter_sim.errors import InputError, shown
-from catheter_sim.mechanics.arrays import Index
 from catheter_sim.pictures.images import Picture
 from catheter_sim.pictures.state import State
 from catheter_sim.units import in_file_units

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Timing
-from catheter_sim.core.posture import Array
 from catheter_sim.exporting.causes import Affine
 from catheter_sim.mjcf.document import Element
 

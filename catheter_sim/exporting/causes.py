@@ -13,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import quantity_of
 from catheter_sim.core.effect import Form, Stage, Timing, Values
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Observed
+from catheter_sim.core.posture import Observed
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects

@@ -10,9 +10,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import pulls_alone
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.quick_model import DriveLevels
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.kinds import face_of

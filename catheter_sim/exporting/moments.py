@@ -24,7 +24,7 @@ import mujoco
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.exporting.paths import Shift
 
 KNOTS = 8  # of the piecewise linear part, evenly over the hinge's range

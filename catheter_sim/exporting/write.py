@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import body_count, drives_of, input_channels
 from catheter_sim.core.drive import Quantity, shares
 from catheter_sim.core.effect import Stage
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.quick_model import DriveLevels
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in, check_effects

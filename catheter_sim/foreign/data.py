@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import read_toml
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.dataset import (
     channel_list,
     check_keys,

@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.foreign import causes
 from catheter_sim.foreign.causes import Number
 from catheter_sim.foreign.model import ForeignModel

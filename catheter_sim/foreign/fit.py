@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.foreign.causes import Number, Values, Variant
 from catheter_sim.foreign.thresholds import BLOCK_S, STEPS
 from catheter_sim.foreign.twin import Runner, Trial

@@ -17,7 +17,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, cut, unknown
 
 CONTROL = "control_"

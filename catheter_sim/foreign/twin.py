@@ -16,7 +16,7 @@ import numpy as np
 from mujoco import rollout
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.foreign import causes
 from catheter_sim.foreign.causes import Values
 from catheter_sim.foreign.model import ForeignModel

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.mapping.file_map import file_map
 from catheter_sim.diagnosis.data.mapping.mapped import channels_of, seconds_of

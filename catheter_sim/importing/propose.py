@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import body_count, input_channels
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.mapping.layouts import read_raw
 from catheter_sim.diagnosis.data.mapping.raw_file import RawFile

@@ -20,8 +20,8 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import check_output_channels
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, cut, shown
 from catheter_sim.lab.rig import Limits, Said, asked_columns, completed, named_robot

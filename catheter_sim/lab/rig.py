@@ -9,9 +9,9 @@ from typing import Protocol
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import ROBOTS, load_robot
 from catheter_sim.channels import drives_of, input_channels
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import Table, time_text

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import Course, drawn_courses
 from catheter_sim.blind_bench.nature.engine import CannotMake, columns_of, looked_at, simulated
 from catheter_sim.blind_bench.nature.form import Acting, Form, Planted
@@ -27,7 +28,6 @@ from catheter_sim.blind_bench.nature.specimen import Specimen, drawn_specimen, s
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS, BenchRobot
 from catheter_sim.channels import check_output_channels, drives_of
 from catheter_sim.core.drive import Quantity
-from catheter_sim.core.posture import Array
 from catheter_sim.core.published import Trials
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown

@@ -11,11 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.mechanics.arcs_kernel import fill_frames
-
-Array = NDArray[np.float64]
 
 _SMALL = 1e-3  # [rad] below it the series is exact to the last bit
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from catheter_sim.mechanics.arrays import Array, Index
+from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled, compiled_in_place
 
 _SMALL2 = 1e-6  # [rad^2] below it the series is exact to the last bit

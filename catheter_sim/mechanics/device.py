@@ -6,8 +6,8 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import RobotInModel
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from numba.extending import overload
 
-from catheter_sim.mechanics.arrays import Array
+from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import compiled_in_place
 from catheter_sim.mechanics.eight import eight, select_less
 from catheter_sim.mechanics.linear import solve_columns

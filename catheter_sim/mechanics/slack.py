@@ -9,12 +9,9 @@ the command changed. Index i picks among m copies.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def clamp_of_slack(force_before: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 _BESIDE_SHARE = 0.1  # of a step's bend, beside tendons of one end that move all but alone
 _ROUNDING = 1e-9

@@ -8,13 +8,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled_in_place
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @compiled_in_place

@@ -6,7 +6,7 @@ NumPy's own expressions would be shorter, make an array each, and take LLVM ten 
 
 from __future__ import annotations
 
-from catheter_sim.mechanics.arrays import Array
+from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import compiled_in_place
 
 

@@ -19,7 +19,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from catheter_sim.mjcf.solids import Array, triangles
+from catheter_sim.arrays import Array
+from catheter_sim.mjcf.solids import triangles
 
 _CLOSE_RAD = 1e-2  # from a circle's crossing with a line: a regular corner nearer than this is left out
 _APART = 1e-4  # of the outer radius: lines nearer than that to the one before are left out

@@ -15,7 +15,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from catheter_sim.arrays import Array
 
 
 def circle(radius: float, sections: int, centre: tuple[float, float] = (0.0, 0.0)) -> Array:

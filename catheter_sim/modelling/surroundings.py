@@ -14,10 +14,10 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Dynamics
 from catheter_sim.mjcf import parts
 from catheter_sim.mjcf.document import Element
-from catheter_sim.mjcf.solids import Array
 
 INSERTION, ROLL = "insertion", "roll"  # joints under the robot's base, and the actuators that move them
 CARRIER = "catheter"  # the body that carries the robot

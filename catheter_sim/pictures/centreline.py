@@ -6,7 +6,8 @@ says (`picture.py`).
 
 from __future__ import annotations
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.kinds import kind_of
 

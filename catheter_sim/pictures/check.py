@@ -15,7 +15,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.pictures.backend import open_renderer
 from catheter_sim.pictures.centreline import centreline, shows_centreline

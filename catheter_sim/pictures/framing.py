@@ -8,12 +8,10 @@ from itertools import product
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.modelling.scene import FOVY_DEG, View
 from catheter_sim.pictures.state import State, put
-
-Array = NDArray[np.float64]
 
 _MARGIN = 1.06  # picture over what is to be seen
 _VISIBLE_GROUPS = 3  # MuJoCo shows the geom groups 0 to 2

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import channel_inputs, input_channels
 from catheter_sim.core.inputs import Inputs, slice_inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.modelling.model_cache import remembered_mjcf

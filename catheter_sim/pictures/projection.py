@@ -11,11 +11,9 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.errors import unknown
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds import kind_of
 from catheter_sim.pictures.tendon_paint import PulledTendons, stretch_tensions
 from catheter_sim.simulation.simulator import Simulator

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 Function = Callable[[Array], Array]  # points (B, d) to misses (B, m); NaN where there is none
 

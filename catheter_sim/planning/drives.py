@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import PUBLISHED
 from catheter_sim.channels import drives_of
 from catheter_sim.core.drive import sums
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds import face_of

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import check_effects
 from catheter_sim.planning.drives import PlanDrives, inputs_at

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.columns import posture_columns
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import SimulationDiverged
 from catheter_sim.planning.bounded import Found, least_squares

@@ -14,8 +14,9 @@ from functools import partial
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture, finite_rows
+from catheter_sim.core.posture import Posture, finite_rows
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.kinds import kind_of

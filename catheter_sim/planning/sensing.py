@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import channel_inputs, drives_of, output_channels, read_inputs, tendon_inputs
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.numbers import number, si_of, with_values
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in
 from catheter_sim.errors import InputError

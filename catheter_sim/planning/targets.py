@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import QUATERNION, check_output_channels, output_channels
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import Table

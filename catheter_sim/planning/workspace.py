@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import QUATERNION
 from catheter_sim.core.drive import Quantity, quantity_of
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in
 from catheter_sim.errors import InputError

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.anatomy.ranges import drawn, middles
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 # Least and largest value of every number of a random anatomy. Assumed, unless another source is given: an
 # enlarged atrium, as where a valve leaks.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from catheter_sim.anatomy.wall import Wall
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.procedure.anatomy import WALL_M, Anatomy, centre_m, coaptation_axes, inward, semi_axes_m
 
 AROUND, UPWARD = 36, 15  # cells of the grid

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 WALL_N_PER_M = 200.0  # of the wall under one element of the robot; assumed: 0.2 N for each millimetre
 

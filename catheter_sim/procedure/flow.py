@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.procedure.frames import DOWN
 
 BEATS_PER_S = 70.0 / 60.0  # Nayar 2022, Section IV-F

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 DOWN = np.array([0.0, 0.0, -1.0])  # along the valve's axis, into the ventricle
 

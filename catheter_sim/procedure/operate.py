@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.effects.apply import wholly_built_in
 from catheter_sim.kinds.catheter.mjcf.implant import ACTUATOR, ARMS
 from catheter_sim.kinds.catheter.spec import CatheterRobot

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import is_four_dof, is_transseptal, moving
 from catheter_sim.kinds.catheter.mjcf.implant import IMPLANT_M, hinge_place_m, holder_length_m

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.mjcf.solids import together
 from catheter_sim.procedure.anatomy import LEAFLET_M, Anatomy, coaptation_axes
 

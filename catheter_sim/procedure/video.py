@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.modelling.scene import View
 from catheter_sim.pictures.backend import open_renderer

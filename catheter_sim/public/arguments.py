@@ -12,8 +12,8 @@ from catheter_sim.core.requirements import flag_of, number_of, whole_of
 from catheter_sim.errors import InputError, shown
 
 if TYPE_CHECKING:
+    from catheter_sim.arrays import Array
     from catheter_sim.core.robot import RobotSpec
-    from catheter_sim.tables import Array
 
 AT_REST = (0.0, 0.0, 0.0)  # no gravity
 _MOST_JOBS = 256

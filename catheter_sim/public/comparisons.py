@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from catheter_sim.core.robot import RobotSpec
     from catheter_sim.diagnosis.data.trials import Dataset
     from catheter_sim.diagnosis.report.result import Cause
-    from catheter_sim.diagnosis.since.compare import Comparison as Result
+    from catheter_sim.diagnosis.since.compare import Comparison as Compared
     from catheter_sim.diagnosis.since.series import Series
 
     Recording = Dataset | str | os.PathLike[str]
@@ -56,7 +56,7 @@ class Comparison:
         0.5
     """
 
-    result: Result
+    result: Compared
     over_time: Series | None = None
 
     @property

@@ -17,10 +17,11 @@ from catheter_sim.public.listing import Listing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from catheter_sim.arrays import Array
     from catheter_sim.controllers.comparison import Setting
     from catheter_sim.controllers.loop import ControlRun
     from catheter_sim.core.robot import RobotSpec
-    from catheter_sim.tables import Array, Table
+    from catheter_sim.tables import Table
 
 PAPER = ("pk", "te", "te+pid")  # Nayar 2023, Section IV-A
 PID = (0.01, 0.2, 0.0001)  # printed there; units as read in `controllers.pid`

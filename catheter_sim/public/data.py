@@ -15,11 +15,12 @@ from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.public.arguments import AT_REST, gravity_of, mapping_of, path_of, robot_of
 
 if TYPE_CHECKING:
+    from catheter_sim.arrays import Array
     from catheter_sim.core.inputs import Inputs
     from catheter_sim.core.robot import RobotSpec
     from catheter_sim.core.settings import Settings
     from catheter_sim.diagnosis.data.trials import Dataset
-    from catheter_sim.tables import Array, Table
+    from catheter_sim.tables import Table
 
 
 def load_robot(ref: str | os.PathLike[str], settings: Settings = ()) -> RobotSpec:

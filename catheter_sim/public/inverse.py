@@ -17,10 +17,11 @@ from catheter_sim.public.listing import Listing, data_frame, listing_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from catheter_sim.arrays import Array
     from catheter_sim.core.inputs import Inputs
     from catheter_sim.core.robot import RobotSpec
     from catheter_sim.planning.inverse import Plan
-    from catheter_sim.tables import Array, Table
+    from catheter_sim.tables import Table
 
 CORRECTIONS = 3
 

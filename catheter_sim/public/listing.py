@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
-from catheter_sim.tables import Array, replaced_when_whole
+from catheter_sim.tables import replaced_when_whole
 
 _WIDEST = 60  # characters of a cell as text
 _SHOWN_ROWS = 30  # in a notebook

@@ -15,9 +15,9 @@ from catheter_sim.public.listing import Listing, data_frame, listing_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from catheter_sim.arrays import Array
     from catheter_sim.core.robot import RobotSpec
     from catheter_sim.planning.workspace import Workspace as Cloud
-    from catheter_sim.tables import Array
 
 _MOST_SAMPLES = 100_000
 

@@ -18,8 +18,9 @@ from catheter_sim.public.listing import data_frame, listing_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from catheter_sim.arrays import Array
     from catheter_sim.core.inputs import Inputs
-    from catheter_sim.core.posture import Array, Posture
+    from catheter_sim.core.posture import Posture
     from catheter_sim.core.robot import RobotSpec
     from catheter_sim.pictures.state import State
     from catheter_sim.simulation.simulator import Simulator

@@ -8,9 +8,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import Drive, Quantity
 from catheter_sim.core.law import Controls, Pulls, RobotInModel
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, shown
 from catheter_sim.mechanics.slack import clamp_slack

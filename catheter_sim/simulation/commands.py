@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.loads import LinkForce
-from catheter_sim.core.posture import Array
 from catheter_sim.simulation.simulator import Simulator
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import RobotInModel
-from catheter_sim.core.posture import Array
 
 FARTHEST_RAD = 20.0  # a hinge beyond has wound up
 FARTHEST_M = 10.0  # a slide beyond has flown off

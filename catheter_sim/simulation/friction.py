@@ -29,8 +29,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import Law, Step, TendonPaths, Turns
-from catheter_sim.core.posture import Array
 from catheter_sim.mechanics.capstan.moving import step_over_inertia
 from catheter_sim.mechanics.capstan.together import busy_spans, solve_tensions
 from catheter_sim.mechanics.tendon_rows import TendonRows

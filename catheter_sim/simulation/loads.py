@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import RobotInModel
 from catheter_sim.core.loads import LinkForce, check_links
-from catheter_sim.core.posture import Array
 from catheter_sim.mjcf import names
 
 

@@ -16,9 +16,9 @@ from threading import Lock
 import joblib
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import outputs_of
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import TwinStates
 from catheter_sim.errors import InputError, SimulationDiverged

@@ -13,8 +13,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from catheter_sim.core.posture import Array
-from catheter_sim.mechanics.arrays import Index
+from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.simulation.site_tendons import SiteTendons, find_slopes_of
 

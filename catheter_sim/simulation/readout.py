@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import Outputs
 from catheter_sim.core.law import RobotInModel
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.mjcf import names
 from catheter_sim.simulation.actuation import Actuation
 from catheter_sim.simulation.law_list import LawList

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name, slice_inputs
 from catheter_sim.core.loads import LinkForce
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import in_force
 from catheter_sim.errors import InputError, SimulationDiverged

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 
 class ServoLag:

@@ -11,12 +11,13 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import robot_of
 from catheter_sim.channels import checked_actuation
 from catheter_sim.core.drive import Quantity, driven_by
 from catheter_sim.core.law import RobotInModel, Step
 from catheter_sim.core.loads import LinkForce
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import wholly_built_in
 from catheter_sim.errors import InputError, SimulationDiverged, require_type, shown

@@ -18,10 +18,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Int32 = NDArray[np.int32]
 
 

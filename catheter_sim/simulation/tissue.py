@@ -21,7 +21,7 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.modelling.surroundings import TOUCH
 from catheter_sim.simulation import tissue_kernel
 

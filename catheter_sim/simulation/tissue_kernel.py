@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SAME = 0.99  # cosine: two contacts with normals nearer to each other than 8 deg press once
 NOTHING = 1e-12  # in place of D: a contact that presses with nothing

@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import outputs_of
 from catheter_sim.columns import Shown, shown_by, with_markers, write_columns
 from catheter_sim.core.inputs import Inputs, numbers_of
 from catheter_sim.core.loads import with_tip_weight
-from catheter_sim.core.posture import Array, Observed
+from catheter_sim.core.posture import Observed
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import OneByOne, Twin, TwinStates
 from catheter_sim.effects.apply import (

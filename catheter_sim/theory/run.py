@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, require_tip_loads_alone
 from catheter_sim.core.kind import Kind
 from catheter_sim.core.loads import with_tip_weight
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.core.statics import StaticModel

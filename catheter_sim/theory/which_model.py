@@ -24,8 +24,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in
 from catheter_sim.errors import InputError, unknown

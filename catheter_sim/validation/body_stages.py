@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section
 from catheter_sim.simulation.replay import simulate

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
 from catheter_sim.kinds.rolling.theory.complete import complete

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import leaves, to_document
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.diagnosis.data.parting import split
 from catheter_sim.diagnosis.data.trials import Trial, measured_of

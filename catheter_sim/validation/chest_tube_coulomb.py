@@ -11,7 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory import rods
 from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain

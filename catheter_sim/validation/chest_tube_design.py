@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.rolling.robots.chest_tube import (
     SYMMETRIC_ARM_M,
     SYMMETRIC_RADIUS_M,

@@ -14,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
 from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain

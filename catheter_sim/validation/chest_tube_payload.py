@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.spec import Rod, RollingRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator

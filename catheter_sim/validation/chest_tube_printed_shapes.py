@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.replay import simulate

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube_section_printed_shapes
 from catheter_sim.kinds.rolling.theory.complete import complete

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.kinds.rolling.layout import hole_position, rods
+from catheter_sim.kinds.rolling import layout
 from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube, chest_tube_section
 from catheter_sim.kinds.rolling.spec import Rod, RollingRobot
 from catheter_sim.kinds.rolling.theory.complete import complete
@@ -147,7 +147,7 @@ def _sizes(robot: RollingRobot) -> list[Requirement]:
     length = sum(segment.length_m for segment in robot.segments) * 1e3
     outer = 2e3 * max(segment.outer_radius_m for segment in robot.segments)
     inner = 2e3 * robot.channel_radius_m
-    free = 2e3 * min(_free_radius(robot, rod) for rod in rods(robot))
+    free = 2e3 * min(_free_radius(robot, rod) for rod in layout.rods(robot))
     whole = "" if len(robot.segments) > 1 else "; the base section alone"
     return [
         Requirement(
@@ -173,7 +173,7 @@ def _sizes(robot: RollingRobot) -> list[Requirement]:
 def _free_radius(robot: RollingRobot, rod: Rod) -> float:
     """Return the distance from the axis to the nearest edge of a rod's holes [m]."""
     hole = rod.rod_radius_m + robot.clearance_m
-    return min(float(np.linalg.norm(hole_position(rod, segment))) for segment in robot.segments) - hole
+    return min(float(np.linalg.norm(layout.hole_position(rod, segment))) for segment in robot.segments) - hole
 
 
 def _freedom(bends: Sequence[Bend]) -> Requirement:

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube_section
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain
 from catheter_sim.kinds.rolling.theory.complete import complete

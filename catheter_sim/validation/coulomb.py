@@ -11,7 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.continuum.robots.neuroendoscope import CELL_LENGTH_M, EYELET_OFFSET_M
 
 SLIDES_M = 2e-6  # what counts as sliding between two rows; rest leaves less

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 
 NO_GRAVITY = np.zeros(3)
 

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.catheter.layout import hinge_counts, hinge_heights_m, moved_segment, moving, turning
 from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment

@@ -22,12 +22,12 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.controllers import loop, motor
 from catheter_sim.controllers.feedforward import along, feedforward
 from catheter_sim.controllers.pid import RATE_HZ, Pid
 from catheter_sim.controllers.tool_tracker import ToolTracker
 from catheter_sim.controllers.trajectories import through, ticks_s
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal
 from catheter_sim.kinds.catheter.robots.mitral_measured import mitral_4dof_measured
 from catheter_sim.kinds.catheter.spec import CatheterRobot

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.forces.stretch import StretchingTendon
 from catheter_sim.kinds.catheter.theory.elongation import PRINTED, tension_along
 from catheter_sim.validation import mitral_plots

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.kinds.catheter.layout import joint_stiffness, ring_length_m
 from catheter_sim.kinds.catheter.robots.materials import (

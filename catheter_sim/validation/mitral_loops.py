@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.catheter.layout import moved_segment
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.kinds.catheter.theory import modified

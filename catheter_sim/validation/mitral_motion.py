@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.layout import moved_segment
 from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal, mitral_transseptal_tube
 from catheter_sim.kinds.catheter.spec import CatheterRobot

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope, neuroendoscope_section
 from catheter_sim.kinds.continuum.spec import ContinuumRobot

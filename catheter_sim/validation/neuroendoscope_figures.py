@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
 from catheter_sim.kinds.continuum.robots.neuroendoscope import (
     neuroendoscope,

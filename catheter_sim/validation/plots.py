@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.tables import replaced_when_whole
 from catheter_sim.validation.body_stages import Stage
 from catheter_sim.validation.shown import Against, Loop, Profiles, TermCurves

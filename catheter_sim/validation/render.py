@@ -8,8 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.pictures.check import TOLERANCE_PX, check_render
 from catheter_sim.simulation.replay import simulate

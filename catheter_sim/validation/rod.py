@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.loads import LinkForce
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Dynamics, Friction
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment
 from catheter_sim.resources import assets_folder

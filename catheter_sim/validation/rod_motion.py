@@ -16,8 +16,8 @@ import mujoco
 import numpy as np
 from scipy.optimize import brentq
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Dynamics
 from catheter_sim.kinds.continuum.layout import links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Tendon

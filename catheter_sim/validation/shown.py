@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
 from catheter_sim.kinds.continuum.theory.constant_curvature import constant_curvature
 from catheter_sim.resources import assets_folder

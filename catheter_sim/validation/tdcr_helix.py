@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.lines import Line

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from catheter_sim.tables import replaced_when_whole
 
 if TYPE_CHECKING:
-    from catheter_sim.core.posture import Array
+    from catheter_sim.arrays import Array
     from catheter_sim.validation.tdcr_tips import Scores
 
 _COLOURS = {

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.kinds.continuum.robots.spacer_disk import DISK_RADIUS_M, SEGMENT_LENGTH_M, spacer_disk
 from catheter_sim.kinds.continuum.spec import ContinuumRobot

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.in_motion import draw, finer, run
 from catheter_sim.blind_bench.in_motion.draw import CAUSES, HANGING
 from catheter_sim.blind_bench.in_motion.finer import Specimen, arriving, measured
 from catheter_sim.columns import posture_columns
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.effects import EFFECTS
 from catheter_sim.simulation.replay import simulate

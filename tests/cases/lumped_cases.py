@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk

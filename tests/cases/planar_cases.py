@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section

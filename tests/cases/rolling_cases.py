@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 
 NO_GRAVITY = np.zeros(3)
 HANGING = np.array([0.0, 0.0, 9.81])

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.controllers import loop, motor
 from catheter_sim.controllers.feedforward import along, feedforward
 from catheter_sim.controllers.pid import Pid
 from catheter_sim.controllers.trajectories import through, ticks_s
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
 from catheter_sim.kinds.catheter.spec import CatheterRobot

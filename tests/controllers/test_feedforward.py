@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from catheter_sim.arrays import Array
 from catheter_sim.controllers.feedforward import along, feedforward
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal
 from catheter_sim.kinds.catheter.spec import CatheterRobot

@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from planted import as_inputs, small_robot
 
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.tables import Array, Table
+from catheter_sim.tables import Table
 
 LOOPS, ROWS = 8, 24
 

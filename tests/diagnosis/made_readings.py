@@ -10,10 +10,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
-from catheter_sim.tables import Array, Table
+from catheter_sim.tables import Table
 
 COLUMNS = ("tip_x_mm", "tip_z_mm", "body_5_x_mm", "body_5_z_mm")
 NOISE_MM = 0.2

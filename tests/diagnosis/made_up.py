@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.data.trials import Dataset, Trial
-from catheter_sim.tables import Array, Table
+from catheter_sim.tables import Table
 
 
 def pulled_by(pull: Array, measured: Mapping[str, Array]) -> Dataset:

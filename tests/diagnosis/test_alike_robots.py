@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from planted import as_inputs
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.kinds.continuum.theory import planar_batch
 from catheter_sim.kinds.continuum.theory.planar_chain import planar_chain, step_counts

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from made_problem import gain_problem, noisy, pulls, trial_of
 
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.fitting.fit import fit
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.residuals import residuals
 from catheter_sim.diagnosis.verdict.discrepancy import explained
-from catheter_sim.tables import Array
 
 COLUMN = ("tip_x_mm",)
 

@@ -10,6 +10,7 @@ import pytest
 from made_problem import gain_problem
 from planted import as_inputs
 
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.parting import is_repeat
 from catheter_sim.diagnosis.data.resolution import steps_of
 from catheter_sim.diagnosis.data.trials import Trial
@@ -24,7 +25,7 @@ from catheter_sim.diagnosis.fitting.noise import (
     white_noise,
 )
 from catheter_sim.diagnosis.stages.calibrate import noise_beside
-from catheter_sim.tables import Array, Table
+from catheter_sim.tables import Table
 
 ROWS = 20_000
 

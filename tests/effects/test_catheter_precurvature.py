@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import check_effects, embodied, with_effects
 from catheter_sim.errors import InputError

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed, with_effects
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon

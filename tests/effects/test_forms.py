@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.effect import Effect, Form, Stage
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Observed
+from catheter_sim.core.posture import Observed
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import (

@@ -9,10 +9,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import outputs_of
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
 from catheter_sim.errors import InputError

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, check_effects, with_effects
 from catheter_sim.errors import InputError

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.envs.draws import random_level, random_levels, random_targets
 from catheter_sim.envs.plant import Plant

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.envs.observation import look, observe

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.planning.bounded import binding, least_squares
 
 LEAST, MOST = np.full(2, -1.0), np.ones(2)

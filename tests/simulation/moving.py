@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Dynamics, Friction
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 

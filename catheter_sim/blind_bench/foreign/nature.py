@@ -19,7 +19,7 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 _STEP_S = 0.00025
 _ROW_S = 0.02

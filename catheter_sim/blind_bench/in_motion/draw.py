@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.in_motion.finer import Specimen, WildMotion, measured
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Dynamics, Friction, with_segments
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.interventions.deal import (
     FOREIGN,
     commands_of,
@@ -30,7 +31,6 @@ from catheter_sim.blind_bench.nature.planting import (
     sized,
 )
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
-from catheter_sim.core.posture import Array
 
 _ATTEMPTS = 6
 _DRAWS = 30  # of forms, for one data set

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.specimen import Specimen
 from catheter_sim.channels import input_channels
 from catheter_sim.core.drive import Quantity
-from catheter_sim.core.posture import Array
 from catheter_sim.units import si_factor
 
 TRAINING, HELDOUT = 4, 2  # trials, and one that repeats a training trial

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.form import Planted, Scale
 from catheter_sim.blind_bench.nature.shapes import Shapes, shapes_of
@@ -16,7 +17,6 @@ from catheter_sim.columns import posture_columns
 from catheter_sim.core.drive import Quantity
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.markers import marker_points
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.kinds import check_robot

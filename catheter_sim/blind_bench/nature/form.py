@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.shapes import Shapes
 from catheter_sim.blind_bench.nature.specimen import Specimen
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 
 Numbers = Mapping[str, Any]  # what a form has besides its size

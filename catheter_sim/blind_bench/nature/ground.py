@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import TRAINING, Course
 from catheter_sim.blind_bench.nature.engine import CannotMake, columns_of, looked_at, simulated
 from catheter_sim.blind_bench.nature.form import Form, Numbers, Planted, Scale
 from catheter_sim.blind_bench.nature.shapes import Shapes, bends_of
 from catheter_sim.blind_bench.nature.specimen import Specimen, scaled, uncertain_of
-from catheter_sim.core.posture import Array
 
 SMALLEST, LARGEST = 5.0, 30.0  # times the noise
 _ROWS = 18  # of a trial that sizes are found on

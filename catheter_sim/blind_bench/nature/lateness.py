@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 _PARTS = 8  # of the way from row to row, where no closed form is at hand
 _LOG_TIMES = (1.0, 4.0, 16.0, 64.0)  # of the shortest time: a logarithm over two and a half decades

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import drawn_courses
 from catheter_sim.blind_bench.nature.deal import FOREIGN, generator_of, robot_of, story_of
 from catheter_sim.blind_bench.nature.engine import CannotMake
@@ -24,7 +25,6 @@ from catheter_sim.blind_bench.nature.planting import (
 )
 from catheter_sim.blind_bench.nature.specimen import Specimen, drawn_specimen
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
-from catheter_sim.core.posture import Array
 
 _ATTEMPTS = 6
 _DRAWS = 30  # of causes, for one data set

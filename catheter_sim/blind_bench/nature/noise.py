@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 # How many of a hundred data sets have it.
 KINDS: Mapping[str, int] = {"white": 60, "coloured": 15, "outliers": 13, "quantised": 12}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 
 def within(lower: Array, upper: Array, start: float = 0.0) -> Array:

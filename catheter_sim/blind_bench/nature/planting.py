@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.engine import CannotMake, columns_of, looked_at, simulated
 from catheter_sim.blind_bench.nature.form import Form, Planted, Scale
 from catheter_sim.blind_bench.nature.forms import CAUSES, FORMS, forms_for
 from catheter_sim.blind_bench.nature.ground import LARGEST, SMALLEST, Ground, rms
 from catheter_sim.blind_bench.nature.specimen import Specimen
-from catheter_sim.core.posture import Array
 
 _INNER = 1.2  # sizes are aimed at so far inside of `SMALLEST` to `LARGEST`
 SEPARATE = 1.0  # times the noise: what one of a pair leaves at least when the other's forms have taken theirs

@@ -12,12 +12,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import TRAINING
 from catheter_sim.blind_bench.nature.engine import CannotMake, columns_of, looked_at, simulated
 from catheter_sim.blind_bench.nature.form import Form, Numbers, Planted
 from catheter_sim.blind_bench.nature.forms import FORMS
 from catheter_sim.blind_bench.nature.ground import Ground, rms
-from catheter_sim.core.posture import Array
 
 TOLD_APART = 4.0  # distance from which on 2 % would be mistaken
 _PASSES = 4

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.robots import BenchRobot, bench_robot
 from catheter_sim.catalogue import PUBLISHED
 from catheter_sim.channels import body_count, drives_of
 from catheter_sim.core.drive import Drive, Quantity
 from catheter_sim.core.numbers import number, with_values
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 
 _UNITS = ("mm", "deg")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.form import Planted
 from catheter_sim.blind_bench.nature.ground import Ground
@@ -11,7 +12,6 @@ from catheter_sim.blind_bench.nature.make import Made
 from catheter_sim.blind_bench.nature.specimen import Specimen
 from catheter_sim.blind_bench.places import ANSWER, Folders, write_json, write_tables
 from catheter_sim.channels import input_channels
-from catheter_sim.core.posture import Array
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import drawn_courses
 from catheter_sim.blind_bench.nature.engine import CannotMake, columns_of, looked_at, simulated
 from catheter_sim.blind_bench.nature.form import Form, Planted
@@ -21,7 +22,6 @@ from catheter_sim.blind_bench.places import read_json, write_json
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 from catheter_sim.blind_bench.spoiled.recording import Recording, Trial
 from catheter_sim.channels import input_channels
-from catheter_sim.core.posture import Array
 from catheter_sim.units import si_factor
 
 ROWS = (220, 420)  # of all trials together

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.robots import BenchRobot
-from catheter_sim.core.posture import Array
 
 
 @dataclass(frozen=True)

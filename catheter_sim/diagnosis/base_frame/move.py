@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.base_frame.registration import Registration
 from catheter_sim.diagnosis.data.columns import QUATERNION, points_of
 from catheter_sim.diagnosis.data.trials import Dataset, measured_of

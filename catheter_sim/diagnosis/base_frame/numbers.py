@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Parameter
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.base_frame.move import turned_quaternions
 from catheter_sim.diagnosis.base_frame.registration import CAUSE, SHIFTS, TURNS, Registration

@@ -25,7 +25,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.base_frame.registration import SHIFTS, TURNS, Registration, not_registered
 from catheter_sim.diagnosis.data.columns import QUATERNION, points_of

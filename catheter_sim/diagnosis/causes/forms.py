@@ -113,8 +113,8 @@ def _fitted(
     starts = [{**chosen.values, **item.values} for item in map_calls(pool, fit, alone, deadline)]
     calls, names = [(few, chosen.terms, chosen.values, True, False, True)], []
     for (cause, form, term, rest), start in zip(others, starts or [chosen.values] * len(others), strict=True):
-        for beside in ((), rest) if fewer and several else (rest,):
-            calls.append((few, (*beside, term), start, True, False, True))
+        for kept in ((), rest) if fewer and several else (rest,):
+            calls.append((few, (*kept, term), start, True, False, True))
             names.append((cause, form))
     fits = map_calls(pool, fit, calls, deadline)
     return fits[0], [(*name, item) for name, item in zip(names, fits[1:], strict=True)]

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.causes.plausible import implausible
 from catheter_sim.diagnosis.causes.shares import named_causes
 from catheter_sim.diagnosis.causes.support import needed, not_significant, weakest_cause, without_support

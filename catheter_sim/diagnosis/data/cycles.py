@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.trials import Trial, measured_from
 from catheter_sim.diagnosis.thresholds import (
     CLOCK_ROUNDING,

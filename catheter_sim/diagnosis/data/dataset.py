@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import FILES, load_robot, read_toml
 from catheter_sim.channels import (
     check_output_channels,
     read_inputs,
 )
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.checks import check_outputs
 from catheter_sim.diagnosis.data.copies import refuse_copies

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.cycles import stretch_of
 from catheter_sim.diagnosis.data.trials import Trial, all_inputs, measured_from, measured_of

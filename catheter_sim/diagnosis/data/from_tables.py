@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import output_channels
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.checks import check_outputs
 from catheter_sim.diagnosis.data.copies import refuse_copies

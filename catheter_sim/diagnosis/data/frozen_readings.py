@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.resolution import resolution_of
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, all_inputs
 from catheter_sim.diagnosis.notes import Note

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import PUBLISHED
 from catheter_sim.core.document import leaves, number_at, to_document, with_number
 from catheter_sim.core.drive import READ_WITH
 from catheter_sim.core.effect import Parameter
 from catheter_sim.core.numbers import from_file, number, with_values
-from catheter_sim.core.posture import Array
 from catheter_sim.core.published import Uncertain
 from catheter_sim.core.requirements import as_number, check_name
 from catheter_sim.core.robot import RobotSpec

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, all_inputs
 from catheter_sim.diagnosis.thresholds import (

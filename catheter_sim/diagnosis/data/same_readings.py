@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.trials import Dataset, Trial, measured_of
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.thresholds import COPY_PROBES, COPY_ROWS, COPY_STEPS

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, slice_inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.motion import HELD, Motion
 from catheter_sim.diagnosis.data.nuisance import Nuisance

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import points_of, unit_of
 from catheter_sim.diagnosis.data.trials import Trial, all_inputs, measured_of
 from catheter_sim.diagnosis.data_faults.model_error import relative_error

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Trial, all_inputs, measured_of
 from catheter_sim.diagnosis.report.result import DataFault

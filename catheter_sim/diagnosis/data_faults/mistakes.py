@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import drives_of
 from catheter_sim.core.drive import Quantity
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.columns import points_of, unit_of
 from catheter_sim.diagnosis.data.trials import Trial, measured_of

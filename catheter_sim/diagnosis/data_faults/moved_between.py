@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
 from catheter_sim.diagnosis.report.result import DataFault
 from catheter_sim.diagnosis.thresholds import (

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import drives_of
 from catheter_sim.core.drive import Quantity
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
 from catheter_sim.diagnosis.data_faults.mistakes import Mistake, most_likely_mistake

@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import points_of, unit_of
 from catheter_sim.diagnosis.data.trials import all_inputs, measured_of
 from catheter_sim.diagnosis.fitting.noise import white_noise

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.intervals import intervals
 from catheter_sim.diagnosis.fitting.problem import Problem

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.fitting.grid import best_of_grid
 from catheter_sim.diagnosis.fitting.gross_errors import untempered
 from catheter_sim.diagnosis.fitting.least_squares import (

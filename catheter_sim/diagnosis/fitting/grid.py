@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.fitting.prior import Prior
 from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem, start_of
 from catheter_sim.diagnosis.fitting.residuals import residuals

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.thresholds import GROSS_ERROR
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import stdtrit
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.trials import measured_of
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.least_squares import influential, linearised

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.fitting.prior import Prior
 from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem
 from catheter_sim.diagnosis.fitting.residuals import residuals

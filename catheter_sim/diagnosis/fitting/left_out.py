@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.fitting.least_squares import Linearised, damped_step, descend
 from catheter_sim.diagnosis.fitting.prior import Prior, prior_of
 from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem

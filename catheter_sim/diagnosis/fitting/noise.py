@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.parting import is_repeat
 from catheter_sim.diagnosis.data.resolution import rounding_of

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.nuisance import Nuisance
 from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem

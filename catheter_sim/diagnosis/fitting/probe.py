@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.least_squares import Linearised, damped_step
 from catheter_sim.diagnosis.fitting.prior import prior_of

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Parameter
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.nuisance import Nuisance
 from catheter_sim.diagnosis.data.trials import Trial, beginnings

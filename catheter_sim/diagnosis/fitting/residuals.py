@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import numbers_of
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.trials import measured_of
 from catheter_sim.diagnosis.fitting.gross_errors import tempered
 from catheter_sim.diagnosis.fitting.prediction import all_as_measured, distinct_robots

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls
 from catheter_sim.diagnosis.next_experiment.alive import Alive

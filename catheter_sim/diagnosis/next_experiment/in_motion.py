@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.next_experiment.programmes import Programme, only, reach_of, table_of

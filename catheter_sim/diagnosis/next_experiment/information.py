@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.thresholds import INFORMATION_DRAWS, MOST_OF_STRETCH, SURE_BELIEF
 
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import read_inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting.fit import Fit
 from catheter_sim.diagnosis.fitting.least_squares import linearised

@@ -12,8 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import channel_inputs, input_channels
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.report.next_experiment import NEXT_EXPERIMENT_FILE

@@ -14,8 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import read_inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.causes.comparison import rivals_of
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.fitting.evidence import outputs_of

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.fitting.workers import Workers, map_calls

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import output_channels
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.diagnosis.next_experiment.alive import Alive

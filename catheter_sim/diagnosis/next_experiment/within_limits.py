@@ -14,8 +14,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import FORCE_CHANNELS
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.next_experiment.programmes import Programme
 from catheter_sim.diagnosis.report.next_experiment import NEXT_EXPERIMENT_FILE
 from catheter_sim.diagnosis.thresholds import (

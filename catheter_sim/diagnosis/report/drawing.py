@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.report.result import TrialFit
 from catheter_sim.diagnosis.thresholds import PAUSE_FACTOR
-from catheter_sim.tables import Array
 
 _DPI = 150
 

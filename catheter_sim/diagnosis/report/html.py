@@ -192,7 +192,7 @@ def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture], head: Head | 
         **_ranking(diagnosis),
         **_evidence(diagnosis, pictures),
     }
-    return rendered("catheter_sim.diagnosis.report", _TEMPLATE, context, {"spoken": spoken})
+    return rendered("catheter_sim.diagnosis", _TEMPLATE, context, {"spoken": spoken})
 
 
 def _summary(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import points_of
 from catheter_sim.diagnosis.report.drawing import COLOURS, LEGEND, tidy_axes, with_pauses
 from catheter_sim.diagnosis.report.result import TrialFit
 from catheter_sim.diagnosis.thresholds import LEAP_SHARE, SHOWN_MOTION_SHARE
-from catheter_sim.tables import Array, Table
+from catheter_sim.tables import Table
 
 _MOST_POINTS = 3  # of a robot, in one picture
 _MOST_LINES = 60  # from measured to computed

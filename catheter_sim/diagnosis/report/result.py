@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report.next_experiment import NextExperiment
 from catheter_sim.diagnosis.thresholds import SIGNIFICANT_P
-from catheter_sim.tables import Array, Table
+from catheter_sim.tables import Table
 
 VERDICTS = ("cause_found", "improved", "no_discrepancy", "unexplained", "data_suspect")
 CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = VERDICTS

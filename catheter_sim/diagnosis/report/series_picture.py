@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.report.drawing import COLOURS, LEGEND, errors_of, tidy_axes, with_pauses
 from catheter_sim.diagnosis.report.result import TrialFit
 from catheter_sim.diagnosis.report.wording import axis_label
 from catheter_sim.diagnosis.residuals.coordinates import STAGES
 from catheter_sim.pictures.figures import entitle, panels_of
-from catheter_sim.tables import Array
 
 
 def series_figure(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.report.drawing import COLOURS
@@ -14,7 +15,6 @@ from catheter_sim.diagnosis.report.result import TrialFit
 from catheter_sim.diagnosis.report.wording import axis_label
 from catheter_sim.diagnosis.residuals.coordinates import STAGES, VIEWS, Residuals, stack
 from catheter_sim.diagnosis.residuals.views import BinnedMean, ViewScore, binned_mean
-from catheter_sim.tables import Array
 
 
 def view_figure(

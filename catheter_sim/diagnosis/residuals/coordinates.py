@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import drives_of
 from catheter_sim.core.drive import Drive, Quantity
 from catheter_sim.diagnosis.data.cycles import cycles
@@ -17,7 +18,6 @@ from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.report.result import TrialFit
 from catheter_sim.diagnosis.residuals.turning import turning_points
 from catheter_sim.diagnosis.thresholds import FEWEST_BLOCKS
-from catheter_sim.tables import Array
 
 STAGES = ("before", "after")
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.thresholds import ROWS_IN_BIN
-from catheter_sim.tables import Array
 
 
 def groups_of(coordinate: Array, bins: int) -> np.ndarray:

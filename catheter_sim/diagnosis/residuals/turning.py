@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.thresholds import REVERSAL_SHARE
-from catheter_sim.tables import Array
 
 
 def turning_points(values: Array) -> tuple[Array, Array]:

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.report.result import TrialFit
 from catheter_sim.diagnosis.residuals.coordinates import STAGES, VIEWS, stack
 from catheter_sim.diagnosis.residuals.groups import groups_of
 from catheter_sim.diagnosis.thresholds import BINS
-from catheter_sim.tables import Array
 
 
 @dataclass(frozen=True)

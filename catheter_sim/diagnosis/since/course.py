@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.thresholds import COMMON_SHARE, COURSE_MISSED, COURSE_SURER
 
 STEADY, STEP, DRIFT, OPEN, IRREGULAR = "steady", "step", "drift", "step or drift", "irregular"

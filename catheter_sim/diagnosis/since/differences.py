@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.base_frame.move import registered
 from catheter_sim.diagnosis.base_frame.registration import unmoved
 from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings

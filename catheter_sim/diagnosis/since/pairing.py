@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.data.trials import Dataset, all_inputs
 from catheter_sim.diagnosis.residuals.turning import turning_points
 from catheter_sim.diagnosis.thresholds import PAIR_SHARE, SAME_WAY_SHARE, STRETCH_SHARE

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.base_frame.registration import SHIFTS
 from catheter_sim.diagnosis.data.trials import Trial
 from catheter_sim.diagnosis.data_faults.beside_model import BesideModel

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.base_frame.move import registered
 from catheter_sim.diagnosis.base_frame.register import register
 from catheter_sim.diagnosis.base_frame.registration import Registration, unmoved

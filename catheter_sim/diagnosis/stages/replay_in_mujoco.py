@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.causes.weighing import weigh
 from catheter_sim.diagnosis.fitting.intervals import shift_by_model
 from catheter_sim.diagnosis.fitting.prediction import as_measured, robot_with

@@ -14,8 +14,8 @@ from itertools import combinations
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.diagnosis.causes.scored import stretch_sums, surety
 from catheter_sim.diagnosis.data.trials import all_inputs, measured_of
 from catheter_sim.diagnosis.fitting.problem import Problem

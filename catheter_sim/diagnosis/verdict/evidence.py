@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.causes.scored import Scored, cost_of, stretch_sums, surety
 from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
 from catheter_sim.diagnosis.thresholds import UNLISTED_SINGLES

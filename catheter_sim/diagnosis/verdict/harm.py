@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.columns import unit_of
 from catheter_sim.diagnosis.fitting.evidence import chance_of_gain, errors_of
 from catheter_sim.diagnosis.fitting.fit import Fit

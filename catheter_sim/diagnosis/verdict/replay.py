@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.drive import Quantity, quantity_of
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers, map_calls

@@ -8,7 +8,7 @@ import numpy as np
 
 from catheter_sim.anatomy.chest import CHANNEL_M, Chest
 from catheter_sim.anatomy.ventricles import TUMOUR_RADIUS_M, foramen, tumour, way
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.envs.clinical.insert import InsertEnv
 from catheter_sim.envs.clinical.rates import Rates, Wish
 from catheter_sim.envs.clinical.tumour import TumourEnv

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.envs.clinical.deliver import DeliverEnv
 from catheter_sim.envs.clinical.heart import implant_frame
 from catheter_sim.envs.observation import Observation

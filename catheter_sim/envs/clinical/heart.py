@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.envs.surroundings import Surroundings
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.mjcf.document import ALL_DIGITS, Element, read

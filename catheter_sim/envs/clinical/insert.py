@@ -20,7 +20,7 @@ from catheter_sim.anatomy.chest import (
     random_chest,
     wall_boxes,
 )
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
 from catheter_sim.envs.observation import Bounds

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import body_count
-from catheter_sim.core.posture import Array
 from catheter_sim.envs.clinical.base import ClinicalEnv
 from catheter_sim.envs.steering import change_toward
 from catheter_sim.envs.tip import CONTROL_STEP_S, RATE_PER_S, Action

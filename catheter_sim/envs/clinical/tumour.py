@@ -24,7 +24,7 @@ from catheter_sim.anatomy.ventricles import (
     ventricle_wall,
 )
 from catheter_sim.anatomy.wall import blocks, facings, shell
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
 from catheter_sim.envs.observation import Bounds

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.layout import hinge_names, moved_segment
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 

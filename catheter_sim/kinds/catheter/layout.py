@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment, TendonPair
 
 TRANSSEPTAL = ("torsion", "bending", "prismatic", "torsion")

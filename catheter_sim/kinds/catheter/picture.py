@@ -11,7 +11,8 @@ import mujoco
 import numpy as np
 import trimesh
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.catheter.layout import elements, hinge_counts, turning
 from catheter_sim.kinds.catheter.mjcf.visuals import (
     BASE_PREFIX,

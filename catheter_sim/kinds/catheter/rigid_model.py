@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.quick_model import DriveLevels, bends_nothing
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.drives import drives

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.quick_model import InputLimits, SpeedCase
 from catheter_sim.kinds.catheter.layout import elements, moved_segment
 from catheter_sim.kinds.catheter.rigid_model import CatheterModel, catheter_model

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.statics import Twin, TwinStates
 from catheter_sim.kinds.catheter.layout import carries_load
 from catheter_sim.kinds.catheter.spec import CatheterRobot

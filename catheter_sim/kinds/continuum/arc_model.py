@@ -13,8 +13,8 @@ from functools import partial
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import Drive, shares, sums
-from catheter_sim.core.posture import Array
 from catheter_sim.core.quick_model import DriveLevels, bend_of_link, bends_nothing, tension_shares
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.drives import ACTUATIONS, drives, has_gains

@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 import trimesh
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.continuum.mjcf.meshes import element_meshes, element_parts
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.mjcf.parts import Part

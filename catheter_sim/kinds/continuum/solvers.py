@@ -13,8 +13,8 @@ from functools import partial
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.tdcr import cc, lumped, rods
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, LINKS, LINKS_MIDDLE

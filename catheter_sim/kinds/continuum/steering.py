@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.drive import shares, sums
-from catheter_sim.core.posture import Array
 from catheter_sim.core.quick_model import LARGEST_BEND_RAD, InputLimits, SpeedCase, pulled_in_turn
 from catheter_sim.kinds.continuum.arc_model import ArcModel, arc_model
 from catheter_sim.kinds.continuum.drives import drives

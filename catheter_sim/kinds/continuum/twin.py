@@ -19,8 +19,8 @@ from functools import partial
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.statics import OneByOne, StaticModel, Twin, TwinStates
 from catheter_sim.kinds.continuum.drives import outputs
 from catheter_sim.kinds.continuum.layout import axes_of, disks, links

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.quick_model import DriveLevels, bend_of_link, bends_nothing
 from catheter_sim.core.robot import Friction, Mount
 from catheter_sim.kinds.notched_tube.closing import closing_displacement

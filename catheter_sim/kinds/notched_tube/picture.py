@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 import trimesh
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.notched_tube.layout import notches
 from catheter_sim.kinds.notched_tube.mjcf.pieces import TUBE_PREFIX, base_bottom_m, tube_meshes, tube_parts
 from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.quick_model import LARGEST_BEND_RAD, InputLimits, SpeedCase, pulled_in_turn
 from catheter_sim.kinds.notched_tube.drives import largest_displacement_m
 from catheter_sim.kinds.notched_tube.layout import notches

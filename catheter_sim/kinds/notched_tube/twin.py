@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.statics import Twin, TwinStates
 from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
 from catheter_sim.kinds.notched_tube.theory.solve import solve_rows

@@ -13,7 +13,8 @@ import mujoco
 import numpy as np
 import trimesh
 
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.rolling.layout import rolling_joints
 from catheter_sim.kinds.rolling.mjcf.links import (
     BASE_PREFIX,

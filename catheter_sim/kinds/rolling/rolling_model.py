@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.quick_model import DriveLevels, bend_of_link, bends_nothing, tension_shares
 from catheter_sim.core.robot import Friction
 from catheter_sim.kinds.rolling.drives import drives

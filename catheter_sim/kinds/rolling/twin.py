@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, numbers_of, slice_inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.statics import Twin, TwinStates
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.rolling.spec import RollingRobot

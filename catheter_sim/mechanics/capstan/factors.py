@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from catheter_sim.mechanics.arrays import Array
+from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import compiled_in_place
 
 SMALL = 0.1  # of x in exp(x): the first term that its series leaves out, x^10 / 10!, is below 3e-17

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.mechanics.arrays import Array, Index, Places
+from catheter_sim.arrays import Array, Index, Places
 from catheter_sim.mechanics.compiled import compiled, compiled_in_place
 
 

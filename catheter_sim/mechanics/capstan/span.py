@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from catheter_sim.mechanics.arrays import Array, Index
+from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled_in_place
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.mechanics.arrays import Array, Index, Places
+from catheter_sim.arrays import Array, Index, Places
 from catheter_sim.mechanics.capstan.accelerate import extrapolate_passes, start_from_last_change
 from catheter_sim.mechanics.capstan.driven import couple_driven, raise_together
 from catheter_sim.mechanics.capstan.factors import capstan_factors

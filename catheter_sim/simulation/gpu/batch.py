@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from catheter_sim.arrays import Array
 from catheter_sim.channels import actuations
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.mechanics.device import Copies, find_device, require_warp

@@ -7,8 +7,8 @@ from importlib.metadata import version
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Dynamics, Friction
 from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.kinds.continuum.theory.tdcr.vc import vc

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+
+from catheter_sim.arrays import Array
 
 LENGTH_M, RADIUS_M, YOUNG_PA, POISSON, DENSITY = 0.4, 5e-3, 70e6, 0.4, 1200.0
 AREA_M2, SECOND_MOMENT_M4 = math.pi * RADIUS_M**2, math.pi / 4.0 * RADIUS_M**4
@@ -22,8 +23,6 @@ SHEAR_PA = YOUNG_PA / 2.0 / (1.0 + POISSON)
 ELEMENTS = 20  # of each program's rod
 FORCES_N = (0.1, 0.2, 0.3)  # the tip goes aside by 15 to 39 % of the length
 STIFFER = 1.25  # Young's modulus of the rod that the fit is to find, over the nominal one
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

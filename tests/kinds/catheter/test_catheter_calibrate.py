@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import hinge_heights_m, joint_stiffness
 from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal, mitral_transseptal_tube

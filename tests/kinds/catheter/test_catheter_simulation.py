@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from drive import rows_to_inputs
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.cli.main import main
 from catheter_sim.core.loads import LinkForce
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import hinge_counts, moved_segment, moving, turning
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment

@@ -11,8 +11,9 @@ import pytest
 from drive import rows_to_inputs
 from scipy.integrate import solve_bvp
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.kinds.catheter.theory import tendons
 from catheter_sim.kinds.catheter.theory.pure import pk

@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import bending_tubes, joint_stiffness, moving
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment

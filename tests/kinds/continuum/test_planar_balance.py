@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from planar_cases import cell_angles, eyelets, section, single, tensions
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Mount
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.kinds.continuum.spec import ContinuumRobot

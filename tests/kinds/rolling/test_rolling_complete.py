@@ -9,10 +9,10 @@ import pytest
 from rolling_cases import HANGING, NO_GRAVITY, SHAPE_TABLE, pulls
 from scipy.optimize import minimize
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import joint_names
 from catheter_sim.core.loads import LinkForce
-from catheter_sim.core.posture import Array
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.rolling.theory import history, rods

@@ -9,8 +9,8 @@ import pytest
 from rolling_cases import HANGING, NO_GRAVITY, pulls
 from scipy.integrate import quad
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.rolling.theory import rods
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain

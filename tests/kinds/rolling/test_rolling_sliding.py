@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from rolling_cases import NO_GRAVITY, SHAPE_TABLE, pulls
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.rolling.theory import history as steps
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain
 from catheter_sim.kinds.rolling.theory.complete import (

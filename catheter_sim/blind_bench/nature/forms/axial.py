@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature import lateness, operators
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.form import Acting, Form, Numbers, Scale
 from catheter_sim.blind_bench.nature.forms.hysteresis import bends_joints
 from catheter_sim.blind_bench.nature.shapes import Shapes, shortened
 from catheter_sim.blind_bench.nature.specimen import Specimen
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Mount, RobotSpec
 from catheter_sim.errors import InputError
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature import operators
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.form import (
@@ -23,7 +24,6 @@ from catheter_sim.blind_bench.nature.form import (
 )
 from catheter_sim.blind_bench.nature.shapes import Shapes, rebent
 from catheter_sim.blind_bench.nature.specimen import Specimen
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Friction, RobotSpec
 
 _FIFTHS = 5

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.form import (
     Acting,
@@ -22,7 +23,6 @@ from catheter_sim.blind_bench.nature.form import (
 )
 from catheter_sim.blind_bench.nature.specimen import Specimen
 from catheter_sim.core.drive import Quantity
-from catheter_sim.core.posture import Array
 
 _PERCENT = 0.01
 

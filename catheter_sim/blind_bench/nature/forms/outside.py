@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature import operators
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.form import Acting, Form, Numbers, Scale, of_cells, one_channel
 from catheter_sim.blind_bench.nature.shapes import Shapes, rebent
 from catheter_sim.blind_bench.nature.specimen import Specimen
-from catheter_sim.core.posture import Array
 
 _PERCENT = 0.01
 _SLIPS = 0.12  # share of the rows at which a clamp slips

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.form import Acting, Form, Numbers, Scale, of_cells, places_along
 from catheter_sim.blind_bench.nature.forms.hysteresis import bends_joints
 from catheter_sim.blind_bench.nature.shapes import Shapes, rebent
 from catheter_sim.blind_bench.nature.specimen import Specimen
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import RobotSpec, with_segments
 
 _PERCENT = 0.01

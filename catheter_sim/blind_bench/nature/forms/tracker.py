@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.nature.courses import Course
 from catheter_sim.blind_bench.nature.form import Acting, Form, Numbers, Scale
 from catheter_sim.blind_bench.nature.shapes import Shapes
 from catheter_sim.blind_bench.nature.specimen import Specimen
-from catheter_sim.core.posture import Array
 
 _TENTH_MM = 1e-4
 _TENTH_DEG = 0.1

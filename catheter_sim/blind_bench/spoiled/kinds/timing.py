@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.spoiled.kind import Kind, Spoil
 from catheter_sim.blind_bench.spoiled.recording import (
     Recording,
@@ -16,7 +17,6 @@ from catheter_sim.blind_bench.spoiled.recording import (
     in_trial,
     of_rows,
 )
-from catheter_sim.core.posture import Array
 
 _ROWS = (4, 8)  # of a shift
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.spoiled.kind import Kind, Spoil
 from catheter_sim.blind_bench.spoiled.recording import (
     Recording,
@@ -18,7 +19,6 @@ from catheter_sim.blind_bench.spoiled.recording import (
     in_trials,
     with_outputs,
 )
-from catheter_sim.core.posture import Array
 
 _BUMP_MM = (6.0, 15.0)
 

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.mapping.scales import DATE, SECONDS, channel_unit, factor_to
 from catheter_sim.errors import InputError, shown, unknown
 

@@ -9,7 +9,7 @@ from datetime import datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.data.mapping.file_map import ClockMap, ColumnMap, FileMap
 from catheter_sim.diagnosis.data.mapping.layouts import read_raw
 from catheter_sim.diagnosis.data.mapping.raw_file import RawFile

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, cut, shown, unknown
 
 MAX_RAW_ROWS = 300_000  # of a file; `every` thins them out

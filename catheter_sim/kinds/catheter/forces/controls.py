@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import RobotInModel
 from catheter_sim.core.law_copies import CopyArrays
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.drives import ACTUATIONS, drives
 from catheter_sim.kinds.catheter.forces import drive_kernel

@@ -8,14 +8,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.play import played
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @compiled

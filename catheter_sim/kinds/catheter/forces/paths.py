@@ -5,8 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import RobotInModel, TendonPaths
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import bent_by
 from catheter_sim.kinds.catheter.spec import CatheterRobot

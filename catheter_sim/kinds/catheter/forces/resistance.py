@@ -15,8 +15,8 @@ import math
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import Law, RobotInModel, Step
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.catheter.layout import bent_by
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.kinds.catheter.theory.joint_force import LAWS, JointForce

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import Law, RobotInModel, Step
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.catheter.forces.controls import PairControls
 from catheter_sim.kinds.catheter.spec import CatheterRobot, TendonPair
 from catheter_sim.kinds.catheter.theory.elongation import (

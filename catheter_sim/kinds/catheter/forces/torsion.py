@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import Law, RobotInModel, Step
 from catheter_sim.core.law_copies import CopiesLaw, CopyArrays
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.catheter.forces import drive_kernel
 from catheter_sim.kinds.catheter.layout import moved_segment
 from catheter_sim.kinds.catheter.mjcf.drive import tendon_stiffness

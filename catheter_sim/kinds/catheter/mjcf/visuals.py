@@ -16,6 +16,7 @@ import math
 import numpy as np
 import trimesh
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.layout import elements, hinge_heights_m, ring_length_m
 from catheter_sim.kinds.catheter.mjcf.implant import COLOUR as IMPLANT_COLOUR
 from catheter_sim.kinds.catheter.mjcf.implant import has_implant, holder_length_m, post_mesh
@@ -23,7 +24,7 @@ from catheter_sim.kinds.catheter.mjcf.pieces import Piece, pieces
 from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.mjcf.colours import FIXED, NITI, PEEK, PEEK_NEXT, Colour, tendon_colour
 from catheter_sim.mjcf.parts import Part
-from catheter_sim.mjcf.solids import Array, circle, domed_rod, prism, together
+from catheter_sim.mjcf.solids import circle, domed_rod, prism, together
 
 RING_PREFIX, MODULE_PREFIX, BASE_PREFIX = "ring", "module", "base"
 _STEEL: Colour = (0.50, 0.58, 0.67, 1.0)

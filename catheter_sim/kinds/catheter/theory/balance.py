@@ -17,8 +17,8 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import (

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import has_mount_slide
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import elements, joint_stiffness, moved_segment

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from scipy.optimize import least_squares
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.spec import CatheterSegment
 from catheter_sim.kinds.catheter.theory.modified import BendingCalibration, TorsionCalibration, torsion_rad

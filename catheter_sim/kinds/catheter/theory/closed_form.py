@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.mechanics.arcs import arc_functions
 

@@ -15,8 +15,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
-from catheter_sim.core.posture import Array
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.drives import drives

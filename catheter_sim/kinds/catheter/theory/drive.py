@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.layout import is_extensible, moved_segment
 from catheter_sim.kinds.catheter.spec import CatheterRobot, TendonPair
 from catheter_sim.kinds.catheter.theory.tendons import largest_angle_rad, pulled_m

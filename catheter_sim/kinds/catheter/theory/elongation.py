@@ -27,7 +27,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import brentq
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 LARGEST_STRAIN = 6.0 / 65.0  # of the paper's Fig. 3
 UNTOUCHED = 1e-6  # strain: a tendon that never had more is as new

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import has_mount_slide
 from catheter_sim.kinds.catheter.layout import (
     bent_by,

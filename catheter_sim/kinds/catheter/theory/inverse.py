@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import FOUR_DOF, TRANSSEPTAL, design, is_curved, moving
 from catheter_sim.kinds.catheter.spec import CatheterRobot

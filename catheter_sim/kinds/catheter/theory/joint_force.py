@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 
 @dataclass(frozen=True)

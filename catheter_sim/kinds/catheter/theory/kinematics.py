@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.layout import base_heights_m, elements, is_curved, moving
 from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.kinds.catheter.theory.tube import tube_bend, tube_chord_change, tube_end

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.spec import CatheterSegment
 from catheter_sim.kinds.catheter.theory.tendons import angle_rad, pulled_m
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.robot import has_mount_slide
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.catheter.layout import bent_by, beside_springs, joint_stiffness, moved_segment

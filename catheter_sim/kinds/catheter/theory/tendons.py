@@ -30,7 +30,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.layout import closing_angle_rad
 from catheter_sim.kinds.catheter.spec import CatheterSegment
 

@@ -22,7 +22,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.catheter.spec import CatheterSegment
 from catheter_sim.mechanics.arcs import arc_end, arc_functions
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import Law, RobotInModel, Step
 from catheter_sim.core.law_copies import CopiesLaw, CopyArrays
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.continuum.layout import axes_of, links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import Law, RobotInModel, Step
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.continuum.forces.paths import HoleTurns, hinge_spans, span_count, span_ends
 from catheter_sim.kinds.continuum.friction_tails import SMALLEST_LIMIT
 from catheter_sim.kinds.continuum.layout import last_disk

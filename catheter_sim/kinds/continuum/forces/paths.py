@@ -5,8 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.law import RobotInModel, TendonPaths
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.continuum.drives import outputs
 from catheter_sim.kinds.continuum.layout import is_centred, is_planar, last_disk, links
 from catheter_sim.kinds.continuum.spec import ContinuumRobot

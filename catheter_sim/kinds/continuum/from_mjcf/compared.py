@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import NoConvergence, newton_krylov
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.from_mjcf.hinges import Frame, Hinge
 from catheter_sim.kinds.continuum.mjcf.chain import add_chain, add_tendons

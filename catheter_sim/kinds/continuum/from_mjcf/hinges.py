@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
 
 _OFF_SHARE = 1e-3  # of the chain's length: what is farther from the line of hinges is not on it

@@ -27,10 +27,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.arc_kernels.balance import SHIFT_UNIT_M
 from catheter_sim.kinds.continuum.theory.arc_kernels.history import solve_histories
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

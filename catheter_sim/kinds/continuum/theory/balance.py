@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.planar import (
     hinge_chain,
     hinge_moment_slopes,

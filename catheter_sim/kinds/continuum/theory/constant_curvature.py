@@ -26,8 +26,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.layout import axes_of, disks

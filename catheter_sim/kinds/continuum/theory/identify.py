@@ -31,8 +31,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section

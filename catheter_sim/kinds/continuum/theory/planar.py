@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 _SMALL_ANGLE_RAD = 1e-4  # below it the chord's series is exact to the last bit
 

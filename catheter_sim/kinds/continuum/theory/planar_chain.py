@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.static_run import StaticRun, require_tensions
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.drives import outputs

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from catheter_sim.mechanics.arrays import Array, Index
+from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled_in_place
 
 # Columns of `notch` [m, rad, 1/rad^2, 1/rad^4, N m/rad].

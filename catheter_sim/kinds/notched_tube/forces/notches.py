@@ -11,9 +11,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array, Index
 from catheter_sim.core.law import Law, RobotInModel, Step, TendonPaths
 from catheter_sim.core.law_copies import CopiesLaw, CopyArrays
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.notched_tube.forces import notch_kernel
 from catheter_sim.kinds.notched_tube.layout import HINGES, notches, rest_angles
 from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
@@ -21,7 +21,6 @@ from catheter_sim.kinds.notched_tube.springs import spring_stiffness
 from catheter_sim.kinds.notched_tube.theory.section import fibres, section
 from catheter_sim.kinds.notched_tube.theory.stress import knees
 from catheter_sim.mechanics import turns_kernel
-from catheter_sim.mechanics.arrays import Index
 
 RADIAL, AROUND = 8, 24  # points over the wall's thickness and its angle: as in the statics
 

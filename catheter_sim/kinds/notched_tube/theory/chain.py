@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.notched_tube.layout import Notch, notches
 from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot, Superelastic
 from catheter_sim.kinds.notched_tube.theory.kernels import columns

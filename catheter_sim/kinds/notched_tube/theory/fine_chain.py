@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.notched_tube.layout import Notch, notches
 from catheter_sim.kinds.notched_tube.spec import NotchedSegment, NotchedTubeRobot
 from catheter_sim.kinds.notched_tube.theory.chain import rest_vector

@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.notched_tube.spec import NotchedSegment
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
 from catheter_sim.kinds.notched_tube.theory.chain import Chains, chains
 from catheter_sim.kinds.notched_tube.theory.kernels import columns

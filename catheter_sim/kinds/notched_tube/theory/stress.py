@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.notched_tube.spec import Superelastic
 
 

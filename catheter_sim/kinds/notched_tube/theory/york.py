@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.notched_tube.spec import NotchedSegment, Superelastic
 from catheter_sim.kinds.notched_tube.theory.section import fibres, section
 from catheter_sim.kinds.notched_tube.theory.stress import stress

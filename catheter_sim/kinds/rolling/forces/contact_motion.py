@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from catheter_sim.arrays import Array, Index
 from catheter_sim.core.law import Law, RobotInModel, Step
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.rolling.forces.rods import joint_ids
 from catheter_sim.kinds.rolling.layout import rolling_joints
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.mechanics.arrays import Index
 from catheter_sim.mechanics.compiled import compiled_in_place
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array, Index
 from catheter_sim.core.law import Law, RobotInModel, Step, TendonPaths
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.rolling.forces import rolling_kernel
 from catheter_sim.kinds.rolling.forces.rolling_pack import pack, pack_holes
 from catheter_sim.kinds.rolling.layout import last_joint, rolling_joints
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.mechanics.arrays import Index
 
 
 def joint_ids(robot: RollingRobot, place: RobotInModel) -> Index:

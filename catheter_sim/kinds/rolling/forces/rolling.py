@@ -15,16 +15,15 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from catheter_sim.arrays import Array, Index
 from catheter_sim.core.law import Law, RobotInModel, Step
 from catheter_sim.core.law_copies import CopiesLaw, CopyArrays
-from catheter_sim.core.posture import Array
 from catheter_sim.kinds.rolling.forces import rolling_kernel
 from catheter_sim.kinds.rolling.forces.rods import RodElasticity, joint_ids
 from catheter_sim.kinds.rolling.forces.rolling_pack import pack
 from catheter_sim.kinds.rolling.layout import last_joint, rods, rolling_joints
 from catheter_sim.kinds.rolling.spec import RollingRobot
 from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.mechanics.arrays import Index
 
 
 @dataclass(frozen=True)

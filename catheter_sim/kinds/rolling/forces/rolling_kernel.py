@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from catheter_sim.mechanics.arrays import Array, Index
+from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled_in_place
 
 # Columns of `joint`: as in `RollingChain`.

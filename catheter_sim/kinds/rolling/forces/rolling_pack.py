@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.forces.rolling_kernel import CLEARANCE, LENGTH, MOUTH, OFFSET, SINK
 from catheter_sim.kinds.rolling.theory.chain import RollingChain
-from catheter_sim.mechanics.arrays import Array
 
 
 def pack(chain: RollingChain) -> tuple[Array, Array]:

@@ -19,10 +19,11 @@ from functools import partial
 import numpy as np
 import trimesh
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.layout import RollingJoint, hole_position, last_joint, rods, rolling_joints
 from catheter_sim.kinds.rolling.spec import Rod, RollingRobot, RollingSegment
 from catheter_sim.mjcf.colours import FIXED, Colour
-from catheter_sim.mjcf.holed_solids import Array, Bore, bored
+from catheter_sim.mjcf.holed_solids import Bore, bored
 from catheter_sim.mjcf.parts import Part
 from catheter_sim.mjcf.solids import together
 

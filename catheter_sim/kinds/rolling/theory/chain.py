@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.layout import (
     hole_position,
     last_joint,

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.loads import LinkForce
-from catheter_sim.core.posture import Array
 from catheter_sim.core.static_run import NoEquilibrium, StaticRun, require_tensions
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.rolling.spec import RollingRobot

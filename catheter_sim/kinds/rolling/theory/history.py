@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.loads import LinkForce
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.kinds.rolling.theory.chain import RollingChain
 from catheter_sim.kinds.rolling.theory.kernels.links import tops
 from catheter_sim.kinds.rolling.theory.kernels.packed import pack

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 
 
 def active_radius(theta: Array, radius_positive: Array, radius_negative: Array) -> Array:

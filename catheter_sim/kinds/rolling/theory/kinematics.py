@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.theory import joint as geometry
 from catheter_sim.kinds.rolling.theory.chain import RollingChain
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.loads import LinkForce, check_links
-from catheter_sim.core.posture import Array
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.rolling.theory.chain import RollingChain
 from catheter_sim.kinds.rolling.theory.kinematics import Frames

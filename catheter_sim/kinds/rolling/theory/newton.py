@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.core.static_run import NoEquilibrium
 
 ANGLE_TOLERANCE_RAD = 1e-11

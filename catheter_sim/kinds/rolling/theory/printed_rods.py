@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import exprel
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.theory import rods
 from catheter_sim.kinds.rolling.theory.chain import RollingChain
 from catheter_sim.kinds.rolling.theory.joint import active_radius, span

@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.document import from_document, leaves, override, to_document
 from catheter_sim.core.inputs import Inputs, row_name
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.kinds.rolling.checks import check

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.planar_kernels.columns import CUBIC, LENGTH, QUINTIC, REST, STIFFNESS
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled_in_place
 
 

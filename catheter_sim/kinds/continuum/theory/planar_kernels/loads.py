@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.planar_kernels.columns import LENGTH
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
 

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.planar_kernels.columns import (
     LENGTH,
     PRE_SLIDING_RAD,
@@ -20,7 +21,6 @@ from catheter_sim.kinds.continuum.theory.planar_kernels.columns import (
 )
 from catheter_sim.kinds.continuum.theory.planar_kernels.elastic import hardening
 from catheter_sim.kinds.continuum.theory.planar_kernels.loads import find_load_moments
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
 

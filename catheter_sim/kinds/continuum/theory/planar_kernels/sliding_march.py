@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.planar_kernels.columns import (
     LARGEST,
     LENGTH,
@@ -20,7 +21,6 @@ from catheter_sim.kinds.continuum.theory.planar_kernels.columns import (
 )
 from catheter_sim.kinds.continuum.theory.planar_kernels.sliding_balance import evaluate
 from catheter_sim.kinds.continuum.theory.planar_kernels.sliding_step import newton_step
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.vectors import copy, fill, scale
 

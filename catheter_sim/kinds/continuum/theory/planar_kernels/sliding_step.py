@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.planar_kernels.columns import LENGTH, PRE_SLIDING_RAD
 from catheter_sim.kinds.continuum.theory.planar_kernels.elastic import elastic_slope
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.planar_kernels.columns import LARGEST, LENGTH, REST, STIFFNESS
 from catheter_sim.kinds.continuum.theory.planar_kernels.elastic import hardening
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
 _MOST_BISECTIONS = 60

@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.planar_kernels.columns import LARGEST, LENGTH, REST
 from catheter_sim.kinds.continuum.theory.planar_kernels.elastic import elastic_slope
 from catheter_sim.kinds.continuum.theory.planar_kernels.loads import find_load_moments
 from catheter_sim.kinds.continuum.theory.planar_kernels.tension_cell import bisected, excess
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.vectors import copy
 

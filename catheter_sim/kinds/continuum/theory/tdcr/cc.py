@@ -21,7 +21,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr import cc_kernel
 from catheter_sim.kinds.continuum.theory.tdcr.problem import Problem
 

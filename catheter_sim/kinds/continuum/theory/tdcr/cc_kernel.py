@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
 _SMALL_RAD2 = 1e-4  # squared angle below which the series is exact to the last bit

@@ -7,8 +7,8 @@ the model errs: by the length of a subsegment, to first order.
 
 from __future__ import annotations
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.tdcr.lumped import static_run

@@ -8,8 +8,9 @@ from typing import Protocol
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
-from catheter_sim.core.posture import Array, Posture
+from catheter_sim.core.posture import Posture
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.kinds.continuum.spec import ContinuumRobot

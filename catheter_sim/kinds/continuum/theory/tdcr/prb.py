@@ -20,8 +20,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.tdcr.lumped import Equilibria, free, static_run

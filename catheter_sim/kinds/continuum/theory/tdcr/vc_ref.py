@@ -8,8 +8,8 @@ keeps it and is what MuJoCo's spatial tendons do.
 
 from __future__ import annotations
 
+from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Array
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.kinds.continuum.theory.tdcr.rods import static_run

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import compiled_in_place
 
 

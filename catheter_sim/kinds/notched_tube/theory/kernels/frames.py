@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.notched_tube.theory.kernels.columns import CENTROID, HEIGHT, TENDON, UNCUT
 from catheter_sim.kinds.notched_tube.theory.kernels.geometry import shape, turned_by
 from catheter_sim.mechanics.compiled import compiled, compiled_in_place

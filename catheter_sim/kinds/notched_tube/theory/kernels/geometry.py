@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.notched_tube.theory.kernels.columns import CENTROID, HEIGHT, TENDON, UNCUT
 from catheter_sim.mechanics.compiled import compiled, compiled_in_place
 from catheter_sim.mechanics.vectors import dot3

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.notched_tube.theory.kernels.columns import COMPLIANCE, DISPLACEMENT, PRETENSION, REST
 from catheter_sim.kinds.notched_tube.theory.kernels.equilibrium import equilibrium, let_go
 from catheter_sim.kinds.notched_tube.theory.kernels.frames import workspace

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from catheter_sim.core.posture import Array
+from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import compiled_in_place
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.theory.kernels.columns import (
     AXIS,
     COMPLIANCE,
@@ -21,7 +22,6 @@ from catheter_sim.kinds.rolling.theory.kernels.columns import (
 from catheter_sim.kinds.rolling.theory.kernels.links import roll_on
 from catheter_sim.kinds.rolling.theory.kernels.rods import pull_and_bend_rods
 from catheter_sim.kinds.rolling.theory.kernels.sliding import ABOVE, slide_and_bend_rods
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.vectors import cross3, dot3
 

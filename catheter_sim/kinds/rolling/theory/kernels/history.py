@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.theory.kernels.balance import workspace
 from catheter_sim.kinds.rolling.theory.kernels.columns import LENGTH, REST
 from catheter_sim.kinds.rolling.theory.kernels.newton import (
@@ -13,7 +14,6 @@ from catheter_sim.kinds.rolling.theory.kernels.newton import (
     find_equilibrium_by_sliding,
 )
 from catheter_sim.kinds.rolling.theory.kernels.sliding import SLIP, guess_shares
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.vectors import blend, copy
 

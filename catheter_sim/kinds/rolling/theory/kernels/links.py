@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.theory.kernels.columns import AXIS, LINE, RADIUS_NEGATIVE, RADIUS_POSITIVE
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
 

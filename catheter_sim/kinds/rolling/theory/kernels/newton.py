@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.theory.kernels.balance import evaluate
 from catheter_sim.kinds.rolling.theory.kernels.columns import HIGH, LOW
 from catheter_sim.kinds.rolling.theory.kernels.sliding import renew_shares
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.linear import solve_lower, solve_vector
 from catheter_sim.mechanics.vectors import copy, largest_size

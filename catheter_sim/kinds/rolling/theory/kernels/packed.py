@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.theory.chain import RollingChain
-from catheter_sim.mechanics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.theory.kernels.columns import (
     CLEARANCE,
     CUBIC,
@@ -18,7 +19,6 @@ from catheter_sim.kinds.rolling.theory.kernels.columns import (
     SINK,
     SLEEVE,
 )
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
 

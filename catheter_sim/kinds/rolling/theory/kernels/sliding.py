@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.rolling.theory.kernels.columns import OFFSET, RADIUS_NEGATIVE, RADIUS_POSITIVE
 from catheter_sim.kinds.rolling.theory.kernels.rods import (
     bend_rod,
@@ -27,7 +28,6 @@ from catheter_sim.kinds.rolling.theory.kernels.rods import (
     stretch_of,
     turn_of,
 )
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
 CHOICE_M = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.derivative import (
     derive_own,
     hold_locked,
@@ -12,7 +13,6 @@ from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.derivative import (
 )
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.forces import sum_beyond, tendon_forces
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.subsegments import subsegment
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled, inlined
 from catheter_sim.mechanics.eight import all_less, larger, room
 from catheter_sim.mechanics.vectors import add3, cross3, fill, product3, turned

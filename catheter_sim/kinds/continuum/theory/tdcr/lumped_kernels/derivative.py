@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, PLANE
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import inlined
 from catheter_sim.mechanics.eight import room, select_less
 from catheter_sim.mechanics.vectors import add_cross3, copy3, cross3, dot3, fill, turned, turned_back

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from catheter_sim.mechanics.arrays import Array
+from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import inlined
 from catheter_sim.mechanics.eight import exponential, plane_angle, room
 from catheter_sim.mechanics.vectors import add3, add_cross3, copy3, cross3, dot3, fill

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.balance import evaluate
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, PLANE
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.eight import room
 from catheter_sim.mechanics.linear_eights import solve_columns_of_any

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import (
     ARC,
     LINK_SHARES,
     LINKS_MIDDLE,
     SPRING_FACTORS,
 )
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.eight import all_less, larger, room, select_less, sine_cosine
 from catheter_sim.mechanics.vectors import add3, copy3, cross3, fill, product3, turned

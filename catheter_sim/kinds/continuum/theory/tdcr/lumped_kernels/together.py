@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.balance import evaluate
 from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.newton import (
     LONGEST_STEP_RAD,
     TOLERANCE_RAD,
     newton_step,
 )
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.eight import (
     LANES,

@@ -11,9 +11,9 @@ direction in space, on the disk's orientation.
 
 from __future__ import annotations
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import CONTINUOUS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.tendon_forces import add_path_forces
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.eight import all_zero, room
 from catheter_sim.mechanics.vectors import turned_back

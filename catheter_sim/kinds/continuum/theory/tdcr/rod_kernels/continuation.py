@@ -12,11 +12,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import CONTINUOUS, LENGTH, LUMENS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.friction import balanced
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import TENDONS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.newton import CONVERGED, TOO_FAR
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled, inlined
 from catheter_sim.mechanics.eight import LANES, all_zero, exponential, floats_in_line, room
 from catheter_sim.mechanics.vectors import copy_all, dot3, fill, turned, turned_back

@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import CONTINUOUS, LUMENS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.newton import (
     CONVERGED,
@@ -20,7 +21,6 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.newton import (
     newton,
 )
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.strain import path_direction, strain_of
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled, inlined
 from catheter_sim.mechanics.vectors import turned, turned_back
 

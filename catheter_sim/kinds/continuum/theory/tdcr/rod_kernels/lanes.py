@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from catheter_sim.mechanics.arrays import Array
+from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 
 # Slots of the workspace, eights. A state is a quaternion (4), a position (3), then the

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.balance import left_over
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import CONTINUOUS, LUMENS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.sections import sections
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.strain import start_laws
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled, inlined
 from catheter_sim.mechanics.eight import room
 from catheter_sim.mechanics.linear_eights import solve_columns_of_any

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import LENGTH
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.strain import path_direction, strain_of
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.vectors import turned, turned_back
 

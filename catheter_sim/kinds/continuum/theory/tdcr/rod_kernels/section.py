@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
     BODY,
     COLUMNS,
@@ -29,7 +30,6 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
     column,
     three,
 )
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.eight import all_less, larger
 

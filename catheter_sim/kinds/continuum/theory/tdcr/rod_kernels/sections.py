@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import (
     CONTINUOUS,
     LENGTH,
@@ -26,7 +27,6 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
 )
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.section import integrate, set_body_wrenches
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.tendon_forces import add_span_pulls
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.eight import LANES, eights, select_less
 

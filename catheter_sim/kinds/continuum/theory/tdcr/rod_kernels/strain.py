@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from catheter_sim.mechanics.arrays import Array
+from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.eight import all_less, all_zero, larger, room
 from catheter_sim.mechanics.linear_eights import solve_columns_of_any

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
     BODY,
     COLUMNS,
@@ -22,7 +23,6 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import (
     three,
 )
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.strain import path_direction, strain_of
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.eight import all_zero, room
 from catheter_sim.mechanics.linear_eights import solve_columns_of_any

@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from catheter_sim.arrays import Array
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.balance import left_over
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.columns import CONTINUOUS, LUMENS
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.continuation import (
@@ -31,7 +32,6 @@ from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.newton import (
 )
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.sections import sections_of_eights
 from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.strain import start_laws
-from catheter_sim.mechanics.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.eight import (
     LANES,

@@ -1,4 +1,4 @@
-"""Types of the arrays that compiled loops work on."""
+"""Types of arrays."""
 
 from __future__ import annotations
 
