@@ -20,8 +20,8 @@ from catheter_sim.core.published import Published
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.settings import SAID, Settings, set_all, settings_table
 from catheter_sim.errors import InputError, shown, unknown
-from catheter_sim.kinds import KINDS, check_robot, kind_of
-from catheter_sim.kinds.documents import complete_document, robot_from_document
+from catheter_sim.robots import KINDS, check_robot, kind_of
+from catheter_sim.robots.documents import complete_document, robot_from_document
 
 PUBLISHED: Mapping[str, Published] = {
     item.id: item for kind in KINDS.values() for item in kind.robots.PUBLISHED

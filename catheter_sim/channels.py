@@ -17,7 +17,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.remembered import by_identity
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 from catheter_sim.tables import Table, own_clock
 from catheter_sim.units import si_factor
 

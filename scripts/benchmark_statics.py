@@ -19,10 +19,10 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
-from catheter_sim.kinds.continuum.theory.tdcr import cc, lumped, rods
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, LINKS, LINKS_MIDDLE
-from catheter_sim.kinds.continuum.theory.tdcr.problem import Problem, load, problem
+from catheter_sim.robots.continuum import cc, lumped, rods
+from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
+from catheter_sim.robots.continuum.published import spacer_disk
+from catheter_sim.robots.continuum.rods import Problem, load, problem
 from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation.drives import given
 

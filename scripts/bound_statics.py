@@ -32,15 +32,18 @@ if COUNT in sys.argv:
 import numpy as np  # noqa: E402
 from benchmark_statics import FULL_PULL_N, LUMPED, RODS, ROWS, best_s, solver_of  # noqa: E402
 
-from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk  # noqa: E402
-from catheter_sim.kinds.continuum.theory.tdcr import lumped, rods  # noqa: E402
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels import subsegments  # noqa: E402
-from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, load, problem  # noqa: E402
-from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels import newton as rod_newton  # noqa: E402
-from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels import sections as rod_sections  # noqa: E402
-from catheter_sim.kinds.continuum.theory.tdcr.rod_kernels.lanes import TENDONS  # noqa: E402
 from catheter_sim.mechanics import eight  # noqa: E402
 from catheter_sim.mechanics.compiled import compiled  # noqa: E402
+from catheter_sim.robots.continuum import (  # noqa: E402
+    lumped,
+    rod_sections,
+    rods,
+)
+from catheter_sim.robots.continuum import lumped_kernels as subsegments  # noqa: E402
+from catheter_sim.robots.continuum import rod_balance as rod_newton  # noqa: E402
+from catheter_sim.robots.continuum.published import spacer_disk  # noqa: E402
+from catheter_sim.robots.continuum.rod_sections import TENDONS  # noqa: E402
+from catheter_sim.robots.continuum.rods import Load, load, problem  # noqa: E402
 from catheter_sim.validation.drives import given  # noqa: E402
 
 SINE_COSINE = 38  # operations of both together: `eight.sine_cosine`

@@ -19,8 +19,8 @@ import numpy as np
 
 from catheter_sim.core.motion import IMPLICIT_SPRINGS, LEAPFROG, SMOOTH, Integration, in_motion
 from catheter_sim.core.robot import Dynamics
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.commands import Commands
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.rod import LENGTH_M, LINKS, tpu_rod

@@ -23,11 +23,11 @@ import numpy as np
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.procedure.anatomy import random_anatomy
 from catheter_sim.procedure.plan import plan
 from catheter_sim.procedure.series import run_series, summary_text, write_series
 from catheter_sim.procedure.video import film
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.validation.mitral_motion import tortuous
 
 TRANSSEPTAL_ROBOTS = ("mitral_transseptal", "mitral_transseptal@tube")

@@ -37,7 +37,7 @@ from unittest.mock import patch
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import DAMPING_TIME_S, Friction, RobotSpec, with_segments
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.theory import modified
+from catheter_sim.robots.catheter import measured as modified
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.theory.run import STATIC_MODELS, TheoryModel
 from catheter_sim.validation import mitral_elongation, rod_motion, tdcr_readings, tdcr_times

@@ -28,7 +28,7 @@ import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.catalogue import load_robot
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 PREFIX, SUFFIX = "catheter_sim/", "-v0"
 LONGEST_KEPT = 20  # steps: as many as take a drive through its range

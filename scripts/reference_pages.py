@@ -18,7 +18,7 @@ from typing import Any
 import catheter_sim as cs
 from catheter_sim.catalogue import ROBOTS, load_robot
 from catheter_sim.effects import EFFECTS
-from catheter_sim.kinds import KINDS, kind_of
+from catheter_sim.robots import KINDS, kind_of
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "reference"
 ROBOT = "neuroendoscope_section"  # whose effects are shown with their bounds

@@ -12,9 +12,9 @@ import pytest
 from catheter_sim.catalogue import load_robot, robots_of
 from catheter_sim.cli.main import main
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.catheter.layout import moving
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import solve_loaded
+from catheter_sim.robots.catheter.description import moving
+from catheter_sim.robots.rolling.complete import solve_loaded
+from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.speed import benchmark
 from catheter_sim.speed.benchmark import as_dict, input_cycle, measure, table_text
 from catheter_sim.speed.chain import CELLS, chain, exponent, with_cells

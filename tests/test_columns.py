@@ -12,7 +12,7 @@ from catheter_sim.catalogue import ROBOTS, load_robot
 from catheter_sim.channels import body_count, joint_names, output_channels
 from catheter_sim.columns import output_table, shown_by, write_columns
 from catheter_sim.core.posture import Posture
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 
 def posture(robot: ContinuumRobot, seed: int = 0) -> Posture:

@@ -15,8 +15,8 @@ from catheter_sim.channels import body_count, input_channels, joint_names, read_
 from catheter_sim.core.document import to_document
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import kind_of
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots import kind_of
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
 from catheter_sim.theory.run import STATIC_MODELS

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from catheter_sim.kinds import KINDS
+from catheter_sim.robots import KINDS
 
 pytestmark = pytest.mark.xdist_group("layers")  # whose worker reads every file once
 
@@ -171,5 +171,5 @@ def test_an_import_from_above_is_seen() -> None:
         assert RANK[top(module)] > RANK["kinds"]
     hidden = ast.parse("if TYPE_CHECKING:\n    from catheter_sim.cli import main\n")
     assert not list(imports(hidden))
-    assert kind_of("catheter_sim.kinds.rolling.spec.Rod") == "rolling"
-    assert kind_of("catheter_sim.kinds.kind_of") == ""
+    assert kind_of("catheter_sim.robots.rolling.spec.Rod") == "rolling"
+    assert kind_of("catheter_sim.robots.kind_of") == ""

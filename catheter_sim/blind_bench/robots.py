@@ -19,7 +19,7 @@ from catheter_sim.channels import body_count
 from catheter_sim.core.published import Drawn, Trials
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import unknown
-from catheter_sim.kinds import KINDS
+from catheter_sim.robots import KINDS
 
 FILE_REFERENCE = "robot.toml"  # of a robot that has no id: its file lies in the data set's folder
 # In the order in which a seed deals them; what is not named here comes after.

@@ -37,8 +37,8 @@ def run(options: argparse.Namespace) -> int:
     from catheter_sim.cli.driven import load
     from catheter_sim.effects.apply import outside_the_robot
     from catheter_sim.errors import InputError
-    from catheter_sim.kinds import kind_of
     from catheter_sim.modelling.build import build_mjcf
+    from catheter_sim.robots import kind_of
     from catheter_sim.tables import replaced_when_whole
 
     specified, robot = load(options.robot, options.settings)

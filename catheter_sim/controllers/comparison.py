@@ -19,8 +19,8 @@ from catheter_sim.controllers.loop import ControlRun, Tracker, joint_kinds_of, r
 from catheter_sim.controllers.pid import RATE_HZ, Gains, Pid
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds import kind_of
-from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.robots import kind_of
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 
 MOTORS = ("none", "pd", "observer")

@@ -18,22 +18,20 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds.catheter.layout import is_four_dof, is_transseptal, moved_segment
-from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
-from catheter_sim.kinds.catheter.theory.modified import (
+from catheter_sim.robots.catheter.description import is_four_dof, is_transseptal, moved_segment
+from catheter_sim.robots.catheter.kinematics import pulled_m
+from catheter_sim.robots.catheter.measured import (
     BENDING,
     TORSION_DISTAL,
     TORSION_PROXIMAL,
     BendingCalibration,
-    TorsionCalibration,
-)
-from catheter_sim.kinds.catheter.theory.stretching import (
     Side,
     StretchingJoint,
+    TorsionCalibration,
     bent_to,
     stretching_joints,
 )
-from catheter_sim.kinds.catheter.theory.tendons import pulled_m
+from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 
 MODELS = ("pk", "te", "mk")
 

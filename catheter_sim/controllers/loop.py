@@ -21,8 +21,8 @@ from catheter_sim.arrays import Array
 from catheter_sim.controllers import motor
 from catheter_sim.controllers.pid import RATE_HZ, Pid
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds import KINDS, kind_of
 from catheter_sim.progress import counted
+from catheter_sim.robots import KINDS, kind_of
 from catheter_sim.simulation.simulator import Simulator
 
 _WHOLE = 1e-6  # share of a period by which a tick may miss the simulation's steps

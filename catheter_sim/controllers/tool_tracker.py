@@ -14,9 +14,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.catheter.layout import moved_segment, moving
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.inverse import inverse
+from catheter_sim.robots.catheter.description import moved_segment, moving
+from catheter_sim.robots.catheter.kinematics import inverse
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 
 

@@ -181,17 +181,17 @@ class Kind(Generic[S]):
     @cached_property
     def checks(self) -> Checks[S]:
         """Is this robot possible?"""
-        return importlib.import_module(f"{self.package}.checks")
+        return importlib.import_module(f"{self.package}.description")
 
     @cached_property
     def drives(self) -> Drives[S]:
         """What drives a robot, and what does it report?"""
-        return importlib.import_module(f"{self.package}.drives")
+        return importlib.import_module(f"{self.package}.description")
 
     @cached_property
     def handles(self) -> Handles[S]:
         """Where may a cause of error act on a robot?"""
-        return importlib.import_module(f"{self.package}.handles")
+        return importlib.import_module(f"{self.package}.description")
 
     @cached_property
     def model(self) -> Model[S]:
@@ -211,7 +211,7 @@ class Kind(Generic[S]):
     @cached_property
     def robots(self) -> Robots:
         """Which robots of this kind are there?"""
-        return importlib.import_module(f"{self.package}.robots")
+        return importlib.import_module(f"{self.package}.published")
 
     @cached_property
     def statics(self) -> Statics[S]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Values
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.mechanics.lag import Past, lagged, late_step
+from catheter_sim.mechanics.hysteresis import Past, lagged, late_step
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from catheter_sim.core.effect import Handle, Parameter, Role, Sizes, Values
 from catheter_sim.core.numbers import number, si_of, with_values
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 
 
 def places(robot: RobotSpec, role: Role) -> tuple[Handle, ...]:

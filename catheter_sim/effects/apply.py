@@ -27,7 +27,7 @@ from catheter_sim.core.posture import Observed, Posture
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds import check_robot
+from catheter_sim.robots import check_robot
 
 
 def check_effects(robot: RobotSpec) -> None:

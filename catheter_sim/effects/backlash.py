@@ -18,7 +18,7 @@ from catheter_sim.effects._channels import (
     scale_of,
 )
 from catheter_sim.effects._places import added_at, groups_at, places
-from catheter_sim.mechanics.play import play, play_step
+from catheter_sim.mechanics.hysteresis import play, play_step
 
 _THROUGH = "soft_through"
 # Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian.

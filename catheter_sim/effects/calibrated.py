@@ -8,7 +8,7 @@ from catheter_sim.channels import actuations
 from catheter_sim.core.drive import driven_by
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 
 
 def causes_same_as(robot: RobotSpec, keys: Iterable[str]) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.remembered import by_identity
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects._channels import TO_SI, actuation_unit, scale_of
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 
 _NAME = "{}_to_{}"
 _ABREAST = 1e-9  # cosine up to which two channels are at right angles

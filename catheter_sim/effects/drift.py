@@ -24,7 +24,7 @@ from catheter_sim.effects._channels import (
     scale_of,
     sized_parameter,
 )
-from catheter_sim.mechanics.lag import Past, lagged, late_step
+from catheter_sim.mechanics.hysteresis import Past, lagged, late_step
 
 _CREEP = ("creep", "creep_time_s")
 _RESPONSE = ("response_creep", "response_creep_time_s")

@@ -11,7 +11,7 @@ from typing import Any
 import gymnasium
 
 from catheter_sim.core.published import Environment
-from catheter_sim.kinds import KINDS
+from catheter_sim.robots import KINDS
 
 EPISODE_STEPS = 100  # control steps, 10 simulated seconds: five times the way through a drive's range
 

@@ -17,8 +17,8 @@ from catheter_sim.effects.steps import Commands, Sight
 from catheter_sim.envs.quick_model import input_range, quick_model
 from catheter_sim.envs.surroundings import Surround
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import check_robot
 from catheter_sim.mjcf.names import TIP
+from catheter_sim.robots import check_robot
 from catheter_sim.simulation.simulator import Simulator
 
 START_S = 1.0  # simulated time in which a load that acts at rest (an offset, a payload) comes on

@@ -7,7 +7,7 @@ from catheter_sim.channels import actuations
 from catheter_sim.core.quick_model import QuickModel
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import unknown
-from catheter_sim.kinds import face_of
+from catheter_sim.robots import face_of
 
 
 def quick_model(robot: RobotSpec, actuation: str, largest_bend_rad: float | None = None) -> QuickModel:

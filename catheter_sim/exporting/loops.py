@@ -15,7 +15,7 @@ from catheter_sim.core.drive import pulls_alone
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.quick_model import DriveLevels
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.kinds import face_of
+from catheter_sim.robots import face_of
 
 ROWS_A_WAY = 12  # of a fitted loop's full way
 # Corners of the loops as shares of a drive's range, from rest and back to it.

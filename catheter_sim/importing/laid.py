@@ -35,7 +35,7 @@ from catheter_sim.importing.against_robot import (
 )
 from catheter_sim.importing.guesses import Guess
 from catheter_sim.importing.heads import PIXELS, numbers_of
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 from catheter_sim.units import si_factor
 
 OPEN = ("counts_per_turn", "spool_radius_mm")  # keys of an entry that are settled here where they are 0

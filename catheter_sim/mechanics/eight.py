@@ -1,11 +1,4 @@
-"""Eight numbers as one in compiled code: each sum, product or root is one of the processor's vectors.
-
-A loop written for arrays of numbers works on eight problems side by side where its arrays hold `eight`s: an
-array of floats with a last axis of 8 becomes one by `eights`. The functions below are written for both, for
-floats and eights, in place of the comparisons that eight numbers answer differently.
-
-What a kernel makes for itself has its arguments' type: `room((3,), x)`.
-"""
+"""Eight numbers at once in compiled loops, and linear equations of them."""
 
 from __future__ import annotations
 
@@ -31,6 +24,19 @@ from numba.extending import (
     register_model,
 )
 from numba.np.arrayobj import make_array, populate_array
+
+from catheter_sim.arrays import Array
+from catheter_sim.mechanics.compiled import compiled_in_place
+from catheter_sim.mechanics.vectors import solve_columns
+
+# ----------------------------------------------------------------------------------------------------
+# Eight numbers as one in compiled code: each sum, product or root is one of the processor's vectors.
+#
+# A loop written for arrays of numbers works on eight problems side by side where its arrays hold `eight`s:
+# an array of floats with a last axis of 8 becomes one by `eights`. The functions below are written for
+# both, for floats and eights, in place of the comparisons that eight numbers answer differently.
+#
+# What a kernel makes for itself has its arguments' type: `room((3,), x)`.
 
 LANES = 8
 _DOUBLE, _INT = ir.DoubleType(), ir.IntType(32)
@@ -365,3 +371,54 @@ def _overload_sine_cosine(x: Any) -> Any:
         return sign * turned_sine, sign * turned_cosine
 
     return of_eight
+
+
+# ----------------------------------------------------------------------------------------------------
+# Linear systems of eights: eight small dense systems solved side by side.
+
+
+@compiled_in_place
+def _solve_columns_of_eights(matrix: Array, right: Array) -> bool:
+    """Solve as `solve_columns` does; each of the eight systems has its own exchange of rows.
+
+    A singular one gives numbers that are not finite. Returns True.
+    """
+    size, columns = right.shape
+    for i in range(size):
+        for k in range(i + 1, size):  # the largest pivot comes up to row i
+            own, other = abs(matrix[i, i]), abs(matrix[k, i])
+            for j in range(i, size):
+                upper, lower = matrix[i, j], matrix[k, j]
+                matrix[i, j] = select_less(own, other, lower, upper)
+                matrix[k, j] = select_less(own, other, upper, lower)
+            for j in range(columns):
+                upper, lower = right[i, j], right[k, j]
+                right[i, j] = select_less(own, other, lower, upper)
+                right[k, j] = select_less(own, other, upper, lower)
+        inverse = 1.0 / matrix[i, i]
+        for k in range(i + 1, size):
+            factor = matrix[k, i] * inverse
+            for j in range(i + 1, size):
+                matrix[k, j] -= factor * matrix[i, j]
+            for j in range(columns):
+                right[k, j] -= factor * right[i, j]
+        matrix[i, i] = inverse
+    for i in range(size - 1, -1, -1):
+        for j in range(columns):
+            total = right[i, j]
+            for k in range(i + 1, size):
+                total -= matrix[i, k] * right[k, j]
+            right[i, j] = total * matrix[i, i]
+    return True
+
+
+def solve_columns_of_any(matrix: Any, right: Any) -> bool:
+    """Solve matrix @ x = right for floats or eights; x replaces `right`; see `linear.solve_columns`."""
+    return bool(solve_columns(matrix, right))
+
+
+@overload(solve_columns_of_any, strict=False)
+def _overload_solve_columns(matrix: Any, right: Any) -> Any:
+    if matrix.dtype == eight:
+        return lambda matrix, right: _solve_columns_of_eights(matrix, right)
+    return lambda matrix, right: solve_columns(matrix, right)

@@ -11,11 +11,11 @@ from catheter_sim.core.markers import elements_of, offsets_of
 from catheter_sim.core.motion import IMPLICIT_SPRINGS, in_motion
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, RobotNote
-from catheter_sim.kinds import face_of, kind_of
 from catheter_sim.mjcf import names
 from catheter_sim.mjcf.document import Element
 from catheter_sim.mjcf.tendons import add_site
 from catheter_sim.modelling.scene import add_scene
+from catheter_sim.robots import face_of, kind_of
 
 _LOAD_RADIUS_M = 1e-4  # of gyration of a load at the tip: nothing beside its distance from any hinge
 _LEAST_KG = float(mujoco.mjMINVAL)  # MuJoCo takes no body of less mass

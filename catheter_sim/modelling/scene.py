@@ -9,8 +9,8 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.kinds import kind_of
 from catheter_sim.mjcf.document import Element
+from catheter_sim.robots import kind_of
 
 FOVY_DEG = 20.0  # narrow: little perspective, so that what is near is hardly larger than what is far
 SIDE_FOVY_DEG = 6.0  # almost parallel rays, to measure in the picture

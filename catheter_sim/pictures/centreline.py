@@ -9,7 +9,7 @@ from __future__ import annotations
 from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 
 
 def shows_centreline(robot: RobotSpec, geom: str) -> bool:

@@ -1,7 +1,7 @@
 """What must be remembered of a simulation to draw it later.
 
 Joint positions alone do not say where a rolling-joint robot is: the simulation moves its hinges and
-links in the model itself (`catheter_sim.kinds.rolling.forces.rolling`).
+links in the model itself (`catheter_sim.robots.rolling.laws`).
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds import kind_of
 from catheter_sim.pictures.tendon_paint import PulledTendons, stretch_tensions
+from catheter_sim.robots import kind_of
 from catheter_sim.simulation.simulator import Simulator
 
 _MOVED = ("jnt_pos", "body_pos", "site_pos")  # fields of the model that a simulation writes

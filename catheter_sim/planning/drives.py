@@ -21,7 +21,7 @@ from catheter_sim.core.drive import sums
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds import face_of
+from catheter_sim.robots import face_of
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
 

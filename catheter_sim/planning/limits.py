@@ -11,7 +11,7 @@ from catheter_sim.channels import channel_inputs, drives_of
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import face_of
+from catheter_sim.robots import face_of
 from catheter_sim.units import si_factor
 
 _ROUNDING = 1e-6

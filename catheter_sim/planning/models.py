@@ -19,7 +19,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture, finite_rows
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.theory.which_model import (

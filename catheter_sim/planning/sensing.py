@@ -22,7 +22,7 @@ from catheter_sim.core.numbers import number, si_of, with_values
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import check_robot
+from catheter_sim.robots import check_robot
 from catheter_sim.tables import Table
 from catheter_sim.theory.predict import Prediction, twin_for
 from catheter_sim.units import si_factor

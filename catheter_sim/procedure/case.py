@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds.catheter.layout import is_four_dof
-from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.procedure.anatomy import RANGES, Anatomy, random_anatomy
 from catheter_sim.procedure.flow import FLOW_N, Flow, random_flow
 from catheter_sim.procedure.frames import DOWN
 from catheter_sim.procedure.plan import Plan, plan_way
+from catheter_sim.robots.catheter.description import is_four_dof
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 # Of the crossed design's outer sheath, which is led by hand: 10 deg about the roll that would do without its
 # proximal joint, +y toward the valve. Assumed.

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.kinematics import tool_jacobian
 from catheter_sim.procedure.frames import pose_error, transform
 from catheter_sim.procedure.steps import Step
+from catheter_sim.robots.catheter.kinematics import tool_jacobian
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 POSITION_M, TURN_RAD = 1e-3, math.radians(3.0)  # errors of equal weight: what the procedure allows
 

@@ -10,9 +10,6 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.effects.apply import wholly_built_in
-from catheter_sim.kinds.catheter.mjcf.implant import ACTUATOR, ARMS
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
 from catheter_sim.modelling.surroundings import INSERTION
 from catheter_sim.procedure.contact import Contacts, Touch
 from catheter_sim.procedure.feedback import Corrections, Tracker, corrected, good_enough, measured
@@ -20,6 +17,9 @@ from catheter_sim.procedure.frames import pose_error, transform
 from catheter_sim.procedure.plan import Plan
 from catheter_sim.procedure.scene import Scene, build_scene
 from catheter_sim.procedure.steps import HOLD_S, Step, between, displacements_m, duration_s, steps
+from catheter_sim.robots.catheter.kinematics import tool_frame
+from catheter_sim.robots.catheter.picture import ACTUATOR, ARMS
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 
 POSITION_MM, ANGLE_DEG = 1.0, 3.0  # what counts as success

@@ -18,13 +18,13 @@ from scipy.optimize import least_squares
 
 from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.layout import is_four_dof, is_transseptal, moving
-from catheter_sim.kinds.catheter.mjcf.implant import IMPLANT_M, hinge_place_m, holder_length_m
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
 from catheter_sim.procedure.anatomy import Anatomy, coaptation_axes, depth_m, inward, septal_point
 from catheter_sim.procedure.frames import DOWN, base_frame, pose_error, transform
 from catheter_sim.procedure.valve import free_edge_z_m, pushed_edge_z_m
+from catheter_sim.robots.catheter.description import is_four_dof, is_transseptal, moving
+from catheter_sim.robots.catheter.kinematics import tool_frame
+from catheter_sim.robots.catheter.picture import IMPLANT_M, hinge_place_m, holder_length_m
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 GRASP_M = 1.5e-3  # of the free edges above the arms' hinges; assumed
 # Of the implant's foot below the free edges, as the holder has pushed them aside, before it opens: the arms,

@@ -24,10 +24,6 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.anatomy.wall import blocks, facings, shell
-from catheter_sim.kinds.catheter.layout import elements, ring_length_m
-from catheter_sim.kinds.catheter.mjcf.implant import ARMS, IMPLANT_M, arm_width_m, holder_length_m
-from catheter_sim.kinds.catheter.mjcf.pieces import pieces
-from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.mjcf.document import ALL_DIGITS, Element, read
 from catheter_sim.mjcf.names import link as link_name
 from catheter_sim.mjcf.parts import GROUP
@@ -45,6 +41,9 @@ from catheter_sim.modelling.surroundings import (
 from catheter_sim.procedure import valve
 from catheter_sim.procedure.atrium import wall
 from catheter_sim.procedure.plan import Plan, implant_turn_rad, tip_to_end_m
+from catheter_sim.robots.catheter.description import elements, ring_length_m
+from catheter_sim.robots.catheter.picture import ARMS, IMPLANT_M, arm_width_m, holder_length_m, pieces
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.tissue import TISSUE
 
 MOUNT = "implant_mount"

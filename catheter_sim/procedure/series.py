@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.procedure.anatomy import Anatomy, random_anatomy
 from catheter_sim.procedure.operate import ANGLE_DEG, POSITION_MM, Outcome, StepReport, operate
 from catheter_sim.procedure.plan import plan
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.tables import replaced_when_whole
 
 _COLUMNS = (

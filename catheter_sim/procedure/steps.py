@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.catheter.layout import joint_stiffness, moved_segment, moving
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.tendons import largest_angle_rad, pulled_m
 from catheter_sim.procedure.plan import Plan
+from catheter_sim.robots.catheter.description import joint_stiffness, moved_segment, moving
+from catheter_sim.robots.catheter.kinematics import largest_angle_rad, pulled_m
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 # Speeds, slow against the robot's relaxation; assumed.
 PUSH_M_PER_S = 20e-3

@@ -10,7 +10,6 @@ import mujoco
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.modelling.scene import View
 from catheter_sim.pictures.backend import open_renderer
 from catheter_sim.pictures.framing import free_camera
@@ -21,6 +20,7 @@ from catheter_sim.procedure.operate import operate
 from catheter_sim.procedure.plan import Plan
 from catheter_sim.procedure.steps import Step
 from catheter_sim.procedure.valve import free_edge_z_m
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 
 FPS = 25

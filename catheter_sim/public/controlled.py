@@ -332,8 +332,8 @@ def desired_values(robot: RobotSpec, trajectory: Any, rate_hz: float) -> Array:
     from catheter_sim.channels import drives_of, outputs_of
     from catheter_sim.controllers.trajectories import through, ticks_s
     from catheter_sim.core.drive import Quantity
-    from catheter_sim.kinds import face_of
     from catheter_sim.public.inverse import clocked_table
+    from catheter_sim.robots import face_of
     from catheter_sim.tables import own_clock
 
     face_of(robot, "joint_control", "joint control")

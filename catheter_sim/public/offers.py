@@ -29,7 +29,7 @@ def list_robots() -> Listing:
     """
     from catheter_sim.catalogue import ROBOTS, load_robot
     from catheter_sim.channels import input_channels
-    from catheter_sim.kinds import kind_of
+    from catheter_sim.robots import kind_of
 
     rows = []
     for reference in ROBOTS:

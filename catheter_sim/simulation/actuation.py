@@ -13,7 +13,7 @@ from catheter_sim.core.drive import Drive, Quantity
 from catheter_sim.core.law import Controls, Pulls, RobotInModel
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, shown
-from catheter_sim.mechanics.slack import clamp_slack
+from catheter_sim.mechanics.hysteresis import clamp_slack
 from catheter_sim.simulation.divergence import LARGEST_INPUT
 
 ROUNDING_N = 1e-9  # by which a tension may lie below zero
@@ -108,7 +108,7 @@ class Actuation:
     def let_taut_tendons_slacken(self) -> None:
         """Clamp at zero only the tensions of tendons that were slack before the command changed.
 
-        See `mechanics.slack`; to be called once a step, where tendons are driven.
+        See `mechanics.hysteresis`; to be called once a step, where tendons are driven.
         """
         pulls, data = self.pulls, self._data
         clamp_slack(

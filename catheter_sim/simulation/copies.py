@@ -30,8 +30,8 @@ from mujoco.batch import Batch, SimulationError
 from catheter_sim.arrays import Array, Index
 from catheter_sim.core.law_copies import Batched, CopiesLaw, CopyArrays
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import kind_of
-from catheter_sim.mechanics.slack import clamp_slack_of
+from catheter_sim.mechanics.hysteresis import clamp_slack_of
+from catheter_sim.robots import kind_of
 from catheter_sim.simulation.divergence import LARGEST_INPUT, farthest
 from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.friction_copies import CapstanCopies

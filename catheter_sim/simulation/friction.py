@@ -31,9 +31,8 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.law import Law, Step, TendonPaths, Turns
-from catheter_sim.mechanics.capstan.moving import step_over_inertia
-from catheter_sim.mechanics.capstan.together import busy_spans, solve_tensions
-from catheter_sim.mechanics.tendon_rows import TendonRows
+from catheter_sim.mechanics.capstan import busy_spans, solve_tensions, step_over_inertia
+from catheter_sim.mechanics.tendons import TendonRows
 
 SWEEPS = 20  # most passes over tendons that share joints, in one step
 MOVING_SWEEPS = 12  # of a robot in motion; what they leave the next step goes on with

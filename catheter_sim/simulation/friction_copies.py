@@ -8,7 +8,7 @@ from mujoco.batch import Batch
 
 from catheter_sim.arrays import Array, Index
 from catheter_sim.core.law import TendonPaths
-from catheter_sim.mechanics.capstan.copies import solve_tensions_of_copies
+from catheter_sim.mechanics.capstan import solve_tensions_of_copies
 from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction
 
 

@@ -10,7 +10,7 @@ import mujoco
 from catheter_sim.core.law import FrictionLaw, Law, RobotInModel, Step
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds import KINDS, kind_of
+from catheter_sim.robots import KINDS, kind_of
 from catheter_sim.simulation.actuation import Actuation
 from catheter_sim.simulation.friction import CapstanFriction
 

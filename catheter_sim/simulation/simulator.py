@@ -21,8 +21,8 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import wholly_built_in
 from catheter_sim.errors import InputError, SimulationDiverged, require_type, shown
-from catheter_sim.kinds import kind_of
 from catheter_sim.modelling.model_cache import remembered_mjcf
+from catheter_sim.robots import kind_of
 from catheter_sim.simulation.actuation import Actuation, checked_inputs, checked_numbers
 from catheter_sim.simulation.divergence import Watch
 from catheter_sim.simulation.law_list import find_laws, needs_reference_friction

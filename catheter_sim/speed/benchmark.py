@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from catheter_sim.catalogue import PUBLISHED, load_robot
 from catheter_sim.core.quick_model import SpeedCase
 from catheter_sim.core.robot import Friction, RobotSpec
-from catheter_sim.kinds import face_of
+from catheter_sim.robots import face_of
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.speed.chain import (
     CELLS,

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.core.robot import DAMPING_TIME_S, Dynamics, Friction
-from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.published import neuroendoscope_section
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 CHAIN = "chain_60dof_9tendons"
 GROWTH_ROBOT = "neuroendoscope_section"

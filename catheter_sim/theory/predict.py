@@ -30,7 +30,7 @@ from catheter_sim.effects.apply import (
     sees_otherwise,
     shaped,
 )
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 from catheter_sim.simulation.moving_twin import MovingTwin
 from catheter_sim.theory.run import STATIC_MODELS
 

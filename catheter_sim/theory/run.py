@@ -18,7 +18,7 @@ from catheter_sim.core.static_run import StaticRun
 from catheter_sim.core.statics import StaticModel
 from catheter_sim.effects.apply import embodied, in_force
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds import KINDS, kind_of
+from catheter_sim.robots import KINDS, kind_of
 
 
 @dataclass(frozen=True)

@@ -30,10 +30,10 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds import kind_of
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.kinds.continuum.theory.tdcr.cc import bend_per_tension
-from catheter_sim.kinds.continuum.theory.tdcr.problem import problem
+from catheter_sim.robots import kind_of
+from catheter_sim.robots.continuum.cc import bend_per_tension
+from catheter_sim.robots.continuum.rods import problem
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.theory.run import STATIC_MODELS
 
 CANDIDATES = ("CC", "CC_sub", "PRB", "PRB_middle", "VC", "VC_ref", "VC_ref_noproj")  # the simplest first

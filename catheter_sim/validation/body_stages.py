@@ -12,7 +12,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section
+from catheter_sim.robots.continuum.published import neuroendoscope_section
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation.drives import NO_GRAVITY, given, tips_mm
 

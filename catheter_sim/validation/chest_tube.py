@@ -12,7 +12,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube_section
+from catheter_sim.robots.rolling.published import chest_tube_section
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation import plots

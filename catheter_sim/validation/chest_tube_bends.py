@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.robots.rolling.complete import complete
+from catheter_sim.robots.rolling.description import RollingChain, rolling_chain
+from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation.drives import NO_GRAVITY, given
 

@@ -13,11 +13,10 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
-from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory import rods
-from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
-from catheter_sim.kinds.rolling.theory.loads import loads
-from catheter_sim.kinds.rolling.theory.newton_euler import reactions
+from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling.complete import loads, reactions
+from catheter_sim.robots.rolling.description import RollingChain, rolling_chain
+from catheter_sim.robots.rolling.spec import RollingRobot
 
 SLIDES_M = 2e-6  # what counts as sliding between two rows; rest leaves less
 CLEAR_SHARE = 0.9  # a tension change below this share of the full one is not slipping

@@ -16,15 +16,11 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
-from catheter_sim.kinds.rolling.robots.chest_tube import (
-    SYMMETRIC_ARM_M,
-    SYMMETRIC_RADIUS_M,
-    chest_tube_section,
-)
-from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory import rods
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling.complete import complete
+from catheter_sim.robots.rolling.description import rolling_chain
+from catheter_sim.robots.rolling.published import SYMMETRIC_ARM_M, SYMMETRIC_RADIUS_M, chest_tube_section
+from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation import paper_plots
 from catheter_sim.validation.drives import NO_GRAVITY, given, largest_distance, tips_mm

@@ -18,10 +18,9 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import complete, solve_history_by_virtual_work
-from catheter_sim.kinds.rolling.theory.history import postures
+from catheter_sim.robots.rolling.complete import complete, postures, solve_history_by_virtual_work
+from catheter_sim.robots.rolling.description import rolling_chain
+from catheter_sim.robots.rolling.published import chest_tube
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation import plots
 from catheter_sim.validation.chest_tube_coulomb import moment_left, violations

@@ -13,9 +13,9 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.loads import LinkForce
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube, chest_tube_section
-from catheter_sim.kinds.rolling.spec import RollingRobot, Sleeve
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.robots.rolling.complete import complete
+from catheter_sim.robots.rolling.published import chest_tube, chest_tube_section
+from catheter_sim.robots.rolling.spec import RollingRobot, Sleeve
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation.drives import NO_GRAVITY, given, largest_distance, tips_mm
 from catheter_sim.validation.lines import Line, Validation

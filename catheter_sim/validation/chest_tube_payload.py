@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.rolling.spec import Rod, RollingRobot
+from catheter_sim.robots.rolling.spec import Rod, RollingRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.chest_tube_bends import MOST_TENSION_N

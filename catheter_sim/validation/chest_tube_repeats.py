@@ -18,8 +18,8 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube_section_printed_shapes
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.robots.rolling.complete import complete
+from catheter_sim.robots.rolling.published import chest_tube_section_printed_shapes
 from catheter_sim.validation import paper_plots
 from catheter_sim.validation.chest_tube_calibration import NOISE_MM, TENSIONS_N
 from catheter_sim.validation.chest_tube_printed_shapes import SECTION, STAND_IN, shapes_mm

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.kinds.rolling import layout
-from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube, chest_tube_section
-from catheter_sim.kinds.rolling.spec import Rod, RollingRobot
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.robots.rolling import description as layout
+from catheter_sim.robots.rolling.complete import complete
+from catheter_sim.robots.rolling.published import chest_tube, chest_tube_section
+from catheter_sim.robots.rolling.spec import Rod, RollingRobot
 from catheter_sim.tables import replaced_when_whole
 from catheter_sim.validation.chest_tube_bends import (
     MOST_TENSION_N,

@@ -12,10 +12,10 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
-from catheter_sim.kinds.rolling.robots.chest_tube import chest_tube_section
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import complete
-from catheter_sim.kinds.rolling.theory.printed import Terms, printed, solve_printed
+from catheter_sim.robots.rolling.complete import complete
+from catheter_sim.robots.rolling.description import rolling_chain
+from catheter_sim.robots.rolling.printed import Terms, printed, solve_printed
+from catheter_sim.robots.rolling.published import chest_tube_section
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation import plots
 from catheter_sim.validation.drives import NO_GRAVITY, given, largest_distance, tips_mm

@@ -13,7 +13,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
-from catheter_sim.kinds.continuum.robots.neuroendoscope import CELL_LENGTH_M, EYELET_OFFSET_M
+from catheter_sim.robots.continuum.published import CELL_LENGTH_M, EYELET_OFFSET_M
 
 SLIDES_M = 2e-6  # what counts as sliding between two rows; rest leaves less
 CLEAR_SHARE = 0.9  # a tension change below this share of the full one is not slipping

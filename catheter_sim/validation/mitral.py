@@ -10,10 +10,17 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
-from catheter_sim.kinds.catheter.layout import hinge_counts, hinge_heights_m, moved_segment, moving, turning
-from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal
-from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
-from catheter_sim.kinds.catheter.theory import closed_form, tendons
+from catheter_sim.robots.catheter import kinematics as closed_form
+from catheter_sim.robots.catheter import kinematics as tendons
+from catheter_sim.robots.catheter.description import (
+    hinge_counts,
+    hinge_heights_m,
+    moved_segment,
+    moving,
+    turning,
+)
+from catheter_sim.robots.catheter.published import mitral_4dof, mitral_transseptal
+from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation.drives import NO_GRAVITY, given, largest_distance, tips_mm
 from catheter_sim.validation.lines import Line, Validation

@@ -28,10 +28,9 @@ from catheter_sim.controllers.feedforward import along, feedforward
 from catheter_sim.controllers.pid import RATE_HZ, Pid
 from catheter_sim.controllers.tool_tracker import ToolTracker
 from catheter_sim.controllers.trajectories import through, ticks_s
-from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal
-from catheter_sim.kinds.catheter.robots.mitral_measured import mitral_4dof_measured
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.tendons import arm_m
+from catheter_sim.robots.catheter.kinematics import arm_m
+from catheter_sim.robots.catheter.published import mitral_4dof, mitral_4dof_measured, mitral_transseptal
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation import control_plots
 from catheter_sim.validation.lines import FITTED, OUT_OF_REACH, PREDICTED, Line, Validation

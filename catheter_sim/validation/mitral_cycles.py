@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.catheter.layout import moved_segment
-from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal, mitral_transseptal_tube
-from catheter_sim.kinds.catheter.theory import modified
-from catheter_sim.kinds.catheter.theory.tendons import angle_rad, pulled_m
+from catheter_sim.robots.catheter import measured as modified
+from catheter_sim.robots.catheter.description import moved_segment
+from catheter_sim.robots.catheter.kinematics import angle_rad, pulled_m
+from catheter_sim.robots.catheter.published import mitral_transseptal, mitral_transseptal_tube
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation import mitral_plots
 from catheter_sim.validation.drives import NO_GRAVITY

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.catheter.forces.stretch import StretchingTendon
-from catheter_sim.kinds.catheter.theory.elongation import PRINTED, tension_along
+from catheter_sim.robots.catheter.laws import StretchingTendon
+from catheter_sim.robots.catheter.measured import PRINTED, tension_along
 from catheter_sim.validation import mitral_plots
 from catheter_sim.validation.lines import READ_BACK, Line, Validation
 

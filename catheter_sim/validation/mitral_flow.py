@@ -19,20 +19,18 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.catheter.layout import joint_stiffness, ring_length_m
-from catheter_sim.kinds.catheter.robots.materials import (
-    joint_slope_m_per_rad,
-    mitral_transseptal_material,
-    tendon_modulus_Pa,
-)
-from catheter_sim.kinds.catheter.robots.mitral import (
+from catheter_sim.robots.catheter.description import joint_stiffness, ring_length_m
+from catheter_sim.robots.catheter.kinematics import arm_m, pulled_m
+from catheter_sim.robots.catheter.published import (
     DEFLECTION_M_PER_N,
     MK_SLOPE_M_PER_RAD,
     TUBE_TENDON_STIFFNESS_N_PER_M,
+    joint_slope_m_per_rad,
+    mitral_transseptal_material,
     mitral_transseptal_tube,
+    tendon_modulus_Pa,
 )
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.tendons import arm_m, pulled_m
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.lines import ASSUMED, FITTED, PREDICTED, READ_BACK, REFUTED, Line, Validation
 

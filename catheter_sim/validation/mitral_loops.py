@@ -13,14 +13,19 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.kinds.catheter.layout import moved_segment
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory import modified
-from catheter_sim.kinds.catheter.theory.calibrate import calibrate_bending, calibrate_torsion
-from catheter_sim.kinds.catheter.theory.corrected import BENDING_LOOP_M
-from catheter_sim.kinds.catheter.theory.modified import BendingCalibration, TorsionCalibration
-from catheter_sim.kinds.catheter.theory.prandtl_ishlinskii import PrandtlIshlinskii, identify
-from catheter_sim.kinds.catheter.theory.tendons import angle_rad
+from catheter_sim.robots.catheter import measured as modified
+from catheter_sim.robots.catheter.description import moved_segment
+from catheter_sim.robots.catheter.kinematics import angle_rad
+from catheter_sim.robots.catheter.measured import (
+    BENDING_LOOP_M,
+    BendingCalibration,
+    PrandtlIshlinskii,
+    TorsionCalibration,
+    calibrate_bending,
+    calibrate_torsion,
+    identify,
+)
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation.drives import NO_GRAVITY
 from catheter_sim.validation.mitral import joint_angles_deg

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
 from catheter_sim.procedure.operate import ANGLE_DEG, POSITION_MM
 from catheter_sim.procedure.series import Attempt, run_series
+from catheter_sim.robots.catheter.published import mitral_transseptal
 from catheter_sim.validation.lines import Line, Validation
 
 ANATOMIES, SEED = 10, 0

@@ -10,9 +10,9 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.theory.pure import pk
 from catheter_sim.modelling.scene import View
 from catheter_sim.pictures.check import TOLERANCE_PX, check_render
+from catheter_sim.robots.catheter.kinematics import pk
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.drives import NO_GRAVITY

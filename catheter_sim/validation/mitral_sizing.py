@@ -7,10 +7,8 @@ import math
 from pathlib import Path
 
 from catheter_sim.controllers.lead_screw import ADVANCE_GEAR, BENDING_GEAR, LeadScrew
-from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof
-from catheter_sim.kinds.catheter.theory.elongation import PRINTED
-from catheter_sim.kinds.catheter.theory.sizing import need, repeats_m
-from catheter_sim.kinds.catheter.theory.stretching import stretching_joints
+from catheter_sim.robots.catheter.measured import PRINTED, need, repeats_m, stretching_joints
+from catheter_sim.robots.catheter.published import mitral_4dof
 from catheter_sim.validation.lines import ASSUMED, READ_BACK, Line, Validation
 
 NAME = "mitral_4dof"

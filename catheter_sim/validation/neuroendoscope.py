@@ -9,17 +9,17 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope, neuroendoscope_section
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
-from catheter_sim.kinds.continuum.theory.identify import (
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
+from catheter_sim.robots.continuum.kato import (
     ANTAGONISTIC_LOOP,
     FULL_REVERSAL_N,
     SINGLE_LOOP,
+    fkm,
     identify,
+    pcca,
 )
-from catheter_sim.kinds.continuum.theory.kato import fkm, pcca
-from catheter_sim.kinds.continuum.theory.sliding import fkm_sliding
+from catheter_sim.robots.continuum.published import neuroendoscope, neuroendoscope_section
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation import plots

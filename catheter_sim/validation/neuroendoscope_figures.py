@@ -20,21 +20,21 @@ from scipy.optimize import brentq
 from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.continuum.robots.neuroendoscope import (
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
+from catheter_sim.robots.continuum.kato import (
+    ANTAGONISTIC_LOOP,
+    FULL_REVERSAL_N,
+    SINGLE_LOOP,
+    fkm,
+    highest_tension_from_opening,
+    pcca,
+)
+from catheter_sim.robots.continuum.published import (
     neuroendoscope,
     neuroendoscope_section,
     neuroendoscope_section_openings,
 )
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
-from catheter_sim.kinds.continuum.theory.identify import (
-    ANTAGONISTIC_LOOP,
-    FULL_REVERSAL_N,
-    SINGLE_LOOP,
-    highest_tension_from_opening,
-)
-from catheter_sim.kinds.continuum.theory.kato import fkm, pcca
-from catheter_sim.kinds.continuum.theory.sliding import fkm_sliding
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation import paper_plots
 from catheter_sim.validation.drives import NO_GRAVITY, given, tips_mm

@@ -16,8 +16,8 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.loads import LinkForce
 from catheter_sim.core.robot import Dynamics, Friction
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment
 from catheter_sim.resources import assets_folder
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.lines import Line, Validation
 

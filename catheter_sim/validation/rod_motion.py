@@ -19,10 +19,10 @@ from scipy.optimize import brentq
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Dynamics
-from catheter_sim.kinds.continuum.layout import links
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Tendon
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.resources import assets_folder
+from catheter_sim.robots.continuum.description import links
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Tendon
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation import plots
 from catheter_sim.validation.lines import Line, Validation

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
-from catheter_sim.kinds.continuum.theory.constant_curvature import constant_curvature
 from catheter_sim.resources import assets_folder
+from catheter_sim.robots.continuum.constant_curvature import constant_curvature
+from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.validation import plots
 from catheter_sim.validation.drives import NO_GRAVITY, given, tips_mm
 from catheter_sim.validation.lines import Line, Validation

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.lines import Line
 from catheter_sim.validation.tdcr_tips import SETS, benchmark_robot, largest_tension_N

@@ -13,10 +13,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from catheter_sim.arrays import Array
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.kinds.continuum.theory.tdcr import lumped
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import LINKS
-from catheter_sim.kinds.continuum.theory.tdcr.problem import Problem, load, problem
+from catheter_sim.robots.continuum import lumped
+from catheter_sim.robots.continuum.lumped_kernels import LINKS
+from catheter_sim.robots.continuum.rods import Problem, load, problem
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation import tdcr_plots
 from catheter_sim.validation.drives import NO_GRAVITY, given

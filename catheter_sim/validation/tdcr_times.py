@@ -1,9 +1,10 @@
 """Times of the modelling benchmark's solvers (Rao et al. 2021, Figs 10C, 11C and 11F).
 
 As in the paper one configuration, tendons 1 and 3, from a straight start; with a tip force both halved.
-Solvers alone (`kinds.continuum.solvers`), the median of many calls in which all take turns, processor's time.
-The paper's are of a C++ program on an Intel Core i5-9600 at 3.10 GHz, means of 100. Times hang on machine
-and implementation and are shown; judged are those of the paper's claims about them that lie far from 1.
+Solvers alone (`robots.continuum.solvers`), the median of many calls in which all take turns, processor's
+time. The paper's are of a C++ program on an Intel Core i5-9600 at 3.10 GHz, means of 100. Times hang on
+machine and implementation and are shown; judged are those of the paper's claims about them that lie far from
+1.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from catheter_sim.kinds.continuum.solvers import solver_call
+from catheter_sim.robots.continuum.solvers import solver_call
 from catheter_sim.validation.drives import NO_GRAVITY, given
 from catheter_sim.validation.lines import OUT_OF_REACH, Line, Validation
 from catheter_sim.validation.tdcr_tips import SETS, TIP_FORCES_N, benchmark_robot, largest_tension_N

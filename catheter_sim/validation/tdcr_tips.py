@@ -16,10 +16,10 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.kinds.continuum.robots.spacer_disk import DISK_RADIUS_M, SEGMENT_LENGTH_M, spacer_disk
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.kinds.continuum.theory.tdcr.prb import prb_printed
-from catheter_sim.kinds.continuum.theory.tdcr.problem import load, problem
+from catheter_sim.robots.continuum.lumped import prb_printed
+from catheter_sim.robots.continuum.published import DISK_RADIUS_M, SEGMENT_LENGTH_M, spacer_disk
+from catheter_sim.robots.continuum.rods import load, problem
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation.drives import NO_GRAVITY, given

@@ -13,8 +13,8 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
 from catheter_sim.core.static_run import StaticRun
-from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.robots.continuum.published import neuroendoscope_section
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 NO_GRAVITY = np.zeros(3)
 SIDEWAYS = np.array([9.81, 0.0, 0.0])

@@ -13,8 +13,8 @@ from catheter_sim.cli import new
 from catheter_sim.core.document import to_document
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.examples import examples
-from catheter_sim.kinds import KINDS
 from catheter_sim.resources import assets_folder
+from catheter_sim.robots import KINDS
 
 
 def test_examples_are_those_that_are_shipped(run: Run, folder: Path) -> None:

@@ -15,8 +15,8 @@ from catheter_sim.controllers.feedforward import along, feedforward
 from catheter_sim.controllers.pid import Pid
 from catheter_sim.controllers.trajectories import through, ticks_s
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
-from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.robots.catheter.published import mitral_transseptal
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 
 pytestmark = pytest.mark.slow

@@ -12,11 +12,10 @@ from catheter_sim.arrays import Array
 from catheter_sim.controllers.feedforward import along, feedforward
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.corrected import mk
-from catheter_sim.kinds.catheter.theory.pure import pk
-from catheter_sim.kinds.catheter.theory.stretching import displacement_for_angles_m, stretching_joints, te
+from catheter_sim.robots.catheter.kinematics import pk
+from catheter_sim.robots.catheter.measured import displacement_for_angles_m, mk, stretching_joints, te
+from catheter_sim.robots.catheter.published import mitral_4dof, mitral_transseptal
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.validation.mitral import joint_angles_deg
 
 NO_GRAVITY = np.zeros(3)

@@ -11,8 +11,8 @@ import pytest
 from scipy import signal
 
 from catheter_sim.controllers import motor
-from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
-from catheter_sim.kinds.catheter.theory.tendons import pulled_m
+from catheter_sim.robots.catheter.kinematics import pulled_m
+from catheter_sim.robots.catheter.published import mitral_transseptal
 
 LOAD_NM = 0.04
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.controllers import pid
-from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof
-from catheter_sim.kinds.catheter.theory.tendons import arm_m
+from catheter_sim.robots.catheter.kinematics import arm_m
+from catheter_sim.robots.catheter.published import mitral_4dof
 
 
 def closed(slope_deg_per_mm: float, ticks: int, disturbance_deg: float = 1.0) -> np.ndarray:

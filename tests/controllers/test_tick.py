@@ -10,7 +10,7 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.controllers import loop, motor
 from catheter_sim.controllers.trajectories import through, ticks_s
-from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 
 

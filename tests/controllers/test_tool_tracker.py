@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.controllers.tool_tracker import ToolTracker, tool_angles
-from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof
-from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
+from catheter_sim.robots.catheter.kinematics import tool_frame
+from catheter_sim.robots.catheter.published import mitral_4dof
 from catheter_sim.simulation.simulator import Simulator
 
 STRAIGHT = (0.0, 0.0, 0.0)

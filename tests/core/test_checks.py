@@ -10,9 +10,9 @@ import pytest
 
 from catheter_sim.catalogue import ROBOTS, load_robot, robot_toml
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import check_robot
-from catheter_sim.kinds.continuum.layout import disks
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.robots import check_robot
+from catheter_sim.robots.continuum.description import disks
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 
 @pytest.mark.parametrize("reference", ROBOTS)

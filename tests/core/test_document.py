@@ -17,7 +17,7 @@ from catheter_sim.catalogue import ROBOTS, load_robot, robot_toml
 from catheter_sim.core.document import from_document, leaves, override, parse_override, to_document
 from catheter_sim.core.robot import Dynamics, Friction, Mount
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 _NAMES = st.text("abcXYZ019_", min_size=1, max_size=6).filter(lambda name: name.strip("_") != "")
 

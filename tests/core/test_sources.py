@@ -8,7 +8,7 @@ import pytest
 
 from catheter_sim.catalogue import ROBOTS
 from catheter_sim.core.document import leaves, to_document
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 
 def without_source(robot: ContinuumRobot, sources: Mapping[str, str]) -> list[str]:

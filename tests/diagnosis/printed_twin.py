@@ -11,11 +11,10 @@ from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.history import postures
-from catheter_sim.kinds.rolling.theory.newton import NotBalanced, balanced
-from catheter_sim.kinds.rolling.theory.printed import printed_balance, solve_printed
+from catheter_sim.robots.rolling.complete import NotBalanced, balanced, postures
+from catheter_sim.robots.rolling.description import rolling_chain
+from catheter_sim.robots.rolling.printed import printed_balance, solve_printed
+from catheter_sim.robots.rolling.spec import RollingRobot
 
 NO_GRAVITY = np.zeros(3)
 

@@ -14,11 +14,11 @@ from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects.apply import with_effects
-from catheter_sim.kinds.continuum.theory import planar_batch
-from catheter_sim.kinds.continuum.theory.planar_chain import planar_chain, step_counts
-from catheter_sim.kinds.rolling import twin as rolling_twin
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.history import ways
+from catheter_sim.robots.continuum import planar_batch
+from catheter_sim.robots.continuum.planar import planar_chain, step_counts
+from catheter_sim.robots.rolling import twin as rolling_twin
+from catheter_sim.robots.rolling.complete import ways
+from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.theory.predict import twin_for
 
 NO_GRAVITY = np.zeros(3)

@@ -17,7 +17,7 @@ from catheter_sim.diagnosis.data.nuisance import calibration_numbers, nuisances_
 from catheter_sim.diagnosis.data.parting import split
 from catheter_sim.diagnosis.stages.pose import training_problem
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.validation.chest_tube_calibration import (
     HELD_OUT,
     HIDDEN,

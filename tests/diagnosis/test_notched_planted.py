@@ -22,8 +22,8 @@ from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.report.result import Diagnosis
 from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
-from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
-from catheter_sim.kinds.notched_tube.theory.solve import solve_rows
+from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot
+from catheter_sim.robots.notched_tube.statics import solve_rows
 from catheter_sim.tables import Table
 
 pytestmark = pytest.mark.slow

@@ -11,7 +11,7 @@ from planted import as_inputs, pair_history
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.statics import OneByOne
 from catheter_sim.effects.apply import with_effects
-from catheter_sim.kinds.continuum.twin import PlanarTwin
+from catheter_sim.robots.continuum.twin import PlanarTwin
 from catheter_sim.theory.predict import by_static_model, twin_for
 
 NO_GRAVITY = np.zeros(3)

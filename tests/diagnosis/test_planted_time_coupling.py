@@ -28,7 +28,7 @@ from catheter_sim.core.robot import Friction
 from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.report.result import Diagnosis
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 pytestmark = pytest.mark.slow
 

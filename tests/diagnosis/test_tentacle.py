@@ -29,10 +29,10 @@ from catheter_sim.diagnosis.fitting.evidence import errors_of
 from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.problem import Problem, terms_for
 from catheter_sim.effects.apply import arriving_inputs, embodied
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.kinds.continuum.theory.arc_equilibrium import solve_rows
-from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots, loads
 from catheter_sim.mechanics.arcs import points_on_arcs
+from catheter_sim.robots.continuum.arcs import solve_rows
+from catheter_sim.robots.continuum.constant_curvature import arc_robots, loads
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.tables import Table
 
 pytestmark = pytest.mark.slow

@@ -15,7 +15,7 @@ from catheter_sim.diagnosis.data.nuisance import calibration_numbers
 from catheter_sim.diagnosis.fitting.fit import fit
 from catheter_sim.diagnosis.stages.pose import training_problem
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 RADII = ["tendons.t0.radius_mm", "tendons.t1.radius_mm", "tendons.t2.radius_mm"]
 

@@ -24,7 +24,7 @@ from catheter_sim.diagnosis.fitting.fit import Fit, fit
 from catheter_sim.diagnosis.fitting.noise import white_noise
 from catheter_sim.diagnosis.fitting.problem import Problem
 from catheter_sim.effects.apply import arriving_inputs, embodied
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.tables import Table
 
 pytestmark = pytest.mark.slow

@@ -26,7 +26,7 @@ from catheter_sim.diagnosis.since.from_report import Earlier
 from catheter_sim.diagnosis.since.series import compare_series
 from catheter_sim.diagnosis.stages import pose, prepare
 from catheter_sim.effects.apply import arriving_inputs, embodied
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 pytestmark = pytest.mark.slow
 

@@ -11,9 +11,9 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, with_effects
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.balance import balance
-from catheter_sim.kinds.catheter.theory.pure import pk
+from catheter_sim.robots.catheter.kinematics import pk
+from catheter_sim.robots.catheter.spec import CatheterRobot
+from catheter_sim.robots.catheter.statics import balance
 from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation.drives import given
 from catheter_sim.validation.mitral import joint_angles_deg

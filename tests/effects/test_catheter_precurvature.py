@@ -13,8 +13,8 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import check_effects, embodied, with_effects
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.pure import pk
+from catheter_sim.robots.catheter.kinematics import pk
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.replay import simulate
 
 PRECURVATURE = EFFECTS["precurvature"]

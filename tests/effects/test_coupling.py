@@ -15,7 +15,7 @@ from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, check_effects, with_effects
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 COUPLING = EFFECTS["coupling"]
 

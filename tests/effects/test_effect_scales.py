@@ -10,8 +10,8 @@ import pytest
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.continuum.handles import sizes
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.description import sizes
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.theory.run import STATIC_MODELS
 
 SHARE = 0.01

@@ -14,8 +14,8 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed, with_effects
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.kinds.continuum.theory.constant_curvature import constant_curvature
+from catheter_sim.robots.continuum.constant_curvature import constant_curvature
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 LENGTH_M = 0.2
 NONE = np.zeros(3)

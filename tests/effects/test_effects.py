@@ -16,15 +16,15 @@ from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed, with_effects
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import check_robot
-from catheter_sim.kinds.catheter.layout import bent_by
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.kinds.continuum.theory.constant_curvature import constant_curvature
-from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.rods import elastic_moments, spans
-from catheter_sim.mechanics.play import play
+from catheter_sim.mechanics.hysteresis import play
+from catheter_sim.robots import check_robot
+from catheter_sim.robots.catheter.description import bent_by
+from catheter_sim.robots.catheter.spec import CatheterRobot
+from catheter_sim.robots.continuum.constant_curvature import constant_curvature
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.rolling.complete import elastic_moments, spans
+from catheter_sim.robots.rolling.description import rolling_chain
+from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.theory.predict import twin_for
 
 CLOSED_LIST = {

@@ -16,7 +16,7 @@ from catheter_sim.effects import EFFECTS
 from catheter_sim.effects._places import places
 from catheter_sim.effects.apply import embodied, with_effects
 from catheter_sim.effects.calibrated import causes_same_as
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 
 NO_NUMBERS = (Role.TIP_FORCE, Role.ELEMENT_TURN)  # of the inputs and of the shape
 # Of every kind, what a cause acts on there: effect, parameter and value, the role, and the number before

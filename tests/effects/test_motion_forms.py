@@ -16,8 +16,8 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.predict import twin_for
 from tests.simulation.moving import LENGTH_M, STIFFNESS_N_M2, pulled, swinging

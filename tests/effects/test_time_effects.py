@@ -16,7 +16,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, check_effects, with_effects
 from catheter_sim.errors import InputError
-from catheter_sim.mechanics.lag import lagged
+from catheter_sim.mechanics.hysteresis import lagged
 
 ROBOT = load_robot("neuroendoscope_section")
 CATHETER = load_robot("mitral_transseptal")

@@ -21,10 +21,10 @@ from catheter_sim.envs.clinical.deliver_control import deliver
 from catheter_sim.envs.clinical.heart import from_valve
 from catheter_sim.envs.tip import DIVERGED_REWARD
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.kinds.catheter.mjcf.implant import holder_length_m
 from catheter_sim.procedure.case import random_case, ranges
 from catheter_sim.procedure.flow import FLOW_N, PRINTED_FLOW_N
 from catheter_sim.procedure.valve import SIDES, scallop
+from catheter_sim.robots.catheter.picture import holder_length_m
 
 TRANSSEPTAL = "catheter_sim/MitralTransseptalDeliver-v0"
 FOUR_DOF = "catheter_sim/Mitral4dofDeliver-v0"

@@ -13,10 +13,9 @@ from catheter_sim.core.robot import Friction
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.rigid_model import CatheterModel
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.drive import input_range_m
-from catheter_sim.kinds.catheter.theory.tendons import pulled_m
+from catheter_sim.robots.catheter.kinematics import input_range_m, pulled_m
+from catheter_sim.robots.catheter.spec import CatheterRobot
+from catheter_sim.robots.catheter.steering import CatheterModel
 from catheter_sim.simulation.simulator import Simulator
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")

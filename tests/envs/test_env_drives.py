@@ -14,8 +14,8 @@ from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.envs.steering import change_toward
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.arc_model import tip_jacobian
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.steering import tip_jacobian
 
 STILL = (0.0, 0.0, 0.0)
 QUARTER = math.pi / 2.0

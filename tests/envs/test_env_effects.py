@@ -9,7 +9,7 @@ import pytest
 
 from catheter_sim.envs.reach import ReachEnv
 from catheter_sim.errors import InputError
-from catheter_sim.mechanics.lag import lagged
+from catheter_sim.mechanics.hysteresis import lagged
 
 STRAIGHT = (0.0, 0.0, 0.06)
 

@@ -16,7 +16,7 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.arc_model import tip_jacobian
+from catheter_sim.robots.continuum.steering import tip_jacobian
 from catheter_sim.theory.run import STATIC_MODELS
 
 STILL = np.zeros(3)

@@ -18,7 +18,7 @@ from catheter_sim.effects.apply import with_effects
 from catheter_sim.envs.observation import look, observe
 from catheter_sim.envs.plant import Plant
 from catheter_sim.envs.reach import ReachEnv
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 STILL = (0.0, 0.0, 0.0)
 LENGTH_M, DISKS, STIFFNESS, PRETENSION_N = 0.06, 6, 3e3, 1.2

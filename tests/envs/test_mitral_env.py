@@ -21,7 +21,7 @@ from catheter_sim.envs.reach import ReachEnv
 from catheter_sim.envs.targets import nearest, random_target, require_reachable, tip_at
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, RATE_PER_S
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.theory.run import STATIC_MODELS
 
 pytestmark = pytest.mark.slow

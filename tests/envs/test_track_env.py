@@ -18,7 +18,7 @@ from catheter_sim.envs.baseline import following
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, RATE_PER_S, TARGET_CLEARANCE
 from catheter_sim.envs.track import DIRECTION_TOLERANCE_RAD, DIRECTION_WEIGHT, TrackEnv
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
+from catheter_sim.robots.catheter.kinematics import tool_frame
 
 SECTION = "catheter_sim/NeuroendoscopeSectionTrack-v0"
 OTHERS = tuple(

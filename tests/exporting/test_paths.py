@@ -8,8 +8,8 @@ import pytest
 
 import catheter_sim as cs
 from catheter_sim.exporting.paths import find_shifts
-from catheter_sim.kinds import kind_of
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots import kind_of
 from catheter_sim.simulation.simulator import Simulator
 
 

@@ -22,8 +22,8 @@ from catheter_sim.core.kind import Kind
 from catheter_sim.core.law import Law, RobotInModel
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import KINDS, face_of, kind_of
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots import KINDS, face_of, kind_of
 from catheter_sim.simulation.copies import copied_together
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator

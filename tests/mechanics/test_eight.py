@@ -20,9 +20,9 @@ from catheter_sim.mechanics.eight import (
     room,
     select_less,
     sine_cosine,
+    solve_columns_of_any,
     take_lane,
 )
-from catheter_sim.mechanics.linear_eights import solve_columns_of_any
 
 RNG = np.random.default_rng(20)
 

@@ -12,7 +12,7 @@ from types import ModuleType
 
 import pytest
 
-from catheter_sim.mechanics import kernel_store
+from catheter_sim.mechanics import compiled as kernel_store
 
 _COMPILED = "from catheter_sim.mechanics.compiled import compiled"
 INNER = f"{_COMPILED}\n\nFACTOR = {{}}\n\n\n@compiled\ndef scaled(x):\n    return FACTOR * x\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from catheter_sim.mechanics.linear import (
+from catheter_sim.mechanics.vectors import (
     factorise,
     solve_columns,
     solve_definite,

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from catheter_sim.mechanics.lag import Past, lagged, late_step
-from catheter_sim.mechanics.play import play, play_step, played, plays
+from catheter_sim.mechanics.hysteresis import Past, lagged, late_step, play, play_step, played, plays
 
 TIME_S = np.array([0.0, 0.2, 0.9, 1.0, 4.0, 4.1])
 ROWS = np.array([[0.5, 0.0], [0.7, 1.0], [-0.2, 1.0], [-0.3, -1.0], [0.4, 0.2], [0.4, 0.0]])

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from catheter_sim.mechanics.slip import tensions_behind
+from catheter_sim.mechanics.hysteresis import tensions_behind
 
 tension = st.floats(0.0, 1.0)
 capstan = st.floats(1.0, 1.5)

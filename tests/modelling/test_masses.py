@@ -8,9 +8,9 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.continuum.layout import pieces
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots.continuum.description import pieces
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
 
 ROD = Segment("one", 0.4, 7, 5e-3, 0.03, 0.04)
 THIN = Segment("two", 0.1, 4, 2e-3, 0.01, 0.003)

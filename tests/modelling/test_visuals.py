@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.kinds import kind_of
 from catheter_sim.modelling import build
+from catheter_sim.robots import kind_of
 
 
 @pytest.mark.slow

@@ -8,11 +8,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.kinds.continuum import layout
-from catheter_sim.kinds.continuum.mjcf.meshes import element_meshes, element_parts
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.mjcf.parts import inline
 from catheter_sim.modelling.scene import View, views
+from catheter_sim.robots.continuum import description as layout
+from catheter_sim.robots.continuum.picture import element_meshes, element_parts
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 Pose = Callable[[ContinuumRobot, np.ndarray], tuple[mujoco.MjModel, mujoco.MjData]]
 

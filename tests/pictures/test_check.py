@@ -13,9 +13,9 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import read_inputs
 from catheter_sim.core.posture import Posture
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.pictures.centreline import centreline
 from catheter_sim.pictures.check import TOLERANCE_PX, check_render, compare
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.tables import Table
 from catheter_sim.theory.run import STATIC_MODELS
 

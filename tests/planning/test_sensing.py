@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal
-from catheter_sim.kinds.catheter.theory.tendons import pulled_m
 from catheter_sim.planning import sensing
+from catheter_sim.robots.catheter.kinematics import pulled_m
+from catheter_sim.robots.catheter.published import mitral_transseptal
 
 BENT = {"time_s": [0.0], "displacement_bending_mm": [2.0]}
 GAUSS = 1.96  # deviations that hold 95 %

@@ -10,10 +10,6 @@ import pytest
 
 from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.mjcf.implant import hinge_place_m
-from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal, mitral_transseptal_tube
-from catheter_sim.kinds.catheter.theory.inverse import within_limits
-from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
 from catheter_sim.procedure.anatomy import coaptation_axes, median_anatomy, random_anatomy
 from catheter_sim.procedure.case import CROSSED_ROLL_RAD, random_case, ranges
 from catheter_sim.procedure.flow import EXPOSED_M, FLOW_N, PRINTED_FLOW_N, TILT_RAD, Flow, random_flow
@@ -21,6 +17,9 @@ from catheter_sim.procedure.frames import DOWN, pose_error
 from catheter_sim.procedure.plan import REACHED, plan, plan_way, target_frame
 from catheter_sim.procedure.steps import displacements_m
 from catheter_sim.procedure.valve import free_edge_z_m
+from catheter_sim.robots.catheter.kinematics import tool_frame, within_limits
+from catheter_sim.robots.catheter.picture import hinge_place_m
+from catheter_sim.robots.catheter.published import mitral_4dof, mitral_transseptal, mitral_transseptal_tube
 from catheter_sim.simulation.simulator import Simulator
 
 ROBOTS = [mitral_transseptal(), mitral_4dof()]

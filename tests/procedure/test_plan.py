@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_transseptal
-from catheter_sim.kinds.catheter.theory import closed_form
-from catheter_sim.kinds.catheter.theory.inverse import within_limits
 from catheter_sim.procedure.anatomy import (
     Anatomy,
     coaptation_axes,
@@ -31,6 +28,9 @@ from catheter_sim.procedure.plan import (
     tip_to_end_m,
 )
 from catheter_sim.procedure.valve import free_edge_z_m
+from catheter_sim.robots.catheter import kinematics as closed_form
+from catheter_sim.robots.catheter.kinematics import within_limits
+from catheter_sim.robots.catheter.published import mitral_4dof, mitral_transseptal
 
 ROBOT = mitral_transseptal()
 

@@ -7,7 +7,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Dynamics, Friction
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 LENGTH_M, STIFFNESS_N_M2 = 0.2, 0.008
 HANGING = np.array([0.0, 0.0, 9.81])

@@ -10,12 +10,15 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear, minimize
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.mechanics import turns_kernel
-from catheter_sim.mechanics.capstan.accelerate import start_from_last_change
-from catheter_sim.mechanics.capstan.factors import capstan_factors
-from catheter_sim.mechanics.capstan.span import slip_as_before, span_tensions
-from catheter_sim.mechanics.capstan.together import solve_tensions
-from catheter_sim.mechanics.tendon_rows import TendonRows
+from catheter_sim.mechanics import tendons as turns_kernel
+from catheter_sim.mechanics.capstan import (
+    capstan_factors,
+    slip_as_before,
+    solve_tensions,
+    span_tensions,
+    start_from_last_change,
+)
+from catheter_sim.mechanics.tendons import TendonRows
 from catheter_sim.simulation import friction
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator

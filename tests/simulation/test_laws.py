@@ -12,7 +12,7 @@ from drive import rows_to_inputs
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.loads import LinkForce
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.kinds.catheter.spec import CatheterRobot
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator

@@ -9,7 +9,7 @@ from drive import rows_to_inputs, tips_mm
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.loads import LinkForce
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.robots.rolling.complete import complete
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.chest_tube_loads import LINK_FORCES

@@ -15,10 +15,10 @@ from catheter_sim.core.inputs import Inputs, require_tip_loads_alone
 from catheter_sim.core.motion import IMPLICIT_SPRINGS, LEAPFROG, SMOOTH
 from catheter_sim.core.robot import Dynamics
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import kind_of
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.rods import elastic_moments, spans
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots import kind_of
+from catheter_sim.robots.rolling.complete import elastic_moments, spans
+from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.simulation.commands import Commands
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.servo_lag import ServoLag

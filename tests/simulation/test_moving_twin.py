@@ -12,7 +12,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation import moving_twin
 from catheter_sim.simulation.moving_twin import MovingTwin
 from catheter_sim.simulation.replay import simulate

@@ -10,8 +10,8 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.loads import LinkForce
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.loads import loads
+from catheter_sim.robots.rolling.complete import loads
+from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.rod import LENGTH_M, POISSON, RADIUS_M, YOUNG_PA, rod_cases, tpu_rod
 

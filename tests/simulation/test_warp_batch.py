@@ -11,7 +11,7 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.simulation.gpu.batch import WarpBatch
+from catheter_sim.gpu.batch import WarpBatch
 from catheter_sim.simulation.simulator import Simulator
 
 LEVELS = (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0)  # of the peak: loading and unloading

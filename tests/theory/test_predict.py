@@ -16,8 +16,8 @@ from catheter_sim.core.inputs import Inputs, numbers_of, slice_inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
-from catheter_sim.kinds import KINDS, kind_of
-from catheter_sim.kinds.continuum.twin import arcs_of, in_parts
+from catheter_sim.robots import KINDS, kind_of
+from catheter_sim.robots.continuum.twin import arcs_of, in_parts
 from catheter_sim.theory.predict import by_static_model, twin_for
 from catheter_sim.theory.run import STATIC_MODELS
 

@@ -10,10 +10,10 @@ from rolling_cases import NO_GRAVITY, pulls
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.kinds.catheter.theory import stretching
-from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory import pcc as constant_curvature
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
+from catheter_sim.robots.catheter import measured as stretching
+from catheter_sim.robots.rolling import pcc as constant_curvature
+from catheter_sim.robots.rolling.description import rolling_chain
+from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.theory.run import STATIC_MODELS
 
 

@@ -14,21 +14,21 @@ from rolling_cases import HANGING, NO_GRAVITY, pulls
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory import pure
-from catheter_sim.kinds.catheter.theory.tendons import arm_m
-from catheter_sim.kinds.continuum.theory import arc_equilibrium
-from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots
-from catheter_sim.kinds.continuum.theory.tdcr import lumped
-from catheter_sim.kinds.continuum.theory.tdcr import rods as rod_models
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, LINKS, LINKS_MIDDLE
-from catheter_sim.kinds.continuum.theory.tdcr.problem import load, problem
-from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory import complete as rolling_complete
-from catheter_sim.kinds.rolling.theory import printed as rolling_printed
-from catheter_sim.kinds.rolling.theory import rods
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import solve_history, solve_loaded
+from catheter_sim.robots.catheter import kinematics as pure
+from catheter_sim.robots.catheter.kinematics import arm_m
+from catheter_sim.robots.catheter.spec import CatheterRobot
+from catheter_sim.robots.continuum import arcs as arc_equilibrium
+from catheter_sim.robots.continuum import lumped
+from catheter_sim.robots.continuum import rods as rod_models
+from catheter_sim.robots.continuum.constant_curvature import arc_robots
+from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
+from catheter_sim.robots.continuum.rods import load, problem
+from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling import complete as rolling_complete
+from catheter_sim.robots.rolling import printed as rolling_printed
+from catheter_sim.robots.rolling.complete import solve_history, solve_loaded
+from catheter_sim.robots.rolling.description import rolling_chain
+from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.theory.run import STATIC_MODELS
 
 

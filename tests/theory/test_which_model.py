@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
-from catheter_sim.kinds.continuum.spec import Tendon
+from catheter_sim.robots.continuum.published import spacer_disk
+from catheter_sim.robots.continuum.spec import Tendon
 from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.theory.which_model import CANDIDATES, TIED, ModelError, best_of, pulled_sets, which_model
 

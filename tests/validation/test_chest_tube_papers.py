@@ -9,7 +9,7 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import leaves, to_document
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.robots.rolling.complete import complete
 from catheter_sim.validation import chest_tube_repeats
 from catheter_sim.validation.chest_tube_calibration import model_error_percent
 from catheter_sim.validation.chest_tube_design import (

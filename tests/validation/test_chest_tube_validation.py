@@ -9,8 +9,8 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.robots.rolling.complete import complete
+from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation.chest_tube_coulomb import moment_left, violations
 from catheter_sim.validation.chest_tube_full import AGAINST

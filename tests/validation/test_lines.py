@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section
-from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
+from catheter_sim.robots.continuum.published import neuroendoscope_section
 from catheter_sim.validation.coulomb import violations
 from catheter_sim.validation.drives import history, loop_area
 from catheter_sim.validation.lines import KINDS, PREDICTED, Line, Validation

@@ -9,11 +9,9 @@ import pytest
 
 from catheter_sim.controllers.feedforward import along, feedforward
 from catheter_sim.controllers.trajectories import through, ticks_s
-from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof, mitral_4dof_elongation
-from catheter_sim.kinds.catheter.robots.mitral_measured import mitral_4dof_measured
-from catheter_sim.kinds.catheter.theory.balance import balance
-from catheter_sim.kinds.catheter.theory.elongation import PRINTED, SIMPLIFIED
-from catheter_sim.kinds.catheter.theory.stretching import stretching_joints, te
+from catheter_sim.robots.catheter.measured import PRINTED, SIMPLIFIED, stretching_joints, te
+from catheter_sim.robots.catheter.published import mitral_4dof, mitral_4dof_elongation, mitral_4dof_measured
+from catheter_sim.robots.catheter.statics import balance
 from catheter_sim.validation import mitral_control, mitral_whole
 from catheter_sim.validation.drives import NO_GRAVITY, given
 from catheter_sim.validation.mitral import joint_angles_deg

@@ -10,22 +10,20 @@ import numpy as np
 import pytest
 
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.catheter.robots.materials import (
+from catheter_sim.robots.catheter.kinematics import tool_jacobian
+from catheter_sim.robots.catheter.published import (
+    DEFLECTION_M_PER_N,
+    MK_SLOPE_M_PER_RAD,
     TENDON_MODULUS_PA,
+    TUBE_TENDON_STIFFNESS_N_PER_M,
     joint_slope_m_per_rad,
+    mitral_transseptal,
     mitral_transseptal_material,
+    mitral_transseptal_tube,
     tendon_modulus_Pa,
     tendon_stiffness_N_per_m,
     tube_stiffness_N_m2,
 )
-from catheter_sim.kinds.catheter.robots.mitral import (
-    DEFLECTION_M_PER_N,
-    MK_SLOPE_M_PER_RAD,
-    TUBE_TENDON_STIFFNESS_N_PER_M,
-    mitral_transseptal,
-    mitral_transseptal_tube,
-)
-from catheter_sim.kinds.catheter.theory.kinematics import tool_jacobian
 from catheter_sim.validation import mitral_cycles, mitral_flow
 
 

@@ -10,9 +10,9 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section
-from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
-from catheter_sim.kinds.continuum.theory.kato import pcca
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
+from catheter_sim.robots.continuum.kato import pcca
+from catheter_sim.robots.continuum.published import neuroendoscope_section
 from catheter_sim.validation.drives import NO_GRAVITY, given, tips_mm
 from catheter_sim.validation.neuroendoscope_figures import (
     PEAK_N,

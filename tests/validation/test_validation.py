@@ -10,9 +10,8 @@ import pytest
 
 from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope_section
-from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
-from catheter_sim.kinds.continuum.theory.sliding import fkm_sliding
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
+from catheter_sim.robots.continuum.published import neuroendoscope_section
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation.body_stages import body_stages
 from catheter_sim.validation.coulomb import violations

@@ -17,7 +17,7 @@ from catheter_sim.blind_bench.in_motion.finer import Specimen, WildMotion, measu
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Dynamics, Friction, with_segments
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
 
 HANGING = np.array([0.0, 0.0, 9.81])

@@ -16,7 +16,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.simulator import Simulator
 

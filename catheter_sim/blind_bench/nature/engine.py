@@ -19,7 +19,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.markers import marker_points
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import check_robot
+from catheter_sim.robots import check_robot
 from catheter_sim.simulation.replay import simulate
 
 RAMP_S = 0.3  # simulated time from row to row

@@ -25,7 +25,7 @@ from catheter_sim.core.requirements import as_number, check_name
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.calibrated import causes_same_as
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.kinds import check_robot
+from catheter_sim.robots import check_robot
 
 _SCALE = 0.125  # of a change that matters, of a number's range
 _TIED_BY = ("range", "factor")  # what a data set gives of several numbers that are one

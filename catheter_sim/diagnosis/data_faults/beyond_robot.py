@@ -23,8 +23,8 @@ from catheter_sim.diagnosis.thresholds import (
     TURN_BEYOND,
 )
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import kind_of
 from catheter_sim.planning.drives import plan_drives
+from catheter_sim.robots import kind_of
 
 _MOST = {Quantity.DISPLACEMENT: PULL_BEYOND, Quantity.TENSION: TENSION_BEYOND}
 _COUNTS = "an encoder's counts read as an angle"

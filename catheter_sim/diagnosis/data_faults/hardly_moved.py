@@ -11,7 +11,7 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.data.trials import Trial, measured_of
 from catheter_sim.diagnosis.report.result import DataFault
 from catheter_sim.diagnosis.thresholds import HARDLY_MOVED_SHARE
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 
 
 def hardly_moved(

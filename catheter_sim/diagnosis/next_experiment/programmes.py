@@ -26,7 +26,7 @@ from catheter_sim.diagnosis.thresholds import (
     PROGRAMME_STEPS,
     STANDING_SHARE,
 )
-from catheter_sim.kinds import kind_of
+from catheter_sim.robots import kind_of
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
 

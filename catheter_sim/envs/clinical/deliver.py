@@ -19,7 +19,6 @@ from catheter_sim.envs.observation import Bounds
 from catheter_sim.envs.surroundings import Surroundings
 from catheter_sim.envs.tip import CONTROL_STEP_S
 from catheter_sim.errors import InputError, shown
-from catheter_sim.kinds import kind_of
 from catheter_sim.mjcf.names import TIP
 from catheter_sim.modelling.scene import View
 from catheter_sim.modelling.surroundings import INSERTION
@@ -31,10 +30,11 @@ from catheter_sim.procedure.operate import ANGLE_DEG, POSITION_MM
 from catheter_sim.procedure.plan import DELIVERING, implant_turn_rad
 from catheter_sim.procedure.scene import REGIONS
 from catheter_sim.procedure.steps import PUSH_M_PER_S
+from catheter_sim.robots import kind_of
 from catheter_sim.units import in_file_units
 
 if TYPE_CHECKING:
-    from catheter_sim.kinds.catheter.spec import CatheterRobot
+    from catheter_sim.robots.catheter.spec import CatheterRobot
 
 # Matsuda 2016, doi 10.1007/s00380-015-0763-0: of a catheter's tip on the atrium's wall, 40 g are excessive;
 # of leaflets assumed.

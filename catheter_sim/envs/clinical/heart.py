@@ -10,7 +10,6 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.envs.surroundings import Surroundings
-from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.mjcf.document import ALL_DIGITS, Element, read
 from catheter_sim.modelling.surroundings import CARRIER, INSERTION, quaternion, text
 from catheter_sim.procedure.case import Case
@@ -19,6 +18,7 @@ from catheter_sim.procedure.flow import Flow
 from catheter_sim.procedure.frames import DOWN, transform
 from catheter_sim.procedure.plan import tip_to_end_m
 from catheter_sim.procedure.scene import REGIONS, WAITING_M, build_scene
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 LEAFLET_N_PER_M = WALL_N_PER_M  # assumed
 

@@ -10,8 +10,8 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Dynamics, Friction
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.kinds.continuum.theory.tdcr.vc import vc
+from catheter_sim.robots.continuum.rods import vc
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.speed.peers.rod import (
     AREA_M2,

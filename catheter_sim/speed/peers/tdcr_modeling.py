@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
 from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.speed.peers.rod import shortest
 from catheter_sim.theory.run import STATIC_MODELS
 

@@ -12,12 +12,11 @@ from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.layout import joint_stiffness
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.balance import balance
-from catheter_sim.kinds.catheter.theory.pure import pk
-from catheter_sim.kinds.catheter.theory.stretching import te
-from catheter_sim.kinds.catheter.theory.tendons import angle_rad, arm_m, pulled_m
+from catheter_sim.robots.catheter.description import joint_stiffness
+from catheter_sim.robots.catheter.kinematics import angle_rad, arm_m, pk, pulled_m
+from catheter_sim.robots.catheter.measured import te
+from catheter_sim.robots.catheter.spec import CatheterRobot
+from catheter_sim.robots.catheter.statics import balance
 from catheter_sim.validation.drives import given
 from catheter_sim.validation.mitral import joint_angles_deg
 
@@ -185,7 +184,7 @@ def test_pulls_before_rest_are_of_the_other_side() -> None:
 
 def test_a_sprung_joint_off_its_balance_shows_in_the_residual(monkeypatch: pytest.MonkeyPatch) -> None:
     """To rounding where it balances; a joint bent five percent too far leaves a part of its moment over."""
-    module = importlib.import_module("catheter_sim.kinds.catheter.theory.balance")
+    module = importlib.import_module("catheter_sim.robots.catheter.statics")
     robot = catheter("mitral_transseptal", "tendons.bending.stiffness_N_per_mm=20", "friction.mu=0.2")
     pair = [item.name for item in robot.tendons].index("bending")
     inputs = pulls(pair, 2.5, 1.0, -2.0, 3.0)

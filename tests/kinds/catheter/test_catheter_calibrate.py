@@ -9,11 +9,17 @@ import pytest
 
 from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.layout import hinge_heights_m, joint_stiffness
-from catheter_sim.kinds.catheter.robots.mitral import mitral_transseptal, mitral_transseptal_tube
-from catheter_sim.kinds.catheter.theory.calibrate import calibrate_bending, calibrate_torsion
-from catheter_sim.kinds.catheter.theory.modified import BENDING, TORSION_DISTAL, bending_rad, torsion_rad
-from catheter_sim.kinds.catheter.theory.prandtl_ishlinskii import identify
+from catheter_sim.robots.catheter.description import hinge_heights_m, joint_stiffness
+from catheter_sim.robots.catheter.measured import (
+    BENDING,
+    TORSION_DISTAL,
+    bending_rad,
+    calibrate_bending,
+    calibrate_torsion,
+    identify,
+    torsion_rad,
+)
+from catheter_sim.robots.catheter.published import mitral_transseptal, mitral_transseptal_tube
 
 TORSION, BEND = mitral_transseptal().segments[0], mitral_transseptal().segments[1]
 

@@ -14,11 +14,16 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory import modified
-from catheter_sim.kinds.catheter.theory.corrected import identified, training_loop
-from catheter_sim.kinds.catheter.theory.prandtl_ishlinskii import PrandtlIshlinskii, identify, plays
-from catheter_sim.kinds.catheter.theory.tendons import angle_rad
+from catheter_sim.robots.catheter import measured as modified
+from catheter_sim.robots.catheter.kinematics import angle_rad
+from catheter_sim.robots.catheter.measured import (
+    PrandtlIshlinskii,
+    identified,
+    identify,
+    plays,
+    training_loop,
+)
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.theory.run import STATIC_MODELS
 
 ROBOT = load_robot("mitral_transseptal")

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
 

@@ -7,21 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from catheter_sim.kinds.catheter.theory.elongation import (
+from catheter_sim.robots.catheter.measured import (
+    DISTAL,
     PRINTED,
+    PROXIMAL,
     SIMPLIFIED,
+    JointForce,
     TendonState,
     envelope_N,
+    loading_N,
     permanent_set,
     strain_at,
     stretched,
     tension_along,
-)
-from catheter_sim.kinds.catheter.theory.joint_force import (
-    DISTAL,
-    PROXIMAL,
-    JointForce,
-    loading_N,
     unloading_N,
     unloading_unbounded_N,
 )

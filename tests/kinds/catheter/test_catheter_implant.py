@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.kinds.catheter.mjcf.implant import (
+from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots.catheter.picture import (
     ACTUATOR,
     ARMS,
     COUPLING_N_M_PER_RAD,
@@ -15,8 +16,7 @@ from catheter_sim.kinds.catheter.mjcf.implant import (
     SERVO_N_M_PER_RAD,
     arm_mesh,
 )
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")

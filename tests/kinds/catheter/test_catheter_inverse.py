@@ -11,10 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from catheter_sim.catalogue import robots_of
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.layout import moving
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.inverse import inverse, within_limits
-from catheter_sim.kinds.catheter.theory.kinematics import tool_frame
+from catheter_sim.robots.catheter.description import moving
+from catheter_sim.robots.catheter.kinematics import inverse, tool_frame, within_limits
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 ROBOTS = {
     name: make() for name, make in robots_of("catheter").items() if "@" not in name

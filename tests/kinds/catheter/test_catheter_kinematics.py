@@ -9,16 +9,16 @@ import pytest
 from scipy.linalg import expm
 
 from catheter_sim.catalogue import robots_of
-from catheter_sim.kinds.catheter.layout import elements, hinge_counts, moving
-from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
-from catheter_sim.kinds.catheter.theory import closed_form
-from catheter_sim.kinds.catheter.theory.kinematics import (
+from catheter_sim.robots.catheter import kinematics as closed_form
+from catheter_sim.robots.catheter.description import elements, hinge_counts, moving
+from catheter_sim.robots.catheter.kinematics import (
     chord_change,
     element_frames,
     screw_chain,
     tool_frame,
     tool_jacobian,
 )
+from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 
 ROBOTS = {
     name: make() for name, make in robots_of("catheter").items() if "@" not in name

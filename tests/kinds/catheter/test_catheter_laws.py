@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.kinds.catheter.forces.resistance import _slipping
-from catheter_sim.kinds.catheter.forces.stretch import SHAKE, StretchingTendon
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.balance import balance
-from catheter_sim.kinds.catheter.theory.elongation import PRINTED, tension_along
-from catheter_sim.kinds.catheter.theory.joint_force import LAWS, loading_N, unloading_N
-from catheter_sim.kinds.catheter.theory.tendons import arm_m
+from catheter_sim.robots.catheter.kinematics import arm_m
+from catheter_sim.robots.catheter.laws import SHAKE, StretchingTendon, _slipping
+from catheter_sim.robots.catheter.measured import LAWS, PRINTED, loading_N, tension_along, unloading_N
+from catheter_sim.robots.catheter.spec import CatheterRobot
+from catheter_sim.robots.catheter.statics import balance
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.validation.drives import given

@@ -13,18 +13,22 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Mount
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.handles import sizes
-from catheter_sim.kinds.catheter.layout import elements
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.balance import balance
-from catheter_sim.kinds.catheter.theory.corrected import hybrid, mk, pi
-from catheter_sim.kinds.catheter.theory.held import at_values, held_by, unbalanced
-from catheter_sim.kinds.catheter.theory.hinges import Load, hinges_of, moments, stand
-from catheter_sim.kinds.catheter.theory.loaded import guessed
-from catheter_sim.kinds.catheter.theory.pure import pk
-from catheter_sim.kinds.catheter.theory.stretching import te
-from catheter_sim.kinds.catheter.theory.tendons import angle_rad
-from catheter_sim.kinds.catheter.twin import twin
+from catheter_sim.robots.catheter.description import elements, sizes
+from catheter_sim.robots.catheter.kinematics import angle_rad, pk
+from catheter_sim.robots.catheter.loaded import (
+    Load,
+    at_values,
+    guessed,
+    held_by,
+    hinges_of,
+    moments,
+    stand,
+    unbalanced,
+)
+from catheter_sim.robots.catheter.measured import hybrid, mk, pi, te
+from catheter_sim.robots.catheter.spec import CatheterRobot
+from catheter_sim.robots.catheter.statics import balance
+from catheter_sim.robots.catheter.twin import twin
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.run import STATIC_MODELS
 

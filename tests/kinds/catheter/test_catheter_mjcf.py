@@ -11,11 +11,11 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import joint_names
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.layout import base_heights_m, elements, hinge_heights_m
-from catheter_sim.kinds.catheter.mjcf.implant import ARMS
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.tendons import angle_rad
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots.catheter.description import base_heights_m, elements, hinge_heights_m
+from catheter_sim.robots.catheter.kinematics import angle_rad
+from catheter_sim.robots.catheter.picture import ARMS
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
 

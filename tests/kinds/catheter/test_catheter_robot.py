@@ -18,8 +18,8 @@ from catheter_sim.channels import (
     read_inputs,
 )
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import face_of
-from catheter_sim.kinds.catheter.layout import (
+from catheter_sim.robots import face_of
+from catheter_sim.robots.catheter.description import (
     FOUR_DOF,
     TRANSSEPTAL,
     base_heights_m,

@@ -14,9 +14,10 @@ from catheter_sim.cli.main import main
 from catheter_sim.core.loads import LinkForce
 from catheter_sim.core.posture import Posture
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.layout import hinge_counts, moved_segment, moving, turning
-from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
-from catheter_sim.kinds.catheter.theory import closed_form, tendons
+from catheter_sim.robots.catheter import kinematics as closed_form
+from catheter_sim.robots.catheter import kinematics as tendons
+from catheter_sim.robots.catheter.description import hinge_counts, moved_segment, moving, turning
+from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 

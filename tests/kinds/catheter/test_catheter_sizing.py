@@ -7,10 +7,17 @@ import math
 import pytest
 
 from catheter_sim.controllers.lead_screw import BENDING_GEAR, LeadScrew
-from catheter_sim.kinds.catheter.robots.mitral import mitral_4dof
-from catheter_sim.kinds.catheter.theory.elongation import PRINTED, SIMPLIFIED, envelope_N
-from catheter_sim.kinds.catheter.theory.sizing import need, preconditioned, repeats_m
-from catheter_sim.kinds.catheter.theory.stretching import StretchingJoint, stretching_joints
+from catheter_sim.robots.catheter.measured import (
+    PRINTED,
+    SIMPLIFIED,
+    StretchingJoint,
+    envelope_N,
+    need,
+    preconditioned,
+    repeats_m,
+    stretching_joints,
+)
+from catheter_sim.robots.catheter.published import mitral_4dof
 
 
 @pytest.fixture(params=["bending_proximal", "bending_distal"])

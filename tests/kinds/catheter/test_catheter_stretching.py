@@ -13,10 +13,16 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.joint_force import DISTAL, PROXIMAL, JointForce, loading_N
-from catheter_sim.kinds.catheter.theory.stretching import displacement_for_angles_m, stretching_joints
-from catheter_sim.kinds.catheter.theory.tendons import pulled_m
+from catheter_sim.robots.catheter.kinematics import pulled_m
+from catheter_sim.robots.catheter.measured import (
+    DISTAL,
+    PROXIMAL,
+    JointForce,
+    displacement_for_angles_m,
+    loading_N,
+    stretching_joints,
+)
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.theory.run import STATIC_MODELS
 
 ROBOT = load_robot("mitral_4dof")

@@ -13,8 +13,8 @@ from catheter_sim.channels import input_channels
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
-from catheter_sim.kinds.catheter.theory import tendons
+from catheter_sim.robots.catheter import kinematics as tendons
+from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.theory.run import STATIC_MODELS
 
 ROBOTS = {name: make() for name, make in robots_of("catheter").items()}

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.kinds.catheter.mjcf.tube import tube_joint_names
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory.tube import tube_end
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots.catheter.kinematics import tube_end
+from catheter_sim.robots.catheter.model import tube_joint_names
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
 

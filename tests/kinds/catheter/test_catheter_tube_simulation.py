@@ -14,9 +14,9 @@ from scipy.integrate import solve_bvp
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.posture import Posture
-from catheter_sim.kinds.catheter.spec import CatheterRobot
-from catheter_sim.kinds.catheter.theory import tendons
-from catheter_sim.kinds.catheter.theory.pure import pk
+from catheter_sim.robots.catheter import kinematics as tendons
+from catheter_sim.robots.catheter.kinematics import pk
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 

@@ -14,13 +14,20 @@ from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.catheter.layout import bending_tubes, joint_stiffness, moving
-from catheter_sim.kinds.catheter.spec import CatheterRobot, CatheterSegment
-from catheter_sim.kinds.catheter.theory import tendons
-from catheter_sim.kinds.catheter.theory.inverse import inverse
-from catheter_sim.kinds.catheter.theory.kinematics import element_frames, tool_frame, tool_jacobian
-from catheter_sim.kinds.catheter.theory.pure import pk
-from catheter_sim.kinds.catheter.theory.tube import chord_share, end_turn, end_twist_rad, tube_end
+from catheter_sim.robots.catheter import kinematics as tendons
+from catheter_sim.robots.catheter.description import bending_tubes, joint_stiffness, moving
+from catheter_sim.robots.catheter.kinematics import (
+    chord_share,
+    element_frames,
+    end_turn,
+    end_twist_rad,
+    inverse,
+    pk,
+    tool_frame,
+    tool_jacobian,
+    tube_end,
+)
+from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
 

@@ -10,12 +10,11 @@ import pytest
 from solid_points import winding_number
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.kinds.catheter.layout import ring_length_m
-from catheter_sim.kinds.catheter.mjcf.pieces import pieces
-from catheter_sim.kinds.catheter.mjcf.visuals import body_meshes, body_parts
-from catheter_sim.kinds.catheter.spec import CatheterRobot
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.modelling.scene import robot_length, views
+from catheter_sim.robots.catheter.description import ring_length_m
+from catheter_sim.robots.catheter.picture import body_meshes, body_parts, pieces
+from catheter_sim.robots.catheter.spec import CatheterRobot
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
 

@@ -10,11 +10,11 @@ import pytest
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction, Mount
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.kinds.continuum.theory.arc_equilibrium import solve_rows
-from catheter_sim.kinds.continuum.theory.arc_kernels.balance import PRE_SLIDING_M
-from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots, loads, places
 from catheter_sim.mechanics.arcs import points_on_arcs
+from catheter_sim.robots.continuum.arc_kernels import PRE_SLIDING_M
+from catheter_sim.robots.continuum.arcs import solve_rows
+from catheter_sim.robots.continuum.constant_curvature import arc_robots, loads, places
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 ROWS = 8
 GRAVITY = np.array([1.0, -2.0, -9.0])

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.kinds.continuum.mjcf.chain import drive_stiffness
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots.continuum.model import drive_stiffness
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.simulator import Simulator
 
 COARSE = ("disks_per_segment=2", "links_per_subsegment=2")

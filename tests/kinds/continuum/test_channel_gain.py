@@ -23,11 +23,11 @@ from catheter_sim.envs.quick_model import quick_model
 from catheter_sim.errors import InputError
 from catheter_sim.exporting.causes import EXACT, find_causes
 from catheter_sim.exporting.write import write_model
-from catheter_sim.kinds import check_robot, kind_of
-from catheter_sim.kinds.continuum.drives import drives
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.kinds.continuum.theory.tdcr.displacement import drive as rods_drive
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots import check_robot, kind_of
+from catheter_sim.robots.continuum.description import drives
+from catheter_sim.robots.continuum.rods import drive as rods_drive
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
 from catheter_sim.theory.predict import twin_for

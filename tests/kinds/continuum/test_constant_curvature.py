@@ -16,11 +16,11 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.columns import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction, Mount
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.kinds.continuum.theory.arc_equilibrium import solve_rows
-from catheter_sim.kinds.continuum.theory.constant_curvature import arc_robots, constant_curvature, postures
-from catheter_sim.kinds.continuum.twin import arcs_of
 from catheter_sim.mechanics.arcs import arc_end, arc_functions, points_on_arcs, segment_frames
+from catheter_sim.robots.continuum.arcs import solve_rows
+from catheter_sim.robots.continuum.constant_curvature import arc_robots, constant_curvature, postures
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.twin import arcs_of
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.predict import twin_for
 

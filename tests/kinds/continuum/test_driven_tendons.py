@@ -7,8 +7,8 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.kinds.continuum.theory.constant_curvature import drive_stiffness
+from catheter_sim.robots.continuum.constant_curvature import drive_stiffness
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.theory.run import STATIC_MODELS
 
 

@@ -8,10 +8,10 @@ from planar_cases import NO_GRAVITY, SIDEWAYS, cell_angles, eyelets, section, si
 from scipy.optimize import brentq, minimize
 
 from catheter_sim.core.robot import Mount
-from catheter_sim.kinds.continuum.robots.neuroendoscope import CELL_MASS_KG, CELL_STIFFNESS_N_M_PER_RAD
-from catheter_sim.kinds.continuum.theory import planar_chain
-from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
-from catheter_sim.kinds.continuum.theory.kato import fkm, pcca
+from catheter_sim.robots.continuum import planar as planar_chain
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
+from catheter_sim.robots.continuum.kato import fkm, pcca
+from catheter_sim.robots.continuum.published import CELL_MASS_KG, CELL_STIFFNESS_N_M_PER_RAD
 
 pytestmark = pytest.mark.slow
 

@@ -16,8 +16,8 @@ from catheter_sim.catalogue import robot_toml
 from catheter_sim.cli.main import main
 from catheter_sim.diagnosis.data.dataset import load_dataset
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.from_mjcf import read_chain
-from catheter_sim.kinds.continuum.twin import twin
+from catheter_sim.robots.continuum.from_mjcf import read_chain
+from catheter_sim.robots.continuum.twin import twin
 
 MODELS = Path(__file__).parents[3] / "models"
 LINKS, LENGTH_M, HOLE_M = 6, 0.02, 0.004

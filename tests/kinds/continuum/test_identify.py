@@ -1,17 +1,18 @@
 import numpy as np
 import pytest
 
-from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
-from catheter_sim.kinds.continuum.theory.identify import (
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
+from catheter_sim.robots.continuum.kato import (
     ANTAGONISTIC_LOOP,
     SINGLE_LOOP,
+    fkm,
+    fkm_stick,
     friction_from_arching,
     friction_from_opening,
     highest_tension_from_opening,
     identify,
     loop_opening,
 )
-from catheter_sim.kinds.continuum.theory.kato import fkm, fkm_stick
 
 pytestmark = pytest.mark.slow
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from planar_cases import NO_GRAVITY, section, single, tensions, tips_mm
 
-from catheter_sim.kinds.continuum.robots.neuroendoscope import CELL_STIFFNESS_N_M_PER_RAD, neuroendoscope
-from catheter_sim.kinds.continuum.theory.kato import fkm, fkm_stick, pcca, tension_ratio
+from catheter_sim.robots.continuum.kato import fkm, fkm_stick, pcca, tension_ratio
+from catheter_sim.robots.continuum.published import CELL_STIFFNESS_N_M_PER_RAD, neuroendoscope
 
 K, D = CELL_STIFFNESS_N_M_PER_RAD, 1.4e-3
 MU = 0.3

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.kinds.continuum.layout import hole_angle_rad, last_disk, links
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
+from catheter_sim.robots.continuum.description import hole_angle_rad, last_disk, links
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 
 def continuum(reference: str, *settings: str) -> ContinuumRobot:

@@ -14,10 +14,10 @@ from catheter_sim.cli.main import main
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.layout import hinge_places, links
-from catheter_sim.kinds.continuum.links import LARGEST_ERROR, tip_error_m, with_enough_links
-from catheter_sim.kinds.continuum.mjcf.meshes import element_meshes
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
+from catheter_sim.robots.continuum.defaults import LARGEST_ERROR, tip_error_m, with_enough_links
+from catheter_sim.robots.continuum.description import hinge_places, links
+from catheter_sim.robots.continuum.picture import element_meshes
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.theory.predict import twin_for

@@ -16,11 +16,12 @@ from solid_points import surface, winding_number
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds import check_robot
-from catheter_sim.kinds.continuum import layout
-from catheter_sim.kinds.continuum.mjcf import cells, meshes
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.mjcf.parts import inline
+from catheter_sim.robots import check_robot
+from catheter_sim.robots.continuum import description as layout
+from catheter_sim.robots.continuum import picture as cells
+from catheter_sim.robots.continuum import picture as meshes
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 ROBOTS = ("neuroendoscope", "neuroendoscope_section", "spacer_disk")
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from catheter_sim.kinds.continuum.theory.planar import (
+from catheter_sim.robots.continuum.planar import (
     arc_chain,
     headings,
     hinge_chain,

@@ -13,11 +13,11 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Mount
 from catheter_sim.core.static_run import StaticRun
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.kinds.continuum.theory import exact_arm, kato, sliding
-from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
-from catheter_sim.kinds.continuum.theory.kato import fkm, fkm_stick, pcca
-from catheter_sim.kinds.continuum.theory.sliding import fkm_sliding
+from catheter_sim.robots.continuum import exact_arm, kato
+from catheter_sim.robots.continuum import exact_arm as sliding
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
+from catheter_sim.robots.continuum.kato import fkm, fkm_stick, pcca
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 CELLS, CELL_M, STIFFNESS, CELL_KG = 5, 2e-3, 8.6e-3, 15e-6
 GRAVITY = np.array([9.81, 0.0, -4.0])

@@ -13,11 +13,12 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.robots.neuroendoscope import neuroendoscope
-from catheter_sim.kinds.continuum.spec import Tendon
-from catheter_sim.kinds.continuum.theory import planar_batch, planar_chain
-from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
-from catheter_sim.kinds.continuum.theory.planar import hinge_faces
+from catheter_sim.robots.continuum import planar as planar_chain
+from catheter_sim.robots.continuum import planar_batch
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
+from catheter_sim.robots.continuum.planar import hinge_faces
+from catheter_sim.robots.continuum.published import neuroendoscope
+from catheter_sim.robots.continuum.spec import Tendon
 
 pytestmark = pytest.mark.slow
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from planar_cases import NO_GRAVITY, SIDEWAYS, cell_angles, eyelets, section, single, tensions, tips_mm
 
-from catheter_sim.kinds.continuum.robots.neuroendoscope import CELL_STIFFNESS_N_M_PER_RAD, neuroendoscope
-from catheter_sim.kinds.continuum.theory import sliding
-from catheter_sim.kinds.continuum.theory.exact_arm import fkm_exact_arm
-from catheter_sim.kinds.continuum.theory.sliding import fkm_sliding
+from catheter_sim.robots.continuum import exact_arm as sliding
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
+from catheter_sim.robots.continuum.published import CELL_STIFFNESS_N_M_PER_RAD, neuroendoscope
 
 pytestmark = pytest.mark.slow
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from lumped_cases import ALL_PULLS, NO_GRAVITY, benchmark, published, pulled
 
-from catheter_sim.kinds.continuum.theory.constant_curvature import constant_curvature
-from catheter_sim.kinds.continuum.theory.tdcr.cc import (
+from catheter_sim.robots.continuum.cc import (
     arc_of_lengths,
     bend_per_tension,
     bends_of_lengths,
@@ -18,7 +17,8 @@ from catheter_sim.kinds.continuum.theory.tdcr.cc import (
     tendon_lengths,
     three_tendon_arc,
 )
-from catheter_sim.kinds.continuum.theory.tdcr.problem import problem
+from catheter_sim.robots.continuum.constant_curvature import constant_curvature
+from catheter_sim.robots.continuum.rods import problem
 
 RADIUS, LENGTH = 8e-3, 0.05
 

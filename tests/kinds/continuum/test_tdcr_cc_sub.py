@@ -26,13 +26,16 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.theory.tdcr.cc_sub import cc_sub
-from catheter_sim.kinds.continuum.theory.tdcr.lumped import equilibria, free
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.balance import evaluate
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, DEGREES, LINKS, LINKS_MIDDLE
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.newton import newton_step
-from catheter_sim.kinds.continuum.theory.tdcr.prb import prb
-from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, load, problem
+from catheter_sim.robots.continuum.lumped import cc_sub, equilibria, free, prb
+from catheter_sim.robots.continuum.lumped_kernels import (
+    ARC,
+    DEGREES,
+    LINKS,
+    LINKS_MIDDLE,
+    evaluate,
+    newton_step,
+)
+from catheter_sim.robots.continuum.rods import Load, Problem, load, problem
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("tdcr")]  # compiled once, half a minute
 

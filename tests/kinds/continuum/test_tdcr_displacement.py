@@ -11,12 +11,11 @@ from lumped_cases import FULL_PULL_N, LENGTH, NO_GRAVITY, benchmark
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.kinds.continuum.theory.constant_curvature import drive_stiffness
-from catheter_sim.kinds.continuum.theory.tdcr import lumped, rods
-from catheter_sim.kinds.continuum.theory.tdcr.displacement import _taut, straight_lengths
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, LINKS, LINKS_MIDDLE
-from catheter_sim.kinds.continuum.theory.tdcr.problem import load, problem
+from catheter_sim.robots.continuum import lumped, rods
+from catheter_sim.robots.continuum.constant_curvature import drive_stiffness
+from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
+from catheter_sim.robots.continuum.rods import _taut, load, problem, straight_lengths
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.run import STATIC_MODELS
 from catheter_sim.validation.drives import given

@@ -20,16 +20,15 @@ from lumped_cases import (
     turned_deg,
 )
 
-from catheter_sim.kinds.continuum.theory.tdcr.lumped import equilibria
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import (
+from catheter_sim.robots.continuum.lumped import equilibria, prb, prb_middle, prb_printed
+from catheter_sim.robots.continuum.lumped_kernels import (
     LINK_SHARES,
     LINKS,
     LINKS_MIDDLE,
     SPRING_FACTORS,
+    frames,
 )
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.subsegments import frames
-from catheter_sim.kinds.continuum.theory.tdcr.prb import prb, prb_middle, prb_printed
-from catheter_sim.kinds.continuum.theory.tdcr.problem import load, problem
+from catheter_sim.robots.continuum.rods import load, problem
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("tdcr")]  # compiled once, half a minute
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
-from catheter_sim.kinds.continuum.theory.tdcr import lumped, rods
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import ARC, LINKS, LINKS_MIDDLE
-from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, problem
+from catheter_sim.robots.continuum import lumped, rods
+from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
+from catheter_sim.robots.continuum.published import spacer_disk
+from catheter_sim.robots.continuum.rods import Load, Problem, problem
 
 FULL_PULL_N = 5.55
 ROWS = 19  # two eights and three

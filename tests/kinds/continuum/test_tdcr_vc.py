@@ -16,12 +16,11 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
-from catheter_sim.kinds.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.kinds.continuum.theory.tdcr import lumped
-from catheter_sim.kinds.continuum.theory.tdcr.lumped_kernels.models import LINKS
-from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, load, problem
-from catheter_sim.kinds.continuum.theory.tdcr.rods import Equilibria, equilibria
+from catheter_sim.robots.continuum import lumped
+from catheter_sim.robots.continuum.lumped_kernels import LINKS
+from catheter_sim.robots.continuum.published import spacer_disk
+from catheter_sim.robots.continuum.rods import Equilibria, Load, Problem, equilibria, load, problem
+from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.theory.run import STATIC_MODELS
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("tdcr")]  # compiled once, half a minute

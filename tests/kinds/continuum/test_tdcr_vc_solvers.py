@@ -9,10 +9,9 @@ import pytest
 
 from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.robots.spacer_disk import spacer_disk
-from catheter_sim.kinds.continuum.theory.tdcr.collocation import collocate
-from catheter_sim.kinds.continuum.theory.tdcr.problem import Load, Problem, problem
-from catheter_sim.kinds.continuum.theory.tdcr.rods import equilibria
+from catheter_sim.robots.continuum.collocation import collocate
+from catheter_sim.robots.continuum.published import spacer_disk
+from catheter_sim.robots.continuum.rods import Load, Problem, equilibria, problem
 
 pytestmark = pytest.mark.slow
 

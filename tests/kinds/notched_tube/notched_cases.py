@@ -9,8 +9,8 @@ import numpy as np
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.notched_tube.robots.notched_wrist import notched_wrist_script
-from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot, Superelastic
+from catheter_sim.robots.notched_tube.published import notched_wrist_script
+from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot, Superelastic
 
 WRIST = notched_wrist_script()
 LINEAR = Superelastic(60e9)

@@ -12,11 +12,12 @@ from notched_cases import changed, inputs
 
 from catheter_sim.core.document import number_at
 from catheter_sim.core.effect import Role
-from catheter_sim.kinds.notched_tube import handles, statics
-from catheter_sim.kinds.notched_tube.layout import length_m
-from catheter_sim.kinds.notched_tube.robots.notched_wrist import notched_wrist
-from catheter_sim.kinds.notched_tube.theory.solve import solve_rows
-from catheter_sim.kinds.notched_tube.twin import NotchedTubeTwin, twin
+from catheter_sim.robots.notched_tube import description as handles
+from catheter_sim.robots.notched_tube import statics
+from catheter_sim.robots.notched_tube.description import length_m
+from catheter_sim.robots.notched_tube.published import notched_wrist
+from catheter_sim.robots.notched_tube.statics import solve_rows
+from catheter_sim.robots.notched_tube.twin import NotchedTubeTwin, twin
 
 ROBOT = notched_wrist()
 GRAVITY = np.array([0.0, 0.0, -9.81])

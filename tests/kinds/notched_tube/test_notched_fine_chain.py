@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from notched_cases import LINEAR, WRIST, changed, inputs
 
-from catheter_sim.kinds.notched_tube.spec import Superelastic
-from catheter_sim.kinds.notched_tube.theory.fine_chain import Acting, at_rest, loaded_tensions
-from catheter_sim.kinds.notched_tube.theory.solve import solve_rows
+from catheter_sim.robots.notched_tube.fine_chain import Acting, at_rest, loaded_tensions
+from catheter_sim.robots.notched_tube.spec import Superelastic
+from catheter_sim.robots.notched_tube.statics import solve_rows
 
 SLOPED = Superelastic(60e9, 500e6, 750e6, 0.08)
 NONE = np.zeros(3)

@@ -11,12 +11,11 @@ from notched_cases import LINEAR, WRIST, changed, inputs
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.notched_tube.layout import notches
-from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
-from catheter_sim.kinds.notched_tube.theory import york as printed
-from catheter_sim.kinds.notched_tube.theory.models import kinetostatic
-from catheter_sim.kinds.notched_tube.theory.section import closing_angle, section, torsion_stiffness
-from catheter_sim.kinds.notched_tube.theory.solve import FaceLoads, TubeStates, solve_rows
+from catheter_sim.robots.notched_tube import statics as printed
+from catheter_sim.robots.notched_tube.description import notches
+from catheter_sim.robots.notched_tube.section import closing_angle, section, torsion_stiffness
+from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot
+from catheter_sim.robots.notched_tube.statics import FaceLoads, TubeStates, kinetostatic, solve_rows
 
 SEGMENT = WRIST.segments[0]
 SHAPE = section(SEGMENT)

@@ -15,18 +15,9 @@ import pytest
 from notched_cases import WRIST, inputs
 
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.notched_tube.robots.notched_wrist import (
-    MEASURED_BEND_DEG,
-    MEASURED_TENSION_N,
-    notched_wrist,
-)
-from catheter_sim.kinds.notched_tube.spec import (
-    NotchedSegment,
-    NotchedTubeRobot,
-    Superelastic,
-    WallTendon,
-)
-from catheter_sim.kinds.notched_tube.theory.solve import solve_rows
+from catheter_sim.robots.notched_tube.published import MEASURED_BEND_DEG, MEASURED_TENSION_N, notched_wrist
+from catheter_sim.robots.notched_tube.spec import NotchedSegment, NotchedTubeRobot, Superelastic, WallTendon
+from catheter_sim.robots.notched_tube.statics import solve_rows
 
 NONE = np.zeros(3)
 # Fitted to wrist A at both its tensions (10 bends, 0.5 deg in the root mean square), with the compression

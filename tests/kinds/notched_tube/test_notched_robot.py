@@ -11,11 +11,10 @@ from notched_cases import WRIST, changed
 
 from catheter_sim.core.document import from_document, leaves, number_at, to_document
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.notched_tube.checks import check
-from catheter_sim.kinds.notched_tube.layout import joint_names, length_m, notches
-from catheter_sim.kinds.notched_tube.robots import notched_wrist as module
-from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
-from catheter_sim.kinds.notched_tube.theory.section import section
+from catheter_sim.robots.notched_tube import published as module
+from catheter_sim.robots.notched_tube.description import check, joint_names, length_m, notches
+from catheter_sim.robots.notched_tube.section import section
+from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot
 
 DESIGNS = (module.notched_wrist, module.notched_wrist_script, module.notched_wrist_design)
 

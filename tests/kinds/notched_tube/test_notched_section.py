@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from notched_cases import WRIST, changed
 
-from catheter_sim.kinds.notched_tube.spec import NotchedSegment
-from catheter_sim.kinds.notched_tube.theory.section import (
+from catheter_sim.robots.notched_tube.section import (
     closing_angle,
     fibres,
     largest_strain,
     section,
     torsion_stiffness,
 )
+from catheter_sim.robots.notched_tube.spec import NotchedSegment
 
 DEPTHS_MM = (0.2, 0.5, 0.65, 0.97, 1.05, 1.12)
 

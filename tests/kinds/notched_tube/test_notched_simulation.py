@@ -15,16 +15,13 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.law import RobotInModel
 from catheter_sim.core.robot import Mount
-from catheter_sim.kinds import kind_of
-from catheter_sim.kinds.notched_tube.closing import closing_displacement, span
-from catheter_sim.kinds.notched_tube.drives import drives
-from catheter_sim.kinds.notched_tube.forces.notches import Notches
-from catheter_sim.kinds.notched_tube.layout import length_m, notches
-from catheter_sim.kinds.notched_tube.spec import NotchedTubeRobot
-from catheter_sim.kinds.notched_tube.theory.models import kinetostatic
-from catheter_sim.kinds.notched_tube.theory.section import closing_angle
-from catheter_sim.kinds.notched_tube.theory.solve import solve_rows
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots import kind_of
+from catheter_sim.robots.notched_tube.description import closing_displacement, drives, length_m, notches, span
+from catheter_sim.robots.notched_tube.laws import Notches
+from catheter_sim.robots.notched_tube.section import closing_angle
+from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot
+from catheter_sim.robots.notched_tube.statics import kinetostatic, solve_rows
 from catheter_sim.simulation.replay import simulate
 
 ROBOT = load_robot("notched_wrist")

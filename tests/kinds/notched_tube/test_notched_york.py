@@ -9,10 +9,10 @@ import pytest
 from notched_cases import LINEAR, WRIST, changed, inputs
 
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.notched_tube.robots.notched_wrist import MEASURED_BEND_DEG, MEASURED_TENSION_N
-from catheter_sim.kinds.notched_tube.theory import york as printed
-from catheter_sim.kinds.notched_tube.theory.models import york
-from catheter_sim.kinds.notched_tube.theory.section import closing_angle, section
+from catheter_sim.robots.notched_tube import statics as printed
+from catheter_sim.robots.notched_tube.published import MEASURED_BEND_DEG, MEASURED_TENSION_N
+from catheter_sim.robots.notched_tube.section import closing_angle, section
+from catheter_sim.robots.notched_tube.statics import york
 
 SEGMENT = WRIST.segments[0]
 HEIGHT, CENTROID = SEGMENT.notch_height_m, section(SEGMENT).centroid_m

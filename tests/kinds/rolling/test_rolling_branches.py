@@ -10,11 +10,11 @@ from rolling_cases import NO_GRAVITY, pulls
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs, slice_inputs
-from catheter_sim.kinds.rolling import twin as rolling_twin
-from catheter_sim.kinds.rolling.spec import RollingRobot
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import solve_history
-from catheter_sim.kinds.rolling.twin import RollingTwin
+from catheter_sim.robots.rolling import twin as rolling_twin
+from catheter_sim.robots.rolling.complete import solve_history
+from catheter_sim.robots.rolling.description import rolling_chain
+from catheter_sim.robots.rolling.spec import RollingRobot
+from catheter_sim.robots.rolling.twin import RollingTwin
 
 WAY = (5.0, 25.0, 12.0, 12.0, 30.0)
 GIVES = (1e-7, 1e-6)

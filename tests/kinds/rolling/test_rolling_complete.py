@@ -15,21 +15,23 @@ from catheter_sim.channels import joint_names
 from catheter_sim.core.loads import LinkForce
 from catheter_sim.core.static_run import StaticRun
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.rolling.theory import history, rods
-from catheter_sim.kinds.rolling.theory.chain import RollingChain, rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import (
+from catheter_sim.robots.rolling import complete as history
+from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling.complete import (
+    Loads,
+    balance,
     complete,
+    equilibrium,
+    frames,
+    loads,
+    reactions,
     solve_history,
     solve_history_by_virtual_work,
     solve_loaded,
     virtual_work,
 )
-from catheter_sim.kinds.rolling.theory.kernels.balance import evaluate, workspace
-from catheter_sim.kinds.rolling.theory.kernels.packed import pack
-from catheter_sim.kinds.rolling.theory.kinematics import frames
-from catheter_sim.kinds.rolling.theory.loads import Loads, loads
-from catheter_sim.kinds.rolling.theory.newton_euler import reactions
-from catheter_sim.kinds.rolling.theory.virtual_work import balance, equilibrium
+from catheter_sim.robots.rolling.description import RollingChain, rolling_chain
+from catheter_sim.robots.rolling.kernels import evaluate, pack, workspace
 from catheter_sim.theory.run import STATIC_MODELS
 
 ROBOTS = ("chest_tube_section", "chest_tube_section@prototype", "chest_tube")

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from rolling_cases import JOINT_TABLE
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.kinds.rolling.theory import joint as geometry
-from catheter_sim.kinds.rolling.theory import rods
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.kinematics import frames
+from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling import joint as geometry
+from catheter_sim.robots.rolling.complete import frames
+from catheter_sim.robots.rolling.description import rolling_chain
 
 SECTION = rolling_chain(load_robot("chest_tube_section"))
 

@@ -11,14 +11,11 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.law import Pulls, RobotInModel, Step
 from catheter_sim.core.loads import LinkForce
-from catheter_sim.kinds.rolling.forces.rods import RodElasticity, RodTurns
-from catheter_sim.kinds.rolling.forces.rolling import Rolling
-from catheter_sim.kinds.rolling.theory import rods
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.kinematics import frames
-from catheter_sim.kinds.rolling.theory.loads import loads
-from catheter_sim.kinds.rolling.theory.newton_euler import compressions
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling.complete import compressions, frames, loads
+from catheter_sim.robots.rolling.description import rolling_chain
+from catheter_sim.robots.rolling.laws import RodElasticity, RodTurns, Rolling
 
 SEED = 20250611
 GRAVITY = np.array([1.0, -2.0, -9.81])

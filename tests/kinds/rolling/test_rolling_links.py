@@ -14,14 +14,13 @@ from solid_points import Array, surface, winding_number
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
-from catheter_sim.kinds import check_robot
-from catheter_sim.kinds.rolling.layout import last_joint, rods, rolling_joints
-from catheter_sim.kinds.rolling.mjcf import links as rolling_links
-from catheter_sim.kinds.rolling.spec import Rod, RollingRobot, RollingSegment
-from catheter_sim.kinds.rolling.theory import joint as geometry
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
 from catheter_sim.mjcf.parts import inline
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.robots import check_robot
+from catheter_sim.robots.rolling import joint as geometry
+from catheter_sim.robots.rolling import picture as rolling_links
+from catheter_sim.robots.rolling.description import last_joint, rods, rolling_chain, rolling_joints
+from catheter_sim.robots.rolling.spec import Rod, RollingRobot, RollingSegment
 from catheter_sim.simulation.simulator import Simulator
 
 pytestmark = pytest.mark.slow

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.kinds.rolling.forces.rods import RodTurns
-from catheter_sim.kinds.rolling.layout import RollingJoint, rolling_joints
-from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.robots.rolling.description import RollingJoint, rolling_joints
+from catheter_sim.robots.rolling.laws import RodTurns
+from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.simulation.simulator import Simulator
 
 SHORT_LINKS = ("segments.section.joints=3", "segments.section.length_mm=45")

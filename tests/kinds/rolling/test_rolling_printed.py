@@ -12,12 +12,11 @@ from scipy.integrate import quad
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.rolling.theory import rods
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import complete
-from catheter_sim.kinds.rolling.theory.pcc import pcc
-from catheter_sim.kinds.rolling.theory.printed import Terms, printed, printed_balance, solve_printed
-from catheter_sim.kinds.rolling.theory.printed_rods import rod_tensions
+from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling.complete import complete
+from catheter_sim.robots.rolling.description import rolling_chain
+from catheter_sim.robots.rolling.pcc import pcc
+from catheter_sim.robots.rolling.printed import Terms, printed, printed_balance, rod_tensions, solve_printed
 
 pytestmark = pytest.mark.slow
 

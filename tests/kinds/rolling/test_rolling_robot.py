@@ -12,9 +12,9 @@ import pytest
 from catheter_sim.catalogue import load_robot, robot_toml, robots_of
 from catheter_sim.channels import body_count, input_channels, joint_names, output_channels, read_inputs
 from catheter_sim.errors import InputError
-from catheter_sim.kinds.continuum.spec import ContinuumRobot
-from catheter_sim.kinds.rolling.layout import hole_position, last_joint, rods, rolling_joints
-from catheter_sim.kinds.rolling.spec import RollingRobot
+from catheter_sim.robots.continuum.spec import ContinuumRobot
+from catheter_sim.robots.rolling.description import hole_position, last_joint, rods, rolling_joints
+from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.tables import Table
 
 

@@ -10,7 +10,7 @@ from drive import rows_to_inputs, tips_mm
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
-from catheter_sim.kinds.rolling.theory.complete import complete
+from catheter_sim.robots.rolling.complete import complete
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation.chest_tube_full import ACROSS, SETS_N
 from catheter_sim.validation.chest_tube_loads import in_outer_tube

@@ -10,15 +10,15 @@ from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
-from catheter_sim.kinds.rolling.theory import history as steps
-from catheter_sim.kinds.rolling.theory.chain import rolling_chain
-from catheter_sim.kinds.rolling.theory.complete import (
+from catheter_sim.robots.rolling import complete as steps
+from catheter_sim.robots.rolling.complete import (
     complete,
     complete_sliding,
+    postures,
     solve_history,
     virtual_work,
 )
-from catheter_sim.kinds.rolling.theory.history import postures
+from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation.chest_tube_coulomb import moment_left, violations
 from catheter_sim.validation.drives import history

@@ -1,1 +1,0 @@
-"""Static models of notched tubes."""

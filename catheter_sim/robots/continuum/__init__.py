@@ -1,0 +1,44 @@
+"""Tendon-driven continuum robots: segments of bending backbone with disks or cells."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from catheter_sim.core.kind import Kind
+from catheter_sim.robots.continuum.spec import ContinuumRobot
+
+KIND = Kind("continuum", ContinuumRobot, __name__)
+
+if TYPE_CHECKING:  # mypy holds the faces to their protocols
+    from catheter_sim.core.kind import Checks, Drives, Model, Picture, Steering
+    from catheter_sim.core.law import Laws
+    from catheter_sim.core.law_copies import Batched
+    from catheter_sim.core.published import Robots
+    from catheter_sim.gpu import continuum as gpu
+    from catheter_sim.gpu.device import Gpu
+    from catheter_sim.robots.continuum import (
+        batched,
+        laws,
+        model,
+        picture,
+        steering,
+    )
+    from catheter_sim.robots.continuum import (
+        description as checks,
+    )
+    from catheter_sim.robots.continuum import (
+        description as drives,
+    )
+    from catheter_sim.robots.continuum import (
+        published as robots,
+    )
+
+    _checks: Checks[ContinuumRobot] = checks
+    _drives: Drives[ContinuumRobot] = drives
+    _model: Model[ContinuumRobot] = model
+    _picture: Picture[ContinuumRobot] = picture
+    _steering: Steering[ContinuumRobot] = steering
+    _robots: Robots = robots
+    _laws: Laws[ContinuumRobot] = laws
+    _batched: Batched[ContinuumRobot] = batched
+    _gpu: Gpu[ContinuumRobot] = gpu

@@ -1,0 +1,29 @@
+"""The laws of many copies of a continuum robot."""
+
+from __future__ import annotations
+
+from catheter_sim.core.law import RobotInModel
+from catheter_sim.core.law_copies import CopiesControls, CopiesLaw, CopyArrays, StraightCopies
+from catheter_sim.robots.continuum.laws import ElasticCopies, ElasticRemainder
+from catheter_sim.robots.continuum.spec import ContinuumRobot
+
+
+def covers(robot: ContinuumRobot) -> bool:
+    """Return whether all laws but friction are known for copies: always."""
+    return True
+
+
+def rubs(robot: ContinuumRobot) -> bool:
+    """Return whether friction is known for copies: always."""
+    return True
+
+
+def laws(robot: ContinuumRobot, place: RobotInModel, arrays: CopyArrays) -> tuple[CopiesLaw, ...]:
+    """Return the laws but friction."""
+    remainder = ElasticRemainder(robot, place)
+    return (ElasticCopies(remainder, arrays),) if remainder.needed else ()
+
+
+def controls(robot: ContinuumRobot, place: RobotInModel, arrays: CopyArrays) -> CopiesControls:
+    """Return what stands between inputs and actuators: nothing."""
+    return StraightCopies(arrays)

@@ -1,0 +1,87 @@
+"""The static models of tendon-driven continuum robots."""
+
+from __future__ import annotations
+
+from catheter_sim.core.statics import StaticModel, unless
+from catheter_sim.robots.continuum.constant_curvature import constant_curvature
+from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
+from catheter_sim.robots.continuum.kato import fkm, fkm_stick, pcca
+from catheter_sim.robots.continuum.lumped import cc_sub, prb, prb_middle
+from catheter_sim.robots.continuum.planar import bends_in_plane
+from catheter_sim.robots.continuum.rods import unsupported, vc, vc_ref, vc_ref_noproj
+from catheter_sim.robots.continuum.spec import ContinuumRobot
+
+_PLANAR = unless(bends_in_plane, "bending out of the xz plane, several hinges a cell or off its middle")
+
+MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
+    # Planar robots, driven by tension.
+    StaticModel(
+        "fkm",
+        "extended forward kinematic mapping as printed (Kato 2016, Eqs 2-9); depends on the rows' spacing",
+        fkm,
+        _PLANAR,
+    ),
+    StaticModel(
+        "fkm_stick",
+        "the printed mapping with cells that may stick; does not depend on the rows' spacing",
+        fkm_stick,
+        _PLANAR,
+    ),
+    StaticModel(
+        "fkm_exact_arm",
+        "exact moment arms of straight tendons, capstan friction with history, weight and tip load",
+        fkm_exact_arm,
+        _PLANAR,
+    ),
+    StaticModel(
+        "fkm_sliding",
+        "as fkm_exact_arm, friction by each tendon's motion over each eyelet: the reference under load",
+        fkm_sliding,
+        _PLANAR,
+    ),
+    StaticModel(
+        "pcca", "piecewise constant curvature, no friction (as compared in Kato 2016)", pcca, _PLANAR
+    ),
+    # Spatial robots.
+    StaticModel(
+        "CC",
+        "one arc per segment (Rao 2021, Sections 3.2.1, 5.2.2), tension or displacement, friction, weight",
+        constant_curvature,
+    ),
+    StaticModel(
+        "CC_sub",
+        "one arc per subsegment, twist, tendons straight between disks (Rao 2021, Eqs 43-47), friction",
+        cc_sub,
+        unsupported,
+    ),
+    StaticModel(
+        "PRB",
+        "three joints per subsegment, twist, otherwise as CC_sub (Rao 2021, Eqs 48-54), simple-root form",
+        prb,
+        unsupported,
+    ),
+    StaticModel(
+        "PRB_middle",
+        "PRB with Eqs 52 and 54's moment taken at the middle joint: better where a load acts across",
+        prb_middle,
+        unsupported,
+    ),
+    StaticModel(
+        "VC",
+        "Cosserat rod, tendons held to its shape everywhere (Rao 2021, Eqs 24-41), friction, weight",
+        vc,
+        unsupported,
+    ),
+    StaticModel(
+        "VC_ref",
+        "Cosserat rod, tendons straight between disks, forces in the disks' planes (Rao 2021, Eqs 30-41, 58)",
+        vc_ref,
+        unsupported,
+    ),
+    StaticModel(
+        "VC_ref_noproj",
+        "as VC_ref without Eq. 58: eyelets without friction, as the simulation's tendons",
+        vc_ref_noproj,
+        unsupported,
+    ),
+)
