@@ -26,16 +26,17 @@ from scipy.optimize import minimize
 
 from catheter_sim.arrays import Array
 from catheter_sim.blind_bench.places import read_json
-from catheter_sim.diagnosis.report.result import DATA_SUSPECT
-from catheter_sim.diagnosis.verdict.evidence import Evidence, from_numbers
-from catheter_sim.diagnosis.verdict.probabilities import (
+from catheter_sim.diagnosis.probabilities import (
     NONE,
     OUTSIDE,
+    Evidence,
     features_of_named,
     features_of_none,
     features_of_outside,
     features_of_rival,
+    from_numbers,
 )
+from catheter_sim.diagnosis.result import DATA_SUSPECT
 from catheter_sim.effects import EFFECTS
 
 SPREAD = 0.5  # standard deviation of a believed weight, of itself: a few dozen answers change it

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table, replaced_when_whole, write_table
 

@@ -28,10 +28,12 @@ from catheter_sim.blind_bench.nature.run import scores_in
 from catheter_sim.blind_bench.nature.score import accepted
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
 from catheter_sim.cli.arguments import whole_number
-from catheter_sim.diagnosis.causes.choose import Selection, candidates_for
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.problem import (
+from catheter_sim.diagnosis.choose import Choice, acquit_trials, decide_on_heldout
+from catheter_sim.diagnosis.conclude import judge
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.prepare import calibrate, find_data_faults, pose, prepare, running
+from catheter_sim.diagnosis.problem import (
     Problem,
     Term,
     further_terms,
@@ -39,16 +41,8 @@ from catheter_sim.diagnosis.fitting.problem import (
     terms_for,
     with_fewer_rows,
 )
-from catheter_sim.diagnosis.fitting.workers import SERIAL
-from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
-from catheter_sim.diagnosis.stages.calibrate import calibrate
-from catheter_sim.diagnosis.stages.choose_causes import Choice
-from catheter_sim.diagnosis.stages.decide_on_heldout import decide_on_heldout
-from catheter_sim.diagnosis.stages.find_data_faults import find_data_faults
-from catheter_sim.diagnosis.stages.judge import judge
-from catheter_sim.diagnosis.stages.pose import pose
-from catheter_sim.diagnosis.stages.prepare import prepare
-from catheter_sim.diagnosis.stages.run import running
+from catheter_sim.diagnosis.search import Selection, candidates_for
+from catheter_sim.diagnosis.workers import SERIAL
 
 ROUGH_STEPS, FITTED_WELL = 6, 3
 COLUMNS = (

@@ -15,10 +15,9 @@ from itertools import islice, product
 import numpy as np
 
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.columns import unit_of
-from catheter_sim.diagnosis.data.trials import Trial, measured_of
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term, terms_for
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.problem import Problem, Term, terms_for
+from catheter_sim.diagnosis.trials import Trial, measured_of, unit_of
 
 TOLD_APART = 4.0  # distance from which on two hypotheses can be told apart: 2 % would be mistaken
 _MOST_VARIANTS = 6

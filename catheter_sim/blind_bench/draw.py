@@ -30,8 +30,8 @@ from catheter_sim.core.drive import Quantity
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.columns import unit_of
-from catheter_sim.diagnosis.data.nuisance import Nuisance, nuisances_of
+from catheter_sim.diagnosis.nuisance import Nuisance, nuisances_of
+from catheter_sim.diagnosis.trials import unit_of
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
 

@@ -15,8 +15,7 @@ from catheter_sim.catalogue import read_toml, robot_toml
 from catheter_sim.channels import channel_inputs, input_channels, read_inputs
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.columns import unit_of
-from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.trials import Trial, unit_of
 from catheter_sim.robots.documents import complete_document, robot_from_document
 from catheter_sim.tables import Table, read_table, write_table
 from catheter_sim.units import si_factor

@@ -33,10 +33,9 @@ from catheter_sim.blind_bench.outside import Outside, RandomSlip
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 from catheter_sim.blind_bench.sizes import LARGEST, SMALLEST, over_noise
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.columns import unit_of
-from catheter_sim.diagnosis.data.nuisance import nuisances_of
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.nuisance import nuisances_of
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.trials import Trial, unit_of
 from catheter_sim.tables import Table
 from catheter_sim.theory.predict import twin_for
 

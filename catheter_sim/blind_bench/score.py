@@ -15,16 +15,13 @@ from catheter_sim.blind_bench.folders import TRUTH, read_aside, robot_as_written
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.columns import unit_of
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.parting import split
-from catheter_sim.diagnosis.data.trials import Trial, measured_of
-from catheter_sim.diagnosis.fitting.evidence import gain_interval, gain_percent, stretch_squares
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.prediction import robot_with
-from catheter_sim.diagnosis.fitting.probe import details
-from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.diagnosis.stages.pose import training_problem
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.fit import fit, robot_with
+from catheter_sim.diagnosis.noise import gain_interval, gain_percent, stretch_squares
+from catheter_sim.diagnosis.prepare import training_problem
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.trials import Trial, measured_of, split, unit_of
+from catheter_sim.diagnosis.workers import details
 from catheter_sim.errors import InputError
 
 Document = Mapping[str, Any]

@@ -51,7 +51,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.files import check_output_folder
 
 if TYPE_CHECKING:
-    from catheter_sim.diagnosis.report.result import Cause, Diagnosis
+    from catheter_sim.diagnosis.result import Cause, Diagnosis
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -132,13 +132,19 @@ def _run_foreign(options: argparse.Namespace, folder: Path) -> int:
 
 def _run_since(options: argparse.Namespace, folder: Path) -> int:
     """Say what changed since one earlier data set or several."""
-    from catheter_sim.diagnosis.data.dataset import load_dataset
-    from catheter_sim.diagnosis.fitting.workers import Workers
-    from catheter_sim.diagnosis.report.provenance import stamped
-    from catheter_sim.diagnosis.since.from_report import earlier_recording
-    from catheter_sim.diagnosis.since.report import comparison_sentence, mass_lines, write_comparison
-    from catheter_sim.diagnosis.since.series import compare_series
-    from catheter_sim.diagnosis.since.series_report import PICTURE_FILE, TABLE_FILE, series_lines
+    from catheter_sim.diagnosis.changes.compare import earlier_recording
+    from catheter_sim.diagnosis.changes.report import (
+        PICTURE_FILE,
+        TABLE_FILE,
+        comparison_sentence,
+        mass_lines,
+        series_lines,
+        write_comparison,
+    )
+    from catheter_sim.diagnosis.changes.series import compare_series
+    from catheter_sim.diagnosis.dataset import load_dataset
+    from catheter_sim.diagnosis.document import stamped
+    from catheter_sim.diagnosis.workers import Workers
 
     after = load_dataset(options.dataset)
     series = compare_series(
@@ -166,13 +172,10 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
 
 def _lines(diagnosis: Diagnosis, noun: str = "cause") -> Iterator[str]:
     """Yield the verdict in words, then the figures behind it; `noun`: what its causes are called."""
-    from catheter_sim.diagnosis.report.headline_numbers import heldout_error
-    from catheter_sim.diagnosis.report.html import sentence
-    from catheter_sim.diagnosis.report.spoken import figure_words
-    from catheter_sim.diagnosis.report.to_json import tip_mm
-    from catheter_sim.diagnosis.report.what_to_do import asks_of
-    from catheter_sim.diagnosis.report.wording import rounded
+    from catheter_sim.diagnosis.document import tip_mm
+    from catheter_sim.diagnosis.report import sentence
     from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY, NEAR_NOISE
+    from catheter_sim.diagnosis.words import asks_of, figure_words, heldout_error, rounded
 
     yield sentence(diagnosis)
     yield f"verdict: {diagnosis.verdict}"
@@ -224,7 +227,7 @@ def _lines(diagnosis: Diagnosis, noun: str = "cause") -> Iterator[str]:
 
 def _cause_lines(cause: Cause, noun: str) -> Iterator[str]:
     """Yield a cause, a correction or a change, and its numbers."""
-    from catheter_sim.diagnosis.report.wording import interval, rounded
+    from catheter_sim.diagnosis.words import interval, rounded
 
     members = ", ".join(f"{name} {value:.2f}" for name, value in cause.members.items())
     probable = "" if math.isnan(cause.probability) else f", probability {cause.probability:.2f}"

@@ -19,7 +19,7 @@ from __future__ import annotations
 import argparse
 
 from catheter_sim.cli import arguments
-from catheter_sim.diagnosis.data.mapping.scales import ANGLES, COUNTS, UNITS
+from catheter_sim.diagnosis.mapping import ANGLES, COUNTS, UNITS
 from catheter_sim.errors import InputError
 
 
@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
             raise InputError(f"{name} {value:g}: must be above 0")
     if options.counts_per_turn and options.unit not in ("", COUNTS):
         raise InputError(f"--counts-per-turn: goes with --unit {COUNTS}, not with {options.unit}")
-    from catheter_sim.diagnosis.data_faults.beyond_robot import beyond_robot
+    from catheter_sim.diagnosis.faults_of_columns import beyond_robot
     from catheter_sim.importing.folder import import_files
     from catheter_sim.importing.propose import Asked
 

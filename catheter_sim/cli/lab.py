@@ -146,8 +146,8 @@ def _loop(options: argparse.Namespace) -> int:
     from catheter_sim.closed_loop.folder import begun_with
     from catheter_sim.closed_loop.loop import Budget, run_loop
     from catheter_sim.closed_loop.story import PAGE, STORY, title_of, write_story
-    from catheter_sim.diagnosis.data.dataset import load_dataset
-    from catheter_sim.diagnosis.fitting.workers import Workers
+    from catheter_sim.diagnosis.dataset import load_dataset
+    from catheter_sim.diagnosis.workers import Workers
 
     rig = _recorded(options) if options.recordings is not None else _simulated(options)
     first = []

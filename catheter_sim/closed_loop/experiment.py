@@ -9,9 +9,9 @@ import numpy as np
 
 from catheter_sim.channels import input_channels
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.from_tables import dataset_of
-from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.dataset import dataset_of
 from catheter_sim.diagnosis.thresholds import SURE_BELIEF
+from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.effects import EFFECTS
 from catheter_sim.lab.rig import Rig
 from catheter_sim.tables import Table

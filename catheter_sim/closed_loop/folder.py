@@ -19,8 +19,7 @@ import tomli_w
 from catheter_sim.catalogue import FILES, robot_toml
 from catheter_sim.channels import channel_inputs, input_channels
 from catheter_sim.closed_loop.experiment import Recording
-from catheter_sim.diagnosis.data.parting import split
-from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.trials import Dataset, split
 from catheter_sim.errors import InputError
 from catheter_sim.lab.rig import Rig
 from catheter_sim.tables import Table, read_table, replaced_when_whole, write_table
@@ -36,7 +35,7 @@ class Found:
 
     Attributes:
         verdict: the diagnosis's.
-        believed: probability of every cause, "none" and "outside" (`verdict.probabilities`).
+        believed: probability of every cause, "none" and "outside" (`diagnosis.probabilities`).
         sentence: what was found, in one sentence.
         sure: causes that stand at `SURE_BELIEF` or more.
         numbers: of the named causes: cause, parameter, value, and the ends of its 95 % interval, in the

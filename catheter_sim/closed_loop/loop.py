@@ -18,13 +18,12 @@ from catheter_sim.closed_loop.experiment import (
     sure_causes,
 )
 from catheter_sim.closed_loop.folder import Found, LoopFolder, Proposed, Step
-from catheter_sim.diagnosis.best_experiment import best_after
-from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
-from catheter_sim.diagnosis.next_experiment.within_limits import bench_of, programmes_within
-from catheter_sim.diagnosis.pipeline import Investigation, investigate, write_diagnosis
-from catheter_sim.diagnosis.report.html import sentence
-from catheter_sim.diagnosis.report.result import DATA_SUSPECT
+from catheter_sim.diagnosis.pipeline import Investigation, best_after, investigate, write_diagnosis
+from catheter_sim.diagnosis.programmes import bench_of, programmes_within
+from catheter_sim.diagnosis.report import sentence
+from catheter_sim.diagnosis.result import DATA_SUSPECT
 from catheter_sim.diagnosis.thresholds import NATS_PER_MINUTE, SURE_BELIEF
+from catheter_sim.diagnosis.workers import SERIAL, Workers
 from catheter_sim.errors import InputError
 from catheter_sim.lab.rig import Rig
 

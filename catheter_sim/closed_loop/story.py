@@ -8,8 +8,7 @@ from pathlib import Path
 
 from catheter_sim.closed_loop.folder import Found, Proposed, Step
 from catheter_sim.closed_loop.loop import NO_MORE, NOTHING, SURE, SUSPECT, WAITING, Outcome
-from catheter_sim.diagnosis.report.spoken import number_words, spoken
-from catheter_sim.diagnosis.report.wording import listed, words
+from catheter_sim.diagnosis.words import listed, number_words, spoken, words
 from catheter_sim.files import placed_when_whole
 from catheter_sim.page.render import rendered
 

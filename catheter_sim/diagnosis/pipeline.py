@@ -1,47 +1,82 @@
-"""From a folder of measurements to a diagnosis: a row of stages, each a file in `stages`.
-
-Each stage takes values and returns one; none knows a kind of robot or the name of an effect.
-"""
+"""From measured data to a diagnosis, stage by stage; and from a diagnosis to the best next experiment."""
 
 from __future__ import annotations
 
 import math
 import os
 import shutil
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from catheter_sim.diagnosis.causes.scored import Scored
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.workers import SERIAL, Workers
+import numpy as np
+
+from catheter_sim.channels import input_channels
+from catheter_sim.diagnosis.choose import (
+    Choice,
+    Settled,
+    acquit_trials,
+    choose_causes,
+    decide_on_heldout,
+    fit_unproved,
+    nothing_settled,
+)
+from catheter_sim.diagnosis.conclude import (
+    Examined,
+    Numbers,
+    Replayed,
+    Scores,
+    Verdict,
+    assemble,
+    conclude,
+    concluded_plainly,
+    examine,
+    examined_plainly,
+    judge,
+    nothing_planned,
+    plan_next_experiment,
+    replay_in_mujoco,
+    score_hypotheses,
+    unjudged,
+    unscored,
+    weigh_again,
+    widen_intervals,
+)
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.document import stamped
+from catheter_sim.diagnosis.fit import Fit
+from catheter_sim.diagnosis.hypotheses import Scored
+from catheter_sim.diagnosis.next_experiment import BestExperiment, alive_hypotheses, best_experiment
 from catheter_sim.diagnosis.notes import Attempts
-from catheter_sim.diagnosis.report.provenance import stamped
-from catheter_sim.diagnosis.report.result import Diagnosis
-from catheter_sim.diagnosis.report.write import with_notes, write_results
-from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
-from catheter_sim.diagnosis.stages.assemble import assemble
-from catheter_sim.diagnosis.stages.calibrate import Calibrated, calibrate
-from catheter_sim.diagnosis.stages.choose_causes import Choice, choose_causes
-from catheter_sim.diagnosis.stages.conclude import conclude, concluded_plainly
-from catheter_sim.diagnosis.stages.decide_on_heldout import Settled, decide_on_heldout, nothing_settled
-from catheter_sim.diagnosis.stages.examine import Examined, examine, examined_plainly
-from catheter_sim.diagnosis.stages.find_data_faults import Faults, find_data_faults
-from catheter_sim.diagnosis.stages.fit_unproved import fit_unproved
-from catheter_sim.diagnosis.stages.judge import Verdict, judge, unjudged
-from catheter_sim.diagnosis.stages.not_searched import not_searched
-from catheter_sim.diagnosis.stages.plan_next_experiment import nothing_planned, plan_next_experiment
-from catheter_sim.diagnosis.stages.pose import Posed, pose
-from catheter_sim.diagnosis.stages.prepare import BEYOND, Prepared, prepare, readings_of
-from catheter_sim.diagnosis.stages.replay_in_mujoco import Replayed, replay_in_mujoco, weigh_again
-from catheter_sim.diagnosis.stages.run import Run, running
-from catheter_sim.diagnosis.stages.score_hypotheses import Scores, score_hypotheses, unscored
-from catheter_sim.diagnosis.stages.widen_intervals import Numbers, widen_intervals
-from catheter_sim.diagnosis.thresholds import MOST_CAUSES
+from catheter_sim.diagnosis.prepare import (
+    BEYOND,
+    Calibrated,
+    Faults,
+    Posed,
+    Prepared,
+    Run,
+    calibrate,
+    find_data_faults,
+    not_searched,
+    pose,
+    prepare,
+    readings_of,
+    running,
+)
+from catheter_sim.diagnosis.programmes import bench_of
+from catheter_sim.diagnosis.report import with_notes, write_results
+from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.thresholds import MOST_CAUSES, NATS_PER_MINUTE
+from catheter_sim.diagnosis.trials import Dataset
+from catheter_sim.diagnosis.workers import SERIAL, Workers
 from catheter_sim.effects.apply import embodied
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.progress import note
+
+# ----------------------------------------------------------------------------------------------------
+# From a folder of measurements to a diagnosis: a row of stages, each a file in `stages`.
+#
+# Each stage takes values and returns one; none knows a kind of robot or the name of an effect.
 
 UNFINISHED = ".unfinished"  # folder of finished fits in the output folder of a run that was stopped
 
@@ -291,3 +326,32 @@ def _judged(
             lambda: settled,
         )
     return settled, examined, scores, verdict, replayed
+
+
+# ----------------------------------------------------------------------------------------------------
+# The best next experiment after a diagnosis: hypotheses that are still alive, and what a bench can play.
+
+
+def best_after(
+    found: Investigation,
+    ranges: Mapping[str, tuple[float, float]],
+    longest_s: float,
+    price: float = NATS_PER_MINUTE,
+    pool: Workers = SERIAL,
+) -> BestExperiment:
+    """Return the experiment that tells most between the hypotheses that a diagnosis leaves alive.
+
+    Args:
+        found: the diagnosis with its hypotheses.
+        ranges: least and most of each input that can be played, in its column's unit.
+        longest_s: of one programme [s].
+        price: of a minute of it [nat].
+        pool: where to compute.
+    """
+    problem = found.posed.train
+    steps = np.concatenate([np.diff(trial.inputs.time_s) for trial in problem.trials])
+    columns = input_channels(problem.robot, problem.trials[0].inputs.actuation)
+    bench = bench_of(columns, ranges, float(np.median(steps)), longest_s)
+    alive = alive_hypotheses(found.diagnosis.probabilities, found.settled, found.equals, found.hypotheses)
+    noise = {unit: result.noise_floor for unit, result in found.diagnosis.by_unit.items()}
+    return best_experiment(problem, alive, bench, noise, found.posed.dataset.gravity_mps2, price, pool)

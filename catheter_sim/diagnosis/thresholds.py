@@ -146,7 +146,7 @@ FEWEST_VALUES = 60
 eight causes has that many numbers, and a cross-validation has eight folds."""
 NOISE_ROWS = 3
 """[values of one series] With fewer its noise is not told. Why: it is told from second differences
-(`fitting.noise.white_noise`)."""
+(`diagnosis.noise.white_noise`)."""
 GROSS_SHARE = 0.3
 """[model's error over the measurements' spread] From it on mistakes in the data are looked for. Why:
 assumed; causes of the list stay below it unless they are large, mistakes exceed it."""

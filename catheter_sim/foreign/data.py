@@ -12,18 +12,11 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import read_toml
-from catheter_sim.diagnosis.data.dataset import (
-    channel_list,
-    check_keys,
-    gravity_of,
-    texts_of,
-    trial_entries,
-)
-from catheter_sim.diagnosis.data.mapping.file_map import FileMap, file_map
-from catheter_sim.diagnosis.data.mapping.mapped import read_mapped
-from catheter_sim.diagnosis.data.parting import last_trials
-from catheter_sim.diagnosis.data.resolution import step_of
+from catheter_sim.diagnosis.dataset import channel_list, check_keys, gravity_of, texts_of, trial_entries
+from catheter_sim.diagnosis.mapping import FileMap, file_map, read_mapped
+from catheter_sim.diagnosis.readings import step_of
 from catheter_sim.diagnosis.thresholds import HELDOUT_SHARE
+from catheter_sim.diagnosis.trials import last_trials
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.foreign.model import CONTROL, ForeignModel
 from catheter_sim.foreign.thresholds import LEAST_ROWS

@@ -16,7 +16,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.notes import Attempts, Note
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
+from catheter_sim.diagnosis.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
 from catheter_sim.foreign.causes import Number, Variant, variants_of
 from catheter_sim.foreign.data import ForeignData, noise_of, read_foreign
 from catheter_sim.foreign.fit import Fit, Fitter
@@ -72,7 +72,7 @@ class ForeignDiagnosis:
     Attributes:
         data: the recordings.
         noise: of each output, shape (o,), in the columns' units.
-        verdict: one of `report.result.VERDICTS`.
+        verdict: one of `diagnosis.result.VERDICTS`.
         before: the model as it is.
         best: the fit that was chosen; `before`, where none is better.
         ranking: the model as it is, each cause alone and the pairs that were tried, most evidence first.

@@ -1,4 +1,5 @@
-"""The files of a diagnosis of a foreign model: `diagnosis.json`, `report.html`, `model.xml`, the series."""
+"""The files of a diagnosis of a foreign model: `diagnosis.json`, `diagnosis.report`, `model.xml`, the
+series."""
 
 from __future__ import annotations
 
@@ -13,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from catheter_sim.diagnosis.fitting.noise import times_noise
+from catheter_sim.diagnosis.document import finite_document
+from catheter_sim.diagnosis.noise import times_noise
 from catheter_sim.diagnosis.notes import Attempts
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
-from catheter_sim.diagnosis.report.to_json import finite_document
+from catheter_sim.diagnosis.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
 from catheter_sim.files import check_output_folder
 from catheter_sim.foreign.causes import SUMMARIES
 from catheter_sim.foreign.diagnose import ForeignDiagnosis, Judged
@@ -84,7 +85,7 @@ def _write_series(found: ForeignDiagnosis, number: int, path: Path) -> None:
 
 
 def _page(found: ForeignDiagnosis, described: dict[str, Any], picture: bytes) -> str:
-    """Return `report.html`; `picture` is a PNG, b"" where there is none."""
+    """Return `diagnosis.report`; `picture` is a PNG, b"" where there is none."""
     return rendered(
         "catheter_sim.foreign",
         "report.html",

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.diagnosis.data.mapping.file_map import FIRST_ROW, file_map
-from catheter_sim.diagnosis.data.mapping.mapped import seconds_of
-from catheter_sim.diagnosis.data.mapping.raw_file import RawFile
-from catheter_sim.diagnosis.data.mapping.scales import DATE, SECONDS
+from catheter_sim.diagnosis.mapping import DATE, FIRST_ROW, SECONDS, RawFile, file_map, seconds_of
 from catheter_sim.importing.guesses import Guess
 from catheter_sim.importing.heads import Heads, numbers_of
 

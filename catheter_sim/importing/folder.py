@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from catheter_sim.catalogue import FILES, load_robot
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.errors import InputError
 from catheter_sim.files import check_output_folder
 from catheter_sim.importing.propose import Asked, Proposal, propose

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.data.mapping.raw_file import RawFile, as_number
-from catheter_sim.diagnosis.data.mapping.scales import COUNTS, SECONDS, UNITS
+from catheter_sim.diagnosis.mapping import COUNTS, SECONDS, UNITS, RawFile, as_number
 from catheter_sim.errors import InputError
 
 PIXELS = "px"  # of a camera's picture: no unit of `[map]`, whose scale says what one is

@@ -10,11 +10,16 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.mapping.file_map import file_map
-from catheter_sim.diagnosis.data.mapping.mapped import channels_of, seconds_of
-from catheter_sim.diagnosis.data.mapping.raw_file import RawFile
-from catheter_sim.diagnosis.data.mapping.scales import UNITS, channel_unit, factor_to
-from catheter_sim.diagnosis.data_faults.beyond_robot import full_pulls
+from catheter_sim.diagnosis.faults_of_columns import full_pulls
+from catheter_sim.diagnosis.mapping import (
+    UNITS,
+    RawFile,
+    channel_unit,
+    channels_of,
+    factor_to,
+    file_map,
+    seconds_of,
+)
 from catheter_sim.diagnosis.thresholds import PULL_BEYOND
 from catheter_sim.errors import InputError
 from catheter_sim.importing.against_robot import (

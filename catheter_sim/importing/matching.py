@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from catheter_sim.channels import FORCE_CHANNELS, MOMENT_CHANNELS, actuations, input_channels, output_channels
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.mapping.scales import ANGLES, UNITS, channel_unit
+from catheter_sim.diagnosis.mapping import ANGLES, UNITS, channel_unit
 from catheter_sim.importing.guesses import Guess
 from catheter_sim.importing.heads import Heads
 

@@ -14,10 +14,8 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.channels import body_count, input_channels
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.mapping.layouts import read_raw
-from catheter_sim.diagnosis.data.mapping.raw_file import RawFile
-from catheter_sim.diagnosis.data.mapping.scales import ANGLES, COUNTS, UNITS, channel_unit
-from catheter_sim.diagnosis.data_faults.beyond_robot import full_pulls
+from catheter_sim.diagnosis.faults_of_columns import full_pulls
+from catheter_sim.diagnosis.mapping import ANGLES, COUNTS, UNITS, RawFile, channel_unit, read_raw
 from catheter_sim.diagnosis.thresholds import PULL_BEYOND
 from catheter_sim.errors import InputError, cut
 from catheter_sim.importing.against_robot import RADII_MM, TURNS, spread

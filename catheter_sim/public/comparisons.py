@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from catheter_sim.core.robot import RobotSpec
-    from catheter_sim.diagnosis.data.trials import Dataset
-    from catheter_sim.diagnosis.report.result import Cause
-    from catheter_sim.diagnosis.since.compare import Comparison as Compared
-    from catheter_sim.diagnosis.since.series import Series
+    from catheter_sim.diagnosis.changes.compare import Comparison as Compared
+    from catheter_sim.diagnosis.changes.series import Series
+    from catheter_sim.diagnosis.result import Cause
+    from catheter_sim.diagnosis.trials import Dataset
 
     Recording = Dataset | str | os.PathLike[str]
 
@@ -72,14 +72,14 @@ class Comparison:
     @property
     def sentence(self) -> str:
         """Return what was found, in a sentence or two."""
-        from catheter_sim.diagnosis.since.report import comparison_sentence
+        from catheter_sim.diagnosis.changes.report import comparison_sentence
 
         return comparison_sentence(self.result)
 
     @cached_property
     def document(self) -> Mapping[str, Any]:
         """The content of `diagnosis.json`."""
-        from catheter_sim.diagnosis.since.report import comparison_document
+        from catheter_sim.diagnosis.changes.report import comparison_document
 
         return comparison_document(self.result, self.over_time)
 
@@ -98,7 +98,7 @@ class Comparison:
         The course is "steady", "step after" a recording, "drift", "step or drift" where these cannot be told
         apart, or "irregular".
         """
-        from catheter_sim.diagnosis.since.series_report import COLUMNS, series_rows
+        from catheter_sim.diagnosis.changes.report import COLUMNS, series_rows
 
         rows = () if self.over_time is None else tuple(series_rows(self.over_time))
         return Listing("series", COLUMNS, rows)
@@ -112,7 +112,7 @@ class Comparison:
         Raises:
             InputError: there were only two recordings, or `ax` holds something else.
         """
-        from catheter_sim.diagnosis.since.series_report import series_figure
+        from catheter_sim.diagnosis.changes.report import series_figure
 
         if self.over_time is None:
             raise InputError("plot_series: there are only two recordings; compare([A, B], C) gives a series")
@@ -144,7 +144,7 @@ class Comparison:
         Raises:
             InputError: the folder cannot be made or written.
         """
-        from catheter_sim.diagnosis.since.report import write_comparison
+        from catheter_sim.diagnosis.changes.report import write_comparison
         from catheter_sim.files import check_output_folder
 
         write_comparison(self.result, check_output_folder(path_of(path, "save")), self.over_time)
@@ -204,11 +204,11 @@ def compare(
         >>> cs.compare(recording(0.2), recording(0.2)).verdict
         'unchanged'
     """
-    from catheter_sim.diagnosis.data.trials import Dataset as Data
-    from catheter_sim.diagnosis.fitting.workers import Workers
-    from catheter_sim.diagnosis.report.provenance import stamped
-    from catheter_sim.diagnosis.since.from_report import earlier_recording
-    from catheter_sim.diagnosis.since.series import compare_series
+    from catheter_sim.diagnosis.changes.compare import earlier_recording
+    from catheter_sim.diagnosis.changes.series import compare_series
+    from catheter_sim.diagnosis.document import stamped
+    from catheter_sim.diagnosis.trials import Dataset as Data
+    from catheter_sim.diagnosis.workers import Workers
     from catheter_sim.files import check_output_folder
     from catheter_sim.public.data import load_dataset
 

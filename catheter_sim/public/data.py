@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from catheter_sim.core.inputs import Inputs
     from catheter_sim.core.robot import RobotSpec
     from catheter_sim.core.settings import Settings
-    from catheter_sim.diagnosis.data.trials import Dataset
+    from catheter_sim.diagnosis.trials import Dataset
     from catheter_sim.tables import Table
 
 
@@ -235,7 +235,7 @@ def load_dataset(path: str | os.PathLike[str]) -> Dataset:
         >>> cs.load_dataset(assets_folder() / "examples" / "opencr_v4").robot.name
         'opencr_v4'
     """
-    from catheter_sim.diagnosis.data.dataset import load_dataset as load
+    from catheter_sim.diagnosis.dataset import load_dataset as load
     from catheter_sim.foreign.data import is_foreign
 
     folder = path_of(path, "dataset")
@@ -291,8 +291,7 @@ def dataset(
         ('tip_x_mm',)
     """
     from catheter_sim.channels import output_channels
-    from catheter_sim.diagnosis.data.dataset import known_inputs
-    from catheter_sim.diagnosis.data.from_tables import dataset_of
+    from catheter_sim.diagnosis.dataset import dataset_of, known_inputs
 
     if not isinstance(name, str) or not name.strip():
         raise InputError(f"name = {shown(name)}: a text is needed")
@@ -310,7 +309,7 @@ def dataset(
 
 def _warned_of_columns(dataset: Dataset) -> Dataset:
     """Return `dataset`; warn, at the line outside the package that asked for it, of columns left out."""
-    from catheter_sim.diagnosis.data.passed_over import UNKNOWN
+    from catheter_sim.diagnosis.trials import UNKNOWN
 
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals["__name__"].startswith("catheter_sim."):

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from catheter_sim.core.robot import RobotSpec
-    from catheter_sim.diagnosis.data.trials import Dataset
-    from catheter_sim.diagnosis.report.result import Cause
-    from catheter_sim.diagnosis.report.result import Diagnosis as Result
+    from catheter_sim.diagnosis.result import Cause
+    from catheter_sim.diagnosis.result import Diagnosis as Result
+    from catheter_sim.diagnosis.trials import Dataset
 
 _CALL = "cs.diagnose(...)"  # as the report's command
 
@@ -70,14 +70,14 @@ class Diagnosis:
     @property
     def sentence(self) -> str:
         """Return what was found, in a sentence or two."""
-        from catheter_sim.diagnosis.report.html import sentence
+        from catheter_sim.diagnosis.report import sentence
 
         return sentence(self.result)
 
     @cached_property
     def document(self) -> Mapping[str, Any]:
         """The content of `diagnosis.json`."""
-        from catheter_sim.diagnosis.report.to_json import to_json
+        from catheter_sim.diagnosis.document import to_json
 
         return to_json(self.result)
 
@@ -112,8 +112,7 @@ class Diagnosis:
         Raises:
             InputError: no such trial, or `ax` holds something else.
         """
-        from catheter_sim.diagnosis.report.pictures import is_point, shown_columns
-        from catheter_sim.diagnosis.report.series_picture import series_figure
+        from catheter_sim.diagnosis.pictures import is_point, series_figure, shown_columns
 
         fits = [fit for fit in self.result.fits if trial in (None, fit.file)]
         if not fits:
@@ -181,11 +180,11 @@ def diagnose(
         >>> Path("report/report.html").exists()
         True
     """
-    from catheter_sim.diagnosis.data.trials import Dataset as Data
-    from catheter_sim.diagnosis.fitting.workers import Workers
+    from catheter_sim.diagnosis.document import stamped
     from catheter_sim.diagnosis.pipeline import diagnose as diagnose_into
     from catheter_sim.diagnosis.pipeline import diagnose_dataset
-    from catheter_sim.diagnosis.report.provenance import stamped
+    from catheter_sim.diagnosis.trials import Dataset as Data
+    from catheter_sim.diagnosis.workers import Workers
     from catheter_sim.files import check_output_folder
     from catheter_sim.public.data import load_dataset
 

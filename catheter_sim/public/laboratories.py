@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from catheter_sim.closed_loop.folder import Proposed
     from catheter_sim.closed_loop.loop import Outcome
     from catheter_sim.core.robot import RobotSpec
-    from catheter_sim.diagnosis.data.trials import Dataset
+    from catheter_sim.diagnosis.trials import Dataset
     from catheter_sim.lab.recorded import RecordedRig
     from catheter_sim.lab.simulated import SimulatedRig
     from catheter_sim.tables import Table
@@ -198,7 +198,7 @@ class Laboratory:
         from catheter_sim.closed_loop.folder import begun_with
         from catheter_sim.closed_loop.loop import Budget, run_loop
         from catheter_sim.closed_loop.story import write_story
-        from catheter_sim.diagnosis.fitting.workers import Workers
+        from catheter_sim.diagnosis.workers import Workers
         from catheter_sim.files import check_output_folder
 
         budget = Budget(

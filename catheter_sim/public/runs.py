@@ -97,7 +97,7 @@ class Run:
             InputError: as for `to_table`, or `ax` holds something else.
         """
         from catheter_sim.channels import output_channels
-        from catheter_sim.diagnosis.data.columns import unit_of
+        from catheter_sim.diagnosis.trials import unit_of
         from catheter_sim.pictures.figures import entitle, panels_of
 
         names = (

@@ -21,16 +21,15 @@ import tomli_w
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import leaves, to_document
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.parting import split
-from catheter_sim.diagnosis.data.trials import Trial, measured_of
-from catheter_sim.diagnosis.fitting.evidence import outputs_of
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.diagnosis.fitting.workers import Workers
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.noise import outputs_of
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.report.result import Diagnosis
-from catheter_sim.diagnosis.stages.pose import training_problem
+from catheter_sim.diagnosis.prepare import training_problem
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.trials import Trial, measured_of, split
+from catheter_sim.diagnosis.workers import Workers
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table, write_table
 from catheter_sim.theory.predict import by_static_model

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from catheter_sim.diagnosis.report.spoken import spoken
-from catheter_sim.diagnosis.report.wording import listed, words
+from catheter_sim.diagnosis.words import listed, spoken, words
 from catheter_sim.page.render import png_source, rendered
 from catheter_sim.tables import replaced_when_whole
 from catheter_sim.validation.lines import Line, Validation
@@ -70,7 +69,7 @@ def validation_html(validation: Validation, pictures: Sequence[Path] = ()) -> st
 
 
 def write_report(validation: Validation, folder: Path, pictures: Sequence[Path] = ()) -> None:
-    """Write `report.html` into `folder`."""
+    """Write `diagnosis.report` into `folder`."""
     with replaced_when_whole(folder / REPORT) as file:
         file.write(validation_html(validation, pictures))
 

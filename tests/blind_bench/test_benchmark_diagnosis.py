@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.blind_bench.robots import bench_robot
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from tests.scripts_as_modules import script_module
 
 

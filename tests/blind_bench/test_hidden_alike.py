@@ -10,9 +10,9 @@ import pytest
 from catheter_sim.blind_bench.alike import TOLD_APART, distance
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.nuisance import nuisances_of
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.nuisance import nuisances_of
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.tables import Table
 from catheter_sim.theory.predict import twin_for

@@ -24,8 +24,8 @@ from catheter_sim.blind_bench.table import summary
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import channel_of, read_inputs
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.tables import Table, read_table, write_table
 from catheter_sim.theory.run import STATIC_MODELS

@@ -14,7 +14,7 @@ from catheter_sim.blind_bench.in_motion import draw, finer, run
 from catheter_sim.blind_bench.in_motion.draw import CAUSES, HANGING
 from catheter_sim.blind_bench.in_motion.finer import Specimen, arriving, measured
 from catheter_sim.columns import posture_columns
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.effects import EFFECTS
 from catheter_sim.simulation.replay import simulate
 from tests.simulation.moving import pulled, swinging

@@ -18,8 +18,8 @@ from catheter_sim.blind_bench.outside import OUTSIDE
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
 from catheter_sim.blind_bench.robots import BENCH_ROBOTS
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.trials import measured_of
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.trials import measured_of
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
 

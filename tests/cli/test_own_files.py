@@ -11,7 +11,7 @@ from cli_command import Run
 from catheter_sim.catalogue import load_robot
 from catheter_sim.cli import new
 from catheter_sim.core.document import to_document
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.examples import examples
 from catheter_sim.resources import assets_folder
 from catheter_sim.robots import KINDS

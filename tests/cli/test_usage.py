@@ -322,7 +322,7 @@ def test_closed_streams_are_no_defect(closed: str, words: list[str], said: str, 
 def test_diagnose_help_tells_every_key() -> None:
     """The tables and keys of dataset.toml, the optional ones among them, and the limit on rows."""
     from catheter_sim.cli import diagnose
-    from catheter_sim.diagnosis.data import dataset
+    from catheter_sim.diagnosis import dataset
     from catheter_sim.tables import MAX_ROWS
 
     text = diagnose.__doc__ or ""

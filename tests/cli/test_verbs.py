@@ -243,10 +243,16 @@ def test_diagnose_prints_the_verdict_and_its_figures(
 ) -> None:
     """The sentence, each unit's errors, each cause with its parameters and what cannot be told apart."""
     from catheter_sim.diagnosis import pipeline
-    from catheter_sim.diagnosis.data.dataset import load_dataset
+    from catheter_sim.diagnosis.dataset import load_dataset
     from catheter_sim.diagnosis.notes import Note
-    from catheter_sim.diagnosis.report.next_experiment import NextExperiment
-    from catheter_sim.diagnosis.report.result import Candidate, Cause, Diagnosis, FittedParameter, UnitResult
+    from catheter_sim.diagnosis.result import (
+        Candidate,
+        Cause,
+        Diagnosis,
+        FittedParameter,
+        NextExperiment,
+        UnitResult,
+    )
     from catheter_sim.resources import assets_folder
 
     dataset = load_dataset(assets_folder() / "examples" / "opencr_v4")
@@ -303,7 +309,7 @@ def test_a_comparison_ends(
     run: Run, monkeypatch: pytest.MonkeyPatch, more: list[str], budget_s: float
 ) -> None:
     """After five minutes where nothing else is asked for, by the command line and in Python."""
-    from catheter_sim.diagnosis.since import series
+    from catheter_sim.diagnosis.changes import series
     from catheter_sim.resources import assets_folder
 
     asked: list[object] = []

@@ -17,7 +17,7 @@ from catheter_sim.closed_loop.experiment import PLAYS, dataset_from, plays_of, s
 from catheter_sim.closed_loop.folder import Found, LoopFolder, Proposed, Step, recordings_of
 from catheter_sim.closed_loop.loop import NO_MORE, NOTHING, SURE, WAITING, Budget, run_loop
 from catheter_sim.closed_loop.story import write_story
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
 from catheter_sim.lab.recorded import RecordedRig
 from catheter_sim.lab.rig import Limits

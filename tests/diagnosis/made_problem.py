@@ -8,8 +8,8 @@ import numpy as np
 from planted import as_inputs, small_robot
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
 LOOPS, ROWS = 8, 24

@@ -12,8 +12,8 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.data_faults.beside_model import BesideModel
+from catheter_sim.diagnosis.faults_of_columns import BesideModel
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
 COLUMNS = ("tip_x_mm", "tip_z_mm", "body_5_x_mm", "body_5_z_mm")

@@ -10,7 +10,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.trials import Dataset, Trial
 from catheter_sim.tables import Table
 
 

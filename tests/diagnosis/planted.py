@@ -16,7 +16,7 @@ from catheter_sim.core.document import with_number
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction, RobotSpec
-from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.trials import Dataset, Trial
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed, with_effects
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate

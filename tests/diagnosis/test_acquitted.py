@@ -7,15 +7,11 @@ from dataclasses import replace
 import pytest
 from planted import small_data
 
-from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.fitting.workers import SERIAL
-from catheter_sim.diagnosis.report.result import DataFault
-from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
-from catheter_sim.diagnosis.stages.calibrate import calibrate
-from catheter_sim.diagnosis.stages.find_data_faults import Faults
-from catheter_sim.diagnosis.stages.pose import pose
-from catheter_sim.diagnosis.stages.prepare import prepare
-from catheter_sim.diagnosis.stages.run import Run
+from catheter_sim.diagnosis.choose import acquit_trials
+from catheter_sim.diagnosis.prepare import Faults, Run, calibrate, pose, prepare
+from catheter_sim.diagnosis.result import DataFault
+from catheter_sim.diagnosis.trials import Dataset
+from catheter_sim.diagnosis.workers import SERIAL
 
 pytestmark = pytest.mark.slow
 JUMP = DataFault("all positions jump here", "trial_0.csv", (10, 40))

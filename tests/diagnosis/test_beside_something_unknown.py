@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from planted import small_data
 
-from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.report.result import Diagnosis
+from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.trials import Dataset
 
 WIDTH_MM = 0.8
 

@@ -11,13 +11,12 @@ from planted import as_inputs, small_robot
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import input_channels, read_inputs
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term
-from catheter_sim.diagnosis.next_experiment.alive import Alive, alive_hypotheses
-from catheter_sim.diagnosis.next_experiment.best import best_experiment
-from catheter_sim.diagnosis.next_experiment.within_limits import bench_of, programmes_within
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.next_experiment import Alive, alive_hypotheses, best_experiment
+from catheter_sim.diagnosis.problem import Problem, Term
+from catheter_sim.diagnosis.programmes import bench_of, programmes_within
 from catheter_sim.diagnosis.thresholds import NATS_PER_MINUTE
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.lab.rig import Limits
 from catheter_sim.tables import Table
 

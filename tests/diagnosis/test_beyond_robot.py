@@ -12,10 +12,10 @@ from planted import small_robot
 
 import catheter_sim as cs
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.data_faults.beyond_robot import Beyond, beyond_robot
+from catheter_sim.diagnosis.faults_of_columns import Beyond, beyond_robot
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.stages.prepare import BEYOND, prepare
+from catheter_sim.diagnosis.prepare import BEYOND, prepare
+from catheter_sim.diagnosis.trials import Dataset
 
 ROBOT = small_robot()
 (SEGMENT,) = ROBOT.segments

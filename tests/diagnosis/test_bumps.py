@@ -7,10 +7,10 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.data_faults.bumps import bumped_trackers
-from catheter_sim.diagnosis.data_faults.unrelated import outputs_that_do_not_follow
-from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.faults_of_columns import outputs_that_do_not_follow
+from catheter_sim.diagnosis.faults_of_readings import bumped_trackers
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
 ROWS = 120

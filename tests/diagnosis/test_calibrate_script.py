@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.verdict.evidence import CauseEvidence, Evidence
+from catheter_sim.diagnosis.probabilities import CauseEvidence, Evidence
 from tests.scripts_as_modules import script_module
 
 

@@ -11,11 +11,11 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import leaves, to_document, with_number
-from catheter_sim.diagnosis.causes.choose import candidates_for
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.nuisance import calibration_numbers, nuisances_of
-from catheter_sim.diagnosis.data.parting import split
-from catheter_sim.diagnosis.stages.pose import training_problem
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.nuisance import calibration_numbers, nuisances_of
+from catheter_sim.diagnosis.prepare import training_problem
+from catheter_sim.diagnosis.search import candidates_for
+from catheter_sim.diagnosis.trials import split
 from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.validation.chest_tube_calibration import (

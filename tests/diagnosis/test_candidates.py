@@ -7,10 +7,10 @@ from planted import as_inputs, small_robot
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.causes.choose import candidates_for
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.diagnosis.report.wording import name_and_unit
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.search import candidates_for
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.diagnosis.words import name_and_unit
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
 from catheter_sim.theory.predict import twin_for

@@ -13,7 +13,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import with_number
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.report.result import Diagnosis
+from catheter_sim.diagnosis.result import Diagnosis
 
 pytestmark = pytest.mark.slow
 

@@ -11,10 +11,10 @@ import pytest
 from scipy.stats import t as student
 
 from catheter_sim.core.effect import Parameter
-from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.intervals import half_widths, intervals
-from catheter_sim.diagnosis.fitting.problem import FittedNumber, Term
-from catheter_sim.diagnosis.residuals.views import binned_mean
+from catheter_sim.diagnosis.fit import Fit
+from catheter_sim.diagnosis.intervals import half_widths, intervals
+from catheter_sim.diagnosis.problem import FittedNumber, Term
+from catheter_sim.diagnosis.residuals import binned_mean
 
 ROWS = 10  # of a block
 

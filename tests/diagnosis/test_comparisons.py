@@ -10,10 +10,14 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.report.result import Cause, FittedParameter
-from catheter_sim.diagnosis.since.compare import change_of, new_shapes_as_they_are
-from catheter_sim.diagnosis.since.from_report import is_report, recording_of_report
+from catheter_sim.diagnosis.changes.compare import (
+    change_of,
+    is_report,
+    new_shapes_as_they_are,
+    recording_of_report,
+)
+from catheter_sim.diagnosis.result import Cause, FittedParameter
+from catheter_sim.diagnosis.trials import Dataset
 
 ROBOT = "mitral_transseptal"
 TIME_S = np.arange(24.0)

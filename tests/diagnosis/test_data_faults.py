@@ -9,12 +9,9 @@ import pytest
 from planted import data_set, displacement_history, small_data, small_robot
 
 from catheter_sim.core.inputs import slice_inputs
-from catheter_sim.diagnosis.data.frozen_readings import without_frozen_readings
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.stages.calibrate import calibrate
-from catheter_sim.diagnosis.stages.find_data_faults import SUSPECTED, find_data_faults
-from catheter_sim.diagnosis.stages.pose import pose
-from catheter_sim.diagnosis.stages.prepare import prepare
+from catheter_sim.diagnosis.prepare import SUSPECTED, calibrate, find_data_faults, pose, prepare
+from catheter_sim.diagnosis.readings import without_frozen_readings
 
 pytestmark = pytest.mark.slow
 

@@ -15,11 +15,8 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import read_inputs
 from catheter_sim.core.document import leaves, to_document
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.columns import unit_of
-from catheter_sim.diagnosis.data.cycles import cycles
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.parting import is_repeat, split
-from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.trials import Trial, cycles, is_repeat, split, unit_of
 from catheter_sim.errors import InputError
 from catheter_sim.resources import assets_folder
 from catheter_sim.tables import Table, read_table, write_table

@@ -8,10 +8,9 @@ import numpy as np
 from made_problem import gain_problem, noisy, pulls, trial_of
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.diagnosis.fitting.residuals import residuals
-from catheter_sim.diagnosis.verdict.discrepancy import explained
+from catheter_sim.diagnosis.fit import fit, residuals
+from catheter_sim.diagnosis.probabilities import explained
+from catheter_sim.diagnosis.problem import Problem
 
 COLUMN = ("tip_x_mm",)
 

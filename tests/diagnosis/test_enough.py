@@ -11,9 +11,11 @@ import pytest
 
 import catheter_sim as cs
 from catheter_sim.cli.main import main
-from catheter_sim.diagnosis.data.parting import split
-from catheter_sim.diagnosis.stages import calibrate, pose, prepare
-from catheter_sim.diagnosis.stages.prepare import readings_of
+from catheter_sim.diagnosis import prepare
+from catheter_sim.diagnosis import prepare as calibrate
+from catheter_sim.diagnosis import prepare as pose
+from catheter_sim.diagnosis.prepare import readings_of
+from catheter_sim.diagnosis.trials import split
 
 ROBOT = "mitral_transseptal"
 NOTHING = "No cause can be named from these data of mitral_transseptal."

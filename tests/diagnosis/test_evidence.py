@@ -7,22 +7,22 @@ import pytest
 from planted import displacement_history, pair_history, small_robot
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.data.columns import TIP
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.evidence import (
+from catheter_sim.diagnosis.fit import fit, residuals, tempered, untempered
+from catheter_sim.diagnosis.noise import (
     errors_of,
     gain_interval,
     gain_percent,
+    is_white,
+    noise_floor,
+    repeat_noise,
     rmse_by_unit,
     stretch_squares,
     tip_errors,
+    white_noise,
 )
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.gross_errors import tempered, untempered
-from catheter_sim.diagnosis.fitting.noise import is_white, noise_floor, repeat_noise, white_noise
-from catheter_sim.diagnosis.fitting.problem import Problem, Term, fitted_numbers
-from catheter_sim.diagnosis.fitting.residuals import residuals
+from catheter_sim.diagnosis.problem import Problem, Term, fitted_numbers
 from catheter_sim.diagnosis.thresholds import GROSS_ERROR
+from catheter_sim.diagnosis.trials import TIP, Trial
 from catheter_sim.tables import Table
 
 

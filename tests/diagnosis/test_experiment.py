@@ -10,13 +10,13 @@ from planted import as_inputs, displacement_history, joint_history, pair_history
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import read_inputs
-from catheter_sim.diagnosis.causes.comparison import rival_groups
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term
-from catheter_sim.diagnosis.next_experiment.programmes import programmes
-from catheter_sim.diagnosis.next_experiment.propose import advice, next_experiment
+from catheter_sim.diagnosis.comparison import rival_groups
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.next_experiment import advice, next_experiment
+from catheter_sim.diagnosis.problem import Problem, Term
+from catheter_sim.diagnosis.programmes import programmes
 from catheter_sim.diagnosis.thresholds import TELLS_APART_NOISE
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
 FIRST, SECOND = Term("nonlinear_stiffness", ("cubic_mm2",)), Term("twist", ("rate_deg_per_m",))

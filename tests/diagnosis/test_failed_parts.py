@@ -13,20 +13,16 @@ from planted import as_inputs, data_set
 from test_report import made_up
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis import pipeline
-from catheter_sim.diagnosis.fitting.workers import SERIAL
+from catheter_sim.diagnosis import pictures, pipeline
+from catheter_sim.diagnosis import report as html
+from catheter_sim.diagnosis import report as write
+from catheter_sim.diagnosis.changes import report as since_report
+from catheter_sim.diagnosis.changes.compare import Comparison
+from catheter_sim.diagnosis.choose import Choice, acquit_trials, choose_causes
 from catheter_sim.diagnosis.notes import Attempts
 from catheter_sim.diagnosis.pipeline import investigate_prepared, write_diagnosis
-from catheter_sim.diagnosis.report import html, pictures, write
-from catheter_sim.diagnosis.since import report as since_report
-from catheter_sim.diagnosis.since.compare import Comparison
-from catheter_sim.diagnosis.stages.acquit_trials import acquit_trials
-from catheter_sim.diagnosis.stages.calibrate import calibrate
-from catheter_sim.diagnosis.stages.choose_causes import Choice, choose_causes
-from catheter_sim.diagnosis.stages.find_data_faults import find_data_faults
-from catheter_sim.diagnosis.stages.pose import pose
-from catheter_sim.diagnosis.stages.prepare import Prepared, prepare
-from catheter_sim.diagnosis.stages.run import Run
+from catheter_sim.diagnosis.prepare import Prepared, Run, calibrate, find_data_faults, pose, prepare
+from catheter_sim.diagnosis.workers import SERIAL
 from catheter_sim.errors import TRACEBACK_VARIABLE, InputError, SimulationDiverged
 
 RUN = Run(SERIAL, lambda line: None)

@@ -11,15 +11,15 @@ from scipy.optimize import least_squares
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.effect import Parameter
-from catheter_sim.diagnosis.causes.comparison import as_good, pays
-from catheter_sim.diagnosis.causes.search import Search
-from catheter_sim.diagnosis.data.nuisance import Nuisance, nuisances_of
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.grid import best_of_grid
-from catheter_sim.diagnosis.fitting.intervals import intervals
-from catheter_sim.diagnosis.fitting.prior import prior_of
-from catheter_sim.diagnosis.fitting.probe import (
+from catheter_sim.diagnosis.comparison import as_good, pays
+from catheter_sim.diagnosis.fit import Fit, best_of_grid, blocks_of, fit, fold_of, residuals
+from catheter_sim.diagnosis.intervals import intervals
+from catheter_sim.diagnosis.nuisance import Nuisance, nuisances_of
+from catheter_sim.diagnosis.problem import Problem, Term, box_of, fitted_numbers, prior_of, start_of
+from catheter_sim.diagnosis.search import Search
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.diagnosis.workers import (
+    SERIAL,
     carried_over,
     foreseen,
     misled,
@@ -29,10 +29,6 @@ from catheter_sim.diagnosis.fitting.probe import (
     values_at,
     without,
 )
-from catheter_sim.diagnosis.fitting.problem import Problem, Term, box_of, fitted_numbers, start_of
-from catheter_sim.diagnosis.fitting.residuals import residuals
-from catheter_sim.diagnosis.fitting.stretches import blocks_of, fold_of
-from catheter_sim.diagnosis.fitting.workers import SERIAL
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.tables import Table

@@ -9,12 +9,11 @@ import pytest
 from made_problem import gain_problem, trial_of
 from planted import small_robot
 
-from catheter_sim.diagnosis.causes.comparison import only_mends
-from catheter_sim.diagnosis.causes.scored import Scored
-from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term
-from catheter_sim.diagnosis.verdict.evidence import evidence, one_unlisted_form
-from catheter_sim.diagnosis.verdict.groups import alike_groups
+from catheter_sim.diagnosis.comparison import only_mends
+from catheter_sim.diagnosis.fit import Fit
+from catheter_sim.diagnosis.hypotheses import Scored
+from catheter_sim.diagnosis.probabilities import alike_groups, evidence, one_unlisted_form
+from catheter_sim.diagnosis.problem import Problem, Term
 
 BLOCKS, ROWS = 16, 8
 BLOCK = np.repeat(np.arange(BLOCKS), ROWS)

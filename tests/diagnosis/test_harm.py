@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from made_problem import gain_problem, noisy, pulls, trial_of
 
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term
-from catheter_sim.diagnosis.verdict.harm import harm_note, harms
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.problem import Problem, Term
+from catheter_sim.diagnosis.verdict import harm_note, harms
 
 COLUMNS = ("tip_x_mm", "tip_y_mm")
 GAIN = Term("actuation_gain", ("scale",))

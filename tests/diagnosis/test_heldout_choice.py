@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 from planted import as_inputs, small_robot
 
-from catheter_sim.diagnosis.causes.again import equals_of
-from catheter_sim.diagnosis.causes.comparison import rival_groups, rivals_of
-from catheter_sim.diagnosis.causes.heldout_choice import (
+from catheter_sim.diagnosis.comparison import (
     also_equal_on_heldout,
     choose_on_heldout,
     heldout_choice_note,
+    rival_groups,
+    rivals_of,
 )
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.problem import Problem, Term
+from catheter_sim.diagnosis.search import equals_of
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.verdict import heldout_figures
+from catheter_sim.diagnosis import verdict as heldout_figures
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.next_experiment.information import Predictive, from_refits, information
+from catheter_sim.diagnosis.next_experiment import Predictive, from_refits, information
 from catheter_sim.diagnosis.thresholds import MOST_OF_STRETCH
 
 STRETCHES = np.repeat(np.arange(20), 5)

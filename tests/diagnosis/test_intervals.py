@@ -11,14 +11,12 @@ from planted import as_inputs, small_robot
 from scipy.stats import t as student
 
 from catheter_sim.core.effect import Parameter
-from catheter_sim.diagnosis.data.nuisance import calibration_numbers
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.intervals import intervals, model_margin, shift_by_model
-from catheter_sim.diagnosis.fitting.problem import Problem
-from catheter_sim.diagnosis.fitting.profile import profile_interval
-from catheter_sim.diagnosis.fitting.stretches import blocks_of
+from catheter_sim.diagnosis.fit import blocks_of, fit
+from catheter_sim.diagnosis.intervals import intervals, model_margin, profile_interval, shift_by_model
+from catheter_sim.diagnosis.nuisance import calibration_numbers
+from catheter_sim.diagnosis.problem import Problem
 from catheter_sim.diagnosis.thresholds import TRUSTED_SHARE
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
 ROWS = 120

@@ -8,12 +8,11 @@ from types import SimpleNamespace
 import pytest
 from made_problem import gain_problem, noisy, pulls, trial_of
 
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term
-from catheter_sim.diagnosis.report.result import DATA_SUSPECT, Cause, UnitResult
-from catheter_sim.diagnosis.stages.conclude import by_probability
-from catheter_sim.diagnosis.stages.judge import judge
-from catheter_sim.diagnosis.verdict.probabilities import Beliefs
+from catheter_sim.diagnosis.conclude import by_probability, judge
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.probabilities import Beliefs
+from catheter_sim.diagnosis.problem import Problem, Term
+from catheter_sim.diagnosis.result import DATA_SUSPECT, Cause, UnitResult
 
 GAIN = UnitResult("mm", 0.01, 1.0, 0.011, 98.9, (97.0, 99.5), 0.001)
 NO_GAIN = UnitResult("mm", 0.01, 0.01, 0.01, 0.0, (-2.0, 2.0), 0.5)

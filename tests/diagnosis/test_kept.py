@@ -20,14 +20,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from catheter_sim.core.effect import Parameter
-from catheter_sim.diagnosis.fitting import kept
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.kept import Unusable, packed, returned, unpacked
-from catheter_sim.diagnosis.fitting.probe import reached
-from catheter_sim.diagnosis.fitting.problem import FittedNumber, Term
-from catheter_sim.diagnosis.fitting.profile import profile_interval
-from catheter_sim.diagnosis.next_experiment.propose import _refitted
-from catheter_sim.diagnosis.verdict.replay import Replay, replay
+from catheter_sim.diagnosis import workers as kept
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.intervals import profile_interval
+from catheter_sim.diagnosis.next_experiment import _refitted
+from catheter_sim.diagnosis.problem import FittedNumber, Term
+from catheter_sim.diagnosis.verdict import Replay, replay
+from catheter_sim.diagnosis.workers import Unusable, packed, reached, returned, unpacked
 
 ASKED = "0" * 40 + ".npz"
 NOT_A_NUMBER = struct.unpack(">d", bytes.fromhex("fff8000000000123"))[0]  # with a sign and a message in it

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.data.mapping.layouts import read_raw
+from catheter_sim.diagnosis.mapping import read_raw
 from catheter_sim.errors import InputError
 
 HEAD = (

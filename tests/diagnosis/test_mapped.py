@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.errors import InputError
 
 HEAD = """\

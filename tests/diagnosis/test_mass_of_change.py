@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.report.result import Cause, FittedParameter
-from catheter_sim.diagnosis.since.mass import mass_of
+from catheter_sim.diagnosis.changes.differences import mass_of
+from catheter_sim.diagnosis.result import Cause, FittedParameter
 
 DOWN = np.array([0.0, 0.0, 9.81])
 

@@ -10,18 +10,23 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.diagnosis.data.cycles import equal_stretches
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.enough import too_little
-from catheter_sim.diagnosis.data.motion import DYNAMIC, HELD
-from catheter_sim.diagnosis.data.trials import Dataset, Trial, beginnings, measured_from
-from catheter_sim.diagnosis.data.warm_up import judged_after
-from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
-from catheter_sim.diagnosis.fitting.noise import noise_from_row_to_row
-from catheter_sim.diagnosis.fitting.problem import Problem, with_fewer_rows
-from catheter_sim.diagnosis.fitting.stretches import blocks_of
-from catheter_sim.diagnosis.fitting.twins import twin_of
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.fit import blocks_of
+from catheter_sim.diagnosis.noise import chance_of_gain, noise_from_row_to_row
+from catheter_sim.diagnosis.problem import Problem, with_fewer_rows
 from catheter_sim.diagnosis.thresholds import GAIN_CHANCE
+from catheter_sim.diagnosis.trials import (
+    DYNAMIC,
+    HELD,
+    Dataset,
+    Trial,
+    beginnings,
+    equal_stretches,
+    judged_after,
+    measured_from,
+    too_little,
+)
+from catheter_sim.diagnosis.workers import twin_of
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table

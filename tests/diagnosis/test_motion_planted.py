@@ -11,9 +11,8 @@ import pytest
 
 from catheter_sim.blind_bench.in_motion.finer import Specimen, measured
 from catheter_sim.core.robot import Friction
-from catheter_sim.diagnosis.data.motion import DYNAMIC
-from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
+from catheter_sim.diagnosis.trials import DYNAMIC, Dataset, Trial
 from catheter_sim.tables import Table
 from tests.simulation.moving import HANGING, pulled, swinging
 

@@ -11,11 +11,8 @@ from made_problem import gain_problem
 from planted import as_inputs
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.data.parting import is_repeat
-from catheter_sim.diagnosis.data.resolution import steps_of
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.noise import (
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.noise import (
     is_white,
     noise_floor,
     noise_from_row_to_row,
@@ -24,7 +21,9 @@ from catheter_sim.diagnosis.fitting.noise import (
     times_noise,
     white_noise,
 )
-from catheter_sim.diagnosis.stages.calibrate import noise_beside
+from catheter_sim.diagnosis.prepare import noise_beside
+from catheter_sim.diagnosis.readings import steps_of
+from catheter_sim.diagnosis.trials import Trial, is_repeat
 from catheter_sim.tables import Table
 
 ROWS = 20_000

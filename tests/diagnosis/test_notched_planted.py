@@ -18,9 +18,9 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import input_channels
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
-from catheter_sim.diagnosis.data.trials import Dataset, Trial
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.report.result import Diagnosis
+from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.trials import Dataset, Trial
 from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
 from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot
 from catheter_sim.robots.notched_tube.statics import solve_rows

@@ -7,8 +7,8 @@ import pytest
 from made_readings import COLUMNS, TRIALS, arc, causes, changed, pull_of, seen
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.data_faults.mistakes import most_likely_mistake
-from catheter_sim.diagnosis.data_faults.one_trial import mistakes_of_one_trial
+from catheter_sim.diagnosis.faults_of_columns import most_likely_mistake
+from catheter_sim.diagnosis.faults_of_trials import mistakes_of_one_trial
 
 ROBOT = load_robot("neuroendoscope_section")
 

@@ -7,7 +7,7 @@ import pytest
 from planted import as_inputs
 
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.since.pairing import paired
+from catheter_sim.diagnosis.changes.differences import paired
 
 
 def pulled(*rows: float) -> Inputs:

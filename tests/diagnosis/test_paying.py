@@ -9,13 +9,12 @@ import pytest
 from planted import small_robot
 
 from catheter_sim.core.effect import Parameter
-from catheter_sim.diagnosis.causes import heldout_choice as heldout_choice_module
-from catheter_sim.diagnosis.causes.comparison import as_good, pays
-from catheter_sim.diagnosis.causes.heldout_choice import choose_on_heldout
-from catheter_sim.diagnosis.causes.near import simplest
-from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
-from catheter_sim.diagnosis.fitting.fit import Fit
-from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem, Term
+from catheter_sim.diagnosis import comparison as heldout_choice_module
+from catheter_sim.diagnosis.comparison import as_good, choose_on_heldout, pays
+from catheter_sim.diagnosis.fit import Fit
+from catheter_sim.diagnosis.noise import chance_of_gain
+from catheter_sim.diagnosis.problem import FittedNumber, Problem, Term
+from catheter_sim.diagnosis.search import simplest
 from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, PAYS_CHANCE, PAYS_SHARE
 
 STRETCHES, ROWS = 8, 10

@@ -14,7 +14,7 @@ import pytest
 from planted import catheter_data, chest_data, section_data, small_data
 
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.report.result import Diagnosis
+from catheter_sim.diagnosis.result import Diagnosis
 from catheter_sim.diagnosis.thresholds import TELLS_APART_NOISE
 
 pytestmark = pytest.mark.slow

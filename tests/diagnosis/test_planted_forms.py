@@ -14,16 +14,15 @@ from planted import Effects, as_inputs, data_set, displacement_history, pair_his
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
-from catheter_sim.diagnosis.causes.forms import in_best_forms, with_forms
-from catheter_sim.diagnosis.data.parting import split
-from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term
+from catheter_sim.diagnosis.document import to_json
+from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.report.result import Cause
-from catheter_sim.diagnosis.report.rows import form_words
-from catheter_sim.diagnosis.report.to_json import to_json
-from catheter_sim.diagnosis.stages.pose import training_problem
+from catheter_sim.diagnosis.prepare import training_problem
+from catheter_sim.diagnosis.problem import Problem, Term
+from catheter_sim.diagnosis.result import Cause
+from catheter_sim.diagnosis.search import in_best_forms, with_forms
+from catheter_sim.diagnosis.trials import Dataset, split
+from catheter_sim.diagnosis.words import form_words
 from catheter_sim.effects import EFFECTS
 
 LAG, DELAY = Term("rate", ("lag_s",)), Term("rate", ("delay_s",))

@@ -25,9 +25,9 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import with_number
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
-from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.report.result import Diagnosis
+from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 pytestmark = pytest.mark.slow

@@ -18,9 +18,9 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.blind_bench.nature.shapes import rebent, shapes_of
 from catheter_sim.catalogue import load_robot
 from catheter_sim.columns import posture_columns
-from catheter_sim.diagnosis.data.trials import Dataset
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.report.result import Diagnosis
+from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.tables import Table
 
 pytestmark = pytest.mark.slow

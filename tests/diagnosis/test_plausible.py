@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from made_problem import gain_problem, noisy, pulls, trial_of
 
-from catheter_sim.diagnosis.causes.plausible import implausible, soaking_notes
-from catheter_sim.diagnosis.causes.weighing import Scales, with_shares, without_soaking
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.problem import Term
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.problem import Term
+from catheter_sim.diagnosis.weighing import Scales, implausible, soaking_notes, with_shares, without_soaking
 
 GAIN = Term("actuation_gain", ("scale",))
 

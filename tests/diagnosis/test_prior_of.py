@@ -11,11 +11,10 @@ from planted import as_inputs, small_robot
 from scipy.stats import uniform
 
 from catheter_sim.core.effect import Parameter
-from catheter_sim.diagnosis.data.nuisance import Nuisance, nuisances_of
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.prior import prior_of
-from catheter_sim.diagnosis.fitting.problem import FittedNumber, Problem
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.nuisance import Nuisance, nuisances_of
+from catheter_sim.diagnosis.problem import FittedNumber, Problem, prior_of
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
 ROWS = 32

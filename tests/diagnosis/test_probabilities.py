@@ -8,16 +8,18 @@ import numpy as np
 import pytest
 from made_problem import gain_problem, noisy, pulls, trial_of
 
-from catheter_sim.diagnosis.causes.choose import select
-from catheter_sim.diagnosis.causes.scored import scored, surety
-from catheter_sim.diagnosis.verdict.evidence import (
+from catheter_sim.diagnosis.hypotheses import scored, surety
+from catheter_sim.diagnosis.probabilities import (
+    NONE,
+    OUTSIDE,
     CauseEvidence,
     Evidence,
     as_numbers,
+    beliefs,
     evidence,
     from_numbers,
 )
-from catheter_sim.diagnosis.verdict.probabilities import NONE, OUTSIDE, beliefs
+from catheter_sim.diagnosis.search import select
 from catheter_sim.effects import EFFECTS
 
 CLEAR = Evidence(

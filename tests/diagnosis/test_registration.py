@@ -11,10 +11,10 @@ from planted import catheter_data, data_set, pair_history, section_data, small_d
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.base_frame.numbers import frame_numbers
-from catheter_sim.diagnosis.data.columns import points_of
+from catheter_sim.diagnosis.frame import frame_numbers
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.stages.prepare import in_base_frame
+from catheter_sim.diagnosis.prepare import in_base_frame
+from catheter_sim.diagnosis.trials import points_of
 
 pytestmark = pytest.mark.xdist_group("registration")  # diagnoses are shared
 

@@ -10,10 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.base_frame.numbers import frame_numbers
-from catheter_sim.diagnosis.base_frame.register import register
-from catheter_sim.diagnosis.base_frame.registration import document
-from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.frame import document, frame_numbers, register
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
 COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm")

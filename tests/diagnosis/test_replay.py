@@ -10,8 +10,8 @@ import pytest
 from planted import as_inputs
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.verdict import replay as module
+from catheter_sim.diagnosis import verdict as module
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
 NO_GRAVITY = np.zeros(3)

@@ -13,25 +13,23 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.trials import Dataset, Trial
+from catheter_sim.diagnosis.document import to_json
 from catheter_sim.diagnosis.notes import Note
-from catheter_sim.diagnosis.report.fitted_series import fit_files
-from catheter_sim.diagnosis.report.html import report_html, sentence
-from catheter_sim.diagnosis.report.next_experiment import NextExperiment
-from catheter_sim.diagnosis.report.pictures import Picture, figures, shown_columns
-from catheter_sim.diagnosis.report.result import (
+from catheter_sim.diagnosis.pictures import Picture, figures, shown_columns
+from catheter_sim.diagnosis.report import fit_files, report_html, sentence, write_results
+from catheter_sim.diagnosis.result import (
     Candidate,
     Cause,
     DataFault,
     Diagnosis,
     FittedParameter,
+    NextExperiment,
     Remainder,
     TrialFit,
     UnitResult,
 )
-from catheter_sim.diagnosis.report.to_json import to_json
-from catheter_sim.diagnosis.report.wording import digits_to_tell, interval, listed, name_and_unit, rounded
-from catheter_sim.diagnosis.report.write import write_results
+from catheter_sim.diagnosis.trials import Dataset, Trial
+from catheter_sim.diagnosis.words import digits_to_tell, interval, listed, name_and_unit, rounded
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table, read_table
 

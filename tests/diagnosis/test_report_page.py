@@ -11,14 +11,17 @@ from page_checks import read_page
 from test_report import BLANK, made_up, trial_fit
 
 from catheter_sim.diagnosis.notes import Note
-from catheter_sim.diagnosis.report.drawing import png_of
-from catheter_sim.diagnosis.report.headline_numbers import headline_numbers
-from catheter_sim.diagnosis.report.html import report_html
-from catheter_sim.diagnosis.report.next_experiment import NextExperiment
-from catheter_sim.diagnosis.report.paths_picture import paths_figure, shown_planes, shown_points
-from catheter_sim.diagnosis.report.result import Cause, DataFault, Diagnosis, FittedParameter
-from catheter_sim.diagnosis.report.spoken import figure_words, number_words, spoken
-from catheter_sim.diagnosis.report.what_to_do import bench_rows
+from catheter_sim.diagnosis.pictures import paths_figure, shown_planes, shown_points
+from catheter_sim.diagnosis.report import report_html
+from catheter_sim.diagnosis.result import Cause, DataFault, Diagnosis, FittedParameter, NextExperiment
+from catheter_sim.diagnosis.words import (
+    bench_rows,
+    figure_words,
+    headline_numbers,
+    number_words,
+    png_of,
+    spoken,
+)
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
 

@@ -18,16 +18,13 @@ from test_report import BLANK, made_up
 import catheter_sim
 from catheter_sim.catalogue import load_robot
 from catheter_sim.cli.diagnose import _lines
+from catheter_sim.diagnosis.changes.compare import Comparison
+from catheter_sim.diagnosis.changes.report import comparison_head, comparison_sentence
+from catheter_sim.diagnosis.document import data_digest, stamped, to_json
 from catheter_sim.diagnosis.notes import Note
-from catheter_sim.diagnosis.report.headline_numbers import headline_numbers
-from catheter_sim.diagnosis.report.html import report_html, sentence
-from catheter_sim.diagnosis.report.provenance import data_digest, stamped
-from catheter_sim.diagnosis.report.result import VERDICTS, Cause, DataFault, Diagnosis, FittedParameter
-from catheter_sim.diagnosis.report.to_json import to_json
-from catheter_sim.diagnosis.report.what_to_do import ASKS, use_words
-from catheter_sim.diagnosis.report.write import marked_toml, marked_xml
-from catheter_sim.diagnosis.since.compare import Comparison
-from catheter_sim.diagnosis.since.report import comparison_head, comparison_sentence
+from catheter_sim.diagnosis.report import marked_toml, marked_xml, report_html, sentence
+from catheter_sim.diagnosis.result import VERDICTS, Cause, DataFault, Diagnosis, FittedParameter
+from catheter_sim.diagnosis.words import ASKS, headline_numbers, use_words
 from catheter_sim.effects import EFFECTS
 
 PACKAGE = Path(catheter_sim.__file__).parent

@@ -9,12 +9,17 @@ import pytest
 from made_up import pulled_by
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.report.result import TrialFit
-from catheter_sim.diagnosis.report.view_picture import view_figure
-from catheter_sim.diagnosis.residuals.coordinates import VIEWS, fits_to_judge, stack
-from catheter_sim.diagnosis.residuals.turning import turning_points
-from catheter_sim.diagnosis.residuals.views import binned_mean, score_views
+from catheter_sim.diagnosis.pictures import view_figure
+from catheter_sim.diagnosis.residuals import (
+    VIEWS,
+    binned_mean,
+    fits_to_judge,
+    score_views,
+    stack,
+    turning_points,
+)
+from catheter_sim.diagnosis.result import TrialFit
+from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.tables import Table
 
 SEED = 20240131

@@ -11,9 +11,14 @@ from made_up import pulled_by
 from planted import as_inputs
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.data.frozen_readings import without_old_readings
-from catheter_sim.diagnosis.data.resolution import resolution_of, rounding_of, step_of, steps_of
-from catheter_sim.diagnosis.data.trials import Trial
+from catheter_sim.diagnosis.readings import (
+    resolution_of,
+    rounding_of,
+    step_of,
+    steps_of,
+    without_old_readings,
+)
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
 COUNT_DEG = 360.0 / 4096.0  # of an encoder

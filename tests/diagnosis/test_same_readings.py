@@ -10,10 +10,9 @@ import pytest
 from made_readings import COLUMNS, NOISE_MM, TRIALS, noisy, trial_of, truth
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.data.frozen_readings import without_old_readings
-from catheter_sim.diagnosis.data.same_readings import copies_in, without_copies
-from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.data_faults.copied import copied_rows
+from catheter_sim.diagnosis.faults_of_readings import copied_rows
+from catheter_sim.diagnosis.readings import copies_in, without_copies, without_old_readings
+from catheter_sim.diagnosis.trials import Dataset
 
 ROLES = ("train",) * (TRIALS - 2) + ("heldout",) * 2
 

@@ -11,17 +11,16 @@ import numpy as np
 import pytest
 from planted import as_inputs, small_robot
 
-from catheter_sim.diagnosis.causes import choose as select_module
-from catheter_sim.diagnosis.causes import near as near_module
-from catheter_sim.diagnosis.causes import search as search_module
-from catheter_sim.diagnosis.causes.choose import select
-from catheter_sim.diagnosis.causes.comparison import as_good, pays, settled
-from catheter_sim.diagnosis.causes.near import may_end_at
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting import workers as workers_module
-from catheter_sim.diagnosis.fitting.evidence import chance_of_gain
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.problem import Problem, Term, fitted_numbers
+from catheter_sim.diagnosis import search as near_module
+from catheter_sim.diagnosis import search as search_module
+from catheter_sim.diagnosis import search as select_module
+from catheter_sim.diagnosis import workers as workers_module
+from catheter_sim.diagnosis.comparison import as_good, pays, settled
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.noise import chance_of_gain
+from catheter_sim.diagnosis.problem import Problem, Term, fitted_numbers
+from catheter_sim.diagnosis.search import may_end_at, select
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
 

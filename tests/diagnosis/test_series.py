@@ -10,7 +10,7 @@ import pytest
 from test_comparisons import HIDDEN, recording
 
 import catheter_sim as cs
-from catheter_sim.diagnosis.since.course import DRIFT, IRREGULAR, OPEN, STEADY, STEP, Course, course_of
+from catheter_sim.diagnosis.changes.differences import DRIFT, IRREGULAR, OPEN, STEADY, STEP, Course, course_of
 
 
 def course(*changes: float, deviation: float = 0.05) -> Course:

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from made_readings import COLUMNS, LENGTHS_MM, TRIALS, arc, causes, changed, noisy, pull_of, seen, truth
 
-from catheter_sim.diagnosis.data_faults.clipped import clipped_outputs
-from catheter_sim.diagnosis.data_faults.exchanged_points import exchanged_points
-from catheter_sim.diagnosis.data_faults.interpolated import interpolated_outputs
-from catheter_sim.diagnosis.data_faults.jumps import jumps_elsewhere
-from catheter_sim.diagnosis.data_faults.moved_between import moved_between_trials
-from catheter_sim.diagnosis.data_faults.out_of_step import outputs_out_of_step
-from catheter_sim.diagnosis.data_faults.outstanding import outstanding_trials
-from catheter_sim.diagnosis.data_faults.undriven import moved_without_inputs
+from catheter_sim.diagnosis.faults_of_columns import moved_without_inputs, outputs_out_of_step
+from catheter_sim.diagnosis.faults_of_readings import (
+    clipped_outputs,
+    exchanged_points,
+    interpolated_outputs,
+    jumps_elsewhere,
+)
+from catheter_sim.diagnosis.faults_of_trials import moved_between_trials, outstanding_trials
 
 CHECKS = (
     clipped_outputs,

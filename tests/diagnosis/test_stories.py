@@ -11,9 +11,9 @@ from printed_twin import printed_twin
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import output_channels
-from catheter_sim.diagnosis.fitting import twins
+from catheter_sim.diagnosis import choose as choose_causes
+from catheter_sim.diagnosis import workers as twins
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.stages import choose_causes
 
 
 @pytest.mark.slow

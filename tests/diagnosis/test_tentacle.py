@@ -22,12 +22,12 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.core.effect import Parameter
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
-from catheter_sim.diagnosis.causes.comparison import pays
-from catheter_sim.diagnosis.data.nuisance import Nuisance
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.evidence import errors_of
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.problem import Problem, terms_for
+from catheter_sim.diagnosis.comparison import pays
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.noise import errors_of
+from catheter_sim.diagnosis.nuisance import Nuisance
+from catheter_sim.diagnosis.problem import Problem, terms_for
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.apply import arriving_inputs, embodied
 from catheter_sim.mechanics.arcs import points_on_arcs
 from catheter_sim.robots.continuum.arcs import solve_rows

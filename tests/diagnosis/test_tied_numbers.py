@@ -11,9 +11,9 @@ from planted import data_set, displacement_history, small_robot
 
 import catheter_sim as cs
 from catheter_sim.core.robot import Marker
-from catheter_sim.diagnosis.data.nuisance import calibration_numbers
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.stages.pose import training_problem
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.nuisance import calibration_numbers
+from catheter_sim.diagnosis.prepare import training_problem
 from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from catheter_sim.diagnosis.report.result import Diagnosis, UnitResult
+from catheter_sim.diagnosis.result import Diagnosis, UnitResult
 
 
 def told(causes: tuple[str, ...], **gains: tuple[float, float]) -> str:

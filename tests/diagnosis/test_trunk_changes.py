@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.since.mass import mass_of
+from catheter_sim.diagnosis.changes.differences import mass_of
+from catheter_sim.diagnosis.trials import Dataset
 
 pytestmark = pytest.mark.long
 

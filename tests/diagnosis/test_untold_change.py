@@ -7,10 +7,10 @@ import pytest
 from made_problem import gain_problem, noisy, pulls, trial_of
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.report.result import UnitResult
-from catheter_sim.diagnosis.since.reachable import untold_share
+from catheter_sim.diagnosis.changes.differences import untold_share
+from catheter_sim.diagnosis.result import UnitResult
 from catheter_sim.diagnosis.thresholds import MOST_MODEL_SHARE
-from catheter_sim.diagnosis.verdict.rules import most_error_remains, structured_remainder
+from catheter_sim.diagnosis.verdict import most_error_remains, structured_remainder
 
 COLUMN = ("tip_x_mm",)
 

@@ -11,16 +11,20 @@ import pytest
 from test_comparisons import HIDDEN, recording
 
 import catheter_sim as cs
-from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.fitting.workers import SERIAL
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, Cause, FittedParameter
-from catheter_sim.diagnosis.since.baseline import LEFT_OUT, baseline
-from catheter_sim.diagnosis.since.compare import CHANGED, compared
-from catheter_sim.diagnosis.since.differences import differences
-from catheter_sim.diagnosis.since.one_robot import OneRobot
-from catheter_sim.diagnosis.since.pairing import shares_paired
-from catheter_sim.diagnosis.since.ways import _backward, _Earlier, _of_paired_trials, _tells_more
-from catheter_sim.diagnosis.stages.run import Run, running
+from catheter_sim.diagnosis.changes.compare import (
+    CHANGED,
+    OneRobot,
+    _backward,
+    _Earlier,
+    _of_paired_trials,
+    _tells_more,
+    compared,
+)
+from catheter_sim.diagnosis.changes.differences import LEFT_OUT, baseline, differences, shares_paired
+from catheter_sim.diagnosis.prepare import Run, running
+from catheter_sim.diagnosis.result import CAUSE_FOUND, Cause, FittedParameter
+from catheter_sim.diagnosis.trials import Dataset
+from catheter_sim.diagnosis.workers import SERIAL
 
 OTHER_MM = (1.6, 2.0, 2.3)
 MANY_MM = (1.6, 1.8, 2.0, 2.2, 2.4)

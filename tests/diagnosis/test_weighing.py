@@ -9,11 +9,11 @@ import pytest
 from planted import pair_history
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.causes.weighing import Scales, weigh, weighing_notes, with_shares
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.fit import fit
-from catheter_sim.diagnosis.fitting.intervals import cause_intervals
-from catheter_sim.diagnosis.fitting.problem import Problem, Term
+from catheter_sim.diagnosis.fit import fit
+from catheter_sim.diagnosis.intervals import cause_intervals
+from catheter_sim.diagnosis.problem import Problem, Term
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.diagnosis.weighing import Scales, weigh, weighing_notes, with_shares
 from catheter_sim.tables import Table
 
 TERMS = (Term("actuation_gain", ("scale",)), Term("tendon_friction", ("mu",)))

@@ -19,12 +19,10 @@ import pytest
 from killed import always_die, die_once, square
 from planted import small_data
 
-from catheter_sim.diagnosis.fitting import workers as module
-from catheter_sim.diagnosis.fitting.in_time import work_out
-from catheter_sim.diagnosis.fitting.kept import packed
-from catheter_sim.diagnosis.fitting.workers import SERIAL, OutOfTime, Workers, map_calls, workers
+from catheter_sim.diagnosis import workers as module
+from catheter_sim.diagnosis.document import to_json
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.report.to_json import to_json
+from catheter_sim.diagnosis.workers import SERIAL, OutOfTime, Workers, map_calls, packed, work_out, workers
 from catheter_sim.errors import InputError
 
 NUMBERS = [(float(number),) for number in range(5)]

@@ -17,12 +17,11 @@ import pytest
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
-from catheter_sim.diagnosis.causes.choose import candidates_for, select
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.fitting.evidence import errors_of, residual_series
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.noise import white_noise
-from catheter_sim.diagnosis.fitting.problem import Problem
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.noise import errors_of, residual_series, white_noise
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.search import candidates_for, select
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.apply import arriving_inputs, embodied
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.tables import Table

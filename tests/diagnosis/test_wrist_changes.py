@@ -19,12 +19,12 @@ import pytest
 from test_wrist import ARM_M, COLUMN, JAW, recording
 
 from catheter_sim.core.inputs import Inputs, slice_inputs
-from catheter_sim.diagnosis.data.trials import Dataset, Trial
-from catheter_sim.diagnosis.fitting.twins import ChosenTwin
-from catheter_sim.diagnosis.since.compare import Comparison
-from catheter_sim.diagnosis.since.from_report import Earlier
-from catheter_sim.diagnosis.since.series import compare_series
-from catheter_sim.diagnosis.stages import pose, prepare
+from catheter_sim.diagnosis import prepare
+from catheter_sim.diagnosis import prepare as pose
+from catheter_sim.diagnosis.changes.compare import Comparison, Earlier
+from catheter_sim.diagnosis.changes.series import compare_series
+from catheter_sim.diagnosis.trials import Dataset, Trial
+from catheter_sim.diagnosis.workers import ChosenTwin
 from catheter_sim.effects.apply import arriving_inputs, embodied
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 

@@ -13,8 +13,8 @@ from catheter_sim.catalogue import load_robot, robot_toml
 from catheter_sim.channels import input_channels, read_inputs
 from catheter_sim.cli.main import main
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.verdict.replay import replay
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.diagnosis.verdict import replay
 from catheter_sim.effects.apply import embodied, in_force, outside_the_robot
 from catheter_sim.envs.plant import Plant
 from catheter_sim.errors import InputError

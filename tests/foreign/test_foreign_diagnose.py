@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.report.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
+from catheter_sim.diagnosis.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
 from catheter_sim.foreign.causes import variants_of
 from catheter_sim.foreign.data import ForeignData
 from catheter_sim.foreign.diagnose import diagnose_foreign, diagnosed

@@ -19,8 +19,8 @@ from mutations import NUMBERS, mutated
 from catheter_sim.catalogue import load_robot, robot_toml
 from catheter_sim.channels import input_channels
 from catheter_sim.core.document import leaves, to_document
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.parting import split
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.trials import split
 from catheter_sim.errors import InputError
 from catheter_sim.tables import read_table
 

@@ -14,7 +14,7 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import read_inputs
 from catheter_sim.columns import output_table
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
 from catheter_sim.importing.folder import import_files
 from catheter_sim.importing.propose import Asked, Proposal

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.cli.main import main
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
 from catheter_sim.importing.folder import import_files
 from catheter_sim.importing.propose import Asked, Proposal

@@ -15,7 +15,7 @@ from catheter_sim.catalogue import ROBOTS, load_robot
 from catheter_sim.channels import channel_inputs, drives_of, read_inputs
 from catheter_sim.cli.main import main
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
 from catheter_sim.planning.drives import inputs_at, plan_drives
 from catheter_sim.planning.limits import beyond_limits

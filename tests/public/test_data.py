@@ -11,7 +11,7 @@ import pytest
 
 import catheter_sim as cs
 from catheter_sim.catalogue import ROBOTS
-from catheter_sim.diagnosis.data.trials import Dataset
+from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.tables import Table, write_table
 
 ROBOT = "neuroendoscope_section"

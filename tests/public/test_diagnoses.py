@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.diagnosis import pipeline
-from catheter_sim.diagnosis.data.trials import Dataset
-from catheter_sim.diagnosis.fitting import workers
+from catheter_sim.diagnosis import pipeline, workers
+from catheter_sim.diagnosis.trials import Dataset
 
 ROBOT = "mitral_transseptal"
 

@@ -10,8 +10,8 @@ import pytest
 from drive import rows_to_inputs
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.data.trials import Trial
-from catheter_sim.diagnosis.verdict.replay import replay
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.diagnosis.verdict import replay
 from catheter_sim.errors import SimulationDiverged
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.simulation.copies import Copies

@@ -26,10 +26,8 @@ from catheter_sim.closed_loop.experiment import (
     recorded,
     sure_causes,
 )
-from catheter_sim.diagnosis.best_experiment import best_after
-from catheter_sim.diagnosis.next_experiment.programmes import Programme
-from catheter_sim.diagnosis.next_experiment.within_limits import bench_of, programmes_within
-from catheter_sim.diagnosis.pipeline import Investigation, investigate
+from catheter_sim.diagnosis.pipeline import Investigation, best_after, investigate
+from catheter_sim.diagnosis.programmes import Programme, bench_of, programmes_within
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError
 from catheter_sim.lab.simulated import RANDOM, SimulatedRig, stand_in

@@ -13,10 +13,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.causes.choose import candidates_for
-from catheter_sim.diagnosis.fitting.fit import Fit, fit
-from catheter_sim.diagnosis.fitting.least_squares import linearised
-from catheter_sim.diagnosis.fitting.problem import (
+from catheter_sim.diagnosis.fit import Fit, fit, linearised
+from catheter_sim.diagnosis.problem import (
     Problem,
     Term,
     box_of,
@@ -25,6 +23,7 @@ from catheter_sim.diagnosis.fitting.problem import (
     terms_for,
     with_fewer_rows,
 )
+from catheter_sim.diagnosis.search import candidates_for
 
 Named = list[str]  # causes, surest first
 _CHANCE = 0.01  # of a false name in a whole data set

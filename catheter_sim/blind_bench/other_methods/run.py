@@ -14,9 +14,8 @@ from catheter_sim.blind_bench.nature.code import judging_code
 from catheter_sim.blind_bench.nature.score import scored
 from catheter_sim.blind_bench.other_methods.methods import METHODS, named_by
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json, write_json
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.stages.pose import pose
-from catheter_sim.diagnosis.stages.prepare import prepare
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.prepare import pose, prepare
 from catheter_sim.errors import InputError
 
 PLACE = "other_methods"  # folder of what they found, in the bench's

@@ -19,7 +19,7 @@ from catheter_sim.blind_bench.nature.forms import BY_KEY
 from catheter_sim.blind_bench.nature.planting import clean_outputs
 from catheter_sim.blind_bench.nature.run import Draw, scored_draw
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
 
 ROBOTS = ("mitral_transseptal",)

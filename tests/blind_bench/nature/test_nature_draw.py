@@ -18,7 +18,7 @@ from catheter_sim.blind_bench.nature.form import Planted
 from catheter_sim.blind_bench.nature.forms import BY_KEY
 from catheter_sim.blind_bench.nature.ground import LARGEST, SMALLEST, Ground, rms
 from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
 
 ROBOTS = ("mitral_transseptal",)

@@ -9,7 +9,7 @@ import pytest
 
 from catheter_sim.blind_bench.next_experiments.draw import drawn, first_data, lasting, open_causes, tellable
 from catheter_sim.blind_bench.next_experiments.table import as_text, interval, met_lines, settles, summary
-from catheter_sim.diagnosis.next_experiment.programmes import Programme
+from catheter_sim.diagnosis.programmes import Programme
 from catheter_sim.lab.simulated import stand_in
 from catheter_sim.tables import Table
 

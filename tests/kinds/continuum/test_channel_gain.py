@@ -14,8 +14,8 @@ from catheter_sim.catalogue import load_robot, robot_toml
 from catheter_sim.channels import actuations, channel_inputs, input_channels, read_inputs
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
-from catheter_sim.diagnosis.data.dataset import load_dataset
-from catheter_sim.diagnosis.data.nuisance import calibration_numbers
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.nuisance import calibration_numbers
 from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
 from catheter_sim.effects.steps import Commands
 from catheter_sim.envs.plant import Plant

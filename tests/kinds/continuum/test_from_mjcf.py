@@ -14,7 +14,7 @@ import pytest
 import catheter_sim as cs
 from catheter_sim.catalogue import robot_toml
 from catheter_sim.cli.main import main
-from catheter_sim.diagnosis.data.dataset import load_dataset
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum.from_mjcf import read_chain
 from catheter_sim.robots.continuum.twin import twin

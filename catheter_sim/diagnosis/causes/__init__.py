@@ -1,1 +1,0 @@
-"""Causes: which are tried, which pay, and which stay named."""

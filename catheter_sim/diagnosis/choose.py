@@ -1,0 +1,227 @@
+"""The middle stages of a diagnosis: causes are chosen, and the held-out trials decide."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from catheter_sim.diagnosis.comparison import also_equal_on_heldout, choose_on_heldout
+from catheter_sim.diagnosis.faults_of_columns import errors_in_noise
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.intervals import cause_intervals
+from catheter_sim.diagnosis.noise import errors_of, rmse_by_unit, times_noise
+from catheter_sim.diagnosis.prepare import Calibrated, Faults, Posed, Run, data_faults, noise_beside
+from catheter_sim.diagnosis.problem import Term
+from catheter_sim.diagnosis.result import Cause, Unproved
+from catheter_sim.diagnosis.search import (
+    Selection,
+    candidates_for,
+    equals_of,
+    in_best_forms,
+    select,
+    singles_of,
+)
+from catheter_sim.diagnosis.thresholds import (
+    ACQUITTED_NOISE,
+    ACQUITTED_SHARE,
+    ACQUITTING,
+    ANOTHER_FORM,
+    EQUAL_FACTOR,
+    MOST_CAUSES,
+    PAYS_SHARE,
+)
+from catheter_sim.diagnosis.verdict import held_out
+from catheter_sim.diagnosis.weighing import (
+    Scales,
+    Weighed,
+    implausible,
+    weigh,
+    with_intervals,
+    with_shares,
+    without_soaking,
+)
+
+# ----------------------------------------------------------------------------------------------------
+# Causes chosen inside the training trials, and fitted to all their rows.
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was chosen before the held-out trials were looked at.
+
+    Attributes:
+        candidates: the effects that were tried; (): none, since the data look wrong.
+        selection: what the search tried and chose, by few rows.
+        fit: the chosen hypothesis, each cause in its best form, fitted to every training row.
+    """
+
+    candidates: tuple[str, ...]
+    selection: Selection
+    fit: Fit
+
+
+def choose_causes(run: Run, posed: Posed, faults: Faults, most: int = MOST_CAUSES) -> Choice:
+    """Return the causes that explain the training trials, at most so many; none where the data look wrong."""
+    run.say("choosing causes")
+    candidates = () if faults.found else candidates_for(posed.train)
+    selection = select(posed.train, candidates, run.pool, run.say, run.deadline, most)
+    run.say("fitting the chosen causes")
+    chosen = selection.chosen
+    fitted = fit(posed.train, chosen.terms, chosen.values, cross_validate=False, thorough=posed.thorough)
+    fitted = in_best_forms(posed.train, fitted, posed.thorough, run.pool, run.deadline)
+    return Choice(candidates, selection, fitted)
+
+
+# ----------------------------------------------------------------------------------------------------
+# What the held-out trials say of the chosen causes.
+#
+# They decide between hypotheses that do as well on the training trials. A cause that does not pay there is
+# taken out, and so is one whose numbers are not plausible.
+
+
+@dataclass(frozen=True)
+class Settled:
+    """The hypothesis that the held-out trials leave.
+
+    Attributes:
+        scales: on what its causes were weighed: noise, unit, where to fit.
+        weighed: it, its held-out figures, and what was taken out.
+        soaked: causes taken out since their numbers are not plausible.
+        equals: hypotheses that do as well on both parts, one other effect in each.
+    """
+
+    scales: Scales
+    weighed: Weighed
+    soaked: tuple[Cause, ...]
+    equals: tuple[Fit, ...]
+
+    @property
+    def unit(self) -> str:
+        """Return the unit that is reported first: the worst explained one."""
+        return self.scales.unit
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Return the causes that the held-out trials leave, plausible or not."""
+        return (*self.weighed.after.terms, *(Term(item.name, tuple(item.parameters)) for item in self.soaked))
+
+
+def nothing_settled(run: Run, posed: Posed, before: Calibrated) -> Settled:
+    """Return the calibrated model without causes, where none could be decided on."""
+    train, heldout = posed.train, posed.heldout
+    by_unit = held_out(train, heldout, before.fit, before.fit, before.noise)
+    unit = max(by_unit, key=lambda name: times_noise(by_unit[name].rmse_after, by_unit[name].noise_floor))
+    scales = Scales(train, heldout, before.fit, before.noise, unit, posed.thorough, run.pool)
+    return Settled(scales, Weighed(before.fit, by_unit, ()), (), ())
+
+
+def decide_on_heldout(run: Run, posed: Posed, before: Calibrated, choice: Choice) -> Settled:
+    """Return what the held-out trials leave of the chosen causes."""
+    train, heldout = posed.train, posed.heldout
+    after, equals = choose_on_heldout(
+        train, heldout, choice.fit, choice.selection.equals, posed.thorough, run.pool
+    )
+    noise = noise_beside(train, after)
+    by_unit = held_out(train, heldout, before.fit, after, noise)
+    unit = max(by_unit, key=lambda name: times_noise(by_unit[name].rmse_after, by_unit[name].noise_floor))
+    run.say("testing the causes on held-out data")
+    scales = Scales(train, heldout, before.fit, noise, unit, posed.thorough, run.pool)
+    return with_plausible_causes(
+        run, posed, choice, scales, weigh(scales, with_shares(scales, after)), equals
+    )
+
+
+def with_plausible_causes(
+    run: Run,
+    posed: Posed,
+    choice: Choice,
+    scales: Scales,
+    weighed: Weighed,
+    equals: tuple[Fit, ...],
+    soaked: tuple[Cause, ...] = (),
+) -> Settled:
+    """Return a weighed hypothesis without what is not plausible, and with its equals.
+
+    Args:
+        run: where to fit.
+        posed: the trials.
+        choice: the effects that were tried.
+        scales: what causes were weighed on.
+        weighed: the hypothesis.
+        equals: hypotheses that do as well as the one from which causes were taken out.
+        soaked: causes that were not plausible before.
+    """
+    plausible, more = without_soaking(scales, weighed)
+    if plausible.after.terms and (more or weighed.weak or weighed.unsure):
+        # What was found to be as good was fitted beside causes that are gone now.
+        found = equals_of(posed.train, plausible.after, choice.candidates, run.pool)
+        equals = also_equal_on_heldout(
+            posed.train, posed.heldout, plausible.after, found, posed.thorough, run.pool
+        )
+    return Settled(scales, plausible, (*soaked, *more), equals if plausible.after.terms else ())
+
+
+# ----------------------------------------------------------------------------------------------------
+# What fits data that hold too little to name a cause, where a search was asked for all the same.
+
+
+def fit_unproved(posed: Posed, choice: Choice, settled: Settled) -> Unproved:
+    """Return the hypothesis that fits: the settled one, or the simplest of the best that were tried."""
+    after = settled.weighed.after
+    if not after.terms:
+        after = _best_tried(posed, choice)
+    scales = replace(settled.scales, noise=noise_beside(posed.train, after))
+    by_unit = scales.held_out(after)
+    training = rmse_by_unit(posed.train, errors_of(posed.train, after))
+    times = max(
+        times_noise(max(training.get(unit, 0.0), item.rmse_after), item.noise_floor)
+        for unit, item in by_unit.items()
+    )
+    unlikely = implausible(after)
+    causes = tuple(cause for cause in scales.causes(after, by_unit) if cause.name not in unlikely)
+    return Unproved(with_intervals(causes, cause_intervals(after)), times, by_unit)
+
+
+def _best_tried(posed: Posed, choice: Choice) -> Fit:
+    """Return the hypothesis of fewest numbers that errs as little as the best; the null where none does."""
+    null = choice.selection.null
+    best = min((null, *choice.selection.tried), key=lambda item: item.cross_validated_rms)
+    most = min(EQUAL_FACTOR * best.cross_validated_rms, (1.0 - PAYS_SHARE) * null.cross_validated_rms)
+    near = [item for item in choice.selection.tried if item.cross_validated_rms <= most and not item.rough]
+    found = min(near, key=lambda item: (len(item.numbers), item.cross_validated_rms), default=null)
+    return fit(posed.train, found.terms, found.values, cross_validate=False, thorough=posed.thorough)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Whether trials that the model meets worse than others are wrong, or show a cause more than others do.
+#
+# A curved tube bends a catheter more in the trials that push it out far, a zero that creeps shows in the
+# longest trial. So where only some trials look wrong, single causes are fitted to all. If with one of them
+# the data look sound by every check, and no trial is met worse than before, nothing is wrong with the data.
+# Of what a trial shows by itself (a jump, outputs that come before their inputs) more is asked: that the
+# cause leaves no trial, of the held-out ones none either, much more than its noise. It is not asked of a
+# robot in motion, where each fit costs minutes.
+
+
+def acquit_trials(run: Run, posed: Posed, before: Calibrated, faults: Faults) -> Faults:
+    """Return `faults`, or none where they are of some trials and a single cause accounts for all trials."""
+    heldout, trials = posed.heldout.trials, (*posed.train.trials, *posed.heldout.trials)
+    named = {item.where for item in faults.found}
+    asked = not posed.train.moving and named < {trial.file for trial in trials}
+    if not faults.found or not (faults.of_trials or asked):
+        return faults
+    run.say("asking whether a cause is what makes some trials look wrong")
+    singles = singles_of(posed.train, candidates_for(posed.train), run.pool)
+    errors = errors_in_noise(posed.train, before.fit, trials, before.noise)
+    most = ACQUITTED_SHARE * errors if faults.of_trials else np.full(len(errors), ACQUITTED_NOISE)
+    for single in singles[:ACQUITTING]:
+        found = fit(posed.train, single.terms, single.values, cross_validate=False)
+        left = errors_in_noise(posed.train, found, trials, before.noise)
+        if not faults.of_trials and (left <= ANOTHER_FORM * most).all():
+            found = in_best_forms(posed.train, found, pool=run.pool)
+            left = errors_in_noise(posed.train, found, trials, before.noise)
+        accounted = left <= most
+        if accounted.all() and not data_faults(posed.train, found, heldout, before.noise).found:
+            return Faults(())
+    return faults

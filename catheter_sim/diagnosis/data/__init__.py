@@ -1,1 +1,0 @@
-"""Measured data: trials, how they are parted, and the folder that they are read from."""

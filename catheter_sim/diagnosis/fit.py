@@ -1,0 +1,682 @@
+"""Least squares: a hypothesis fitted to trials, with the errors of stretches that it was not fitted to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from catheter_sim.arrays import Array
+from catheter_sim.core.inputs import Inputs, numbers_of
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.nuisance import Nuisance
+from catheter_sim.diagnosis.problem import (
+    FittedNumber,
+    Prior,
+    Problem,
+    Term,
+    box_of,
+    fitted_numbers,
+    prior_of,
+    start_of,
+)
+from catheter_sim.diagnosis.thresholds import (
+    DERIVATIVE_STEP,
+    FAIR_GAIN,
+    FIRST_DAMPING,
+    FIT_CONVERGED,
+    FOLD_CONVERGED,
+    FOLD_FIRST_ORDER,
+    FOLD_STEP_PARTS,
+    FOLDS,
+    GRID_VALUES,
+    GROSS_ERROR,
+    LARGER_DAMPINGS,
+    LONGEST_STEP,
+    MOST_FIT_STEPS,
+    MOST_FOLD_STEPS,
+    MOST_VALLEY_TRIALS,
+    NEAR_BOUND,
+    NO_DAMPING,
+    NO_EQUILIBRIUM_ERROR,
+    NO_INFLUENCE,
+    ROWS_TO_SCAN_BY,
+    SCANNED_SIZES,
+)
+from catheter_sim.diagnosis.trials import measured_of, stretch_of
+from catheter_sim.theory.predict import along
+
+# ----------------------------------------------------------------------------------------------------
+# What a hypothesis predicts: its robot, and that robot's outputs as they would be measured.
+
+
+def robot_with(problem: Problem, numbers: Sequence[FittedNumber], x: Array) -> RobotSpec:
+    """Return the specified robot with calibrated nuisances built in and the effects attached."""
+    robot = problem.robot
+    effects: dict[str, dict[str, float]] = {name: dict(values) for name, values in robot.effects.items()}
+    factors = {}
+    for fitted, value in zip(numbers, x, strict=True):
+        value_in_unit = fitted.parameter.from_fit(float(value) * fitted.parameter.scale)
+        if fitted.effect:
+            effects.setdefault(fitted.effect, {})[fitted.parameter.name] = value_in_unit
+        else:
+            factors[fitted.parameter.name] = value_in_unit
+    for nuisance in problem.nuisances:
+        if nuisance.name in factors:
+            robot = nuisance.change_robot(robot, factors[nuisance.name])
+    return replace(robot, effects=effects)
+
+
+def predicted(
+    problem: Problem, numbers: Sequence[FittedNumber], x: Array, inputs: Inputs, every: int = 1
+) -> Array:
+    """Return the outputs of a hypothesis along inputs, at each `every`-th row, shape (r, o), in file units.
+
+    Args:
+        problem: robot, nuisances and twin.
+        numbers: what `x` is.
+        x: shape (p,), in units of the parameters' scales.
+        inputs: what is commanded.
+        every: each so-many-th row is returned.
+    """
+    outputs = problem.twin([robot_with(problem, numbers, x)], inputs, every)
+    return as_measured(problem, numbers, x, outputs[0])
+
+
+def predicted_along(
+    problem: Problem, numbers: Sequence[FittedNumber], x: Array, trials: Sequence[Inputs]
+) -> list[Array]:
+    """Return the outputs of a hypothesis along each of several trials' inputs, as `predicted` does."""
+    robot = robot_with(problem, numbers, x)
+    return [as_measured(problem, numbers, x, item[0]) for item in along(problem.twin, [robot], trials)]
+
+
+def as_measured(problem: Problem, numbers: Sequence[FittedNumber], x: Array, outputs: Array) -> Array:
+    """Return a robot's outputs (r, o) as they are measured: with the nuisances that act on outputs alone."""
+    return all_as_measured(problem, numbers, x[None], outputs[None])[0]
+
+
+def all_as_measured(problem: Problem, numbers: Sequence[FittedNumber], xs: Array, outputs: Array) -> Array:
+    for index, nuisance in _acting_on_outputs(problem, numbers).items():
+        assert nuisance.change_outputs is not None
+        values = xs[:, index] * nuisance.parameter.scale
+        outputs = nuisance.change_outputs(problem.columns, outputs, values)
+    return outputs
+
+
+def distinct_robots(
+    problem: Problem, numbers: Sequence[FittedNumber], xs: Array
+) -> tuple[list[RobotSpec], np.ndarray | slice]:
+    """Return the robots of many parameter vectors, and which of them each vector has, shape (B,).
+
+    Vectors that differ only in numbers that act on the outputs share a robot.
+    """
+    outside = _acting_on_outputs(problem, numbers)
+    if not outside:
+        return [robot_with(problem, numbers, x) for x in xs], slice(None)
+    inside = np.array(xs)
+    inside[:, list(outside)] = 0.0
+    distinct, which = np.unique(inside, axis=0, return_inverse=True)
+    return [robot_with(problem, numbers, x) for x in distinct], which.reshape(-1)
+
+
+def _acting_on_outputs(problem: Problem, numbers: Sequence[FittedNumber]) -> dict[int, Nuisance]:
+    """Return the nuisances that act on the outputs by their place among `numbers`."""
+    by_name = {item.name: item for item in problem.nuisances if item.change_outputs is not None}
+    return {
+        index: by_name[fitted.parameter.name]
+        for index, fitted in enumerate(numbers)
+        if not fitted.effect and fitted.parameter.name in by_name
+    }
+
+
+# ----------------------------------------------------------------------------------------------------
+# Huber's loss: beyond a size an error counts by its size, no longer by its square.
+
+
+def tempered(error: Array) -> Array:
+    """Return errors in weights so that their squares are Huber's loss, linear beyond `GROSS_ERROR`."""
+    size = np.abs(error)
+    root = np.sqrt(np.maximum(2.0 * size - GROSS_ERROR, 0.0) * GROSS_ERROR)
+    return np.where(size > GROSS_ERROR, np.copysign(root, error), error)
+
+
+def untempered(residual: Array) -> Array:
+    """Return the errors that `tempered` made the residuals of, same shape."""
+    size = np.abs(residual)
+    return np.where(
+        size > GROSS_ERROR, np.copysign((residual**2 / GROSS_ERROR + GROSS_ERROR) / 2.0, residual), residual
+    )
+
+
+# ----------------------------------------------------------------------------------------------------
+# Model minus measurement over each column's weight, of many parameter vectors at once.
+
+
+def residuals(problem: Problem, numbers: Sequence[FittedNumber], xs: Array) -> Array:
+    """Return model minus measurement over weight for many parameter vectors, shape (B, n).
+
+    A residual larger than `GROSS_ERROR` is made smaller, so that its square is Huber's loss (`tempered`). A
+    robot without equilibrium errs by more than any robot that stands still.
+
+    Args:
+        problem: trials and twin.
+        numbers: what the columns of `xs` are.
+        xs: shape (B, p), in units of the parameters' scales.
+    """
+    parts = []
+    robots, which = distinct_robots(problem, numbers, xs)
+    keys = [numbers_of(trial.inputs) for trial in problem.trials]
+    inputs = {key: trial.inputs for key, trial in zip(keys, problem.trials, strict=True)}
+    computed = along(problem.twin, robots, list(inputs.values()), problem.every)  # each repeated trial once
+    models = {
+        key: all_as_measured(problem, numbers, xs, outputs[which])
+        for key, outputs in zip(inputs, computed, strict=True)
+    }
+    for key, trial in zip(keys, problem.trials, strict=True):
+        measured = measured_of(trial, problem.columns)[:: problem.every]
+        error = (models[key] - measured) / problem.weight
+        parts.append(error[:, np.isfinite(measured)])
+    stacked = np.concatenate(parts, axis=1)
+    found = np.isfinite(stacked)
+    if found.all():
+        return tempered(stacked)
+    return np.where(found, tempered(np.where(found, stacked, 0.0)), no_equilibrium_residual(problem))
+
+
+def column_of(problem: Problem) -> np.ndarray:
+    """Return the index of the output column of each residual, shape (n,)."""
+    parts = []
+    for trial in problem.trials:
+        finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
+        parts.append(np.broadcast_to(np.arange(finite.shape[1]), finite.shape)[finite])
+    return np.concatenate(parts)
+
+
+def no_equilibrium_residual(problem: Problem) -> float:
+    """Return the residual of a row without equilibrium: larger than of a robot that stands still."""
+    size = max(
+        float(np.nanmax(np.abs(measured_of(trial, problem.columns)) / problem.weight, initial=0.0))
+        for trial in problem.trials
+    )
+    return float(tempered(np.array(max(NO_EQUILIBRIUM_ERROR, 2.0 * size))))
+
+
+# ----------------------------------------------------------------------------------------------------
+# Stretches of rows that err together: blocks for intervals, folds for the cross-validation.
+
+
+def blocks_of(problem: Problem, fewest: int = 2 * FOLDS) -> np.ndarray:
+    """Return the block of each residual: its row's stretch (`diagnosis.trials.stretch_of`), shape (n,)."""
+    labels = stretch_of(problem.trials, problem.moving, fewest)
+    parts = []
+    for trial, label in zip(problem.trials, labels, strict=True):
+        finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
+        parts.append(np.broadcast_to(label[:: problem.every, None], finite.shape)[finite])
+    return np.concatenate(parts)
+
+
+def fold_of(block: np.ndarray, folds: int = FOLDS) -> np.ndarray:
+    """Return the fold of each residual: stretches of neighbouring blocks, alike in rows, shape (n,)."""
+    order = np.unique(block, return_inverse=True)[1]
+    sizes = np.bincount(order)
+    middle = np.cumsum(sizes) - 0.5 * sizes
+    return np.minimum((middle * folds / sizes.sum()).astype(int), folds - 1)[order]
+
+
+def trial_of(problem: Problem) -> np.ndarray:
+    """Return the index of the trial of each residual, shape (n,)."""
+    return np.concatenate(
+        [
+            np.full(int(np.isfinite(measured_of(trial, problem.columns)[:: problem.every]).sum()), index)
+            for index, trial in enumerate(problem.trials)
+        ]
+    )
+
+
+# ----------------------------------------------------------------------------------------------------
+# A scan of one or two numbers over their whole ranges: the nearest minimum need not be the least.
+#
+# More numbers, one of each channel say, are scanned one at a time about where they start.
+
+
+def best_of_grid(
+    problem: Problem,
+    numbers: Sequence[FittedNumber],
+    x: Array,
+    box: tuple[Array, Array],
+    prior: Prior,
+    known: Collection[tuple[str, str]] = (),
+) -> Array:
+    """Return the best of `x` and of a grid over the effects' numbers, between the bounds.
+
+    It shows in which of several minima a fit should start, for which few trials do (`ROWS_TO_SCAN_BY`).
+
+    Args:
+        problem: trials and twin.
+        numbers: what is fitted.
+        x: where the fit would start, shape (p,).
+        box: lower and upper bounds, shape (p,) each.
+        prior: of the numbers.
+        known: by effect and parameter, the numbers of which `x` is more than a first guess: of many numbers
+            the others alone are scanned.
+    """
+    mine = [index for index, fitted in enumerate(numbers) if fitted.effect]
+    if not mine:
+        return x
+    if len(mine) > len(GRID_VALUES):
+        if problem.moving:  # each costs seconds
+            return x
+        return _best(problem, numbers, _one_at_a_time(numbers, mine, x, box, known), prior)
+    count = GRID_VALUES[len(mine) - 1]
+    places = np.stack(np.meshgrid(*[(np.arange(count) + 0.5) / count] * len(mine)), axis=-1)
+    points = np.repeat(x[None], count ** len(mine) + 1, axis=0)
+    low, high = (bound[mine] for bound in box)
+    points[1:, mine] = low + places.reshape(-1, len(mine)) * (high - low)
+    return _best(problem, numbers, points, prior)
+
+
+def _one_at_a_time(
+    numbers: Sequence[FittedNumber],
+    mine: Sequence[int],
+    x: Array,
+    box: tuple[Array, Array],
+    known: Collection[tuple[str, str]],
+) -> Array:
+    """Return `x`, and it with one number at a time at another size and no other effect's number, (k, p)."""
+    fresh = [index for index in mine if numbers[index].key not in known]
+    still = start_of(numbers, {item.key: item.parameter.null for item in numbers})
+    nothing = x.copy()
+    nothing[fresh] = still[fresh]
+    points = [x]
+    for index in fresh:
+        for size in SCANNED_SIZES:
+            point = nothing.copy()
+            point[index] += size
+            points.append(np.clip(point, *box))
+    return np.array(points)
+
+
+def _best(problem: Problem, numbers: Sequence[FittedNumber], points: Array, prior: Prior) -> Array:
+    """Return the one of `points` (k, p) that costs least on few trials, shape (p,)."""
+    if len(points) == 1:
+        return points[0]
+    costs = (residuals(_fewest_trials(problem), numbers, points) ** 2).sum(axis=1)
+    return points[int(np.argmin(costs + np.array([prior.cost(point) for point in points])))]
+
+
+def _fewest_trials(problem: Problem) -> Problem:
+    """Return `problem` with as few of its trials, spread over all, as a scan needs."""
+    rows = sum(len(trial.inputs) for trial in problem.trials) / problem.every
+    count = min(len(problem.trials), math.ceil(len(problem.trials) * ROWS_TO_SCAN_BY / max(rows, 1.0)))
+    places = np.linspace(0, len(problem.trials) - 1, max(count, 1)).round().astype(int)
+    return replace(problem, trials=tuple(problem.trials[place] for place in places))
+
+
+# ----------------------------------------------------------------------------------------------------
+# Least squares between bounds: Levenberg-Marquardt for fits, a trust region along valleys.
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """The residual at a point with its derivative.
+
+    Attributes:
+        x: shape (p,).
+        error: the residual, shape (n,).
+        jacobian: its derivative, shape (n, p).
+        exact: whether the derivative was worked out there; otherwise it was carried there from elsewhere.
+    """
+
+    x: Array
+    error: Array
+    jacobian: Array
+    exact: bool = True
+
+
+def descend(
+    problem: Problem,
+    numbers: Sequence[FittedNumber],
+    start: Linearised,
+    box: tuple[Array, Array],
+    prior: Prior,
+    keep: np.ndarray | slice = slice(None),
+    damping: float = FIRST_DAMPING,
+    converged: float = FIT_CONVERGED,
+    most: int = MOST_FIT_STEPS,
+    exact: bool = True,
+) -> Linearised:
+    """Return where Levenberg-Marquardt leads from `start`, to a smaller sum of squares or to `start` itself.
+
+    The derivative costs a robot for each number, so that it is carried from step to step by the least change
+    that agrees with the errors there (Broyden 1965, eq. 4.5), and worked out anew where a step gains little
+    of what was promised (`FAIR_GAIN`), and before the search ends. Numbers at a bound that the gradient
+    pushes outward are held. Of the residuals, only `keep` count. What is returned is exact or less than
+    `converged` away from where it was. Unless `exact`, it need be so by a carried derivative only: enough
+    where the exact one at `start` holds nearly as far as the search goes.
+    """
+    at = start
+    cost = _cost_of(at.error[keep], at.x, prior)
+    for left in reversed(range(most)):
+        step = damped_step(at, box, damping, prior, keep)
+        promised = cost - _promised_cost(at, step, prior, keep)
+        last = at.exact and 0.0 <= promised < converged * cost  # less than none where bounds bend the step
+        factors = ((1.0,),) if last else ((1.0,), LARGER_DAMPINGS)
+        found, factor = _lower(problem, numbers, at, cost, box, damping, prior, keep, factors)
+        if found is None:
+            if at.exact:
+                return at
+            at = linearised(problem, numbers, at.x, box[1], at.error)
+            continue
+        moved = found.x - at.x
+        promised = cost - _promised_cost(at, moved, prior, keep)
+        before, cost = cost, _cost_of(found.error[keep], found.x, prior)
+        small = before - cost < converged * cost
+        if small and (at.exact or not exact):
+            return replace(found, exact=True)
+        damping = float(np.clip(damping * (0.1 if factor == 1.0 else factor), 1e-6, 1e6))
+        at = found
+        if (left or exact) and (small or before - cost < FAIR_GAIN * promised):
+            at = linearised(problem, numbers, at.x, box[1], at.error)
+    return at if at.exact or not exact else linearised(problem, numbers, at.x, box[1], at.error)
+
+
+def _lower(
+    problem: Problem,
+    numbers: Sequence[FittedNumber],
+    at: Linearised,
+    cost: float,
+    box: tuple[Array, Array],
+    damping: float,
+    prior: Prior,
+    keep: np.ndarray | slice,
+    factors_in_turn: Sequence[Sequence[float]],
+) -> tuple[Linearised | None, float]:
+    """Return a point of less than `cost`, its derivative carried there, and by what its damping was larger.
+
+    The dampings of each of `factors_in_turn` are tried side by side. None: none is better.
+    """
+    for factors in factors_in_turn:
+        steps = np.array([damped_step(at, box, damping * factor, prior, keep) for factor in factors])
+        points = np.clip(at.x + steps, *box)
+        errors = residuals(problem, numbers, points)
+        costs = [_cost_of(error[keep], point, prior) for error, point in zip(errors, points, strict=True)]
+        best = int(np.argmin(costs))
+        if costs[best] < cost:
+            moved = points[best] - at.x
+            if not moved.any():
+                break  # the same point: what it gains is rounding
+            change = errors[best] - at.error - at.jacobian @ moved
+            carried = at.jacobian + np.outer(change, moved / (moved @ moved))
+            return Linearised(points[best], errors[best], carried, exact=False), factors[best]
+    return None, 1.0
+
+
+def _cost_of(error: Array, x: Array, prior: Prior) -> float:
+    return float(error @ error) + prior.cost(x)
+
+
+def _promised_cost(at: Linearised, step: Array, prior: Prior, keep: np.ndarray | slice) -> float:
+    return _cost_of(at.error[keep] + at.jacobian[keep] @ step, at.x + step, prior)
+
+
+def descend_valley(
+    problem: Problem, numbers: Sequence[FittedNumber], x: Array, box: tuple[Array, Array], prior: Prior
+) -> Array:
+    """Return the least sum of squares near `x` by a trust region in the box (`scipy.optimize`)."""
+    low, high = box
+    root = np.sqrt(prior.precision)
+    inside = np.clip(x, low + NEAR_BOUND, high - NEAR_BOUND)
+
+    def value(point: Array) -> Array:
+        return np.concatenate([residuals(problem, numbers, point[None])[0], root * (point - prior.middle)])
+
+    def slope(point: Array) -> Array:
+        return np.concatenate([linearised(problem, numbers, point, high).jacobian, np.diag(root)])
+
+    found = least_squares(value, inside, slope, bounds=box, ftol=1e-7, xtol=1e-6, max_nfev=MOST_VALLEY_TRIALS)
+    at_bound = np.where(found.x - low < 2.0 * NEAR_BOUND, low, found.x)
+    return np.where(high - found.x < 2.0 * NEAR_BOUND, high, at_bound)
+
+
+def linearised(
+    problem: Problem, numbers: Sequence[FittedNumber], x: Array, high: Array, error: Array | None = None
+) -> Linearised:
+    """Return the residual at `x` (p,) with its derivative by differences, backward near `high` (p,).
+
+    `error` is the residual where it is known already.
+    """
+    step = np.where(x + DERIVATIVE_STEP > high, -DERIVATIVE_STEP, DERIVATIVE_STEP)
+    beside = x + np.diag(step)
+    if error is None:
+        error, *others = residuals(problem, numbers, np.concatenate([x[None], beside]))
+        beside_error = np.array(others).reshape(len(x), len(error))
+    else:
+        beside_error = residuals(problem, numbers, beside)
+    return Linearised(x, error, ((beside_error - error) / step[:, None]).T)
+
+
+def held_at_bound(x: Array, low: Array, high: Array, gradient: Array) -> np.ndarray:
+    return ((x <= low) & (gradient > 0)) | ((x >= high) & (gradient < 0))
+
+
+def influential(jacobian: Array) -> np.ndarray:
+    """Return which numbers change the residuals at all (`NO_INFLUENCE`), shape (p,)."""
+    return _matters((jacobian**2).sum(axis=0), len(jacobian))
+
+
+def _matters(squares: Array, rows: int) -> np.ndarray:
+    """Return which sums of squares (p,) of so many rows are more than nothing."""
+    return squares > NO_INFLUENCE**2 * max(rows, 1)
+
+
+def damped_step(
+    at: Linearised,
+    box: tuple[Array, Array],
+    damping: float,
+    prior: Prior,
+    keep: np.ndarray | slice = slice(None),
+) -> Array:
+    """Return the damped Gauss-Newton step, shape (p,); zero for what is held or changes nothing."""
+    jacobian = at.jacobian[keep]
+    gradient = jacobian.T @ at.error[keep] + prior.gradient(at.x)
+    square = jacobian.T @ jacobian
+    use = ~held_at_bound(at.x, *box, gradient) & _matters(np.diag(square), len(jacobian))
+    step = np.zeros(len(at.x))
+    if use.any():
+        part = square[np.ix_(use, use)] + np.diag(prior.precision[use])
+        damped = part + damping * np.diag(np.diag(part))
+        step[use] = -np.linalg.lstsq(damped, gradient[use], rcond=1e-12)[0]
+    return np.clip(step, -LONGEST_STEP, LONGEST_STEP)
+
+
+# ----------------------------------------------------------------------------------------------------
+# What a fit predicts for rows that it was not fitted to.
+
+
+def left_out_residuals(
+    problem: Problem,
+    numbers: Sequence[FittedNumber],
+    at: Linearised,
+    block: np.ndarray,
+    box: tuple[Array, Array],
+    well: bool = True,
+) -> Array:
+    """Return the residual of each fold under the parameters fitted without it, shape (n,).
+
+    Those parameters are one Gauss-Newton step away from the fit to all rows. Where this step hardly changes
+    the rows left out (`FOLD_FIRST_ORDER`), the derivative gives their residuals; otherwise they are computed
+    with the full model: where the whole step would raise the error on the rows kept, a part of the step away,
+    and where any part would raise it, with the rows kept fitted anew; unless `well`, as fitted to all rows.
+    """
+    fold = fold_of(block)
+    prior = prior_of(numbers)
+    keeps = [fold != index for index in np.unique(fold)]
+    steps = np.array([damped_step(at, box, NO_DAMPING, prior, keep) for keep in keeps])
+    steps = np.clip(at.x + steps, *box) - at.x
+    errors = at.error + steps @ at.jacobian.T
+    far = []
+    for index, keep in enumerate(keeps):
+        change, size = (np.linalg.norm(part[~keep]) for part in (errors[index] - at.error, at.error))
+        if change > FOLD_FIRST_ORDER * size:
+            far.append(index)
+    if far:
+        kept = [keeps[index] for index in far]
+        errors[far] = _with_the_full_model(problem, numbers, at, steps[far], kept, box, prior, well)
+    left_out = at.error.copy()
+    for keep, without in zip(keeps, errors, strict=True):
+        left_out[~keep] = without[~keep]
+    return left_out
+
+
+def _with_the_full_model(
+    problem: Problem,
+    numbers: Sequence[FittedNumber],
+    at: Linearised,
+    steps: Array,
+    keeps: Sequence[np.ndarray],
+    box: tuple[Array, Array],
+    prior: Prior,
+    well: bool,
+) -> Array:
+    """Return all residuals under the parameters fitted to the rows that each of `keeps` keeps, (k, n)."""
+    errors = np.repeat(at.error[None], len(keeps), axis=0)
+    least = np.array([float(at.error[keep] @ at.error[keep]) + prior.cost(at.x) for keep in keeps])
+    waiting: np.ndarray = np.arange(len(keeps))
+    for part in FOLD_STEP_PARTS:
+        points = np.clip(at.x + part * steps[waiting], *box)
+        found = residuals(problem, numbers, points)
+        costs = [
+            float((found[k][keeps[i]] ** 2).sum()) + prior.cost(points[k])
+            for k, i in enumerate(waiting.tolist())
+        ]
+        better = np.array(costs) <= least[waiting]
+        errors[waiting[better]] = found[better]
+        waiting = waiting[~better]
+        if not len(waiting):
+            break
+    for i in waiting.tolist() if well else ():
+        without = descend(
+            problem, numbers, at, box, prior, keeps[i], 1.0, FOLD_CONVERGED, MOST_FOLD_STEPS, exact=False
+        )
+        errors[i] = without.error
+    return errors
+
+
+# ----------------------------------------------------------------------------------------------------
+# The fit of a hypothesis to trials, with its evidence.
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted hypothesis with its evidence.
+
+    Attributes:
+        terms: the hypothesis.
+        numbers: what was fitted, nuisances first.
+        x: fitted numbers in units of their scale, shape (p,).
+        residual: model minus measurement over weight, gross ones tempered (`residuals`), shape (n,).
+        jacobian: of the residual by `x`, shape (n, p).
+        held: whether a number stayed at a bound, shape (p,).
+        block: which block each residual belongs to, shape (n,).
+        left_out: the residual where the row's fold was left out of the fit, shape (n,).
+        rough: whether it errs too much on the rows it was fitted to for `left_out` to be worked out well.
+    """
+
+    terms: tuple[Term, ...]
+    numbers: tuple[FittedNumber, ...]
+    x: Array
+    residual: Array
+    jacobian: Array
+    held: np.ndarray
+    block: np.ndarray
+    left_out: Array
+    rough: bool = False
+    SHAPES = "numbers:p x:p residual:n jacobian:np held:p block:n left_out:n"  # of what is read (`kept`)
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(term.effect for term in self.terms)
+
+    @property
+    def values(self) -> dict[tuple[str, str], float]:
+        """Fitted values by effect and parameter, in the parameters' units."""
+        return {
+            fitted.key: fitted.parameter.from_fit(float(x) * fitted.parameter.scale)
+            for fitted, x in zip(self.numbers, self.x, strict=True)
+        }
+
+    @property
+    def cross_validated_rms(self) -> float:
+        """Root mean square of `left_out`, in weights, by which hypotheses are chosen."""
+        return _rms(self.left_out)
+
+    @property
+    def fitted_rms(self) -> float:
+        """Root mean square of `residual`, in weights."""
+        return _rms(self.residual)
+
+    @property
+    def left_out_error_rms(self) -> float:
+        """The same for a reader: of the errors themselves, gross ones not made smaller."""
+        return _rms(untempered(self.left_out))
+
+
+def fit(
+    problem: Problem,
+    terms: Sequence[Term],
+    known: dict[tuple[str, str], float] | None = None,
+    cross_validate: bool = True,
+    thorough: bool = False,
+    scan: bool = False,
+    most: int = MOST_FIT_STEPS,
+    worth: float = math.inf,
+) -> Fit:
+    """Return the least-squares fit of a hypothesis.
+
+    Args:
+        problem: trials and twin.
+        terms: the hypothesis.
+        known: values to start from, by effect and parameter.
+        cross_validate: whether to work out `left_out`; otherwise it is the residual.
+        thorough: search for the bottom of a valley in which numbers trade against one another.
+        scan: start from the best point of a grid over the effects' numbers, if that is better: there may
+            be a lesser minimum nearer to the known values.
+        most: steps of the search, unless it is thorough.
+        worth: root mean square, in weights, below which a hypothesis must stay to matter. One that errs by
+            more on the rows it was fitted to does so on rows left out, so that a rough `left_out` will do;
+            it is never taken (`Fit.rough`).
+    """
+    numbers = fitted_numbers(problem, terms)
+    block = blocks_of(problem)
+    box = box_of(numbers)
+    x = np.clip(start_of(numbers, known), *box)
+    if len(numbers) == 0:
+        error = residuals(problem, numbers, x[None])[0]
+        empty = np.zeros((len(error), 0))
+        return Fit(tuple(terms), numbers, x, error, empty, np.zeros(0, bool), block, error)
+    prior = prior_of(numbers)
+    if scan:
+        x = best_of_grid(problem, numbers, x, box, prior, known or ())
+    if thorough:
+        at = linearised(problem, numbers, descend_valley(problem, numbers, x, box, prior), box[1])
+    else:
+        at = descend(problem, numbers, linearised(problem, numbers, x, box[1]), box, prior, most=most)
+    null = start_of(numbers, {fitted.key: fitted.parameter.null for fitted in numbers})
+    rested = np.where(influential(at.jacobian), at.x, null)
+    if (rested != at.x).any():  # a number without influence has the value that does nothing
+        there = residuals(problem, numbers, rested[None])[0]
+        if there @ there + prior.cost(rested) <= at.error @ at.error + prior.cost(at.x):
+            at = linearised(problem, numbers, rested, box[1], there)
+    held = held_at_bound(at.x, *box, prior.gradient(at.x) + at.jacobian.T @ at.error)
+    rough = _rms(at.error) > worth
+    left_out = left_out_residuals(problem, numbers, at, block, box, not rough) if cross_validate else at.error
+    return Fit(tuple(terms), numbers, at.x, at.error, at.jacobian, held, block, left_out, rough)
+
+
+def _rms(error: Array) -> float:
+    return float(np.sqrt(np.mean(error**2)))

@@ -1,1 +1,0 @@
-"""What the errors that a model leaves depend on."""

@@ -1,0 +1,337 @@
+"""What a diagnosis returns, as values: verdict, causes, figures by unit, the next experiment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from catheter_sim.arrays import Array
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.notes import Note
+from catheter_sim.diagnosis.thresholds import SIGNIFICANT_P
+from catheter_sim.diagnosis.trials import Dataset
+from catheter_sim.tables import Table
+
+# ----------------------------------------------------------------------------------------------------
+# What to measure next, as a value.
+
+NEXT_EXPERIMENT_FILE = "next_experiment.csv"
+
+
+@dataclass(frozen=True)
+class Separation:
+    """How well inputs tell two causes apart: root mean square of their difference over the noise.
+
+    Attributes:
+        twin: between the chosen cause and the other one, fitted anew, in the analytic twin.
+        simulation: between the two in the simulation; NaN if it was not asked.
+    """
+
+    twin: float
+    simulation: float
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """What to measure next: in words, and as inputs to play, if that helps.
+
+    Attributes:
+        words: for a person.
+        inputs: in file units; None: none helps.
+        apart: what the inputs do to effects that these data cannot tell apart, by "rival for chosen".
+    """
+
+    words: str
+    inputs: Table | None = None
+    apart: Mapping[str, Separation] = field(default_factory=dict)
+
+
+# ----------------------------------------------------------------------------------------------------
+# What a diagnosis returns: values, and nothing that writes them.
+
+VERDICTS = ("cause_found", "improved", "no_discrepancy", "unexplained", "data_suspect")
+CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = VERDICTS
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """A fitted number in the unit of its name, its 95 % interval, and the value that does nothing."""
+
+    value: float
+    ci95: tuple[float, float]
+    null: float | None = None
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A cause or a correction: an effect with its fitted parameters.
+
+    Attributes:
+        name: from the closed list of effects.
+        parameters: by name, unit included ("width_mm").
+        gain_percent: this cause's share of the held-out gain [% of the error before].
+        form: in which of its forms it acts.
+        forms_as_good: others of its forms that explain the training data as well.
+        probability: that it is at work, or of a group that one of its members is; NaN: not worked out.
+        plausible: False where one of its numbers stands at a bound or beyond what its specification makes
+            likely.
+        members: of a group of causes that these data cannot tell apart: the probability of each by name, the
+            likeliest first; its parameters are those of `name`. Empty: it stands alone.
+    """
+
+    name: str
+    parameters: Mapping[str, FittedParameter]
+    gain_percent: float
+    form: str = ""
+    forms_as_good: tuple[str, ...] = ()
+    probability: float = float("nan")
+    plausible: bool = True
+    members: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def one_of(self) -> tuple[str, ...]:
+        """Names of the group, the likeliest first; the cause's own where it stands alone."""
+        return tuple(self.members) or (self.name,)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A set of causes that was tried; () is the model with none.
+
+    Attributes:
+        causes: names of effects.
+        heldout_rmse: on the held-out part, in the diagnosis's unit.
+        cross_validated_rmse: inside the training part, by which the set was chosen.
+    """
+
+    causes: tuple[str, ...]
+    heldout_rmse: float
+    cross_validated_rmse: float
+
+
+@dataclass(frozen=True)
+class UnitResult:
+    """Held-out figures over all outputs of one unit.
+
+    Attributes:
+        unit: "mm", "deg", "N" or "1".
+        noise_floor: what no model can fall below, in that unit.
+        rmse_before: of the calibrated model without causes.
+        rmse_after: of the extended model.
+        gain_percent: 100 (1 - after / before).
+        gain_percent_ci95: in which the gain on as many other trials would lie, 95 %.
+        chance: probability of as much gain on the held-out stretches where there is none.
+    """
+
+    unit: str
+    noise_floor: float
+    rmse_before: float
+    rmse_after: float
+    gain_percent: float
+    gain_percent_ci95: tuple[float, float]
+    chance: float = 0.0
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What the reported model leaves of one unit's error.
+
+    Attributes:
+        times_noise: held-out root mean square error over the noise floor.
+        structure: names of the tests (`structure.TESTS`) that find it to depend on something,
+            strongest first.
+    """
+
+    times_noise: float
+    structure: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class DataFault:
+    """What looks wrong with the data themselves.
+
+    Attributes:
+        what: a sentence.
+        where: file, or columns, that it is about; "": all of the data.
+        rows: first and last row of the file, counted from 1, from which and to which; (): all.
+        is_lack: too little was measured; nothing is wrong with what was.
+    """
+
+    what: str
+    where: str = ""
+    rows: tuple[int, ...] = ()
+    is_lack: bool = False
+
+    @property
+    def words(self) -> str:
+        """Return it as one line."""
+        return f"{self.where}: {self.what}" if self.where else self.what
+
+
+@dataclass(frozen=True)
+class Unproved:
+    """What fits data that hold too little to name a cause.
+
+    Attributes:
+        causes: with their parameters.
+        times_noise: root mean square error over the noise, the largest of any unit in training and held-out
+            data.
+        by_unit: held-out figures.
+    """
+
+    causes: tuple[Cause, ...]
+    times_noise: float
+    by_unit: Mapping[str, UnitResult]
+
+
+@dataclass(frozen=True)
+class TrialFit:
+    """One trial, measured and computed, row by row.
+
+    Attributes:
+        file: the trial's file in the data set.
+        role: "train" or "heldout".
+        time_s: shape (r,) [s].
+        measured: outputs as measured, in file units; NaN is missing.
+        before: outputs of the calibrated model without causes.
+        after: outputs of the extended model.
+    """
+
+    file: str
+    role: str
+    time_s: Array
+    measured: Table
+    before: Table
+    after: Table
+
+
+@dataclass(frozen=True)
+class StructureTest:
+    """What one test says of the residuals.
+
+    Attributes:
+        name: one of `structure.TESTS`.
+        coordinate: on what the residuals depend most, of the test's coordinates; unit included.
+        share_percent: of the residuals' mean square, in means along that coordinate [%], chance included.
+        p_value: probability of as strong a dependence, of any coordinate of the test, if there is none.
+    """
+
+    name: str
+    coordinate: str
+    share_percent: float
+    p_value: float
+
+    @property
+    def significant(self) -> bool:
+        """Return whether the residuals depend on it (p-value at most `SIGNIFICANT_P`)."""
+        return self.p_value <= SIGNIFICANT_P
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a report comes from: package version, time in UTC, command, SHA-256 of the data; "": unknown."""
+
+    version: str = ""
+    made: str = ""
+    command: str = ""
+    data_digest: str = ""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The answer for one data set, with its evidence.
+
+    Attributes:
+        dataset: what was diagnosed.
+        verdict: one of `VERDICTS`.
+        unit: the unit reported first; where there are several, the worse-explained one.
+        by_unit: figures of every unit; holds `unit`.
+        causes: established ones, with a probability of at least `ESTABLISHED`, the most probable first; empty
+            unless the verdict is "cause_found".
+        ranking: every set of causes that was tried, best first; holds the one with none.
+        indistinguishable: groups of names that explain these data equally well, of causes and corrections.
+        next_experiment: what would tell them apart.
+        extended_robot: the specification with calibration and causes in it.
+        fits: every trial.
+        notes: doubts and facts that a reader must know.
+        extra: further figures by name, unit included ("tip_rmse_aligned_after_mm").
+        calibrated: numbers of this specimen, by name, beside the specified ones (`null`).
+        structure: tests of the residuals, by stage ("before", "after").
+        data_faults: what looks wrong with the data; not empty where the verdict is "data_suspect".
+        registration: how measured positions were moved into the base frame (`registration.document`).
+        chosen_in_training: the causes chosen before the held-out data were looked at.
+        absorbs: causes whose numbers are not plausible: by them the fit soaks up what is missing.
+        corrections: of the verdicts "cause_found" and "improved": what lowers the held-out error beside the
+            causes and is not established, the most probable first.
+        repeatability: by how much a repeat at the same commands and history differs, root mean square, by
+            unit; empty where nothing was repeated.
+        provenance: version, time, command and data; empty where nobody said.
+        probabilities: that each cause is at work, by name, and "none" and "outside"
+            (`diagnosis.probabilities`).
+        evidence: what they were worked out from.
+        residual: what the reported model leaves, by unit.
+        repeatability: by unit, RMS difference of repeated trials over sqrt(2); empty without repeats.
+        resolution: step of the readings, by unit that shows one.
+        unproved: what fits, where too little was measured and a search was asked for all the same.
+    """
+
+    dataset: Dataset
+    verdict: str
+    unit: str
+    by_unit: Mapping[str, UnitResult]
+    causes: tuple[Cause, ...]
+    ranking: tuple[Candidate, ...]
+    indistinguishable: tuple[tuple[str, ...], ...]
+    next_experiment: NextExperiment
+    extended_robot: RobotSpec
+    fits: tuple[TrialFit, ...]
+    notes: tuple[Note, ...] = ()
+    extra: Mapping[str, float] = field(default_factory=dict)
+    calibrated: Mapping[str, FittedParameter] = field(default_factory=dict)
+    structure: Mapping[str, tuple[StructureTest, ...]] = field(default_factory=dict)
+    data_faults: tuple[DataFault, ...] = ()
+    registration: Mapping[str, Any] = field(default_factory=dict)
+    chosen_in_training: tuple[str, ...] = ()
+    absorbs: tuple[Cause, ...] = ()
+    probabilities: Mapping[str, float] = field(default_factory=dict)
+    evidence: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    residual: Mapping[str, Remainder] = field(default_factory=dict)
+    corrections: tuple[Cause, ...] = ()
+    repeatability: Mapping[str, float] = field(default_factory=dict)
+    resolution: Mapping[str, float] = field(default_factory=dict)
+    unproved: Unproved | None = None
+    provenance: Provenance = Provenance()
+
+    @property
+    def is_corrected(self) -> bool:
+        """Whether the extended robot holds causes or corrections."""
+        return self.verdict in (CAUSE_FOUND, IMPROVED)
+
+    @property
+    def headline(self) -> UnitResult:
+        """The figures of the unit that is reported first."""
+        return self.by_unit[self.unit]
+
+    @property
+    def was_fitted(self) -> bool:
+        """Return whether any model was fitted, so that there are errors to tell."""
+        return not math.isnan(self.headline.rmse_before)
+
+    @property
+    def has_too_little(self) -> bool:
+        """Return whether no cause is named since too little was measured."""
+        return bool(self.data_faults) and all(item.is_lack for item in self.data_faults)
+
+    @property
+    def told(self) -> UnitResult:
+        """The figures that a page tells: the headline's, unless what was corrected gains nothing in its unit.
+
+        A scale of torsion alone leaves positions as they were: then those of the unit that gains most.
+        """
+        head = self.headline
+        if not self.is_corrected or head.gain_percent_ci95[0] > 0.0:
+            return head
+        best = max(self.by_unit.values(), key=lambda result: result.gain_percent_ci95[0])
+        return best if best.gain_percent_ci95[0] > 0.0 else head

@@ -1,0 +1,831 @@
+"""The search for causes: each has to pay for itself on stretches of the training data that are left out."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+
+from catheter_sim.diagnosis.comparison import (
+    as_good,
+    may_replace,
+    pays,
+    rivals_of,
+    settled,
+    settled_in_motion,
+    within_model,
+)
+from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.problem import (
+    Problem,
+    Term,
+    further_terms,
+    in_other_forms,
+    terms_for,
+    with_fewer_rows,
+)
+from catheter_sim.diagnosis.result import Cause
+from catheter_sim.diagnosis.thresholds import (
+    ANOTHER_FORM,
+    BEAM,
+    CHOICE_ROUNDS,
+    FINALISTS,
+    FIRST_IN_ALL_FORMS,
+    HOPELESS_FACTOR,
+    MOST_CAUSES,
+    MOST_FIT_STEPS,
+    MOST_FORMS,
+    MOST_ROUGH_STEPS,
+    MOST_SINGLES,
+    NEAR_NOISE,
+    NEAR_SETS,
+    NEAR_TERMS,
+    PAIRS,
+    PAIRS_IN_MOTION,
+    PATIENCE,
+    PAYS_CHANCE,
+    RIVALS,
+)
+from catheter_sim.diagnosis.workers import (
+    SERIAL,
+    Foreseen,
+    OutOfTime,
+    Tangent,
+    Workers,
+    beside,
+    foreseen,
+    map_calls,
+    misled,
+    reached,
+    shortlist,
+    tangent,
+    values_at,
+    without,
+    work_out,
+)
+from catheter_sim.effects import EFFECTS
+
+# ----------------------------------------------------------------------------------------------------
+# In which of its forms a chosen cause acts: the forms compete on stretches left out.
+#
+# The search finds a cause by its simplest forms. Here each of its other forms stands in the place of the
+# one that was found. It is taken if it does better on the stretches left out by more than chance allows,
+# shared among the forms that are tried: with many forms one of them would often do a little better by
+# chance. What the simplest form lacked, another cause may have taken on. So each form is tried without the
+# other causes, too: with fewer numbers it need only do as well.
+
+
+def in_best_forms(
+    problem: Problem,
+    chosen: Fit,
+    thorough: bool = False,
+    pool: Workers = SERIAL,
+    deadline: float = math.inf,
+) -> Fit:
+    """Return the hypothesis with each of its causes in the form that explains left-out stretches best.
+
+    Args:
+        problem: the training trials.
+        chosen: the hypothesis, fitted to all training rows.
+        thorough: as for `fit`.
+        pool: where to fit.
+        deadline: on the clock of `time.monotonic`, after which no more forms are tried [s].
+
+    Of a model in motion that is known to be wrong other forms would only mend the model, at minutes for each.
+    """
+    if problem.moving and problem.model_share:
+        return chosen
+    for _ in chosen.terms:  # one cause changes its form at a time, each once at most
+        try:
+            now, others = _fitted(problem, chosen, pool, fewer=True, deadline=deadline)
+        except OutOfTime:
+            break
+        fits = [item for _, _, item in others]
+        allowed = [item for item in fits if may_replace(problem, now, item)]
+        better = [item for item in allowed if _taken(now, item, PAYS_CHANCE / len(fits))]
+        if not better:
+            break
+        best = min(better, key=lambda item: item.cross_validated_rms)
+        equal = [item for item in better if as_good(best, item)]
+        best = min(equal, key=lambda item: (len(item.numbers), item.cross_validated_rms))
+        chosen = fit(problem, best.terms, best.values, cross_validate=False, thorough=thorough)
+    return chosen
+
+
+def _taken(now: Fit, other: Fit, chance: float) -> bool:
+    """Return whether `other` is taken: it pays, or does as well with fewer causes and numbers."""
+    fewer = len(other.terms) < len(now.terms) and len(other.numbers) < len(now.numbers)
+    return pays(now, other, chance) or (fewer and as_good(now, other))
+
+
+def with_forms(
+    problem: Problem, causes: Sequence[Cause], chosen: Fit, pool: Workers = SERIAL
+) -> tuple[Cause, ...]:
+    """Return the causes with the form of each, and with those of its other forms that do as well.
+
+    Args:
+        problem: the training trials.
+        causes: of `chosen`.
+        chosen: the hypothesis.
+        pool: where to fit.
+    """
+    if not causes:
+        return ()
+    tried = not (problem.moving and problem.model_share)  # as of `in_best_forms`
+    now, others = _fitted(problem, chosen, pool) if tried else (chosen, [])
+    equal = [(cause, form) for cause, form, item in others if as_good(now, item)]
+    own = {term.effect: EFFECTS[term.effect].form_of(problem.robot, term.free).name for term in chosen.terms}
+    return tuple(
+        replace(
+            cause,
+            form=own[cause.name],
+            forms_as_good=tuple(dict.fromkeys(form for name, form in equal if name == cause.name)),
+        )
+        for cause in causes
+    )
+
+
+def _fitted(
+    problem: Problem, chosen: Fit, pool: Workers, fewer: bool = False, deadline: float = math.inf
+) -> tuple[Fit, list[tuple[str, str, Fit]]]:
+    """Return the hypothesis fitted to rows to choose by, and the same with one cause in another form.
+
+    Of these the cause, the form's name and the fit; of a form that is freed in several ways, one of each.
+    Each starts where its form alone would lie: from the numbers of the one before a search may not get there.
+    `fewer`: each also without the other causes.
+
+    Raises:
+        OutOfTime: before all are fitted.
+    """
+    few = with_fewer_rows(problem)
+    others = list(_in_other_forms(problem, chosen))
+    if not others:
+        return chosen, []
+    several = len(chosen.terms) > 1 and not problem.moving  # there each fit costs minutes
+    alone = [(few, (term,), chosen.values, False, False, True) for _, _, term, _ in others if several]
+    starts = [{**chosen.values, **item.values} for item in map_calls(pool, fit, alone, deadline)]
+    calls, names = [(few, chosen.terms, chosen.values, True, False, True)], []
+    for (cause, form, term, rest), start in zip(others, starts or [chosen.values] * len(others), strict=True):
+        for kept in ((), rest) if fewer and several else (rest,):
+            calls.append((few, (*kept, term), start, True, False, True))
+            names.append((cause, form))
+    fits = map_calls(pool, fit, calls, deadline)
+    return fits[0], [(*name, item) for name, item in zip(names, fits[1:], strict=True)]
+
+
+def _in_other_forms(problem: Problem, chosen: Fit) -> Iterator[tuple[str, str, Term, tuple[Term, ...]]]:
+    """Yield a cause, another of its forms, the term for it and the terms of the other causes."""
+    for term in chosen.terms:
+        rest = tuple(item for item in chosen.terms if item is not term)
+        for form, other in in_other_forms(problem.robot, term, problem.moving):
+            yield term.effect, form, other, rest
+
+
+# ----------------------------------------------------------------------------------------------------
+# What a search for causes has tried, and what it may try next: hypotheses probed first, few fitted well.
+
+Known = Mapping[tuple[str, str], float]
+Hypothesis = tuple[Fit, tuple[Term, ...]]  # where from, and where to
+
+
+@dataclass
+class Search:
+    """What a selection has fitted and probed so far; nothing is worked out twice.
+
+    Attributes:
+        pool: where to fit.
+        problem: the training trials.
+        say: called with a line when a step is done.
+        deadline: on the clock of `time.monotonic`, when nothing more is tried [s].
+        fits: by hypothesis.
+        tangents: of terms beside the fit of a hypothesis.
+        lacking: what it does to take one of its terms from the fit of a hypothesis.
+        steps: by the hypotheses from which and to which, what the step reaches with the full model.
+    """
+
+    pool: Workers
+    problem: Problem
+    say: Callable[[str], None]
+    deadline: float = math.inf
+    fits: dict[frozenset[Term], Fit] = field(default_factory=dict)
+    tangents: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
+    lacking: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
+    steps: dict[tuple[frozenset[Term], frozenset[Term]], tuple[float, Known]] = field(default_factory=dict)
+
+    @property
+    def late(self) -> bool:
+        """Return whether time has run out."""
+        return time.monotonic() >= self.deadline
+
+    @property
+    def tried(self) -> list[Fit]:
+        """Every fit that has a cause."""
+        return [item for item in self.fits.values() if item.terms]
+
+    def fitted(
+        self, hypotheses: Sequence[tuple[Sequence[Term], Known]], beside: Fit | None = None
+    ) -> list[Fit]:
+        """Return the fits of several hypotheses, each from its known values, in order.
+
+        Args:
+            hypotheses: all.
+            beside: the fit with which they compete, if there is one: what errs far more (`HOPELESS_FACTOR`)
+                is rough, until it competes with one that errs as much.
+        """
+        worth = HOPELESS_FACTOR * beside.cross_validated_rms if beside else math.inf
+        as_usual = True, False, True, MOST_FIT_STEPS, worth
+        new = {
+            frozenset(terms): (self.problem, tuple(terms), dict(known), *as_usual)
+            for terms, known in hypotheses
+        }
+        missing = [key for key in new if key not in self.fits or self._too_rough(key, worth)]
+        work_out(self.pool, self.deadline, self.fits, missing, fit, [new[key] for key in missing])
+        return [self.fits[frozenset(terms)] for terms, _ in hypotheses]
+
+    def _too_rough(self, key: frozenset[Term], worth: float) -> bool:
+        """Return whether a fit is rough that need not be where `worth` is what matters."""
+        return self.fits[key].rough and self.fits[key].fitted_rms <= worth
+
+    def foreseen(self, hypotheses: Sequence[Hypothesis]) -> list[Foreseen]:
+        """Return what one step from a fit promises toward a hypothesis near it, in order."""
+        beyond: dict[tuple[frozenset[Term], Term], Fit] = {}
+        lacking: dict[tuple[frozenset[Term], Term], Fit] = {}
+        keys = []
+        for start, terms in hypotheses:
+            mine = frozenset(start.terms)
+            come = [term for term in terms if term not in mine]
+            changed = {term.effect for term in come}
+            gone = [term for term in start.terms if term not in terms and term.effect not in changed]
+            beyond |= {(mine, term): start for term in come}
+            lacking |= {(mine, term): start for term in gone}
+            keys.append(([(mine, term) for term in gone], [(mine, term) for term in come]))
+        self._probed(self.tangents, beyond, tangent)
+        self._probed(self.lacking, lacking, without)
+        return [
+            foreseen(
+                self.problem,
+                start,
+                terms,
+                [*(self.lacking[key] for key in gone), *(self.tangents[key] for key in come)],
+            )
+            for (start, terms), (gone, come) in zip(hypotheses, keys, strict=True)
+        ]
+
+    def _probed(
+        self,
+        store: dict[tuple[frozenset[Term], Term], Tangent],
+        wanted: Mapping[tuple[frozenset[Term], Term], Fit],
+        probe: Callable[[Problem, Fit, Term], Tangent],
+    ) -> None:
+        """Put what `probe` says of terms beside fits into `store`, where it is not there yet."""
+        missing = [key for key in wanted if key not in store]
+        calls = [(self.problem, wanted[key], key[1]) for key in missing]
+        work_out(self.pool, self.deadline, store, missing, probe, calls)
+
+    def best(
+        self,
+        hypotheses: Sequence[Hypothesis],
+        groups: Iterable[tuple[Sequence[int], int]],
+    ) -> list[tuple[tuple[Term, ...], Known]]:
+        """Return the hypotheses whose step reaches furthest, with the values there, group by group.
+
+        Args:
+            hypotheses: all.
+            groups: indices of some of them, and how many of these to return.
+        """
+        forecast = self.foreseen(hypotheses)
+        unknown = {index for index, item in enumerate(hypotheses) if misled(forecast[index], *item)}
+        groups = [
+            (shortlist(sorted(group, key=lambda index: forecast[index].cost), count, unknown), count)
+            for group, count in groups
+        ]
+        keys = [(frozenset(start.terms), frozenset(terms)) for start, terms in hypotheses]
+        asked = list(dict.fromkeys(index for group, _ in groups for index in group))
+        missing = [index for index in asked if keys[index] not in self.steps]
+        calls = [(self.problem, *hypotheses[index], forecast[index].points) for index in missing]
+        work_out(self.pool, self.deadline, self.steps, [keys[index] for index in missing], reached, calls)
+        picked = dict.fromkeys(
+            index
+            for group, count in groups
+            for index in sorted(group, key=lambda index: self.steps[keys[index]][0])[:count]
+        )
+        return [(hypotheses[index][1], self.steps[keys[index]][1]) for index in picked]
+
+    def promising(self, null: Fit, terms: Sequence[Term]) -> Sequence[Term]:
+        """Return the terms to fit alone: of many variants of one effect the `FINALISTS` best probed."""
+        if len(terms) <= FINALISTS:
+            return terms
+        hypotheses = [(null, (term,)) for term in terms]
+        picked = self.best(hypotheses, [(range(len(terms)), FINALISTS)])
+        chosen = {term for (term,), _ in picked}
+        return [term for term in terms if term in chosen]
+
+    def alone(self, null: Fit, terms: Sequence[Term]) -> list[Fit]:
+        """Return the fits of single terms: of each effect's the most promising."""
+        by_effect: dict[str, list[Term]] = {}
+        for term in terms:
+            by_effect.setdefault(term.effect, []).append(term)
+        chosen = [term for own in by_effect.values() for term in self.promising(null, own)]
+        if self.problem.moving:
+            return self._alone_in_motion(null, chosen)
+        return self.fitted([((term,), {}) for term in chosen])
+
+    def beginning(self, null: Fit, singles: Sequence[Fit]) -> list[Fit]:
+        """Return `null`, and one of the best single causes in another form where that settles the data.
+
+        Of a robot in motion, where each fit costs minutes, other forms are not tried.
+        """
+        alone = in_order(singles)
+        if self.problem.moving or not alone or any(settled(self.problem, item) for item in alone):
+            return [null]
+        best = [item.terms[0] for item in alone[:FIRST_IN_ALL_FORMS]]
+        terms = [other for mine in best for _, other in in_other_forms(self.problem.robot, mine)]
+        forms = in_order(self.fitted([((term,), {}) for term in terms]))[:1]
+        return [null, *(item for item in forms if settled(self.problem, item) and pays(alone[0], item))]
+
+    def _alone_in_motion(self, null: Fit, terms: Sequence[Term]) -> list[Fit]:
+        """Return the fits of the best probed terms alone: of few where nothing or one of them settles it."""
+        hypotheses = [(null, (term,)) for term in terms]
+        picked = self.best(hypotheses, [(range(len(terms)), MOST_SINGLES)])
+        first = self.fitted(picked[:FINALISTS])
+        if any(settled(self.problem, item) for item in (null, *first)):
+            return first
+        return [*first, *self.fitted(picked[FINALISTS:])]
+
+    def with_one_more_cause(
+        self, beam: Sequence[Fit], variants: tuple[Sequence[Term], Sequence[Term]]
+    ) -> list[Fit]:
+        """Return the fits of the most promising hypotheses one step beyond any of `beam`, best first.
+
+        Args:
+            beam: where from.
+            variants: of all effects, those with few numbers and the others.
+        """
+        simple, detailed = variants
+        new: dict[frozenset[Term], tuple[Fit, tuple[Term, ...], bool]] = {}
+        for start in beam:
+            for term in (*simple, *detailed):
+                terms = beside(start.terms, term)
+                if terms:
+                    new.setdefault(frozenset(terms), (start, terms, term in simple))
+        hypotheses = [(start, terms) for start, terms, _ in new.values()]
+        every = range(len(hypotheses))
+        few = [index for index, (_, _, is_simple) in enumerate(new.values()) if is_simple]
+        first = [index for index in every if hypotheses[index][0] is beam[0]]
+        return in_order(
+            self.fitted(self.best(hypotheses, [(group, FINALISTS) for group in (every, few, first)]))
+        )
+
+    def pairs(self, singles: Sequence[Fit], variants: Sequence[Term]) -> list[Fit]:
+        """Return the best fits of two causes each, of all sets of two `variants` that were fitted alone.
+
+        One step from a single cause tells little of a set in which both numbers are far from it; so `PAIRS`
+        sets are fitted roughly before the `FINALISTS` are chosen.
+        """
+        starts = [item for item in singles if item.terms[0] in variants]
+        hypotheses = [
+            (start, (*start.terms, *other.terms))
+            for start in starts
+            for other in starts
+            if start.causes != other.causes
+        ]
+        forecast = self.foreseen(hypotheses)
+        known: dict[frozenset[Term], tuple[tuple[Term, ...], Known]] = {}
+        for index in sorted(range(len(hypotheses)), key=lambda index: forecast[index].cost):
+            terms = hypotheses[index][1]
+            known.setdefault(
+                frozenset(terms), (terms, values_at(self.problem, terms, forecast[index].points[0]))
+            )
+        fits = map_calls(
+            self.pool,
+            fit,
+            [
+                (self.problem, terms, dict(values), False, False, True, MOST_ROUGH_STEPS)
+                for terms, values in list(known.values())[: PAIRS_IN_MOTION if self.problem.moving else PAIRS]
+            ],
+            self.deadline,
+        )
+        best = sorted(fits, key=lambda item: float(item.residual @ item.residual))[:FINALISTS]
+        return self.fitted([(item.terms, item.values) for item in best])
+
+    def other_forms(self, best: Fit, variants: tuple[Sequence[Term], Sequence[Term]]) -> list[Fit]:
+        """Return the fits in which one of the causes has another of its variants, best first."""
+        hypotheses = [
+            tuple(other if term is mine else term for term in best.terms)
+            for mine in best.terms
+            for other in (*variants[0], *variants[1])
+            if other.effect == mine.effect and other != mine
+        ]
+        return in_order(self.fitted([(terms, best.values) for terms in hypotheses[:MOST_FORMS]], best))
+
+    def fit_in_each_place(self, chosen: Fit, variants: Sequence[Term]) -> None:
+        """Fit hypotheses in which another effect stands in the place of a chosen one.
+
+        Every effect not chosen is probed in the place of each chosen one; the best `RIVALS` per place are
+        fitted.
+        """
+        named = set(chosen.causes)
+        hypotheses = [
+            (term.effect, (*(item for item in chosen.terms if item is not term), rival))
+            for term in chosen.terms
+            for rival in variants
+            if rival.effect not in named
+        ]
+        places = [
+            ([index for index, (cause, _) in enumerate(hypotheses) if cause == name], RIVALS)
+            for name in chosen.causes
+        ]
+        self.fitted(self.best([(chosen, terms) for _, terms in hypotheses], places), chosen)
+
+
+def in_order(fits: Iterable[Fit]) -> list[Fit]:
+    """Return fits by their error on the stretches left out, best first."""
+    return sorted(fits, key=lambda item: item.cross_validated_rms)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Sets of causes near the one at which a search ends, and which of them is to stand in its place.
+#
+# A search goes from set to set by one cause at a time, so that a first wrong step may never be left. At its
+# end one or two causes are exchanged for one or two others, and rivals are tried in their other forms. A
+# set of fewer causes and numbers that explains as much is taken in the place of the one that was found.
+
+
+def fit_rivals_in_other_forms(search: Search, chosen: Fit) -> None:
+    """Fit the nearest misses among the rivals of a chosen set's causes in their other forms.
+
+    A rival that is fitted in its simplest form alone may do worse for its form (`ANOTHER_FORM`).
+    """
+    most = ANOTHER_FORM * chosen.cross_validated_rms
+    near = [
+        (come, item)
+        for gone, come, item in rivals_of(chosen, in_order(search.tried))
+        if gone != come and item.cross_validated_rms <= most
+    ]
+    hypotheses = [
+        (tuple(other if term.effect == come else term for term in item.terms), item.values)
+        for come, item in near
+        for mine in item.terms
+        if mine.effect == come
+        for _, other in in_other_forms(search.problem.robot, mine)
+    ]
+    search.fitted(hypotheses[:MOST_FORMS], chosen)
+
+
+def fit_near(search: Search, chosen: Fit, variants: Sequence[Term]) -> None:
+    """Fit the most promising sets near a chosen one: one or two of its causes exchanged for one or two.
+
+    All of them are ranked by derivatives. The `NEAR_SETS` best of each size are fitted: of fewer causes,
+    of as many, and of more, where what the chosen one leaves asks for more.
+    """
+    mine = set(chosen.causes)
+    others = [term for term in variants if term.effect not in mine]
+    gone = [set(some) for count in (1, 2) for some in combinations(chosen.terms, count)]
+    kept = [tuple(term for term in chosen.terms if term not in some) for some in gone]
+    single = [(chosen, (*rest, term)) for rest in kept for term in others]
+    forecast = search.foreseen(single)
+    likely: dict[Term, float] = {}
+    for (_, terms), ahead in zip(single, forecast, strict=True):
+        likely[terms[-1]] = min(ahead.cost, likely.get(terms[-1], math.inf))
+    first = sorted(likely, key=lambda term: likely[term])[:NEAR_TERMS]
+    double = [
+        (chosen, (*rest, one, other))
+        for rest in kept
+        for one, other in combinations(first, 2)
+        if one.effect != other.effect
+    ]
+    hypotheses = [*single, *double]
+    by_size: dict[int, list[int]] = {}
+    for index, (_, terms) in enumerate(hypotheses):
+        by_size.setdefault(len(terms) - len(chosen.terms), []).append(index)
+    if settled(search.problem, chosen):
+        by_size.pop(1, None)
+    search.fitted(search.best(hypotheses, [(own, NEAR_SETS) for own in by_size.values()]), chosen)
+
+
+def better_near(search: Search, current: Fit, most: int) -> Fit:
+    """Return the set, of all that were tried, that is to stand in the place of `current`; itself if none.
+
+    It is one that pays over it, the simplest of those as good as the best of these; else one as good as
+    `current` with fewer causes and fewer numbers.
+    """
+    problem = search.problem
+    tried = [item for item in search.tried if len(item.terms) <= most]
+    other = [item for item in tried if may_replace(problem, current, item)]
+    better = in_order([item for item in other if pays(current, item)])[:1]
+    if better:
+        return simplest(better[0], [item for item in other if pays(current, item)])
+    fewer = [
+        item
+        for item in other
+        if len(item.terms) < len(current.terms) and len(item.numbers) < len(current.numbers)
+    ]
+    return simplest(current, [item for item in fewer if may_end_at(current, item, search.tried)])
+
+
+def simplest(best: Fit, others: Sequence[Fit]) -> Fit:
+    """Return the fit of fewest numbers among those as good as `best`; `best` itself if none has fewer."""
+    equal = [best, *(item for item in others if as_good(best, item))]
+    return min(equal, key=lambda item: (len(item.numbers), item.cross_validated_rms))
+
+
+def may_end_at(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
+    """Return whether the search may end at `reduced` as well as at `current`.
+
+    It may not where some larger set of causes pays over `reduced` and does not pay over `current`: to lose
+    one cause may cost little, to lose several much.
+    """
+    beyond = (item for item in tried if set(item.causes) > set(reduced.causes))
+    return not any(pays(reduced, item) and not pays(current, item) for item in beyond)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Chooses causes inside the training data: each has to pay for itself on stretches left out.
+#
+# Forward, one cause more at a time, beside each of the few best sets so far (`BEAM`): every remaining
+# effect is probed, the most promising are fitted well, and the best of these is taken if the errors on the
+# stretches left out fall by more than chance allows (`PAYS_CHANCE`; stretches count, not rows) and by more
+# than `PAYS_SHARE`. Where one of the best causes alone settles the data in another of its forms, the search
+# begins there. The best set of two need not hold a cause that does much alone: where the promising ones
+# leave structure (`SETTLED_FACTOR`), all sets of two are probed, and the best (`PAIRS`) fitted. Two causes
+# may pay where neither does alone, since each raises some errors that the other takes away, so that where
+# structure is left the search ends only when two steps have not paid (`PATIENCE`); a further round, which
+# begins at what stands in a cause's place, when one has not, since the sets around it are known. Values per
+# channel or segment fit what they see better than what they do not see. So a set of fewer numbers is taken
+# before a better one that it equals to within chance and `EQUAL_FACTOR`, and what acts on the whole robot
+# comes first: only when no more of that pays are such values tried; of a robot in motion before sets of
+# two, which cost more where each is simulated. Where what is left is not near the noise, so are the further
+# forms of causes, and all together from the start, which is taken if it leaves none. Last, backward: a
+# cause whose loss costs nothing is dropped, and the set gives way to any of fewer numbers that was tried
+# and explains as much, unless causes that are tried beside it pay there. Nothing of the held-out data is
+# seen.
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What was tried inside the training data.
+
+    Attributes:
+        null: the calibrated model without causes.
+        singles: every effect alone, one fit per variant.
+        tried: further hypotheses that were fitted well.
+        path: from `null` to the chosen hypothesis, each better than the one before.
+        chosen: the chosen hypothesis.
+        equals: those of `tried` that do as well with another effect in the place of a chosen one.
+        unfinished: time ran out, so that the chosen hypothesis is the best so far.
+    """
+
+    null: Fit
+    singles: tuple[Fit, ...]
+    tried: tuple[Fit, ...]
+    path: tuple[Fit, ...]
+    chosen: Fit
+    equals: tuple[Fit, ...]
+    unfinished: bool = False
+
+
+def candidates_for(problem: Problem) -> tuple[str, ...]:
+    """Return the effects that a diagnosis tries: those that make sense for the robot and its trials.
+
+    Left out are those whose number is calibrated already, and those that are set and never fitted.
+    """
+    left_out = {name for item in problem.nuisances for name in item.stands_for}
+    return tuple(
+        name
+        for name, effect in EFFECTS.items()
+        if name not in left_out
+        and terms_for(problem.robot, name, problem.moving)
+        and len(problem.trials) >= effect.least_trials
+    )
+
+
+def select(
+    problem: Problem,
+    candidates: Sequence[str],
+    pool: Workers = SERIAL,
+    on_fit: Callable[[str], None] | None = None,
+    deadline: float = math.inf,
+    most: int = MOST_CAUSES,
+) -> Selection:
+    """Return which of the effects `candidates` explain the training data, and what else was tried.
+
+    Args:
+        problem: the training trials.
+        candidates: names of effects.
+        pool: where to fit.
+        on_fit: called with a line when a step is done.
+        deadline: on the clock of `time.monotonic`, when the search ends with the best so far [s].
+        most: causes in a set.
+    """
+    problem = with_fewer_rows(problem)
+    search = Search(pool, problem, on_fit or (lambda line: None), deadline)
+    (null,) = search.fitted([((), {})])
+    path = [null]
+    try:
+        singles, equals = _searched(search, candidates, path, most)
+    except OutOfTime:
+        singles = in_order([item for item in search.tried if len(item.terms) == 1])
+        equals = []
+        best = in_order(search.tried)[:1]
+        if best and pays(path[-1], best[0]):
+            path.append(best[0])
+    tried = tuple(search.tried)
+    return Selection(null, tuple(singles), tried, tuple(path), path[-1], tuple(equals), search.late)
+
+
+def _searched(
+    search: Search, candidates: Sequence[str], path: list[Fit], most: int
+) -> tuple[list[Fit], list[Fit]]:
+    """Return the fits of single causes, and those that do as well as the last of `path`, to which it leads.
+
+    Raises:
+        OutOfTime: before the end; `path` is what it has come to.
+    """
+    problem, null = search.problem, path[0]
+    simple, detailed = by_size([terms_for(problem.robot, name, problem.moving) for name in candidates])
+    further = _further(problem, candidates)
+    singles, begin = _singles(search, null, simple, detailed)
+    path[:] = search.beginning(null, singles)
+    for left in reversed(range(CHOICE_ROUNDS)):
+        beside_simple: list[list[Term]] = [[], detailed, [*detailed, *further]]
+        for variants in ((simple, more) for more in beside_simple[begin:]):
+            if _ended(problem, null, path[-1], bool(variants[1])):
+                break
+            if len(variants[1]) > len(detailed):
+                if settled(problem, path[-1], NEAR_NOISE):
+                    break
+                detailed = variants[1]
+            if variants[1] and len(path) == 1:
+                singles = _once([*singles, *search.alone(null, detailed)])
+            _forward(search, singles, variants, path, most, PATIENCE if left == CHOICE_ROUNDS - 1 else 0)
+        done = search.late or within_model(problem, null, path[-1])
+        if left == CHOICE_ROUNDS - 1 and not done and not settled(problem, path[-1]):
+            singles = _once([*singles, *search.alone(null, detailed)])
+            other = [null]
+            _forward(search, singles, (simple, detailed), other, most, PATIENCE)
+            if pays(path[-1], other[-1]) and settled(problem, other[-1]):
+                path[:] = other
+        current = _backward(search, path[-1])
+        tried = search.tried
+        current = simplest(current, [item for item in tried if may_end_at(current, item, tried)])
+        if current is not path[-1]:
+            path.append(current)
+        if len(current.terms) > 1 and not search.late:
+            search.fit_in_each_place(current, (*simple, *detailed))
+        elif current.terms and not done:
+            search.alone(null, detailed)
+        alone = len(current.terms) == 1 and settled(problem, current)
+        if current.terms and not (alone or search.late or problem.moving):
+            fit_near(search, current, (*simple, *detailed))
+        if not (search.late or problem.moving):
+            fit_rivals_in_other_forms(search, current)
+        nearer = better_near(search, current, most)
+        if not left or search.late or nearer is current:
+            break
+        path.append(nearer)
+    rivals = [item for _, _, item in rivals_of(current, search.tried)]
+    return singles, [item for item in rivals if as_good(current, item)]
+
+
+def _further(problem: Problem, candidates: Sequence[str]) -> list[Term]:
+    """Return the further forms of causes; none of a model known to be wrong, which they would only mend."""
+    names = () if problem.model_share else candidates
+    return [term for name in names for term in further_terms(problem.robot, name, problem.moving)]
+
+
+def _singles(
+    search: Search, null: Fit, simple: Sequence[Term], detailed: Sequence[Term]
+) -> tuple[list[Fit], int]:
+    """Return the fits of single causes, and 1 where values per channel or segment come at once, else 0.
+
+    Such values are tried at once only of a robot in motion that nothing simpler settles.
+    """
+    singles = search.alone(null, simple)
+    problem = search.problem
+    if not problem.moving or any(_enough(problem, null, item) for item in singles):
+        return singles, 0
+    singles = _once([*singles, *search.alone(null, detailed)])
+    return singles, int(any(settled(problem, item) for item in singles))
+
+
+def _enough(problem: Problem, null: Fit, single: Fit) -> bool:
+    """Return whether a single cause leaves as little as any may."""
+    return settled(problem, single) or within_model(problem, null, single)
+
+
+def _ended(problem: Problem, null: Fit, best: Fit, further: bool) -> bool:
+    """Return whether nothing more is sought: `further`, after the first of the tiers."""
+    return within_model(problem, null, best) or (further and settled_in_motion(problem, best))
+
+
+def by_size(tiers: Sequence[tuple[Term, ...]]) -> tuple[list[Term], list[Term]]:
+    """Return the effects' variants of few numbers, and those of more, by value or channel or segment."""
+    simple = [term for terms in tiers for term in terms if len(term.free) <= len(terms[0].free)]
+    return simple, [term for terms in tiers for term in terms if term not in simple]
+
+
+def _forward(
+    search: Search,
+    singles: Sequence[Fit],
+    variants: tuple[Sequence[Term], Sequence[Term]],
+    path: list[Fit],
+    most: int,
+    patience: int,
+) -> None:
+    """Lengthen `path` by hypotheses that pay, best sets first, until more than `patience` steps do not."""
+    beam: Sequence[Fit] = path[-1:]
+    waited = 0
+    while len(beam[0].terms) < most and not search.late:
+        best = path[-1]
+        if beam[0].terms:
+            if settled_in_motion(search.problem, best):
+                return
+            level = search.with_one_more_cause(beam, variants)
+            if len(beam[0].terms) == 1 and level and not settled(search.problem, level[0]):
+                level = in_order(_once([*level, *search.pairs(singles, variants[0])]))
+        else:
+            level = in_order([item for item in singles if item.terms[0] in (*variants[0], *variants[1])])
+        if not level:
+            return
+        front = simplest(level[0], level)
+        search.say(
+            f"{'+'.join(front.causes)}: {front.cross_validated_rms:.4g} (was {best.cross_validated_rms:.4g})"
+        )
+        beam = _distinct([front, *level])[:BEAM]
+        if pays(best, front):
+            path.append(front)
+            if within_model(search.problem, path[0], front):
+                return
+            waited = 0
+            if settled(search.problem, front):
+                beam = [front]
+        elif settled(search.problem, best):
+            return
+        elif waited < patience:
+            waited += 1
+        else:
+            forms = search.other_forms(best, variants)
+            if not forms or not pays(best, forms[0]):
+                return
+            path.append(forms[0])
+            beam, waited = forms[:1], 0
+
+
+def _once(fits: Sequence[Fit]) -> list[Fit]:
+    """Return one fit of each hypothesis."""
+    return list({frozenset(item.terms): item for item in fits}.values())
+
+
+def _distinct(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the first fit of each set of causes."""
+    first: dict[frozenset[str], Fit] = {}
+    for item in fits:
+        first.setdefault(frozenset(item.causes), item)
+    return list(first.values())
+
+
+def _backward(search: Search, current: Fit) -> Fit:
+    """Return `current` without the causes that do not pay."""
+    while len(current.terms) > 1:
+        known = current.values
+        without = [tuple(term for term in current.terms if term is not one) for one in current.terms]
+        fits = search.fitted([(terms, known) for terms in without], current)
+        idle = [item for item in fits if not pays(item, current) and may_end_at(current, item, search.tried)]
+        if not idle:
+            break
+        current = min(idle, key=lambda item: item.cross_validated_rms)
+    return current
+
+
+# ----------------------------------------------------------------------------------------------------
+# What a choice of causes asks once more: every cause alone, and what does as well as one that was chosen.
+
+
+def singles_of(problem: Problem, candidates: Sequence[str], pool: Workers = SERIAL) -> tuple[Fit, ...]:
+    """Return the fits of single effects, of each in its most promising variants, best first."""
+    problem = with_fewer_rows(problem)
+    search = Search(pool, problem, lambda line: None)
+    (null,) = search.fitted([((), {})])
+    terms = [term for name in candidates for term in terms_for(problem.robot, name, problem.moving)]
+    return tuple(in_order(search.alone(null, terms)))
+
+
+def equals_of(
+    problem: Problem, chosen: Fit, candidates: Sequence[str], pool: Workers = SERIAL
+) -> tuple[Fit, ...]:
+    """Return the hypotheses that do as well on the training data as one at which the search did not end.
+
+    Args:
+        problem: the training trials.
+        chosen: the hypothesis.
+        candidates: names of the effects that may stand in a chosen one's place.
+        pool: where to fit.
+    """
+    problem = with_fewer_rows(problem)
+    search = Search(pool, problem, lambda line: None)
+    (current,) = search.fitted([(chosen.terms, chosen.values)])
+    simple, detailed = by_size([terms_for(problem.robot, name, problem.moving) for name in candidates])
+    search.fit_in_each_place(current, (*simple, *detailed))
+    return tuple(item for _, _, item in rivals_of(current, search.tried) if as_good(current, item))
