@@ -22,10 +22,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.running import read_json
 from scipy.optimize import minimize
 
 from catheter_sim.arrays import Array
-from catheter_sim.blind_bench.places import read_json
 from catheter_sim.diagnosis.probabilities import (
     NONE,
     OUTSIDE,

@@ -19,9 +19,10 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from catheter_sim.blind_bench.nature.code import commit, judging_code
-from catheter_sim.blind_bench.nature.run import run_bench
-from catheter_sim.blind_bench.nature.table import NOT_MADE
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.natural import NOT_MADE, commit, judging_code, run_bench
+
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError
 from catheter_sim.tables import replaced_when_whole

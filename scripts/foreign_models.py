@@ -17,10 +17,11 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from catheter_sim.blind_bench.elsewhere import run_all
-from catheter_sim.blind_bench.foreign.run import drawn_once
-from catheter_sim.blind_bench.foreign.table import as_text, met, outcome, summary
-from catheter_sim.blind_bench.places import keep_settings, read_json, show_table
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.foreign_models import as_text, drawn_once, met, outcome, summary
+from hidden_effects.running import keep_settings, read_json, run_all, show_table
+
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError
 

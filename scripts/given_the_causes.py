@@ -24,9 +24,11 @@ from typing import Any
 
 import numpy as np
 
-from catheter_sim.blind_bench.nature.run import scores_in
-from catheter_sim.blind_bench.nature.score import accepted
-from catheter_sim.blind_bench.places import ANSWER, Folders, read_json
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.natural import accepted, scores_in
+from hidden_effects.running import ANSWER, Folders, read_json
+
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.diagnosis.choose import Choice, acquit_trials, decide_on_heldout
 from catheter_sim.diagnosis.conclude import judge

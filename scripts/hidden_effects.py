@@ -18,12 +18,14 @@ import argparse
 import sys
 from pathlib import Path
 
-from catheter_sim.blind_bench.bench import run_bench
-from catheter_sim.blind_bench.places import show_table
-from catheter_sim.blind_bench.robots import BENCH_ROBOTS, named_robots
-from catheter_sim.blind_bench.table import as_text, miss_text, summary
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.first_bench import as_text, miss_text, run_bench, summary
+from hidden_effects.running import show_table
+
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError
+from catheter_sim.lab.robots import BENCH_ROBOTS, named_robots
 
 
 def main() -> int:

@@ -17,12 +17,14 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from catheter_sim.blind_bench.interventions.run import run_bench, scoring_code
-from catheter_sim.blind_bench.interventions.table import as_text, draw_text, is_miss, summary
-from catheter_sim.blind_bench.nature.run import CHANGED
-from catheter_sim.blind_bench.robots import named_robots
-from catheter_sim.cli.nature_bench import draws_of, ended, keeping, parser_of
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.interventions import as_text, draw_text, is_miss, run_bench, scoring_code, summary
+from hidden_effects.natural import CHANGED
+from hidden_effects.options import draws_of, ended, keeping, parser_of
+
 from catheter_sim.errors import InputError
+from catheter_sim.lab.robots import named_robots
 
 
 def main() -> int:

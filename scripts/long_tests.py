@@ -17,7 +17,10 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
 
-from catheter_sim.blind_bench.nature.code import commit
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.natural import commit
+
 from catheter_sim.cli.arguments import whole_number
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -19,12 +19,13 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from catheter_sim.blind_bench.nature.code import judging_code
-from catheter_sim.blind_bench.nature.run import CHANGED, run_bench
-from catheter_sim.blind_bench.nature.table import NOT_MADE, as_text, miss_text, summary
-from catheter_sim.blind_bench.robots import named_robots
-from catheter_sim.cli.nature_bench import draws_of, ended, keeping, parser_of
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.natural import CHANGED, NOT_MADE, as_text, judging_code, miss_text, run_bench, summary
+from hidden_effects.options import draws_of, ended, keeping, parser_of
+
 from catheter_sim.errors import InputError
+from catheter_sim.lab.robots import named_robots
 
 
 def main() -> int:

@@ -23,19 +23,22 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from catheter_sim.blind_bench.elsewhere import run_all
-from catheter_sim.blind_bench.next_experiments.run import drawn_once, results_in
-from catheter_sim.blind_bench.next_experiments.table import (
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.next_experiments import (
     ASKED_DRAWS,
     as_text,
+    drawn_once,
     met_lines,
+    results_in,
     settles,
     summary,
 )
-from catheter_sim.blind_bench.places import keep_settings, show_table
-from catheter_sim.blind_bench.robots import named_robots
+from hidden_effects.running import keep_settings, run_all, show_table
+
 from catheter_sim.cli.arguments import whole_number, whole_numbers
 from catheter_sim.errors import InputError
+from catheter_sim.lab.robots import named_robots
 
 ROBOTS = "mitral_4dof,mitral_transseptal,file_displacement"  # a diagnosis of them takes seconds
 

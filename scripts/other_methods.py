@@ -15,11 +15,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from catheter_sim.blind_bench.nature.run import scores_in
-from catheter_sim.blind_bench.other_methods.methods import METHODS
-from catheter_sim.blind_bench.other_methods.run import PLACE, run_methods
-from catheter_sim.blind_bench.other_methods.table import as_text, rows
-from catheter_sim.blind_bench.places import write_json
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.natural import scores_in
+from hidden_effects.other_methods import METHODS, PLACE, as_text, rows, run_methods
+from hidden_effects.running import write_json
+
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError
 

@@ -5,7 +5,7 @@
 
 The recordings are those of the independent bench (`catheter_sim.blind_bench.nature`), of 220 to 420 rows;
 every other one hides a cause of a form that the diagnosis knows. They are spoiled in the ways of
-`catheter_sim.blind_bench.spoiled.kinds` and diagnosed in another process. Right is whatever names no cause
+`hidden_effects.spoiled_kinds` and diagnosed in another process. Right is whatever names no cause
 that is not there: data that are called suspect or refused, nothing named, or the causes that are truly there.
 The kind `sound` spoils nothing; there it is wrong to suspect anything.
 
@@ -20,11 +20,12 @@ import os
 import sys
 from pathlib import Path
 
-from catheter_sim.blind_bench.nature.code import commit, judging_code
-from catheter_sim.blind_bench.nature.run import scores_in
-from catheter_sim.blind_bench.spoiled.kinds import BY_NAME
-from catheter_sim.blind_bench.spoiled.run import MOST_DRAWS, run_bench
-from catheter_sim.blind_bench.spoiled.table import as_markdown, score_text, summary_text
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
+
+from hidden_effects.natural import commit, judging_code, scores_in
+from hidden_effects.spoiled import MOST_DRAWS, as_markdown, run_bench, score_text, summary_text
+from hidden_effects.spoiled_kinds import BY_NAME
+
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import replaced_when_whole

@@ -17,21 +17,34 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.blind_bench.nature.courses import Course, drawn_courses
-from catheter_sim.blind_bench.nature.engine import CannotMake, columns_of, looked_at, simulated
-from catheter_sim.blind_bench.nature.form import Acting, Form, Planted
-from catheter_sim.blind_bench.nature.forms import BY_KEY, CAUSES, FORMS
-from catheter_sim.blind_bench.nature.ground import Ground
-from catheter_sim.blind_bench.nature.noise import KINDS, measured
-from catheter_sim.blind_bench.nature.planting import sized
-from catheter_sim.blind_bench.nature.specimen import Specimen, drawn_specimen, specimen_of
-from catheter_sim.blind_bench.robots import BENCH_ROBOTS, BenchRobot
 from catheter_sim.channels import check_output_channels, drives_of
 from catheter_sim.core.drive import Quantity
 from catheter_sim.core.published import Trials
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.lab.engine import (
+    Acting,
+    CannotMake,
+    Form,
+    Ground,
+    Planted,
+    columns_of,
+    looked_at,
+    simulated,
+)
+from catheter_sim.lab.forms import BY_KEY, CAUSES, FORMS
+from catheter_sim.lab.planting import sized
 from catheter_sim.lab.rig import Limits, Said, asked_columns, completed, drive_limits, named_robot
+from catheter_sim.lab.robots import BENCH_ROBOTS, BenchRobot
+from catheter_sim.lab.specimen import (
+    KINDS,
+    Course,
+    Specimen,
+    drawn_courses,
+    drawn_specimen,
+    measured,
+    specimen_of,
+)
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
 
@@ -50,7 +63,7 @@ class SimulatedRig:
     Attributes:
         ground: the specimen, and the trials by which what is large for it is judged.
         planted: what is hidden in it, in the order in which it acts.
-        noise_kind: one of `nature.noise.KINDS`.
+        noise_kind: one of `lab.specimen.KINDS`.
         seed: of the noise; with the name of a play it decides every reading.
         limits: what it can do.
         further: output columns that it measures besides the specimen's.
@@ -191,7 +204,7 @@ def stand_in(
         seed: of the specimen, the sizes and the noise.
         limits: least and most of each input in the unit of its column; None: the robot's usual reach.
         duration_s: longest time of one play [s].
-        noise_kind: one of `nature.noise.KINDS`.
+        noise_kind: one of `lab.specimen.KINDS`.
         further: output columns that are measured besides those drawn for the specimen.
         said: what errors call the arguments; None: as on the command line.
 

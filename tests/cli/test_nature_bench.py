@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
+from hidden_effects.natural import scores_in
+from hidden_effects.options import hand_on, parser_of, take_up
+from hidden_effects.running import Folders, write_json
 
-from catheter_sim.blind_bench.nature.run import scores_in
-from catheter_sim.blind_bench.places import Folders, write_json
-from catheter_sim.cli.nature_bench import hand_on, parser_of, take_up
 from catheter_sim.errors import InputError
 
 

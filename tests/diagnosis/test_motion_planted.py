@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hidden_effects.in_motion import Specimen, measured
 
-from catheter_sim.blind_bench.in_motion.finer import Specimen, measured
 from catheter_sim.core.robot import Friction
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.trials import DYNAMIC, Dataset, Trial

@@ -15,12 +15,12 @@ import pytest
 from planted import data_set, pair_history, postures_of, rod_history
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.blind_bench.nature.shapes import rebent, shapes_of
 from catheter_sim.catalogue import load_robot
 from catheter_sim.columns import posture_columns
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.result import Diagnosis
 from catheter_sim.diagnosis.trials import Dataset
+from catheter_sim.lab.engine import rebent, shapes_of
 from catheter_sim.tables import Table
 
 pytestmark = pytest.mark.slow

@@ -10,15 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hidden_effects.first_draws import history, simulated, twin_outputs
 
-from catheter_sim.blind_bench.histories import history
-from catheter_sim.blind_bench.makers import simulated, twin_outputs
-from catheter_sim.blind_bench.robots import BENCH_ROBOTS, BenchRobot, bench_robot
 from catheter_sim.core.effect import Form, Stage
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
+from catheter_sim.lab.robots import BENCH_ROBOTS, BenchRobot, bench_robot
 
 pytestmark = pytest.mark.slow
 

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from catheter_sim.blind_bench.nature.operators import play
 from catheter_sim.errors import InputError
+from catheter_sim.lab.memory import play
 from catheter_sim.lab.simulated import SimulatedRig, stand_in
 from catheter_sim.tables import Table
 

@@ -1,1 +1,0 @@
-"""What people do instead of a diagnosis, on the same data, with the same twin: for comparison only."""

@@ -1,0 +1,37 @@
+"""All forms of all causes, by cause."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from catheter_sim.lab.engine import Form
+from catheter_sim.lab.forms import (
+    axial,
+    elasticity,
+    hysteresis,
+    inputs,
+    loads,
+    outside,
+    rest_shape,
+    timing,
+    tracker,
+)
+
+# In the order in which forms act on commands: what is sensed and driven first, then what the routing does.
+_FILES = (inputs, timing, hysteresis, axial, loads, elasticity, rest_shape, tracker)
+FORMS: tuple[Form, ...] = tuple(form for file in _FILES for form in file.FORMS)
+OUTSIDE: tuple[Form, ...] = outside.FORMS
+CAUSES: tuple[str, ...] = tuple(dict.fromkeys(form.cause for form in FORMS))
+BY_KEY: Mapping[str, Form] = {form.key: form for form in (*FORMS, *OUTSIDE)}
+PURPOSES = ("tune", "judge")
+
+
+def forms_for(purpose: str, cause: str | None = None) -> tuple[Form, ...]:
+    """Return the forms that may be drawn for a purpose: known ones, and the foreign ones that are its own."""
+    found = FORMS if cause is None else tuple(form for form in FORMS if form.cause == cause)
+    return tuple(form for form in found if form.purpose in ("both", purpose))
+
+
+def outside_for(purpose: str) -> tuple[Form, ...]:
+    """Return the causes outside the list that may be drawn for a purpose."""
+    return tuple(form for form in OUTSIDE if form.purpose == purpose)

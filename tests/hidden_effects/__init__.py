@@ -1,0 +1,1 @@
+"""Benches of hidden effects: data with a cause hidden in them, diagnosed in another process, scored."""
