@@ -14,19 +14,38 @@ from catheter_sim.errors import InputError, RobotNote, SimulationDiverged
 
 if TYPE_CHECKING:
     from catheter_sim.modelling.attach import attach
-    from catheter_sim.public.comparisons import Comparison, compare
-    from catheter_sim.public.controlled import Control, control
-    from catheter_sim.public.data import dataset, inputs, load_dataset, load_robot, read_inputs, save_robot
-    from catheter_sim.public.diagnoses import Diagnosis, diagnose
-    from catheter_sim.public.exports import Export, export
-    from catheter_sim.public.foreign_models import ModelDiagnosis, diagnose_model
-    from catheter_sim.public.inverse import InverseKinematics, inverse_kinematics
-    from catheter_sim.public.laboratories import FoundOut, Laboratory, laboratory
-    from catheter_sim.public.model_choice import ModelChoice, which_model
-    from catheter_sim.public.offers import list_effects, list_environments, list_models, list_robots
-    from catheter_sim.public.reach import Workspace, workspace
-    from catheter_sim.public.runs import Run, build, render, simulate, statics, to_pymjcf
-    from catheter_sim.public.sensing import Sensing, sense
+    from catheter_sim.public.data import (
+        dataset,
+        inputs,
+        list_effects,
+        list_environments,
+        list_models,
+        list_robots,
+        load_dataset,
+        load_robot,
+        read_inputs,
+        save_robot,
+    )
+    from catheter_sim.public.diagnoses import (
+        Comparison,
+        Diagnosis,
+        ModelDiagnosis,
+        compare,
+        diagnose,
+        diagnose_model,
+    )
+    from catheter_sim.public.laboratories import Export, FoundOut, Laboratory, export, laboratory
+    from catheter_sim.public.planning import (
+        InverseKinematics,
+        ModelChoice,
+        Sensing,
+        Workspace,
+        inverse_kinematics,
+        sense,
+        which_model,
+        workspace,
+    )
+    from catheter_sim.public.runs import Control, Run, build, control, render, simulate, statics, to_pymjcf
     from catheter_sim.simulation.simulator import Simulator
     from catheter_sim.simulation.together import settle_together, step_together
 
@@ -34,24 +53,58 @@ __version__ = "0.1.0"
 
 _HOME = {
     "catheter_sim.modelling.attach": ("attach",),
-    "catheter_sim.public.controlled": ("Control", "control"),
     "catheter_sim.public.data": (
-        *("dataset", "inputs", "load_dataset", "load_robot", "read_inputs"),
+        "dataset",
+        "inputs",
+        "list_effects",
+        "list_environments",
+        "list_models",
+        "list_robots",
+        "load_dataset",
+        "load_robot",
+        "read_inputs",
         "save_robot",
     ),
-    "catheter_sim.public.comparisons": ("Comparison", "compare"),
-    "catheter_sim.public.diagnoses": ("Diagnosis", "diagnose"),
-    "catheter_sim.public.exports": ("Export", "export"),
-    "catheter_sim.public.foreign_models": ("ModelDiagnosis", "diagnose_model"),
-    "catheter_sim.public.inverse": ("InverseKinematics", "inverse_kinematics"),
-    "catheter_sim.public.laboratories": ("FoundOut", "Laboratory", "laboratory"),
-    "catheter_sim.public.model_choice": ("ModelChoice", "which_model"),
-    "catheter_sim.public.offers": ("list_effects", "list_environments", "list_models", "list_robots"),
-    "catheter_sim.public.reach": ("Workspace", "workspace"),
-    "catheter_sim.public.runs": ("Run", "build", "render", "simulate", "statics", "to_pymjcf"),
-    "catheter_sim.public.sensing": ("Sensing", "sense"),
+    "catheter_sim.public.diagnoses": (
+        "Comparison",
+        "Diagnosis",
+        "ModelDiagnosis",
+        "compare",
+        "diagnose",
+        "diagnose_model",
+    ),
+    "catheter_sim.public.laboratories": (
+        "Export",
+        "FoundOut",
+        "Laboratory",
+        "export",
+        "laboratory",
+    ),
+    "catheter_sim.public.planning": (
+        "InverseKinematics",
+        "ModelChoice",
+        "Sensing",
+        "Workspace",
+        "inverse_kinematics",
+        "sense",
+        "which_model",
+        "workspace",
+    ),
+    "catheter_sim.public.runs": (
+        "Control",
+        "Run",
+        "build",
+        "control",
+        "render",
+        "simulate",
+        "statics",
+        "to_pymjcf",
+    ),
     "catheter_sim.simulation.simulator": ("Simulator",),
-    "catheter_sim.simulation.together": ("settle_together", "step_together"),
+    "catheter_sim.simulation.together": (
+        "settle_together",
+        "step_together",
+    ),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 

@@ -15,10 +15,17 @@ from typing import Any
 
 import tomli_w
 
-from catheter_sim.core.document import ALL_DIGITS, check_plain, to_document
+from catheter_sim.core.document import (
+    ALL_DIGITS,
+    SAID,
+    Settings,
+    check_plain,
+    set_all,
+    settings_table,
+    to_document,
+)
 from catheter_sim.core.published import Published
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.core.settings import SAID, Settings, set_all, settings_table
 from catheter_sim.errors import InputError, shown, unknown
 from catheter_sim.robots import KINDS, check_robot, kind_of
 from catheter_sim.robots.documents import complete_document, robot_from_document

@@ -20,10 +20,10 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.channels import drives_of
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.envs.quick_model import input_range, quick_model
+from catheter_sim.envs.robots import input_range, quick_model
 from catheter_sim.errors import InputError
-from catheter_sim.modelling.model_cache import remembered_mjcf
-from catheter_sim.pictures.tendon_paint import paint_tendons, pulled_tendons, stretch_tensions
+from catheter_sim.modelling.build import remembered_mjcf
+from catheter_sim.pictures.images import paint_tendons, pulled_tendons, stretch_tensions
 from catheter_sim.simulation.simulator import Simulator
 
 FRAME_S = 1.0 / 30.0

@@ -21,16 +21,10 @@ from tqdm import tqdm
 
 import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.cli.arguments import whole_number
-from catheter_sim.envs.baseline import following, resolved_rate
-from catheter_sim.envs.clinical.controllers import insert_rates, tumour_rates
-from catheter_sim.envs.clinical.deliver import DeliverEnv
-from catheter_sim.envs.clinical.deliver_control import deliver
-from catheter_sim.envs.clinical.insert import InsertEnv
-from catheter_sim.envs.clinical.tumour import TumourEnv
-from catheter_sim.envs.observation import Observation
-from catheter_sim.envs.reach import ReachEnv
-from catheter_sim.envs.tip import Action
-from catheter_sim.envs.track import TrackEnv
+from catheter_sim.envs.clinical.deliver import DeliverEnv, deliver
+from catheter_sim.envs.clinical.insert_and_tumour import InsertEnv, TumourEnv, insert_rates, tumour_rates
+from catheter_sim.envs.reach_and_track import ReachEnv, TrackEnv, following, resolved_rate
+from catheter_sim.envs.tip import Action, Observation
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import replaced_when_whole
 

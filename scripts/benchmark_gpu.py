@@ -19,7 +19,7 @@ import numpy as np
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
-from catheter_sim.envs.quick_model import quick_model
+from catheter_sim.envs.robots import quick_model
 from catheter_sim.errors import InputError
 from catheter_sim.gpu.batch import WarpBatch
 from catheter_sim.simulation.simulator import Simulator

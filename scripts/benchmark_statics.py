@@ -23,8 +23,8 @@ from catheter_sim.robots.continuum import cc, lumped, rods
 from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
 from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.robots.continuum.rods import Problem, load, problem
-from catheter_sim.theory.run import STATIC_MODELS
-from catheter_sim.validation.drives import given
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.validation.lines import given
 
 FULL_PULL_N = 5.55329741  # Rao 2021, Eq. 55
 ROWS = 1000

@@ -29,22 +29,22 @@ COUNTED_ROWS = 3
 if COUNT in sys.argv:
     os.environ["NUMBA_DISABLE_JIT"] = "1"
 
-import numpy as np  # noqa: E402
-from benchmark_statics import FULL_PULL_N, LUMPED, RODS, ROWS, best_s, solver_of  # noqa: E402
+import numpy as np
+from benchmark_statics import FULL_PULL_N, LUMPED, RODS, ROWS, best_s, solver_of
 
-from catheter_sim.mechanics import eight  # noqa: E402
-from catheter_sim.mechanics.compiled import compiled  # noqa: E402
-from catheter_sim.robots.continuum import (  # noqa: E402
+from catheter_sim.mechanics import eight
+from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.robots.continuum import (
     lumped,
     rod_sections,
     rods,
 )
-from catheter_sim.robots.continuum import lumped_kernels as subsegments  # noqa: E402
-from catheter_sim.robots.continuum import rod_balance as rod_newton  # noqa: E402
-from catheter_sim.robots.continuum.published import spacer_disk  # noqa: E402
-from catheter_sim.robots.continuum.rod_sections import TENDONS  # noqa: E402
-from catheter_sim.robots.continuum.rods import Load, load, problem  # noqa: E402
-from catheter_sim.validation.drives import given  # noqa: E402
+from catheter_sim.robots.continuum import lumped_kernels as subsegments
+from catheter_sim.robots.continuum import rod_balance as rod_newton
+from catheter_sim.robots.continuum.published import spacer_disk
+from catheter_sim.robots.continuum.rod_sections import TENDONS
+from catheter_sim.robots.continuum.rods import Load, load, problem
+from catheter_sim.validation.lines import given
 
 SINE_COSINE = 38  # operations of both together: `eight.sine_cosine`
 _PEAK_ROUNDS = 20_000

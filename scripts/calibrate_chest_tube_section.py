@@ -22,8 +22,10 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from catheter_sim.validation.chest_tube_calibration import (
-    RANGES,
+from catheter_sim.validation.chest_tube_measured import (
+    CALIBRATED_RANGES as RANGES,
+)
+from catheter_sim.validation.chest_tube_measured import (
     RECOVERED,
     Draw,
     calibrate_draw,

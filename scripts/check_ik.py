@@ -27,11 +27,16 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.files import placed_when_whole
-from catheter_sim.planning.drives import inputs_at, plan_drives
-from catheter_sim.planning.inverse import CORRECTIONS, Plan, inverse_kinematics
-from catheter_sim.planning.targets import Targets, targets_of
-from catheter_sim.planning.workspace import random_levels
-from catheter_sim.public.listing import Listing, listing_of
+from catheter_sim.planning.inverse import (
+    CORRECTIONS,
+    Plan,
+    Targets,
+    inverse_kinematics,
+    random_levels,
+    targets_of,
+)
+from catheter_sim.planning.models import inputs_at, plan_drives
+from catheter_sim.public.data import Listing, listing_of
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
 

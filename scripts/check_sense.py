@@ -20,13 +20,12 @@ from pathlib import Path
 import numpy as np
 
 from catheter_sim.catalogue import PUBLISHED, load_robot
-from catheter_sim.channels import drives_of
-from catheter_sim.columns import posture_columns
-from catheter_sim.planning.drives import input_table, inputs_at, plan_drives
+from catheter_sim.channels import drives_of, posture_columns
+from catheter_sim.planning.inverse import random_levels
+from catheter_sim.planning.models import input_table, inputs_at, plan_drives
 from catheter_sim.planning.sensing import Noise, readings_of, sense, within_factor
-from catheter_sim.planning.workspace import random_levels
-from catheter_sim.public.listing import Listing
-from catheter_sim.public.sensing import causes_of, sensed_columns
+from catheter_sim.public.data import Listing
+from catheter_sim.public.planning import causes_of, sensed_columns
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
 

@@ -21,15 +21,17 @@ from catheter_sim.core.motion import IMPLICIT_SPRINGS, LEAPFROG, SMOOTH, Integra
 from catheter_sim.core.robot import Dynamics
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.robots.continuum.spec import ContinuumRobot
-from catheter_sim.simulation.commands import Commands
+from catheter_sim.simulation.replay import Commands
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.validation.rod import LENGTH_M, LINKS, tpu_rod
-from catheter_sim.validation.rod_motion import (
+from catheter_sim.validation.rod import (
+    LENGTH_M,
+    LINKS,
     RELEASES,
     Release,
     energies_of,
     release_case,
     release_inputs,
+    tpu_rod,
 )
 
 CHOICES = (

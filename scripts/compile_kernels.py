@@ -20,8 +20,8 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.mechanics.eight import LANES
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.theory.predict import twin_for
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.theory.twins import twin_for
 
 STATICS = {
     "spacer_disk": ("CC", "CC_sub", "PRB", "VC", "VC_ref"),

@@ -15,7 +15,6 @@ NumPy, may round otherwise, which `check` names when it starts.
 
 from __future__ import annotations
 
-# ruff: noqa: E402 - what the adapter imports stands in the adapter
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # sums of threads have no fixed order
@@ -50,17 +49,16 @@ import mujoco
 
 import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.catalogue import load_robot
-from catheter_sim.channels import output_channels, read_inputs
+from catheter_sim.channels import output_channels, output_table, read_inputs
 from catheter_sim.cli.list_verb import robot_listing
 from catheter_sim.cli.main import main as command_line
-from catheter_sim.columns import output_table
 from catheter_sim.errors import InputError
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.pictures.offscreen import render as _render
 from catheter_sim.simulation.replay import simulate as _simulate
 from catheter_sim.tables import Table
-from catheter_sim.theory.predict import twin_for
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.theory.twins import twin_for
 
 _load = lru_cache(maxsize=None)(load_robot)
 

@@ -23,12 +23,11 @@ import numpy as np
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.errors import InputError
-from catheter_sim.procedure.anatomy import random_anatomy
+from catheter_sim.procedure.heart import random_anatomy
 from catheter_sim.procedure.plan import plan
-from catheter_sim.procedure.series import run_series, summary_text, write_series
-from catheter_sim.procedure.video import film
+from catheter_sim.procedure.series import film, run_series, summary_text, write_series
 from catheter_sim.robots.catheter.spec import CatheterRobot
-from catheter_sim.validation.mitral_motion import tortuous
+from catheter_sim.validation.mitral import tortuous
 
 TRANSSEPTAL_ROBOTS = ("mitral_transseptal", "mitral_transseptal@tube")
 NEEDED = 0.95  # share of anatomies

@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from catheter_sim.errors import InputError
-from catheter_sim.validation.paper_items import checked_rows, load_papers, page_text
+from catheter_sim.validation.report import checked_rows, load_papers, page_text
 
 TRUTH = Path(__file__).resolve().parent.parent / "docs" / "truth"
 PAGE = TRUTH / "papers_item_by_item.md"

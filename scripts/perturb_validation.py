@@ -39,10 +39,21 @@ from catheter_sim.core.robot import DAMPING_TIME_S, Friction, RobotSpec, with_se
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter import measured as modified
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.theory.run import STATIC_MODELS, TheoryModel
-from catheter_sim.validation import mitral_elongation, rod_motion, tdcr_readings, tdcr_times
+from catheter_sim.theory.static_models import STATIC_MODELS, TheoryModel
+from catheter_sim.validation import (
+    mitral as mitral_elongation,
+)
+from catheter_sim.validation import (
+    rod as rod_motion,
+)
+from catheter_sim.validation import (
+    tdcr_readings,
+)
+from catheter_sim.validation import (
+    tdcr_readings as tdcr_times,
+)
 from catheter_sim.validation.lines import Line
-from catheter_sim.validation.run import CHECKS
+from catheter_sim.validation.report import CHECKS
 
 TRUTH = Path(__file__).resolve().parent.parent / "docs" / "truth"
 TABLE, PAGE = TRUTH / "perturbed_lines.csv", TRUTH / "perturbed_lines.md"
@@ -193,7 +204,9 @@ def changed_statics(change: Change, names: Sequence[str], called: list[str]) -> 
 
 def of_the_next_model(times: Mapping[int, tdcr_times.Times]) -> dict[int, tdcr_times.Times]:
     """Return solvers' times by numbers of disks, each model with the next one's, the last the first's."""
-    following = dict(zip(tdcr_times.MODELS, (*tdcr_times.MODELS[1:], tdcr_times.MODELS[0]), strict=True))
+    following = dict(
+        zip(tdcr_times.TIMED_MODELS, (*tdcr_times.TIMED_MODELS[1:], tdcr_times.TIMED_MODELS[0]), strict=True)
+    )
     return {disks: {model: found[following[model]] for model in found} for disks, found in times.items()}
 
 

@@ -17,11 +17,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.columns import output_table
+from catheter_sim.channels import output_table
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table, write_table
-from catheter_sim.theory.run import STATIC_MODELS
-from catheter_sim.validation.drives import NO_GRAVITY, history, largest_distance, tips_mm
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.validation.lines import NO_GRAVITY, history, largest_distance, tips_mm
 
 STATICS = ("printed", "complete", "pcc")
 STYLES = {"printed": "C1-", "complete": "C0-", "pcc": "C7:", "simulation": "C0o"}

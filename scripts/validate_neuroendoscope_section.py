@@ -15,9 +15,9 @@ import numpy as np
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.theory.run import STATIC_MODELS
-from catheter_sim.validation.drives import history, largest_distance, tips_mm
-from catheter_sim.validation.run import validate
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.validation.lines import history, largest_distance, tips_mm
+from catheter_sim.validation.report import validate
 
 
 def main() -> int:

@@ -13,8 +13,15 @@ import sys
 
 import numpy as np
 
-from catheter_sim.validation.rod import LINKS, rod_cases, shape_errors_percent, tpu_rod
-from catheter_sim.validation.rod_motion import RELEASES, release_case, release_errors_percent
+from catheter_sim.validation.rod import (
+    LINKS,
+    RELEASES,
+    release_case,
+    release_errors_percent,
+    rod_cases,
+    shape_errors_percent,
+    tpu_rod,
+)
 
 
 def even(text: str) -> int:

@@ -9,8 +9,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.catalogue import ROBOTS, load_robot
-from catheter_sim.channels import body_count, joint_names, output_channels
-from catheter_sim.columns import output_table, shown_by, write_columns
+from catheter_sim.channels import (
+    body_count,
+    joint_names,
+    output_channels,
+    output_table,
+    shown_by,
+    write_columns,
+)
 from catheter_sim.core.posture import Posture
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 

@@ -19,7 +19,7 @@ from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.robots import kind_of
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 FOLDER = Path(__file__).parent.parent / "assets" / "examples"
 ROWS = {

@@ -135,7 +135,7 @@ def test_nobody_compares_an_actuation() -> None:
     compared = (
         r"(==|!=)\s*\"(tension|displacement)\"|(?<!for )actuation (==|!=|in) |(==|!=) [\w.]*actuation\b"
     )
-    assert matching(compared, ("kinds/", "channels.py", "core/drive.py")) == set()
+    assert matching(compared, ("kinds/", "channels.py", "core/inputs.py")) == set()
 
 
 def test_files_are_short_enough() -> None:

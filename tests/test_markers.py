@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import catheter_sim as cs
 from catheter_sim.catalogue import load_robot
-from catheter_sim.channels import body_count, output_channels, read_inputs
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import body_count, output_channels, posture_columns, read_inputs
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Marker, RobotSpec
@@ -23,8 +22,8 @@ from catheter_sim.errors import InputError
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
-from catheter_sim.theory.predict import twin_for
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.theory.twins import twin_for
 
 FOLDER = Path(__file__).parent.parent / "assets" / "examples"
 NO_GRAVITY = np.zeros(3)

@@ -31,8 +31,8 @@ def run(options: argparse.Namespace) -> int:
         check_output_file(options.output)
         if not options.output.endswith((".png", ".pdf", ".svg")):
             raise InputError(f"{options.output}: choices: .png, .pdf, .svg")
-    from catheter_sim.comparison import compare_files
     from catheter_sim.files import placed_when_whole
+    from catheter_sim.tables import compare_files
 
     comparison = compare_files(options.first, options.second, arguments.columns(options.columns))
     print(comparison.text())

@@ -94,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
     """Control, print summary and ratios, write everything."""
     folder = check_output_folder(options.output)
     from catheter_sim.catalogue import load_robot
-    from catheter_sim.public.controlled import PAPER, believed_robot, controlled, setting_of, table_text
+    from catheter_sim.public.runs import PAPER, believed_robot, controlled, setting_of, table_text
 
     robot = load_robot(options.robot, options.settings, "--set")
     believed = believed_robot(robot) if options.believed is None else load_robot(options.believed)

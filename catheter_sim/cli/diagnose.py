@@ -89,7 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Diagnose, then print what was found."""
     folder = check_output_folder(options.output)
-    from catheter_sim.foreign.data import is_foreign
+    from catheter_sim.foreign.model import is_foreign
 
     if is_foreign(options.dataset):
         return _run_foreign(options, folder)
@@ -118,8 +118,7 @@ def _run_foreign(options: argparse.Namespace, folder: Path) -> int:
         if getattr(options, name):
             option = name.replace("_", "-")
             raise InputError(f"{options.dataset}: --{option} is not for robots from somebody's MJCF")
-    from catheter_sim.foreign.diagnose import diagnose_foreign
-    from catheter_sim.foreign.report import lines, write_foreign
+    from catheter_sim.foreign.diagnose import diagnose_foreign, lines, write_foreign
 
     found = diagnose_foreign(options.dataset, options.jobs, progress=True)
     left = write_foreign(found, folder)

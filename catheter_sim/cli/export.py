@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Fit, judge, write, and say what was found."""
-    from catheter_sim.public.exports import Export, report_path
+    from catheter_sim.public.laboratories import Export, report_path
 
     check_output_file(options.output)
     check_output_file(report_path(options.output))

@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Solve, write inputs and report, say how many targets are reached."""
-    from catheter_sim.public.inverse import InverseKinematics, report_path
+    from catheter_sim.public.planning import InverseKinematics, report_path
 
     check_output_file(options.output)
     check_output_file(report_path(options.output))
@@ -63,9 +63,14 @@ def run(options: argparse.Namespace) -> int:
     import numpy as np
 
     from catheter_sim.catalogue import load_robot
-    from catheter_sim.planning.drives import plan_drives, with_limits
-    from catheter_sim.planning.inverse import TOLERANCE_DEG, TOLERANCE_SHARE, Tolerance, inverse_kinematics
-    from catheter_sim.planning.targets import targets_of
+    from catheter_sim.planning.inverse import (
+        TOLERANCE_DEG,
+        TOLERANCE_SHARE,
+        Tolerance,
+        inverse_kinematics,
+        targets_of,
+    )
+    from catheter_sim.planning.models import plan_drives, with_limits
     from catheter_sim.tables import read_table
 
     robot = load_robot(options.robot, options.settings, "--set")

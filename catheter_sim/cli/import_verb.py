@@ -89,8 +89,7 @@ def run(options: argparse.Namespace) -> int:
     if options.counts_per_turn and options.unit not in ("", COUNTS):
         raise InputError(f"--counts-per-turn: goes with --unit {COUNTS}, not with {options.unit}")
     from catheter_sim.diagnosis.faults_of_columns import beyond_robot
-    from catheter_sim.importing.folder import import_files
-    from catheter_sim.importing.propose import Asked
+    from catheter_sim.importing.propose import Asked, import_files
 
     asked = Asked(
         spool_radius_mm=options.spool_radius,

@@ -143,8 +143,7 @@ def _play(options: argparse.Namespace) -> int:
 
 def _loop(options: argparse.Namespace) -> int:
     folder = check_output_folder(options.output)
-    from catheter_sim.closed_loop.folder import begun_with
-    from catheter_sim.closed_loop.loop import Budget, run_loop
+    from catheter_sim.closed_loop.loop import Budget, begun_with, run_loop
     from catheter_sim.closed_loop.story import PAGE, STORY, title_of, write_story
     from catheter_sim.diagnosis.dataset import load_dataset
     from catheter_sim.diagnosis.workers import Workers

@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
 def listing() -> dict[str, list[dict[str, Any]]]:
     """Return what the package offers, from its own registries, ready for JSON."""
     from catheter_sim.effects import EFFECTS
-    from catheter_sim.public.offers import list_effects, list_environments, list_models, list_robots
+    from catheter_sim.public.data import list_effects, list_environments, list_models, list_robots
 
     robots = list_robots()
     parameters = {reference: list_effects(reference) for reference in robots.column("id")}
@@ -92,11 +92,10 @@ def robot_listing(reference: str) -> dict[str, Any]:
         input_channels,
         output_channels,
     )
-    from catheter_sim.cli.driven import load
+    from catheter_sim.cli.arguments import load
     from catheter_sim.errors import InputError
-    from catheter_sim.modelling.model_cache import remembered_mjcf
-    from catheter_sim.public.listing import plain
-    from catheter_sim.public.offers import list_effects, list_models, parameter_sets
+    from catheter_sim.modelling.build import remembered_mjcf
+    from catheter_sim.public.data import list_effects, list_models, parameter_sets, plain
 
     specified, robot = load(reference, ())
     if reference.endswith(FILES):
@@ -131,7 +130,7 @@ def robot_listing(reference: str) -> dict[str, Any]:
 
 def _cells(row: Mapping[str, Any], names: Iterable[str] | None = None) -> dict[str, Any]:
     """Return the cells of a listing's row, all or those of the columns `names`, as JSON can hold them."""
-    from catheter_sim.public.listing import plain
+    from catheter_sim.public.data import plain
 
     return {name: plain(row[name]) for name in (row if names is None else names)}
 

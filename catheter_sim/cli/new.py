@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _robot(options: argparse.Namespace) -> int:
-    from catheter_sim.skeletons import robot_skeleton
+    from catheter_sim.examples import robot_skeleton
     from catheter_sim.tables import replaced_when_whole
 
     path = _free(Path(f"{options.name}.toml"))
@@ -55,7 +55,7 @@ def _dataset(options: argparse.Namespace) -> int:
     import os
 
     from catheter_sim.catalogue import FILES, load_robot
-    from catheter_sim.skeletons import dataset_skeleton, trial_skeleton
+    from catheter_sim.examples import dataset_skeleton, trial_skeleton
     from catheter_sim.tables import replaced_when_whole, write_table
 
     if options.robot is None:

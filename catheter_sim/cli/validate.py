@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Validate, print the table; 1 where a line is out of tolerance."""
     folder = check_output_folder(options.output)
-    from catheter_sim.validation.run import validate
+    from catheter_sim.validation.report import validate
 
     validation = validate(list(options.robots), folder, progress=True)
     print(validation.table_text())

@@ -49,9 +49,9 @@ def run(options: argparse.Namespace) -> int:
     import numpy as np
 
     from catheter_sim.catalogue import load_robot
-    from catheter_sim.planning.drives import plan_drives, with_limits
-    from catheter_sim.planning.workspace import workspace
-    from catheter_sim.public.reach import Workspace
+    from catheter_sim.planning.inverse import workspace
+    from catheter_sim.planning.models import plan_drives, with_limits
+    from catheter_sim.public.planning import Workspace
 
     robot = load_robot(options.robot, options.settings, "--set")
     drives = with_limits(plan_drives(robot), arguments.limits(options.limits), "--limit")

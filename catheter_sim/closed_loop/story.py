@@ -6,8 +6,17 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from catheter_sim.closed_loop.folder import Found, Proposed, Step
-from catheter_sim.closed_loop.loop import NO_MORE, NOTHING, SURE, SUSPECT, WAITING, Outcome
+from catheter_sim.closed_loop.loop import (
+    NO_MORE,
+    NOTHING,
+    SURE,
+    SUSPECT,
+    WAITING,
+    Found,
+    Outcome,
+    Proposed,
+    Step,
+)
 from catheter_sim.diagnosis.words import listed, number_words, spoken, words
 from catheter_sim.files import placed_when_whole
 from catheter_sim.page.render import rendered

@@ -13,10 +13,10 @@ from typing import cast
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.controllers import motor
-from catheter_sim.controllers.feedforward import MODELS, along, feedforward
-from catheter_sim.controllers.loop import ControlRun, Tracker, joint_kinds_of, run
-from catheter_sim.controllers.pid import RATE_HZ, Gains, Pid
+from catheter_sim.controllers import motors as motor
+from catheter_sim.controllers.loop import MODELS, ControlRun, Tracker, along, feedforward, joint_kinds_of, run
+from catheter_sim.controllers.motors import FEEDBACK_HZ as RATE_HZ
+from catheter_sim.controllers.motors import Gains, Pid
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots import kind_of

@@ -1,11 +1,4 @@
-"""Control of a simulated catheter: feedforward, feedback and motors against the simulator, at a rate.
-
-At every tick the tracker gives the joint angles, feedforward and PID add up to a displacement, and the
-pairs move evenly until they are there at the next tick: held instead, every tick would jerk the tendons,
-and a tendon with a history counts jerks as load cycles. The desired angle is the tick's own. The angles
-are those that the papers take out of the tool's orientation (Nayar 2023, Eqs 8-10): each joint's whole
-turn.
-"""
+"""Control of a simulated catheter: desired motions, feedforward, feedback by a tracker, at a rate."""
 
 from __future__ import annotations
 
@@ -16,14 +9,303 @@ from typing import Any, Protocol
 
 import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from catheter_sim.arrays import Array
-from catheter_sim.controllers import motor
-from catheter_sim.controllers.pid import RATE_HZ, Pid
+from catheter_sim.controllers import motors as motor
+from catheter_sim.controllers.motors import FEEDBACK_HZ as RATE_HZ
+from catheter_sim.controllers.motors import Pid
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.progress import counted
 from catheter_sim.robots import KINDS, kind_of
+from catheter_sim.robots.catheter.description import is_four_dof, is_transseptal, moved_segment, moving
+from catheter_sim.robots.catheter.kinematics import inverse, pulled_m
+from catheter_sim.robots.catheter.measured import (
+    BENDING,
+    TORSION_DISTAL,
+    TORSION_PROXIMAL,
+    BendingCalibration,
+    Side,
+    StretchingJoint,
+    TorsionCalibration,
+    bent_to,
+    stretching_joints,
+)
+from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.simulation.simulator import Simulator
+
+# ----------------------------------------------------------------------------------------------------
+# Desired joint values over time.
+
+
+def ticks_s(duration_s: float, rate_hz: float) -> Array:
+    """Return the ticks from 0 to the duration, shape (r,) [s]."""
+    return np.arange(round(duration_s * rate_hz) + 1) / rate_hz
+
+
+def through(corners: Sequence[float], legs_s: Sequence[float], at_s: Array) -> Array:
+    """Return values that move from corner to corner in half waves of a cosine, at rest at each, shape (r,).
+
+    Args:
+        corners: in their unit, shape (c,).
+        legs_s: time from each corner to the next, shape (c - 1,) [s].
+        at_s: times, shape (r,) [s]; after the last corner the value stays there.
+    """
+    ends = np.cumsum(legs_s)
+    leg = np.minimum(np.searchsorted(ends, at_s, side="right"), len(legs_s) - 1)
+    length = np.asarray(legs_s, dtype=float)[leg]
+    share = np.clip((at_s - (ends[leg] - length)) / length, 0.0, 1.0)
+    corner = np.asarray(corners, dtype=float)
+    return corner[leg] + (corner[leg + 1] - corner[leg]) * 0.5 * (1.0 - np.cos(np.pi * share))
+
+
+# ----------------------------------------------------------------------------------------------------
+# A tracker at the tool, whose orientation gives the joint angles, in a frame that may be turned.
+#
+# Nayar 2023, Section IV-B: the electromagnetic tracker sits on the end effector, its pose is taken into the
+# robot's base frame, and Eqs 8-10 make joint angles of the orientation. So it also sees what is no joint
+# angle: a tube that droops under the weight that it carries, and a base frame that is not aligned with the
+# field generator's, which the paper names among the causes of its errors.
+
+
+@dataclass(frozen=True)
+class ToolTracker:
+    """Joint angles from the tool's orientation, with noise.
+
+    Attributes:
+        robot: what the controller takes the robot for: of a design with an inverse kinematics.
+        noise_rad: standard deviation of every angle at every tick, white [rad].
+        generator: draws the noise.
+        frame_rad: by which the tracker's frame is turned from the robot's base frame, as a rotation
+            vector in the base frame, shape (3,) [rad].
+    """
+
+    robot: CatheterRobot
+    noise_rad: float
+    generator: np.random.Generator
+    frame_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def seen(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
+        """Return joint values as they are measured, in the order of the pairs, shape (t,) [rad or m].
+
+        Args:
+            simulator: of the robot.
+            values: true ones; of both branches of the inverse kinematics the nearer to them is taken, and
+                an advance is measured exactly.
+            turns: which are angles, shape (t,).
+        """
+        found = tool_angles(self.robot, simulator.posture().R_w[-1], values, self.frame_rad)
+        noise = self.noise_rad * self.generator.standard_normal(len(values))
+        return np.where(turns, found + noise, values)
+
+
+def tool_angles(
+    robot: CatheterRobot, R_tool: Array, values: Array, frame_rad: tuple[float, float, float]
+) -> Array:
+    """Return the joint values of a tool's orientation, in the order of the pairs, shape (t,).
+
+    An advance is no matter of orientation: its entry says nothing.
+
+    Args:
+        robot: of a design with an inverse kinematics.
+        R_tool: orientation of the tool in the base frame, shape (3, 3).
+        values: near which the answer is sought, shape (t,).
+        frame_rad: turn of the tracker's frame, a rotation vector, shape (3,).
+    """
+    tool = np.eye(4)
+    tool[:3, :3] = Rotation.from_rotvec(frame_rad).as_matrix().T @ R_tool
+    order = [moving(robot).index(moved_segment(robot, pair)) for pair in range(len(robot.tendons))]
+    branches = [branch[order] for branch in inverse(robot, tool).branches]
+    turns = [robot.segments[moved_segment(robot, pair)].joint != "prismatic" for pair in range(len(order))]
+
+    def apart(branch: Array) -> float:
+        turned = np.remainder(branch - values + np.pi, 2.0 * np.pi) - np.pi
+        return float(np.abs(turned[turns]).sum())
+
+    return np.asarray(min(branches, key=apart))
+
+
+# ----------------------------------------------------------------------------------------------------
+# Feedforward: from a desired joint angle to the displacement of its pair, step by step.
+#
+#     pk  Nayar 2022, Eqs 3, 6; 2023, Eqs 12-13: no history
+#     te  2023, Section III-A.4: Eq. 12 plus the tendon's elongation, simplified law (phi = 1, beta = 0);
+#         torsion by Eq. 13 with its dead-band compensated (Section IV-B)
+#     mk  2022, Eqs 25-26 solved for the displacement, dead-bands of the torsion joints included
+#
+# What a joint has been through counts, so each has an object with a history. An advance is as desired.
+
+MODELS = ("pk", "te", "mk")
+
+
+class JointFeedforward(Protocol):
+    """The feedforward of one joint."""
+
+    def displacement_m(self, value: float) -> float:
+        """Return the displacement for the next desired angle [rad] or advance [m]."""
+        ...
+
+
+class Advance:
+    """A tube: pushed as desired."""
+
+    def displacement_m(self, value: float) -> float:
+        """Return the advance itself [m]."""
+        return value
+
+
+class Pure:
+    """Pure kinematics of a joint, and compensation of a known dead-band between drive and joint.
+
+    Half of the dead-band is added in the direction in which the joint moves, and kept while it stands.
+    """
+
+    def __init__(self, segment: CatheterSegment, dead_band_m: float = 0.0) -> None:
+        self._segment, self._half_m = segment, 0.5 * dead_band_m
+        self._before_rad, self._direction = 0.0, 0.0
+
+    def displacement_m(self, value: float) -> float:
+        """Return the displacement for the next desired angle [rad]."""
+        if value != self._before_rad:
+            self._direction = math.copysign(1.0, value - self._before_rad)
+        self._before_rad = value
+        return float(pulled_m(self._segment, value)) + self._half_m * self._direction
+
+
+class Stretching:
+    """A bending joint with stretching tendons, new at the start: TE."""
+
+    def __init__(self, joint: StretchingJoint) -> None:
+        self._joint = joint
+        self._sides = [Side(), Side()]
+        self._pulled = 0  # the side that bends, or bent last
+
+    def displacement_m(self, value: float) -> float:
+        """Return the displacement for the next desired angle [rad]."""
+        angle_deg = math.degrees(value)
+        if angle_deg != 0.0:
+            self._pulled = 0 if angle_deg > 0.0 else 1
+        ways = []
+        for index, sign in enumerate((1.0, -1.0)):
+            self._sides[index], way = bent_to(self._joint, self._sides[index], max(sign * angle_deg, 0.0))
+            ways.append(sign * way)
+        return ways[self._pulled]
+
+
+class ModifiedBending:
+    """Nayar 2022, Eq. 25 solved for the displacement: two lines, no history.
+
+    For bends to the + side alone, and from the -4.2 deg on that Eq. 25 has at no displacement.
+    """
+
+    def __init__(self, segment: CatheterSegment, calibration: BendingCalibration = BENDING) -> None:
+        self._arm_mm, self._calibration = segment.arm_m * 1e3, calibration
+
+    def displacement_m(self, value: float) -> float:
+        """Return the displacement for the next desired bend [rad]; 0 below what none gives."""
+        alphas, betas = self._calibration.alpha, self._calibration.beta_mm
+        first, second = (
+            1e-3 * (alpha * self._arm_mm * math.degrees(value) + beta)
+            for alpha, beta in zip(alphas, betas, strict=True)
+        )
+        turn = self._calibration.turn_m
+        return max(first, 0.0) if first <= turn else max(second, turn)
+
+
+class ModifiedTorsion:
+    """Nayar 2022, Eq. 26 solved for the displacement: the branch of the direction of motion.
+
+    Angles beyond the plateaus cannot be had; the nearer plateau is aimed at.
+    """
+
+    def __init__(self, segment: CatheterSegment, calibration: TorsionCalibration) -> None:
+        self._segment, self._calibration = segment, calibration
+        self._before_rad, self._loading = calibration.lower_rad, True
+
+    def displacement_m(self, value: float) -> float:
+        """Return the displacement for the next desired angle [rad]."""
+        calibration = self._calibration
+        angle = min(max(value, calibration.lower_rad), calibration.upper_rad)
+        if angle != self._before_rad:
+            self._loading = angle > self._before_rad
+        self._before_rad = angle
+        if angle == calibration.lower_rad:
+            return 0.0
+        pure = float(pulled_m(self._segment, angle - calibration.lower_rad))
+        return pure + (calibration.width_m if self._loading else 0.0)
+
+
+def feedforward(
+    robot: CatheterRobot, model: str, dead_band_m: Mapping[str, float] | None = None
+) -> list[JointFeedforward]:
+    """Return the feedforward of every pair, in the robot's order, from new tendons at rest.
+
+    Args:
+        robot: what the controller takes the robot for.
+        model: of `MODELS`.
+        dead_band_m: whole dead-bands to be compensated, by name of a torsion joint's pair; not of "mk",
+            which has its own.
+
+    Raises:
+        InputError: the model is unknown or not of this robot's design, or a dead-band has no such pair.
+    """
+    if model not in MODELS:
+        raise unknown("feedforward", model, MODELS)
+    if (model == "te" and not is_four_dof(robot)) or (model == "mk" and not is_transseptal(robot)):
+        raise InputError(f"{robot.name}: feedforward {model!r} is of another design of catheter")
+    bands = dict(dead_band_m or {})
+    pairs = {pair.name: robot.segments[moved_segment(robot, k)] for k, pair in enumerate(robot.tendons)}
+    turns = [name for name, segment in pairs.items() if segment.joint == "torsion" and model != "mk"]
+    for name in bands:
+        if name not in turns:
+            raise unknown("pair with a dead-band", name, turns, f"{robot.name}: feedforward {model!r}")
+    stretching = stretching_joints(robot) if model == "te" else {}
+    return [
+        _of_pair(segment, stretching.get(name), model, bands.get(name, 0.0), robot)
+        for name, segment in pairs.items()
+    ]
+
+
+def along(joints: list[JointFeedforward], desired: Array) -> Array:
+    """Return the displacements along desired joint values, shape (r, t), in the order of the pairs [m].
+
+    Args:
+        joints: `feedforward`; they go on from where they are.
+        desired: angles and advances, shape (r, t) [rad or m].
+    """
+    columns = [
+        [joint.displacement_m(float(value)) for value in desired[:, k]] for k, joint in enumerate(joints)
+    ]
+    return np.array(columns).T
+
+
+def _of_pair(
+    segment: CatheterSegment,
+    stretching: StretchingJoint | None,
+    model: str,
+    dead_band_m: float,
+    robot: CatheterRobot,
+) -> JointFeedforward:
+    if segment.joint == "prismatic":
+        return Advance()
+    if stretching is not None:
+        return Stretching(stretching)
+    if model != "mk":
+        return Pure(segment, dead_band_m)
+    if segment.joint == "bending":
+        return ModifiedBending(segment)
+    first = segment is robot.segments[0]
+    return ModifiedTorsion(segment, TORSION_PROXIMAL if first else TORSION_DISTAL)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Control of a simulated catheter: feedforward, feedback and motors against the simulator, at a rate.
+#
+# At every tick the tracker gives the joint angles, feedforward and PID add up to a displacement, and the
+# pairs move evenly until they are there at the next tick: held instead, every tick would jerk the tendons,
+# and a tendon with a history counts jerks as load cycles. The desired angle is the tick's own. The angles
+# are those that the papers take out of the tool's orientation (Nayar 2023, Eqs 8-10): each joint's whole
+# turn.
 
 _WHOLE = 1e-6  # share of a period by which a tick may miss the simulation's steps
 

@@ -1,9 +1,4 @@
-"""Robots to and from nested documents (TOML tables, `--set`), with units converted at this edge.
-
-A document's keys are the dataclass fields' names with the unit that files use
-(`length_m` -> `length_mm`). Lists of named tables are addressed by name or position in dotted keys:
-`segments.distal.length_mm`, `tendons.0.radius_mm`.
-"""
+"""Robots to and from nested documents (TOML tables, `--set`), and numbers by dotted keys."""
 
 from __future__ import annotations
 
@@ -11,11 +6,120 @@ import dataclasses
 import math
 import types
 import typing
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from numbers import Integral, Real
+from typing import Any, cast
 
+from catheter_sim.core.robot import R
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.units import file_name
+
+# ----------------------------------------------------------------------------------------------------
+# Numbers of a robot by their dotted keys, in SI units: read and written fast, many at once.
+#
+# The keys are those of files (`segments.bending.rest_deg`, `core.document`); where a key leads is looked up
+# once for each class of robots. A fit rebuilds robots thousands of times.
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a key leads: a field of the robot, one part of what it holds, and a field of that.
+
+    `part` is empty where the field holds one value, `leaf` where it holds the number itself.
+    """
+
+    field: str
+    part: str
+    leaf: str
+    factor: float  # number in the file's unit = number in SI * factor
+
+
+@lru_cache(maxsize=2048)
+def _place(kind: type, key: str) -> _Place:
+    head, _, rest = key.partition(".")
+    field, hint, factor = _field(kind, head, key)
+    if not rest:
+        return _Place(field, "", "", factor)
+    part = ""
+    if typing.get_origin(hint) is tuple:
+        hint = typing.get_args(hint)[0]
+        part, _, rest = rest.rpartition(".")
+    leaf, _, factor = _field(hint, rest, key)
+    return _Place(field, part, leaf, factor)
+
+
+def _field(kind: Any, name: str, key: str) -> tuple[str, Any, float]:
+    """Return the field of a dataclass that files call `name`, its type and its factor."""
+    if dataclasses.is_dataclass(kind):
+        hints = typing.get_type_hints(kind)
+        for item in dataclasses.fields(kind):
+            file, factor = file_name(item.name)
+            if file == name:
+                return item.name, hints[item.name], factor
+    raise KeyError(key)
+
+
+def _at(robot: Any, key: str) -> _Place:
+    kind: Any = type(robot)
+    return _place(kind, key)
+
+
+def number(robot: Any, key: str) -> float:
+    """Return the number of `robot` at a dotted key, in SI units.
+
+    Raises:
+        KeyError: no such key.
+    """
+    place = _at(robot, key)
+    value = getattr(robot, place.field)
+    if place.part:
+        value = next((item for item in value if item.name == place.part), None)
+        if value is None:
+            raise KeyError(key)
+    return float(getattr(value, place.leaf) if place.leaf else value)
+
+
+def from_file(robot: Any, key: str, value: float) -> float:
+    """Return in SI units what a file gives as `value` at a dotted key."""
+    return value / _at(robot, key).factor
+
+
+def si_of(robot: Any, key: str, change: float) -> float:
+    """Return in SI units a change of the number at a dotted key, given in its file's unit."""
+    return change * (1.0 / _at(robot, key).factor)
+
+
+def with_values(robot: R, values: Mapping[str, Any]) -> R:
+    """Return `robot` with the values at dotted keys changed, numbers in SI units.
+
+    Raises:
+        KeyError: no such key.
+    """
+    fields: dict[str, Any] = {}
+    parts: dict[tuple[str, str], dict[str, Any]] = {}
+    for key, value in values.items():
+        place = _at(robot, key)
+        if place.leaf:
+            parts.setdefault((place.field, place.part), {})[place.leaf] = value
+        else:
+            fields[place.field] = value
+    for (field, part), leaves in parts.items():
+        now = fields[field] if field in fields else getattr(robot, field)
+        if part:
+            fields[field] = tuple(replace(item, **leaves) if item.name == part else item for item in now)
+        else:
+            fields[field] = replace(now, **leaves)
+    return cast(R, replace(robot, **fields))
+
+
+# ----------------------------------------------------------------------------------------------------
+# Robots to and from nested documents (TOML tables, `--set`), with units converted at this edge.
+#
+# A document's keys are the dataclass fields' names with the unit that files use (`length_m` ->
+# `length_mm`). Lists of named tables are addressed by name or position in dotted keys:
+# `segments.distal.length_mm`, `tendons.0.radius_mm`.
 
 Document = dict[str, Any]
 
@@ -307,3 +411,78 @@ def leaves(document: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
             yield from leaves(item, f"{prefix}.{_label(item, index)}")
     elif isinstance(document, int | float) and not isinstance(document, bool):
         yield prefix, float(document)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Settings of a robot as users give them in Python: a text, texts, or a mapping.
+
+# "friction.mu=0", ["friction.mu=0", "mount.stiffness_N_per_m=1e4"] or {"friction.mu": 0}
+Settings = str | Sequence[str] | Mapping[str, Any]
+SAID = "settings"  # what errors call them
+_NEEDED = "texts KEY=VALUE, or a mapping of keys to values, are needed, as in {'friction.mu': 0.2}"
+_KEY_NEEDED = "a dotted key is needed, as in friction.mu"
+
+
+def settings_table(settings: Settings, said: str = SAID) -> dict[str, str | int | float]:
+    """Return settings by their dotted keys; of a key that is set twice the last value.
+
+    Values are as given, texts not yet read.
+
+    Args:
+        settings: one text `KEY=VALUE`, several, or a mapping.
+        said: what errors call them.
+
+    Raises:
+        InputError: they are none of these, or one has no key or no value.
+    """
+    if isinstance(settings, Mapping):
+        return {_key(key, said): _value(value, f"{said} {key}") for key, value in settings.items()}
+    texts = [settings] if isinstance(settings, str) else settings
+    if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
+        raise InputError(f"{said} = {shown(settings)}: {_NEEDED}")
+    table: dict[str, str | int | float] = {}
+    for text in texts:
+        head = text.partition("=")[0]
+        if not head.isprintable():
+            raise InputError(f"{said} {shown(head)}: {_KEY_NEEDED}")
+        key, _ = parse_override(text, said)
+        table.pop(key, None)  # so that the last one also comes last
+        table[key] = text.partition("=")[2]
+    return table
+
+
+def set_all(document: Document, settings: Settings, said: str = SAID) -> None:
+    """Set every setting in a robot's `document`, in place.
+
+    Args:
+        document: of the robot, complete.
+        settings: see `settings_table`. A number stays a number; a text is read as `--set` reads it.
+        said: what errors call them.
+
+    Raises:
+        InputError: they are no settings, or there is no such key.
+    """
+    for key, value in settings_table(settings, said).items():
+        if isinstance(value, str):
+            read = parse_override(f"{key}={value}", said)[1]
+            override(document, key, _value(read, f"{said} {key}"), said)
+        else:
+            override(document, key, value, said, names_too=False)
+
+
+def _key(key: Any, said: str) -> str:
+    if not isinstance(key, str) or not key.strip() or "=" in key or not key.isprintable():
+        raise InputError(f"{said} {shown(key)}: {_KEY_NEEDED}")
+    return key.strip()
+
+
+def _value(value: Any, where: str) -> str | int | float:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            raise InputError(f"{where} = {shown(value)}: too large a number") from None
+        return int(value) if isinstance(value, Integral) else number
+    raise InputError(f"{where} = {shown(value)}: a number or a text is needed")

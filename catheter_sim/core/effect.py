@@ -1,14 +1,8 @@
-"""The face that every effect shows: the forms in which one cause of error may act, and where each acts.
-
-An effect never touches MuJoCo or a static model by itself. It changes the robot's specification
-(which both read), or the inputs on their way to the robot, or what is observed of it on the way to the
-user. So the simulation and its analytic twin carry the same effect by construction. Where in a
-specification a cause may act is the kind's to say (`Handle`): an effect asks for a role, never for a kind.
-"""
+"""The face that every effect shows: the forms in which one cause of error may act, and where each acts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Protocol
@@ -19,6 +13,14 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Observed
 from catheter_sim.core.robot import RobotSpec
+
+# ----------------------------------------------------------------------------------------------------
+# The face that every effect shows: the forms in which one cause of error may act, and where each acts.
+#
+# An effect never touches MuJoCo or a static model by itself. It changes the robot's specification (which
+# both read), or the inputs on their way to the robot, or what is observed of it on the way to the user. So
+# the simulation and its analytic twin carry the same effect by construction. Where in a specification a
+# cause may act is the kind's to say (`Handle`): an effect asks for a role, never for a kind.
 
 Values = Mapping[str, float]  # parameter name (with file unit) -> value in that unit
 
@@ -325,3 +327,57 @@ class Effect:
             return exact[0]
         own = [(form, {item.name for item in form.parameters(robot)}) for form in self.forms]
         return max(own, key=lambda item: len(wanted & item[1]))[0]
+
+
+# ----------------------------------------------------------------------------------------------------
+# Where a cause acts on a robot of segments in a row: curvature without load, damping, loads on the tip.
+
+_MOST_RAD = 2.0  # over the length; some 115 deg
+_MATTERS_RAD = 0.02
+DAMPING = Handle(Role.DAMPING, "dynamics.damping_time_s", "damping_time_s")  # of every kind's robots
+
+
+def curvature_handle(key: str, parameter: str, group: str, length_m: float) -> Handle:
+    """Return the place of a curvature that acts over a length."""
+    most = _MOST_RAD / length_m
+    return Handle(Role.REST_CURVATURE, key, parameter, group, _MATTERS_RAD / length_m, -most, most)
+
+
+def curvature_handles(segments: Sequence[tuple[str, float, str]]) -> tuple[Handle, ...]:
+    """Return the places of rest curvatures: of all segments alike, and of several also of each.
+
+    Args:
+        segments: name, length [m] and bending axes ("x", "y" or "xy") of each.
+    """
+    axes = _axes(segments)
+    length_m = sum(length for _, length, _ in segments)
+    common = [
+        curvature_handle(_key(name, axis), f"curvature_{axis}_per_m", "all", length_m)
+        for axis in axes
+        for name, _, own in segments
+        if axis in own
+    ]
+    if len(segments) == 1:
+        return tuple(common)
+    each = [
+        curvature_handle(_key(name, axis), f"curvature_{name}_{axis}_per_m", "each", length)
+        for name, length, own in segments
+        for axis in own
+    ]
+    return (*common, *each)
+
+
+def _axes(segments: Sequence[tuple[str, float, str]]) -> str:
+    """Return the directions in which any of the segments bends."""
+    return "".join(axis for axis in "xy" if any(axis in own for _, _, own in segments))
+
+
+def _key(segment: str, axis: str) -> str:
+    return f"segments.{segment}.rest_curvature_{axis}_per_m"
+
+
+def tip_forces(segments: Sequence[tuple[str, float, str]]) -> tuple[Handle, ...]:
+    """Return the directions of a force on the tip, in the plane of a planar robot, else in space, and a mass
+    there."""
+    forces = (Handle(Role.TIP_FORCE, "", f"force_{axis}_N") for axis in f"{_axes(segments)}z")
+    return (*forces, Handle(Role.TIP_MASS, "tip_mass_g", "mass_g"))

@@ -16,14 +16,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.drive import Drive, Outputs
 from catheter_sim.core.effect import Handle, Mover, Sizes
-from catheter_sim.core.law import Laws
-from catheter_sim.core.law_copies import Batched
+from catheter_sim.core.inputs import Drive, Outputs
+from catheter_sim.core.law import Batched, Laws
 from catheter_sim.core.motion import Integration
 from catheter_sim.core.posture import Posture
-from catheter_sim.core.published import Robots
-from catheter_sim.core.quick_model import InputLimits, QuickModel, SpeedCase
+from catheter_sim.core.published import InputLimits, QuickModel, Robots, SpeedCase
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import Statics, Twins
 from catheter_sim.errors import InputError

@@ -1,21 +1,10 @@
-"""What a simulation does beside MuJoCo's own step: a row of laws, for robots of any kind.
-
-A kind's face `laws.py` returns its laws in the order of their turns. One step of a robot is
-
-    before(step)     of every law: springs and lengths as the last step left them
-    place(data)      of every law: joints of the model moved to where the positions have them
-    mj_step1         positions and velocities are known
-    actuate(step)    of every law: actuators as they are at these positions
-    between(step)    of every law: forces added to `data.qfrc_applied`; friction comes last
-    mj_step2         forces move the robot
-
-A law overrides what it needs of `Law`; what it leaves alone costs nothing.
-"""
+"""What a simulation does beside MuJoCo's own step: a row of laws, for one robot or many copies."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
@@ -25,6 +14,20 @@ from catheter_sim.core.robot import RobotSpec
 
 if TYPE_CHECKING:
     import mujoco
+
+# ----------------------------------------------------------------------------------------------------
+# What a simulation does beside MuJoCo's own step: a row of laws, for robots of any kind.
+#
+# A kind's face `laws.py` returns its laws in the order of their turns. One step of a robot is
+#
+#     before(step)     of every law: springs and lengths as the last step left them
+#     place(data)      of every law: joints of the model moved to where the positions have them
+#     mj_step1         positions and velocities are known
+#     actuate(step)    of every law: actuators as they are at these positions
+#     between(step)    of every law: forces added to `data.qfrc_applied`; friction comes last
+#     mj_step2         forces move the robot
+#
+# A law overrides what it needs of `Law`; what it leaves alone costs nothing.
 
 R_in = TypeVar("R_in", bound=RobotSpec, contravariant=True)
 BASE = "base_frame"  # body that carries a robot in a model that is not its own
@@ -306,3 +309,100 @@ class Laws(Protocol[R_in]):
 
     def sliding_joints(self, robot: R_in) -> list[str]:
         """Return the joints, besides those of `Outputs.joints`, that stand still where the robot rests."""
+
+
+# ----------------------------------------------------------------------------------------------------
+# The laws of many copies of one robot, stepped together by `mujoco.batch`: as `core.law`, for copies.
+#
+# Index i picks among the m copies; `copies` names those that a call is for, rising, shape (k,).
+
+
+class CopyArrays:
+    """The arrays of a batch's copies, free to be written.
+
+    Attributes:
+        qpos, ctrl, applied: positions, controls, applied forces, shapes (m, nq), (m, nu), (m, nv).
+    """
+
+    def __init__(self, batch: Any) -> None:
+        self._batch = batch
+        self.qpos, self.ctrl = batch.bind("qpos"), batch.bind("ctrl")
+        self.applied = batch.bind("qfrc_applied")
+        self._own: dict[str, Array] = {}
+
+    def own(self, name: str) -> Array:
+        """Give each copy its own values of a field of the model, and return them, shape (m, ...)."""
+        if name not in self._own:
+            self._own[name] = self._batch.expand(name)
+        return self._own[name]
+
+
+class CopiesLaw:
+    """One law of all copies, which does nothing; others override what they do.
+
+    Attributes:
+        compiled: whether it runs without Python's lock.
+        moved: fields of the model that `place` makes each copy's own, by their names, shapes (m, ...).
+    """
+
+    compiled = True
+    moved: Mapping[str, Array] = MappingProxyType({})
+
+    def reset(self, copies: np.ndarray) -> None:
+        """Forget the history."""
+
+    def before(self, copies: np.ndarray, tension: Array) -> None:
+        """Do what comes before a step.
+
+        Args:
+            copies: which.
+            tension: of each tendon in each span as the last step left it, shape (m, t, n) [N].
+        """
+
+    def place(self, copies: np.ndarray) -> None:
+        """Move joints of the model to where the positions have them."""
+
+    def actuate(self, copies: np.ndarray) -> None:
+        """Make actuators what they are at the present positions and controls."""
+
+    def between(self, copies: np.ndarray) -> None:
+        """Add forces to the copies' applied ones."""
+
+
+class CopiesControls(Protocol):
+    """From the inputs of many copies to their controls."""
+
+    def reset(self, copies: np.ndarray) -> None:
+        """Forget what arrived."""
+
+    def set(self, copies: np.ndarray, start: Array, change: Array, share: float) -> None:
+        """Set inputs that have moved from `start` by a share of `change`, shapes (k, t)."""
+
+
+class StraightCopies:
+    """Each input is the control of one actuator: `CopiesControls` of most robots."""
+
+    def __init__(self, arrays: CopyArrays) -> None:
+        self._ctrl = arrays.ctrl
+
+    def reset(self, copies: np.ndarray) -> None:
+        """There is nothing to forget."""
+
+    def set(self, copies: np.ndarray, start: Array, change: Array, share: float) -> None:
+        self._ctrl[copies] = start + change * share
+
+
+class Batched(Protocol[R_in]):
+    """`batched.py`: the laws of many copies at once. The model is the robot's own; a kind may lack it."""
+
+    def covers(self, robot: R_in) -> bool:
+        """Return whether the functions below know all laws of `robot` but friction."""
+
+    def rubs(self, robot: R_in) -> bool:
+        """Return whether `Turns.of_copies` is there for friction."""
+
+    def laws(self, robot: R_in, place: RobotInModel, arrays: CopyArrays) -> tuple[CopiesLaw, ...]:
+        """Return the laws in the order of their turns; none: a step needs no middle but for friction."""
+
+    def controls(self, robot: R_in, place: RobotInModel, arrays: CopyArrays) -> CopiesControls:
+        """Return what stands between inputs and controls."""

@@ -13,8 +13,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import drives_of
-from catheter_sim.core.drive import Quantity, sums
-from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.inputs import Inputs, Quantity, sums
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.fit import Fit, predicted_along
 from catheter_sim.diagnosis.mapping import UNITS
@@ -57,7 +56,7 @@ from catheter_sim.diagnosis.thresholds import (
 )
 from catheter_sim.diagnosis.trials import Trial, all_inputs, measured_of, points_of, unit_of
 from catheter_sim.errors import InputError
-from catheter_sim.planning.drives import plan_drives
+from catheter_sim.planning.models import plan_drives
 from catheter_sim.robots import kind_of
 
 # ----------------------------------------------------------------------------------------------------

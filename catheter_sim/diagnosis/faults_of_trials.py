@@ -9,8 +9,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import drives_of
-from catheter_sim.core.drive import Quantity
-from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.inputs import Inputs, Quantity
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.faults_of_columns import (
     BesideModel,

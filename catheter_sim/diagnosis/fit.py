@@ -47,7 +47,7 @@ from catheter_sim.diagnosis.thresholds import (
     SCANNED_SIZES,
 )
 from catheter_sim.diagnosis.trials import measured_of, stretch_of
-from catheter_sim.theory.predict import along
+from catheter_sim.theory.twins import along
 
 # ----------------------------------------------------------------------------------------------------
 # What a hypothesis predicts: its robot, and that robot's outputs as they would be measured.

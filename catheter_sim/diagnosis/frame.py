@@ -32,7 +32,7 @@ from catheter_sim.diagnosis.thresholds import (
     UNSHIFTED_SHARE,
 )
 from catheter_sim.diagnosis.trials import QUATERNION, Dataset, Trial, measured_of, points_of
-from catheter_sim.theory.predict import Predict
+from catheter_sim.theory.twins import Predict
 
 # ----------------------------------------------------------------------------------------------------
 # How measured positions were moved into the robot's base frame, as a value, in JSON and in words.

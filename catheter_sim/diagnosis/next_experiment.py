@@ -55,7 +55,7 @@ from catheter_sim.diagnosis.workers import SERIAL, OutOfTime, Workers, map_calls
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table
-from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.twins import twin_for
 
 # ----------------------------------------------------------------------------------------------------
 # Which hypotheses are still alive after a diagnosis, and how much each is believed.

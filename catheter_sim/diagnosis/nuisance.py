@@ -16,14 +16,20 @@ from typing import Any
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import PUBLISHED
-from catheter_sim.core.document import leaves, number_at, to_document, with_number
-from catheter_sim.core.drive import READ_WITH
+from catheter_sim.core.document import (
+    from_file,
+    leaves,
+    number,
+    number_at,
+    to_document,
+    with_number,
+    with_values,
+)
 from catheter_sim.core.effect import Parameter
-from catheter_sim.core.numbers import from_file, number, with_values
+from catheter_sim.core.inputs import READ_WITH
 from catheter_sim.core.published import Uncertain
-from catheter_sim.core.requirements import as_number, check_name
-from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects.calibrated import causes_same_as
+from catheter_sim.core.robot import RobotSpec, as_number, check_name
+from catheter_sim.effects.apply import causes_same_as
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots import check_robot
 

@@ -36,7 +36,7 @@ from catheter_sim.diagnosis.words import (
     tidy_axes,
     with_pauses,
 )
-from catheter_sim.pictures.figures import entitle, panels_of
+from catheter_sim.pictures.curves import entitle, panels_of
 from catheter_sim.tables import Table
 
 # ----------------------------------------------------------------------------------------------------

@@ -70,7 +70,7 @@ from catheter_sim.diagnosis.trials import (
 )
 from catheter_sim.diagnosis.workers import Workers, twin_of, workers
 from catheter_sim.progress import Stages
-from catheter_sim.theory.predict import Predict, Prediction
+from catheter_sim.theory.twins import Predict, Prediction
 
 # ----------------------------------------------------------------------------------------------------
 # What every stage of a diagnosis may use: where fits run, and how to say what is being done.

@@ -15,7 +15,7 @@ from catheter_sim.diagnosis.nuisance import Nuisance
 from catheter_sim.diagnosis.thresholds import ROWS_TO_CHOOSE_BY, SECONDS_BESIDE_SWINGS, SECONDS_TO_CHOOSE_BY
 from catheter_sim.diagnosis.trials import Trial, beginnings
 from catheter_sim.effects import EFFECTS
-from catheter_sim.theory.predict import Predict
+from catheter_sim.theory.twins import Predict
 
 # ----------------------------------------------------------------------------------------------------
 # A hypothesis about what is wrong: effects whose parameters are fitted, and the trials to fit.

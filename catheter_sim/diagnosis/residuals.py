@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import drives_of
-from catheter_sim.core.drive import Drive, Quantity
+from catheter_sim.core.inputs import Drive, Quantity
 from catheter_sim.diagnosis.result import StructureTest, TrialFit
 from catheter_sim.diagnosis.thresholds import (
     BINS,

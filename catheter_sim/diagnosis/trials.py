@@ -24,8 +24,7 @@ from catheter_sim.channels import (
     output_channels,
 )
 from catheter_sim.core.inputs import Inputs, slice_inputs
-from catheter_sim.core.requirements import as_number
-from catheter_sim.core.robot import RobotSpec
+from catheter_sim.core.robot import RobotSpec, as_number
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.nuisance import Nuisance
 from catheter_sim.diagnosis.thresholds import (

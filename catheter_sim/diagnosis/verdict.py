@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.columns import posture_columns
-from catheter_sim.core.drive import Quantity, quantity_of
+from catheter_sim.channels import posture_columns
+from catheter_sim.core.inputs import Quantity, quantity_of
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.fit import Fit, blocks_of, column_of, trial_of
 from catheter_sim.diagnosis.noise import (

@@ -67,7 +67,7 @@ from catheter_sim.diagnosis.trials import Dataset, Trial, beginnings, measured_o
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.moving_twin import MovingTwin
 from catheter_sim.tables import replaced_when_whole
-from catheter_sim.theory.predict import MovingPrediction, Prediction, moving_twin_for, twin_for
+from catheter_sim.theory.twins import MovingPrediction, Prediction, moving_twin_for, twin_for
 
 # ----------------------------------------------------------------------------------------------------
 # Results as data: what a call returned as bytes of an NPZ file, and back, to the last bit.

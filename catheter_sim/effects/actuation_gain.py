@@ -14,7 +14,7 @@ from catheter_sim.channels import channel_gains
 from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Values
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects._channels import (
+from catheter_sim.effects.shared import (
     TO_SI,
     actuation_unit,
     common_and_each,

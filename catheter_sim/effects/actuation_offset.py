@@ -7,13 +7,7 @@ from dataclasses import replace
 from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Values
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects._channels import (
-    common_and_each,
-    common_then_each,
-    in_si,
-    scale_of,
-    sized_parameter,
-)
+from catheter_sim.effects.shared import common_and_each, common_then_each, in_si, scale_of, sized_parameter
 
 # Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian.
 _SIZE = {"N": (100.0, 0.25), "mm": (5.0, 0.1)}

@@ -1,11 +1,4 @@
-"""Puts a robot's `effects` into effect, stage by stage: on its inputs, in the robot, on what is observed.
-
-`robot.effects` holds values by effect and parameter name, in file units. Effects act in the order
-of the list, whatever the order in which they were written. Whoever drives a robot along a history of
-inputs takes the robot as it is specified and puts its effects `in_force`: `simulate` and the static models
-do; whoever drives it step by step, `steps.Commands` and `steps.Sight`. A robot whose effects are built in
-has none left, so that nothing acts twice.
-"""
+"""Puts a robot's effects into effect, stage by stage, for whole histories or step by step."""
 
 from __future__ import annotations
 
@@ -14,20 +7,41 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Generic, cast
+from typing import Any, Generic, cast
 
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.drive import driven_by, pulls_alone, quantity_of
+from catheter_sim.channels import actuations
 from catheter_sim.core.effect import Form, Memory, Stage, Values
-from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.markers import marker_points
-from catheter_sim.core.posture import Observed, Posture
+from catheter_sim.core.inputs import Inputs, driven_by, pulls_alone, quantity_of
+from catheter_sim.core.posture import Observed, Posture, marker_points
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.robots import check_robot
+from catheter_sim.robots import check_robot, kind_of
+
+# ----------------------------------------------------------------------------------------------------
+# Which causes say the same as a number of a robot that is calibrated already.
+
+
+def causes_same_as(robot: RobotSpec, keys: Iterable[str]) -> tuple[str, ...]:
+    """Return the causes that act on one of the numbers at dotted keys as its calibration does."""
+    wanted = set(keys)
+    face = kind_of(robot).handles
+    driven = (driven_by(robot, actuation) for actuation in actuations(robot))
+    roles = {item.role for one in driven for item in face.handles(one) if item.key in wanted}
+    return tuple(name for name, effect in EFFECTS.items() if effect.same_as & roles)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Puts a robot's `effects` into effect, stage by stage: on its inputs, in the robot, on what is observed.
+#
+# `robot.effects` holds values by effect and parameter name, in file units. Effects act in the order of the
+# list, whatever the order in which they were written. Whoever drives a robot along a history of inputs
+# takes the robot as it is specified and puts its effects `in_force`: `simulate` and the static models do;
+# whoever drives it step by step, `steps.Commands` and `steps.Sight`. A robot whose effects are built in has
+# none left, so that nothing acts twice.
 
 
 def check_effects(robot: RobotSpec) -> None:
@@ -368,3 +382,111 @@ def _differ(first: Inputs | Observed, second: Inputs | Observed) -> bool:
 def with_effects(robot: R, effects: Mapping[str, Mapping[str, float]]) -> R:
     """Return `robot` with exactly these effects; values as in `robot.effects`."""
     return replace(robot, effects={name: dict(values) for name, values in effects.items()})
+
+
+# ----------------------------------------------------------------------------------------------------
+# A robot's effects step by step, for whoever moves it without knowing the way beforehand.
+#
+# The memories' steps are those whose series `apply` takes along a whole history.
+
+
+class _Remembered:
+    """Where a memory is on its way.
+
+    Attributes:
+        now: what comes out.
+    """
+
+    def __init__(self, robot: RobotSpec, act: Act, rest: Array) -> None:
+        memory = act.form.memory
+        assert memory is not None
+        self._memory: Memory = memory
+        self._state: Any = memory.start(robot, act.values, rest)
+        self._before = self.now = rest
+
+    @property
+    def acts(self) -> bool:
+        """Whether it does anything."""
+        return self._state is not None
+
+    def step(self, after: Array, dt_s: float) -> Array:
+        """Return what comes out when what goes in has moved to `after`."""
+        if not self.acts:
+            return after
+        self._state, self.now = self._memory.step(self._state, self._before, after, dt_s)
+        self._before = after
+        return self.now
+
+
+class Commands:
+    """From each command of a robot to what arrives at it.
+
+    Attributes:
+        change: whether anything else arrives than what is commanded.
+    """
+
+    def __init__(self, robot: RobotSpec) -> None:
+        self._robot = robot
+        self._acts = acts(robot, Stage.COMMAND)
+        self.reset()
+        self.change = any(act.form.command is not None for act in self._acts) or any(
+            item.acts for item in self._memories.values()
+        )
+
+    def reset(self) -> None:
+        """Return to rest, all inputs zero. The first step after it should take no time."""
+        rest = np.zeros(len(self._robot.tendons))
+        self._memories = {
+            index: _Remembered(self._robot, act, rest)
+            for index, act in enumerate(self._acts)
+            if act.form.memory is not None
+        }
+
+    def step(self, tendon: Array, dt_s: float) -> tuple[Array, Array, Array]:
+        """Return what arrives when the inputs of the tendons, shape (t,), have moved to `tendon`.
+
+        That is their inputs, and force and moment on the tip, shape (3,) each [N, N m].
+        """
+        nothing = np.zeros((1, 3))
+        inputs = Inputs(np.zeros(1), self._robot.actuation, tendon[np.newaxis], nothing, nothing)
+        for index, act in enumerate(self._acts):
+            if act.form.command is not None:
+                inputs = pulled_only(act.form.command(self._robot, inputs, act.values))
+            if index in self._memories:
+                arrived = self._memories[index].step(inputs.tendon[0], dt_s)
+                inputs = pulled_only(replace(inputs, tendon=arrived[np.newaxis]))
+        return inputs.tendon[0], inputs.force_tip[0], inputs.moment_tip[0]
+
+
+class Sight:
+    """What is measured of something of a robot, from each look to the next.
+
+    What remembers has watched long enough before the first look to show it as it is.
+    """
+
+    def __init__(self, robot: RobotSpec) -> None:
+        self._robot = robot
+        self._acts = acts(robot, Stage.OBSERVATION)
+        self._memories: dict[tuple[int, int], _Remembered] = {}
+
+    def look(self, p_w: Array, R_w: Array, dt_s: float) -> tuple[Array, Array]:
+        """Return what is measured of positions (..., 3) [m] and orientations (..., 3, 3).
+
+        `dt_s` is the time since the last look.
+        """
+        for index, act in enumerate(self._acts):
+            if act.form.observe is not None:
+                none = np.zeros(0)
+                now = act.form.observe(Observed(none, p_w, R_w, none, none), act.values)
+                p_w, R_w = now.p_w, now.R_w
+            if act.form.memory is not None:
+                p_w = self._remembered(index, 0, act, p_w).step(p_w, dt_s)
+                frames = self._remembered(index, 1, act, R_w)
+                R_w = nearest_rotations(frames.step(R_w, dt_s)) if frames.acts else R_w
+        return p_w, R_w
+
+    def _remembered(self, index: int, what: int, act: Act, now: Array) -> _Remembered:
+        """Return the memory of one thing seen, which begins as it is."""
+        if (index, what) not in self._memories:
+            self._memories[index, what] = _Remembered(self._robot, act, now)
+        return self._memories[index, what]

@@ -6,7 +6,7 @@ import math
 
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects._places import in_series_at, places
+from catheter_sim.effects.shared import in_series_at, places
 
 _STIFFNESS = "stiffness_N_per_mm"
 

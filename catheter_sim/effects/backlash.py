@@ -10,14 +10,16 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects._channels import (
+from catheter_sim.effects.shared import (
     actuation_unit,
+    added_at,
     common_and_each,
     common_then_each,
+    groups_at,
     in_si,
+    places,
     scale_of,
 )
-from catheter_sim.effects._places import added_at, groups_at, places
 from catheter_sim.mechanics.hysteresis import play, play_step
 
 _THROUGH = "soft_through"

@@ -19,9 +19,8 @@ from catheter_sim.arrays import Array
 from catheter_sim.channels import channel_inputs, tendon_inputs
 from catheter_sim.core.effect import Effect, Form, Mover, Parameter, Stage, Values
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.remembered import by_identity
-from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects._channels import TO_SI, actuation_unit, scale_of
+from catheter_sim.core.robot import RobotSpec, by_identity
+from catheter_sim.effects.shared import TO_SI, actuation_unit, scale_of
 from catheter_sim.robots import kind_of
 
 _NAME = "{}_to_{}"

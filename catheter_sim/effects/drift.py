@@ -17,13 +17,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Timing, Values
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects._channels import (
-    common_and_each,
-    common_then_each,
-    in_si,
-    scale_of,
-    sized_parameter,
-)
+from catheter_sim.effects.shared import common_and_each, common_then_each, in_si, scale_of, sized_parameter
 from catheter_sim.mechanics.hysteresis import Past, lagged, late_step
 
 _CREEP = ("creep", "creep_time_s")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects._places import added_everywhere, places, sizes
+from catheter_sim.effects.shared import added_everywhere, places, sizes
 
 _CUBIC, _QUINTIC = "cubic_mm2", "quintic_mm4"
 

@@ -10,7 +10,7 @@ import numpy as np
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects._places import added_at, places, sizes
+from catheter_sim.effects.shared import added_at, places, sizes
 
 # Times what bends a robot by a radian that is all as soft as its softest part; springs of tendons and its own
 # weight hold against it.

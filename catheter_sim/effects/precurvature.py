@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from catheter_sim.core.effect import Effect, Form, Role, Stage
-from catheter_sim.effects._places import added_at, groups_at, parameters_at
+from catheter_sim.effects.shared import added_at, groups_at, parameters_at
 
 
 def _form(name: str, equation: str, role: Role) -> Form:

@@ -11,11 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from catheter_sim.core.document import number
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Timing, Values
-from catheter_sim.core.numbers import number
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects._late import Late
-from catheter_sim.effects._places import added_at, places
+from catheter_sim.effects.shared import Late, added_at, places
 
 _VISCOUS = "damping_time_s"
 _MOST_DAMPING_S = 0.3  # by which most robots swing no more

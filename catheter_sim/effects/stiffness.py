@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from catheter_sim.core.document import number, with_values
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
-from catheter_sim.core.numbers import number, with_values
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects._places import places
+from catheter_sim.effects.shared import places
 
 _SCALE = "scale"
 _LIKELY = (0.4, 2.5)  # assumed: a material's modulus is known to a third, a thickness to a quarter, cubed

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.arrays import Array
+from catheter_sim.core.document import si_of, with_values
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
-from catheter_sim.core.numbers import si_of, with_values
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects._places import in_series_at, places
+from catheter_sim.effects.shared import in_series_at, places
 
 _STIFFNESS = "stiffness_N_per_mm"
 _CYCLIC = "cyclic_length_mm"

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.drive import Quantity, quantity_of
+from catheter_sim.core.document import number, with_values
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
-from catheter_sim.core.numbers import number, with_values
+from catheter_sim.core.inputs import Quantity, quantity_of
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects._places import added_at, places
+from catheter_sim.effects.shared import added_at, places
 
 _MU, _PATH, _LOSS = "mu", "path_deg", "path_loss"
 _MOST_PATH_DEG = 1440.0  # four turns

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects._places import added_everywhere, places, sizes
+from catheter_sim.effects.shared import added_everywhere, places, sizes
 
 _RATE, _CELLS = "rate_deg_per_m", "cells_rate_deg_per_m"
 

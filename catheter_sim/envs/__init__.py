@@ -20,15 +20,15 @@ _LATER: dict[str, tuple[dict[str, Any], ...]] = {"Track": ({"time_left": True},)
 
 # task -> entry point, entry point for many, steps
 _TASKS = {
-    "Reach": ("catheter_sim.envs.reach:ReachEnv", "catheter_sim.envs.vector:reach", EPISODE_STEPS),
-    "Track": ("catheter_sim.envs.track:TrackEnv", "catheter_sim.envs.vector:track", EPISODE_STEPS),
+    "Reach": ("catheter_sim.envs.reach_and_track:ReachEnv", "catheter_sim.envs.vector:reach", EPISODE_STEPS),
+    "Track": ("catheter_sim.envs.reach_and_track:TrackEnv", "catheter_sim.envs.vector:track", EPISODE_STEPS),
     "Tumour": (
-        "catheter_sim.envs.clinical.tumour:TumourEnv",
+        "catheter_sim.envs.clinical.insert_and_tumour:TumourEnv",
         "catheter_sim.envs.vector:tumour",
         CLINICAL_STEPS,
     ),
     "Insert": (
-        "catheter_sim.envs.clinical.insert:InsertEnv",
+        "catheter_sim.envs.clinical.insert_and_tumour:InsertEnv",
         "catheter_sim.envs.vector:insert",
         CLINICAL_STEPS,
     ),

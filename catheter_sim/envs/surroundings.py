@@ -9,8 +9,8 @@ from typing import Any
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.mjcf.document import Element, read
-from catheter_sim.modelling.model_cache import remembered_mjcf
-from catheter_sim.modelling.surroundings import text, touching
+from catheter_sim.modelling.attach import text, touching
+from catheter_sim.modelling.build import remembered_mjcf
 
 _SHORT = 1.5  # outer radii: an element that is shorter touches with a ball at its far face
 

@@ -1,43 +1,713 @@
-"""What the tasks of one tip have in common: a robot that actions move, what is seen of it, pictures."""
+"""What the tasks of one tip have in common: arguments, targets, observations, actions, pictures."""
 
 from __future__ import annotations
 
+import copy
+import inspect
+import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import Any, ClassVar
 
 import gymnasium
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.drive import Quantity
-from catheter_sim.core.quick_model import DriveLevels
+from catheter_sim.core.document import SAID, Settings, settings_table
+from catheter_sim.core.inputs import Quantity
+from catheter_sim.core.published import DriveLevels
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.core.settings import SAID, Settings, settings_table
 from catheter_sim.envs import EPISODE_STEPS
-from catheter_sim.envs.arguments import (
-    argument_names,
-    checked_above_zero,
-    checked_action,
-    checked_choice,
-    checked_options,
-    checked_vector,
-    refuse_unknown,
+from catheter_sim.envs.robots import (
+    PULLED_SHARE,
+    RAMP_S,
+    Found,
+    OneByOne,
+    Path,
+    Plant,
+    change_toward,
+    random_paths,
+    random_targets,
 )
-from catheter_sim.envs.observation import Bounds, Observation, look, observation_space, observe
-from catheter_sim.envs.picture import TargetPicture, checked_size
-from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.randomised import RANDOMISED, check_randomised, drawn_settings, end_settings
 from catheter_sim.envs.surroundings import Surround
-from catheter_sim.envs.targets import frictionless_reach
-from catheter_sim.errors import SimulationDiverged
-from catheter_sim.modelling.scene import View, views
-from catheter_sim.pictures.framing import fitted_view
-from catheter_sim.pictures.images import Picture
-from catheter_sim.pictures.state import State
+from catheter_sim.errors import InputError, SimulationDiverged, shown, unknown
+from catheter_sim.modelling.build import View, views
+from catheter_sim.pictures.images import LARGEST_SIDE, SMALLEST_SIDE, Picture, open_renderer
+from catheter_sim.pictures.offscreen import State, fitted_view, free_camera, put, state_of
 from catheter_sim.units import in_file_units
+
+# ----------------------------------------------------------------------------------------------------
+# Checks of what an environment is given: every wrong argument is one line that names it and the choices.
+
+_OPEN = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+
+
+def argument_names(environment: type) -> list[str]:
+    """Return the names of the arguments of an environment's class, those of its bases included."""
+    names: dict[str, None] = {}
+    for base in environment.__mro__:
+        own = base.__dict__.get("__init__")
+        if own is None or base.__module__.split(".")[0] in ("gymnasium", "builtins", "typing"):
+            continue
+        for name, parameter in inspect.signature(own).parameters.items():
+            if name != "self" and parameter.kind not in _OPEN:
+                names.setdefault(name)
+    return list(names)
+
+
+def refuse_unknown(given: Iterable[str], choices: Sequence[str], where: str) -> None:
+    """Raise `InputError` for the first of the `given` names that is not among `choices`."""
+    for name in given:
+        if name not in choices:
+            raise unknown("argument", name, choices, where)
+
+
+def checked_choice(name: str, value: Any, choices: Sequence[str], none_too: bool = False) -> Any:
+    """Return `value`, one of the texts `choices`, or None where that is one too.
+
+    Raises:
+        InputError: it is another.
+    """
+    if value is None and none_too:
+        return None
+    if isinstance(value, str) and value in choices:
+        return value
+    known = [*choices, "None"] if none_too else choices
+    if isinstance(value, str):
+        raise unknown(name, value, known)
+    raise InputError(f"{name} = {shown(value)}: choices: {', '.join(known)}")
+
+
+def checked_above_zero(name: str, value: Any, most: float = math.inf) -> float:
+    """Return `value` as a number above zero, finite, and at most `most`.
+
+    Raises:
+        InputError: it is none.
+    """
+    number = _number(value)
+    if not (0.0 < number <= most and math.isfinite(number)):
+        bound = "zero and finite" if most == math.inf else f"0 and at most {most:g}"
+        given = f"{value:g}" if isinstance(value, float) else shown(value)
+        raise InputError(f"{name} = {given}: must be above {bound}")
+    return number
+
+
+def checked_whole(name: str, value: Any, least: int = 1) -> int:
+    """Return `value` as a whole number, `least` or more.
+
+    Raises:
+        InputError: it is none.
+    """
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise InputError(f"{name} = {shown(value)}: must be a whole number, {least} or more")
+    return int(value)
+
+
+def checked_flag(name: str, value: Any) -> bool:
+    """Return `value`, true or false.
+
+    Raises:
+        InputError: it is neither.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{name} = {shown(value)}: choices: True, False")
+    return bool(value)
+
+
+def checked_vector(name: str, value: Any, needed: str = "three finite numbers are needed") -> Array:
+    """Return `value` as an array of three finite numbers, shape (3,).
+
+    Raises:
+        InputError: it is none.
+    """
+    numbers = _array(value)
+    if numbers is None or numbers.shape != (3,) or not np.isfinite(numbers).all():
+        raise InputError(f"{name} = {shown(value)}: {needed}")
+    return numbers
+
+
+def checked_pair(name: str, value: Any, needed: str) -> tuple[float, float]:
+    """Return `value` as two finite numbers, the lower first.
+
+    Raises:
+        InputError: it is none; `needed` says what would be one.
+    """
+    numbers = None if isinstance(value, str | Mapping) else _array(value)
+    if numbers is None or numbers.shape != (2,) or not np.isfinite(numbers).all():
+        raise InputError(f"{name} = {shown(value)}: {needed}")
+    low, high = map(float, numbers)
+    if low > high:
+        raise InputError(f"{name} = {shown(value)}: {needed}")
+    return low, high
+
+
+def checked_action(name: str, value: Any, shape: tuple[int, ...], needed: str) -> Array:
+    """Return an action as an array of numbers of `shape`; infinite ones count as the largest.
+
+    Raises:
+        InputError: it has another shape, or holds what is no number; `needed` says what would be right.
+    """
+    numbers = _array(value)
+    if numbers is None or numbers.shape != shape or np.isnan(numbers).any():
+        raise InputError(f"{name} = {shown(value)}: {needed}")
+    return numbers
+
+
+def checked_actions(value: Any, shape: tuple[int, int], stepping: np.ndarray) -> Array:
+    """Return the actions of many environments, as `checked_action`.
+
+    Args:
+        value: to be checked.
+        shape: a row for each environment.
+        stepping: whose rows count, shape (n,): what starts anew does not read its own.
+
+    Raises:
+        InputError: as `checked_action`.
+    """
+    numbers = _array(value)
+    if numbers is None or numbers.shape != shape or np.isnan(numbers[stepping]).any():
+        raise InputError(f"actions: {shape} numbers are needed, one row for each environment")
+    return numbers
+
+
+def require_running(ended: np.ndarray) -> None:
+    """Raise `InputError` where an environment's episode has ended and nothing starts it anew."""
+    if ended.any():
+        which = ", ".join(map(str, np.flatnonzero(ended)))
+        raise InputError(f"the episodes of environments {which} have ended: reset them (reset_mask)")
+
+
+def checked_options(options: Any, choices: Sequence[str]) -> dict[str, Any]:
+    """Return the options of a reset.
+
+    Raises:
+        InputError: they are no mapping, or one is not among `choices`.
+    """
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping):
+        known = ", ".join(choices) or "(none)"
+        raise InputError(f"options = {shown(options)}: a mapping is needed; its keys: {known}")
+    for name in options:
+        if name not in choices:
+            raise unknown("option of reset", name, choices)
+    return dict(options)
+
+
+def checked_seeds(seed: Any, count: int) -> list[int | None]:
+    """Return a seed for each of `count` environments: of one seed, the first one's, each next is one more.
+
+    Raises:
+        InputError: there are more or fewer, or one is neither a whole number, 0 or more, nor None.
+    """
+    if seed is None:
+        return [None] * count
+    if isinstance(seed, Integral) and not isinstance(seed, bool):
+        first = checked_whole("seed", seed, 0)
+        return [first + one for one in range(count)]
+    if isinstance(seed, str) or not isinstance(seed, Sequence | np.ndarray):
+        raise InputError(f"seed = {shown(seed)}: a whole number, 0 or more, or {count} of them, is needed")
+    if len(seed) != count:
+        raise InputError(f"seed: {len(seed)} numbers are given, {count} are needed")
+    return [None if own is None else checked_whole("seed", own, 0) for own in seed]
+
+
+def checked_mask(mask: Any, count: int) -> np.ndarray:
+    """Return which of `count` environments `reset_mask` names, as truth values; all where it is None.
+
+    Raises:
+        InputError: it is no such array, or names none.
+    """
+    if mask is None:
+        return np.ones(count, dtype=bool)
+    if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (count,):
+        raise InputError(f"reset_mask: an array of {count} truth values is needed")
+    if not mask.any():
+        raise InputError("reset_mask: at least one environment is to be reset")
+    return mask
+
+
+def _number(value: Any) -> float:
+    """Return `value` as a number; not-a-number where it is none."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _array(value: Any) -> Array | None:
+    """Return `value` as an array of real numbers, or None where it is none."""
+    try:
+        if np.asarray(value).dtype.kind not in "biuf":
+            return None
+        return np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+# ----------------------------------------------------------------------------------------------------
+# What a task shows of a robot: its state at the end of a control step, as one flat array.
+
+Observation = NDArray[np.float32]
+
+# Bounds of the observation; what lies beyond is cut off.
+_PLACE_BOUND = 2.0  # robot lengths
+_SPEED_BOUND = 10.0  # robot lengths a second
+_TENSION_BOUND = 10.0  # ranges of the tension drives
+_BEND_BOUND = 4.0  # half turns, or strokes of an advance
+# What a task may ask for: where to be [robot lengths], which way to look, how fast to go [lengths a second].
+GOAL_BOUNDS = {"target": _PLACE_BOUND, "target_direction": 1.0, "target_velocity": _SPEED_BOUND}
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A robot at the end of a control step, or many robots (an axis more at the front), SI units.
+
+    Attributes:
+        tip, seen_tip: of the tip, true and as measured, shape (..., 3) [m].
+        direction, seen_direction: unit vector along the tip's axis, true and as measured, shape (..., 3).
+        velocity, seen_velocity: mean over the step of the two tips, shape (..., 3) [m/s].
+        level: of the drives, shape (..., d).
+        tension: at the actuators, shape (..., t) [N].
+        bends: of the robot, as its quick model has them, shape (..., *b) [rad or m].
+    """
+
+    tip: Array
+    seen_tip: Array
+    direction: Array
+    seen_direction: Array
+    velocity: Array
+    seen_velocity: Array
+    level: Array
+    tension: Array
+    bends: Array
+
+
+@dataclass(frozen=True)
+class Look(Seen):
+    """One robot at the end of a control step.
+
+    Attributes:
+        state: what a picture of the robot needs.
+    """
+
+    state: State
+
+
+def look(plant: Plant, before: Look | None = None, step_s: float = 1.0) -> Look:
+    """Return how `plant` stands now, `step_s` after `before`; at rest without one."""
+    posture = plant.posture()
+    tip = posture.p_w[-1]
+    seen_tip, seen_axes = plant.seen(tip, posture.R_w[-1])
+    return Look(
+        tip=tip,
+        seen_tip=seen_tip,
+        direction=posture.R_w[-1][:, 2],
+        seen_direction=seen_axes[:, 2],
+        velocity=(tip - before.tip) / step_s if before else np.zeros(3),
+        seen_velocity=(seen_tip - before.seen_tip) / step_s if before else np.zeros(3),
+        level=plant.level.copy(),
+        tension=posture.actuator_tension,
+        bends=plant.segment_bends(),
+        state=state_of(plant.simulator),
+    )
+
+
+def observe(
+    plant: Plant,
+    seen: Seen,
+    goal: Mapping[str, Array],
+    space: gymnasium.spaces.Box,
+    more: Mapping[str, Array] | None = None,
+) -> Observation:
+    """Return the observation of `seen`, in the units and bounds of `space`.
+
+    Args:
+        plant: the robot.
+        seen: how it stands, or how many such robots stand.
+        goal: what the task asks for, by the names of `GOAL_BOUNDS`, each of shape (..., 3), in their units.
+        space: of the observations.
+        more: the task's own further parts, as `observation_space` was told of them.
+    """
+    length = float(plant.segment_length.sum())
+    parts: Mapping[str, Array] = {
+        **goal,
+        "tip": seen.seen_tip / length,
+        "tip_direction": seen.seen_direction,
+        "tip_velocity": seen.seen_velocity / length,
+        "level": seen.level,
+        "tension": seen.tension / plant.drives.tension,
+        "bend": (seen.bends / plant.quick.bend_unit).reshape(*seen.tip.shape[:-1], -1),
+    }
+    values = np.concatenate(
+        [*(parts[name] for name in _bounds(plant, tuple(goal))), *(more or {}).values()], axis=-1
+    )
+    return np.clip(values.astype(np.float32), space.low, space.high)
+
+
+Bounds = Mapping[str, tuple[Array, float]]  # name -> lower bounds, shape (n,), and the upper bound
+
+
+def observation_space(
+    plant: Plant, goal: Sequence[str], more: Bounds | None = None
+) -> tuple[gymnasium.spaces.Box, dict[str, slice]]:
+    """Return the space of the observations, and where in them each part lies.
+
+    Args:
+        plant: the robot.
+        goal: names of what the task asks for, of `GOAL_BOUNDS`.
+        more: the task's own further parts, last.
+    """
+    lows, highs, start = [], [], 0
+    layout: dict[str, slice] = {}
+    for name, (low, high) in {**_bounds(plant, goal), **(more or {})}.items():
+        lows.append(low)
+        highs.append(np.full(len(low), high))
+        layout[name] = slice(start, start + len(low))
+        start += len(low)
+    lowest, highest = (np.concatenate(ends).astype(np.float32) for ends in (lows, highs))
+    return gymnasium.spaces.Box(lowest, highest, dtype=np.float32), layout
+
+
+def _bounds(plant: Plant, goal: Sequence[str]) -> dict[str, tuple[Array, float]]:
+    """Return the parts of an observation in their order, with lower bounds and the upper bound."""
+    asked = {name: (np.full(3, -GOAL_BOUNDS[name]), GOAL_BOUNDS[name]) for name in goal}
+    return asked | {
+        "tip": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
+        "tip_direction": (np.full(3, -1.0), 1.0),
+        "tip_velocity": (np.full(3, -_SPEED_BOUND), _SPEED_BOUND),
+        "level": (plant.drives.lowest, 1.0),
+        "tension": (np.zeros(len(plant.drives.tension)), _TENSION_BOUND),
+        "bend": (np.full(plant.quick.bend_unit.size, -_BEND_BOUND), _BEND_BOUND),
+    }
+
+
+# ----------------------------------------------------------------------------------------------------
+# Settings of a robot that are drawn at random within bounds, at every reset of an environment.
+
+Randomised = Mapping[str, tuple[float, float]]  # dotted key of a setting -> bounds, in the key's unit
+RANDOMISED = "randomised"  # what errors call such a setting
+
+
+def check_randomised(randomised: Any) -> Randomised:
+    """Return the bounds, least first; none where None is given.
+
+    Raises:
+        InputError: they are no mapping of keys to two finite numbers in order.
+    """
+    if randomised is None:
+        return {}
+    if not isinstance(randomised, Mapping):
+        raise InputError(
+            f"{RANDOMISED} = {shown(randomised)}: a mapping of keys to bounds is needed, as in "
+            "{'friction.mu': (0.1, 0.5)}"
+        )
+    needed = "two finite numbers, least first, are needed; values are drawn evenly between them"
+    for name in randomised:
+        if not isinstance(name, str) or "=" in name or not name.isprintable():
+            raise InputError(f"{RANDOMISED}: {shown(name)}: a dotted key is needed, as in friction.mu")
+    return {name: checked_pair(f"{RANDOMISED} {name}", item, needed) for name, item in randomised.items()}
+
+
+def drawn_settings(randomised: Randomised, rng: np.random.Generator) -> dict[str, float]:
+    """Return the settings, each value drawn evenly within its bounds."""
+    return {name: float(rng.uniform(*bounds)) for name, bounds in randomised.items()}
+
+
+def end_settings(randomised: Randomised, which: int) -> dict[str, float]:
+    """Return the settings with all lower bounds (0) or all upper ones (1)."""
+    return {name: bounds[which] for name, bounds in randomised.items()}
+
+
+# ----------------------------------------------------------------------------------------------------
+# Pictures of a simulated robot and its target, drawn without a screen.
+
+_ROUND = 16  # corners of the target's outline: the model's thin tendons do with fewer
+# Small pictures, as they are observed: without a graphics card it is the triangles that take time, and four
+# samples of each more than thrice as many pixels a side, whose mean is smoother.
+_SMALL = 128  # pixels a side
+_FINER = 3
+_SMALL_ROUND = 8
+_TARGET_RGBA = (0.10, 0.62, 0.25, 0.75)
+
+
+def checked_size(width: Any, height: Any, default: tuple[int, int]) -> tuple[int, int]:
+    """Return width and height of a picture [pixels]; `default` for what is None.
+
+    Raises:
+        InputError: one is no whole number, or not a picture's.
+    """
+    sides = [
+        given if side is None else checked_whole(name, side)
+        for name, side, given in (("width", width, default[0]), ("height", height, default[1]))
+    ]
+    least = SMALLEST_SIDE if max(sides) > _SMALL else -(-SMALLEST_SIDE // _FINER)
+    for name, side in zip(("width", "height"), sides, strict=True):
+        if not least <= side <= LARGEST_SIDE:
+            raise InputError(f"{name} = {shown(side)}: a picture has {least} to {LARGEST_SIDE} pixels a side")
+    return sides[0], sides[1]
+
+
+class TargetPicture:
+    """An open renderer; model and state are its own, so that drawing leaves the simulation alone."""
+
+    def __init__(self, model: mujoco.MjModel, view: View, width: int, height: int) -> None:
+        """Open the renderer.
+
+        Args:
+            model: the robot; a copy of it is drawn.
+            view: where to look from.
+            width, height: [pixels].
+
+        Raises:
+            InputError: the size is no picture's, or no OpenGL context can be had.
+        """
+        model = copy.copy(model)
+        quality = model.vis.quality
+        if max(width, height) <= _SMALL:
+            self._finer = _FINER
+            quality.offsamples = 0
+            quality.numslices, quality.numstacks = _SMALL_ROUND, _SMALL_ROUND // 2
+        else:
+            self._finer = 1
+            quality.numslices = max(quality.numslices, _ROUND)
+            quality.numstacks = max(quality.numstacks, _ROUND // 2)
+        self._size = height, width
+        self._renderer = open_renderer(model, self._finer * width, self._finer * height)
+        self._model = model
+        self._data = mujoco.MjData(model)
+        self._camera = free_camera(view)
+        self._options = mujoco.MjvOption()
+        self._options.sitegroup[:] = 0
+
+    def draw(self, state: State, target_m: Array, radius_m: float) -> Picture:
+        """Return the robot in `state` with a sphere at `target_m`, shape (height, width, 3)."""
+        put(state, self._model, self._data)
+        self._renderer.update_scene(self._data, self._camera, self._options)
+        scene = self._renderer.scene
+        if scene.ngeom < scene.maxgeom:
+            mujoco.mjv_initGeom(
+                scene.geoms[scene.ngeom],
+                mujoco.mjtGeom.mjGEOM_SPHERE,
+                np.full(3, radius_m),
+                target_m,
+                np.eye(3).ravel(),
+                np.array(_TARGET_RGBA, dtype=np.float32),
+            )
+            scene.ngeom += 1
+        picture: Picture = self._renderer.render()
+        if self._finer == 1:
+            return picture
+        height, width = self._size
+        parts = picture.reshape(height, self._finer, width, self._finer, 3)
+        return np.rint(parts.mean(axis=(1, 3))).astype(np.uint8)
+
+    def close(self) -> None:
+        """Free the renderer."""
+        self._renderer.close()
+
+
+# ----------------------------------------------------------------------------------------------------
+# Points and ways that the tip of a robot reaches: drawn at random, or checked.
+#
+# A point counts as reachable where the simulated robot comes to it from rest on a straight way of its
+# drives, friction, effects and load included. So every target has inputs that are known to reach it, and
+# none rests on a model of the workspace.
+
+_ALONE = np.arange(1)
+_STARTS = 4  # places in the range of the drives from which a given point is sought
+_APART_RAD = 1.0  # between their bends; a tube's stroke counts as half a turn
+_TRIALS = 12  # simulated postures on the way from each of them
+_GAIN = 0.95  # a trial that leaves more than this share of the miss is the last from its start
+_CORRECTED = 8  # trials from the best posture with slopes corrected by what they showed
+_FOUND = 1e-3  # of the robot's length: the frictionless robot is at the point
+_CLOUD = 4000  # draws among which the starts are chosen
+
+
+def tip_at(plant: Plant, level: Array) -> Array:
+    """Return where the tip comes to rest when the drives go from rest to `level`, shape (3,) [m].
+
+    The plant stays there.
+
+    Raises:
+        SimulationDiverged: it comes to rest nowhere.
+    """
+    plant.reset()
+    plant.move(level, RAMP_S)
+    plant.settle()
+    return plant.posture().p_w[-1]
+
+
+def random_target(plant: Plant, rng: np.random.Generator, clearance_m: float) -> Found:
+    """Return a random reachable point, at least `clearance_m` from the tip at rest.
+
+    Raises:
+        InputError: no draw ends so far from rest.
+    """
+    return random_targets(plant, OneByOne([plant]), _ALONE, [rng], clearance_m)[0]
+
+
+def random_path(
+    plant: Plant, rng: np.random.Generator, clearance_m: float, steps: int, step_s: float
+) -> Path:
+    """Return a random way of the tip, of so many `steps`; see `draws.random_paths`.
+
+    Raises:
+        InputError: no draw takes the tip so far.
+    """
+    return random_paths(plant, OneByOne([plant]), _ALONE, [rng], clearance_m, steps, step_s)[0]
+
+
+def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
+    """Return the posture whose tip is nearest to `target_m` among those found from several starts.
+
+    The search ends at a posture nearer than `enough_m` [m].
+
+    Raises:
+        SimulationDiverged: the robot does not stand even at rest.
+    """
+    drives, length = plant.drives, float(plant.segment_length.sum())
+    plant.reset()
+    best = Found(plant.level.copy(), plant.posture().p_w[-1])
+    best_miss = float(np.linalg.norm(best.tip_m - target_m))
+    for start in _starts(plant, target_m):
+        level, least_miss = start, np.inf
+        for _ in range(_TRIALS):
+            try:
+                tip = tip_at(plant, level)
+            except SimulationDiverged:
+                break
+            miss = float(np.linalg.norm(tip - target_m))
+            if miss < best_miss:
+                best, best_miss = Found(level, tip), miss
+            if best_miss <= enough_m:
+                return best
+            if miss > _GAIN * least_miss:
+                break
+            least_miss = miss
+            room = drives.lowest - level, 1.0 - level
+            slopes = plant.quick.tip_slopes(level, plant.segment_bends())
+            level = level + change_toward(target_m - tip, slopes, length, *room)
+    return _corrected(plant, target_m, best, enough_m)
+
+
+def _corrected(plant: Plant, target_m: Array, found: Found, enough_m: float) -> Found:
+    """Return `found`, or a nearer posture by slopes that learn from every trial (Broyden's update).
+
+    Friction turns and shortens the tip's way; where a robot has many drives, the quick model's slopes
+    alone may lead no nearer.
+    """
+    drives, length = plant.drives, float(plant.segment_length.sum())
+    tip_at(plant, found.level)
+    slopes = plant.quick.tip_slopes(found.level, plant.segment_bends())
+    for _ in range(_CORRECTED):
+        room = drives.lowest - found.level, 1.0 - found.level
+        change = change_toward(target_m - found.tip_m, slopes, length, *room)
+        if not change.any():
+            break
+        try:
+            tip = tip_at(plant, found.level + change)
+        except SimulationDiverged:
+            break
+        slopes = slopes + np.outer(tip - found.tip_m - slopes @ change, change) / (change @ change)
+        if np.linalg.norm(tip - target_m) < np.linalg.norm(found.tip_m - target_m):
+            found = Found(found.level + change, tip)
+        if np.linalg.norm(found.tip_m - target_m) <= enough_m:
+            break
+    return found
+
+
+def require_reachable(plant: Plant, target_m: Sequence[float], tolerance_m: float) -> Array:
+    """Return `target_m` as an array, shape (3,) [m].
+
+    Raises:
+        InputError: it is no point, or the tip does not come within `tolerance_m` of it.
+    """
+    try:
+        target = np.array(target_m, dtype=float)
+    except (TypeError, ValueError):
+        target = np.zeros(0)
+    if target.shape != (3,) or not np.isfinite(target).all():
+        raise InputError(f"target = {target_m!r}: three finite numbers are needed, x, y and z in m")
+    out_of_reach = f"target {_millimetres(target)} mm is out of reach of {plant.specified.name}: "
+    away, longest = float(np.linalg.norm(target)), float(plant.segment_length.sum())
+    if away > longest + tolerance_m:
+        raise InputError(f"{out_of_reach}{away * 1e3:.1f} mm from the base, it is {longest * 1e3:g} mm long")
+    if plant.quick.planar and abs(target[1]) > tolerance_m:
+        raise InputError(f"{out_of_reach}y must be 0, as it bends in the xz plane only")
+    found = nearest(plant, target, tolerance_m)
+    miss = float(np.linalg.norm(found.tip_m - target))
+    if miss > tolerance_m:
+        raise InputError(
+            f"{out_of_reach}the tip was brought no nearer than {miss * 1e3:.1f} mm, "
+            f"to {_millimetres(found.tip_m)} mm (tolerance {tolerance_m * 1e3:g} mm)"
+        )
+    return target
+
+
+def frictionless_reach(plant: Plant) -> tuple[Array, Array, Array]:
+    """Return where the robot without friction and load goes all over the range of its drives.
+
+    Returns:
+        Levels, shape (n, d), tips, shape (n, 3) [m], and bends, shape (n, *b) [rad or m].
+    """
+    lowest = plant.drives.lowest
+    rng = np.random.default_rng(0)  # the same points every time
+    level = rng.uniform(lowest, 1.0, (_CLOUD, len(lowest)))
+    level[::2] *= rng.random(level[::2].shape) < PULLED_SHARE
+    bent = plant.quick.reach(level[1:2], plant.rest_bends)[1][0]
+    level *= np.any(plant.quick.tip_slopes(level[1], bent), axis=0)  # drives that move no tip stay at rest
+    return level, *plant.quick.reach(level, plant.rest_bends)
+
+
+def frictionless_level(plant: Plant, target_m: Array) -> Array:
+    """Return the levels at which the robot without friction and load is nearest to a point, shape (d,).
+
+    Without simulation; of the postures found from several starts.
+    """
+    quick, length = plant.quick, float(plant.segment_length.sum())
+    best, best_miss = np.zeros(len(plant.drives.names)), np.inf
+    for level in _starts(plant, target_m):
+        for _ in range(_TRIALS):
+            tips, bends = quick.reach(level[np.newaxis], plant.rest_bends)
+            miss = float(np.linalg.norm(target_m - tips[0]))
+            if miss < best_miss:
+                best, best_miss = level, miss
+            if best_miss < _FOUND * length:
+                return best
+            room = plant.drives.lowest - level, 1.0 - level
+            level = level + change_toward(
+                target_m - tips[0], quick.tip_slopes(level, bends[0]), length, *room
+            )
+    return best
+
+
+def _starts(plant: Plant, target_m: Array) -> list[Array]:
+    """Return levels, far apart in posture, at which the frictionless robot is near `target_m`."""
+    level, tip, bend = frictionless_reach(plant)
+    bend = bend * (math.pi / plant.quick.bend_unit)
+    chosen: list[int] = []
+    for index in np.argsort(np.linalg.norm(tip - target_m, axis=1)):
+        if all(np.linalg.norm(bend[index] - bend[other]) > _APART_RAD for other in chosen):
+            chosen.append(int(index))
+        if len(chosen) == _STARTS:
+            break
+    return [level[index] for index in chosen]
+
+
+def _millimetres(point_m: Array) -> str:
+    return "(" + ", ".join(f"{value * 1e3:.1f}" for value in point_m) + ")"
+
+
+# ----------------------------------------------------------------------------------------------------
+# What the tasks of one tip have in common: a robot that actions move, what is seen of it, pictures.
 
 Action = NDArray[np.float32]
 OBSERVATIONS = ("state", "pixels")

@@ -9,11 +9,10 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.exporting import loops
-from catheter_sim.exporting.causes import EXACT, Cause, without
-from catheter_sim.exporting.plain import PlainRun
-from catheter_sim.exporting.write import Model
-from catheter_sim.modelling.scene import robot_length
+from catheter_sim.exporting import write as loops
+from catheter_sim.exporting.elements import EXACT, Cause, without
+from catheter_sim.exporting.write import Model, PlainRun
+from catheter_sim.modelling.build import robot_length
 from catheter_sim.progress import Stages
 from catheter_sim.simulation.replay import simulate
 

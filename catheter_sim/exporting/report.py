@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from catheter_sim.exporting.causes import FITTED, LEFT
+from catheter_sim.exporting.elements import FITTED, LEFT
 from catheter_sim.exporting.judge import Distance, Judgement
 from catheter_sim.exporting.write import Model
 

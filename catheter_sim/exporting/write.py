@@ -1,48 +1,300 @@
-"""A robot with its effects as one MJCF: built, fitted on loops, judged on others."""
+"""A robot with its effects as one MJCF: built, fitted on loops, and run in MuJoCo alone."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import mujoco
 import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import body_count, drives_of, input_channels
-from catheter_sim.core.drive import Quantity, shares
 from catheter_sim.core.effect import Stage
-from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.quick_model import DriveLevels
+from catheter_sim.core.inputs import Inputs, Quantity, pulls_alone, shares
+from catheter_sim.core.published import DriveLevels
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in, check_effects
 from catheter_sim.errors import SimulationDiverged, unknown
-from catheter_sim.exporting import loops
-from catheter_sim.exporting.actuators import command_actuators, count_samples
-from catheter_sim.exporting.causes import (
+from catheter_sim.exporting.elements import (
     BUILT,
     FITTED,
     IN_LOOPS,
     LEFT,
     Cause,
+    HingeLaw,
+    Shift,
+    add_friction,
+    add_sensors,
+    add_shifts,
+    add_springs,
     affine_of,
+    command_actuators,
+    count_samples,
     find_causes,
+    find_shifts,
+    fit_laws,
+    missing_moments,
     quasi_static,
     timing_of,
     view_of,
     without,
 )
-from catheter_sim.exporting.elements import add_friction, add_shifts, add_springs
-from catheter_sim.exporting.moments import HingeLaw, fit_laws, missing_moments
-from catheter_sim.exporting.other_engines import make_plainer
-from catheter_sim.exporting.paths import Shift, find_shifts
-from catheter_sim.exporting.plain import PlainRun
-from catheter_sim.exporting.sensors import add_sensors
 from catheter_sim.mjcf.document import Element, read
-from catheter_sim.modelling.build import build_mjcf, taken_by_mujoco
-from catheter_sim.modelling.scene import robot_length
-from catheter_sim.progress import Stages
+from catheter_sim.modelling.build import build_mjcf, robot_length, taken_by_mujoco
+from catheter_sim.progress import Stages, counted
+from catheter_sim.robots import face_of
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
+
+# ----------------------------------------------------------------------------------------------------
+# Histories of inputs on which an exported file is fitted, and others on which it is judged.
+#
+# Both are loops from rest and back, held row by row. Those that judge go to other levels, turn round half
+# way, and pull one drive while another stands: nothing of them has been fitted.
+
+ROWS_A_WAY = 12  # of a fitted loop's full way
+# Corners of the loops as shares of a drive's range, from rest and back to it.
+_FITTED = (0.0, 1.0, 0.0)
+_JUDGED = (0.0, 0.8, 0.35, 0.65, 0.0)
+_STANDING_SHARE = 0.3  # of a drive's range, at which it stands while the next one goes through its loop
+_STANDING = (0.0, 0.6, 0.0)
+
+
+def loop_drives(robot: RobotSpec, largest_bend_rad: float | None = None) -> DriveLevels:
+    """Return what loops move: the robot's drives with their ranges, as environments know them.
+
+    Args:
+        robot: with its effects or without.
+        largest_bend_rad: what a drive asks of a segment at the end of its range; default: a quarter turn.
+
+    Raises:
+        InputError: the robot's kind has none.
+    """
+    steering = face_of(robot, "steering", "export")
+    drives: DriveLevels = steering.quick_model(robot, robot.actuation, largest_bend_rad).drives
+    return drives
+
+
+def fitted_loops(drives: DriveLevels) -> Inputs:
+    """Return one whole loop of each drive after the other, to each end of its range."""
+    count = len(drives.names)
+    parts = []
+    for drive in range(count):
+        parts.append(_alone(_path(_FITTED, ROWS_A_WAY), drive, count))
+        if drives.lowest[drive] < 0.0:
+            parts.append(-parts[-1])
+    return _inputs(drives, parts)
+
+
+def judged_loops(drives: DriveLevels) -> tuple[Inputs, Inputs | None]:
+    """Return loops with turns half way: of one drive at a time, and of one while its neighbour stands.
+
+    The second is None where there is one drive alone.
+    """
+    count = len(drives.names)
+    alone = []
+    for drive in range(count):
+        sides = (1.0, -1.0) if drives.lowest[drive] < 0.0 else (1.0,)
+        alone += [side * _alone(_path(_JUDGED, 8), drive, count) for side in sides]
+    together = []
+    for drive in range(count if count > 1 else 0):
+        standing = _STANDING_SHARE * _alone(np.ones(1), (drive + 1) % count, count)
+        moved = _alone(_path(_STANDING, 8), drive, count)
+        together += [standing, standing + moved, np.zeros((1, count))]
+    return _inputs(drives, alone), _inputs(drives, together) if together else None
+
+
+def _path(corners: tuple[float, ...], rows_a_way: int) -> Array:
+    """Return rows along corners, a whole way in so many, without the first corner."""
+    legs = []
+    for start, end in pairwise(corners):
+        rows = max(2, round(rows_a_way * abs(end - start)))
+        legs.append(start + (end - start) * np.arange(1, rows + 1) / rows)
+    return np.concatenate(legs)
+
+
+def _alone(levels: Array, drive: int, count: int) -> Array:
+    """Return the levels of `count` drives of which one moves, shape (r, d)."""
+    found = np.zeros((len(levels), count))
+    found[:, drive] = levels
+    return found
+
+
+def _inputs(drives: DriveLevels, parts: list[Array]) -> Inputs:
+    count = len(drives.names)
+    levels = np.concatenate([np.zeros((1, count)), *parts, np.zeros((1, count))])
+    tendon = pulls_alone(drives.actuation, levels @ drives.tendon.T)
+    nothing = np.zeros((len(levels), 3))
+    return Inputs(np.arange(float(len(levels))), drives.actuation, tendon, nothing, nothing)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Runs a written file in MuJoCo alone: what somebody sees who has the file and nothing of this package.
+#
+# Positions are read from the file's own sensors `position_<k>`, as an observer has them.
+
+RAMP_S = 1.0  # simulated time from one held row to the next
+LONGEST_REST_S = 1.0  # that is then waited for rest
+_LOOK_S = 0.05
+_REST_RAD_PER_S = 2e-3
+
+
+class PlainRun:
+    """A file in MuJoCo, from rest with zero inputs.
+
+    Attributes:
+        model, data: MuJoCo's.
+        shares: the control of each actuator for the inputs, shape (nu, t): ctrl = shares @ inputs.
+    """
+
+    def __init__(self, text: str, shares: Array) -> None:
+        """Load the file's text."""
+        self.model = mujoco.MjModel.from_xml_string(text)
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # what diverges is to be seen
+        self.model.actuator_ctrllimited[:] = 0
+        self.data = mujoco.MjData(self.model)
+        self.shares = shares
+        names = [self.model.sensor(k).name for k in range(self.model.nsensor)]
+        self._places = [self.model.sensor(name).adr[0] for name in names if name.startswith("position_")]
+        if self.model.nkey:
+            mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
+
+    def positions(self) -> Array:
+        """Return where the elements' faces are seen, base to tip, shape (n, 3) [m]."""
+        mujoco.mj_forward(self.model, self.data)
+        return np.array([self.data.sensordata[place : place + 3] for place in self._places])
+
+    def held(
+        self,
+        inputs: Array,
+        progress: bool = False,
+        on_row: Callable[[int], None] | None = None,
+        ramp_s: float = RAMP_S,
+    ) -> Array:
+        """Return the positions at rest under rows of inputs, each approached slowly.
+
+        Args:
+            inputs: shape (r, t), SI.
+            progress: show on standard error how many rows are done.
+            on_row: called with the row's index when it is reached.
+            ramp_s: simulated time from one row to the next [s].
+
+        Returns:
+            Shape (r, n, 3) [m]; NaN from the row on in which the motion diverges.
+        """
+        controls = inputs @ self.shares.T
+        found = np.full((len(inputs), len(self._places), 3), np.nan)
+        before = np.zeros(controls.shape[1])
+        steps = max(1, round(ramp_s / self.model.opt.timestep))
+        for row in counted(range(len(inputs)), len(inputs), "replaying", "row", progress):
+            for step in range(1, steps + 1):
+                share = 1.0 - (1.0 - step / steps) ** 3
+                self.data.ctrl[:] = before + (controls[row] - before) * share
+                mujoco.mj_step(self.model, self.data)
+            self._rest()
+            if not np.isfinite(self.data.qpos).all():
+                break
+            found[row] = self.positions()
+            if on_row is not None:
+                on_row(row)
+            before = controls[row]
+        return found
+
+    def _rest(self) -> None:
+        """Wait until next to nothing moves, or for so long."""
+        block = max(1, round(_LOOK_S / self.model.opt.timestep))
+        for _ in range(round(LONGEST_REST_S / _LOOK_S)):
+            mujoco.mj_step(self.model, self.data, block)
+            if not np.abs(self.data.qvel).max(initial=0.0) > _REST_RAD_PER_S:
+                return
+
+    def followed(self, time_s: Array, inputs: Array) -> Array:
+        """Return the positions in motion along rows of inputs, shape (r, n, 3) [m].
+
+        The motion begins at rest under the first row.
+
+        Args:
+            time_s: strictly increasing, shape (r,).
+            inputs: straight from row to row, shape (r, t), SI.
+        """
+        controls = inputs @ self.shares.T
+        found = np.full((len(inputs), len(self._places), 3), np.nan)
+        self.held(inputs[:1])
+        found[0] = self.positions()
+        start = self.data.time - time_s[0]
+        for row in range(1, len(inputs)):
+            while self.data.time < start + time_s[row] - 0.5 * self.model.opt.timestep:
+                share = np.clip(
+                    (self.data.time - start - time_s[row - 1]) / (time_s[row] - time_s[row - 1]), 0.0, 1.0
+                )
+                self.data.ctrl[:] = controls[row - 1] + share * (controls[row] - controls[row - 1])
+                mujoco.mj_step(self.model, self.data)
+            found[row] = self.positions()
+        return found
+
+
+# ----------------------------------------------------------------------------------------------------
+# What a model must be like for engines that know less than MuJoCo: MJX and MuJoCo Warp.
+#
+# They have no plastic springs, no late controls or views, no implicit integration, and they regularise a
+# constraint by the inertia that a joint or a tendon has at the straight robot at rest, as MuJoCo does
+# without its flag `diagexact`: R = (1 - d) / d times what `dof_invweight0`, `tendon_invweight0` say. For a
+# tie of a slide to a hinge that is 1 / inertia of the hinge, in 1 / (kg m^2), beside that of the slide, in
+# 1 / kg, and a hinge alone in a light robot has next to no inertia: the tie gives way by a millimetre.
+# Tendons tie them instead, the hinge's an angle times a short lever. For a friction loss it is nothing at
+# all where the tendon has no slope at rest; `elements.add_friction` gives it some. A friction loss creeps
+# by R times its force, the less the more inertia the hinge has: it gets its stiffness times `HINGE_TIME_S`
+# squared. At rest nothing is felt of that.
+
+HINGE_TIME_S = 0.01  # as `core.robot.Dynamics` gives held rows
+_LEVER_M = 1e-3  # by which an angle is made a length
+_TIE_STEPS = 2.0  # in which a tie closes: MuJoCo allows no fewer
+_INTEGRATORS = ("Euler", "implicitfast")
+
+
+def make_plainer(root: Element, plain: mujoco.MjModel, laws: Sequence[HingeLaw]) -> None:
+    """Take out of a model what such engines refuse, and let its ties and friction be hard without it.
+
+    Args:
+        root: the model, with all that it is given.
+        plain: the same, loaded, without what laws add.
+        laws: of its hinges.
+    """
+    for item in (*root.part("actuator").children, *root.part("sensor").children):
+        item.set(delay=None, nsample=None, interp=None)
+    option = root.part("option")
+    if option.get("integrator") not in _INTEGRATORS:
+        option.set(integrator="implicitfast")
+    option.part("flag").set(diagexact=None)
+    option.set(solver="Newton")  # with friction losses it is the faster one
+    _tie_by_lengths(root, plain.opt.timestep)
+    stiffness = {law.joint: abs(law.stiffness) + float(plain.joint(law.joint).stiffness[0]) for law in laws}
+    for joint in root.part("worldbody").every("joint"):
+        if own := stiffness.get(joint.get("name", ""), 0.0):
+            joint.set(armature=max(own * HINGE_TIME_S**2, *joint.numbers("armature", 0.0)))
+
+
+def _tie_by_lengths(root: Element, timestep_s: float) -> None:
+    """Let tendons tie slides to hinges, so that a hinge's angle counts as a length."""
+    tendons = root.part("tendon")
+    made: set[str] = set()
+    for tie in root.part("equality").every("joint"):
+        slide, hinge = tie.get("joint1"), tie.get("joint2")
+        for joint, coefficient in ((slide, 1.0), (hinge, _LEVER_M)):
+            if joint not in made:
+                made.add(joint)
+                tendon = tendons.add("fixed", name=f"tie_{joint}")
+                tendon.add("joint", joint=joint, coef=coefficient)
+        powers = [value / _LEVER_M**power for power, value in enumerate(tie.numbers("polycoef"))]
+        tie.tag = "tendon"
+        tie.set(joint1=None, joint2=None, tendon1=f"tie_{slide}", tendon2=f"tie_{hinge}")
+        tie.set(polycoef=powers, solref=(_TIE_STEPS * timestep_s, 1.0))
+
+
+# ----------------------------------------------------------------------------------------------------
+# A robot with its effects as one MJCF: built, fitted on loops, judged on others.
 
 ENGINES = ("mujoco", "mjx", "warp")
 _RANGE_MORE = 0.1  # of what hinges turn on the loops, by which their paths are known beyond it
@@ -118,9 +370,9 @@ def write_model(
     if engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     check_effects(robot)
-    drives = loops.drives_of(robot, largest_bend_rad)
+    drives = loop_drives(robot, largest_bend_rad)
     causes = _by_joints(robot, find_causes(robot))
-    inputs = loops.fitted_loops(drives)
+    inputs = fitted_loops(drives)
     with Stages("exporting", progress) as stages:
         stages.say("simulating loops")
         found = _fitted(robot, quasi_static(robot, causes), engine, causes, drives, inputs, progress)

@@ -18,9 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
 from catheter_sim.arrays import Array
-from catheter_sim.foreign.causes import Number, Values, Variant
-from catheter_sim.foreign.thresholds import BLOCK_S, STEPS
-from catheter_sim.foreign.twin import Runner, Trial
+from catheter_sim.foreign.model import BLOCK_S, STEPS, Number, Runner, Trial, Values, Variant
 
 _STEP = 0.05  # of a number's scale, for slopes
 _FAR = 1e4  # times the noise: larger errors count as that

@@ -21,15 +21,15 @@ from catheter_sim.gpu.device import Copies, DeviceLaw, Gpu, TurnsKernel, find_de
 from catheter_sim.mechanics.capstan import LEAST_RESPONSE
 from catheter_sim.mechanics.hysteresis import clamp_of_slack
 from catheter_sim.robots import kind_of
-from catheter_sim.simulation.divergence import LARGEST_INPUT, farthest
 from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction
+from catheter_sim.simulation.motion import LARGEST_INPUT, farthest
 from catheter_sim.simulation.simulator import Simulator
 
 # ----------------------------------------------------------------------------------------------------
 # Tensions and clamps of actuators that pull tendons, as Warp kernels, one thread for each copy and
 # actuator.
 #
-# As in `catheter_sim.simulation.actuation`, in double precision; what MuJoCo Warp hands over and takes is
+# As in `catheter_sim.simulation.simulator`, in double precision; what MuJoCo Warp hands over and takes is
 # single.
 
 # mypy: disable-error-code="valid-type"

@@ -1,35 +1,60 @@
-"""From files as they were measured to a proposed table `[map]`, with what was guessed of it and why."""
+"""From files as they were measured to a proposed data set's folder, with the reasons of every guess."""
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from catheter_sim.arrays import Array
+from catheter_sim.catalogue import FILES, load_robot
 from catheter_sim.channels import body_count, input_channels
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.faults_of_columns import full_pulls
 from catheter_sim.diagnosis.mapping import ANGLES, COUNTS, UNITS, RawFile, channel_unit, read_raw
 from catheter_sim.diagnosis.thresholds import PULL_BEYOND
+from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.errors import InputError, cut
-from catheter_sim.importing.against_robot import RADII_MM, TURNS, spread
-from catheter_sim.importing.clocks import clock_of, meeting
-from catheter_sim.importing.guesses import Guess
-from catheter_sim.importing.heads import PIXELS, Heads, heads_of, numbers_of
-from catheter_sim.importing.laid import Rows, frame_of, lengths_of, plane_frame, rows_of, signs_of, spools_of
-from catheter_sim.importing.matching import (
+from catheter_sim.files import check_output_folder
+from catheter_sim.importing.columns import (
+    PIXELS,
+    Guess,
+    Heads,
+    clock_of,
+    heads_of,
     is_motor,
     match_inputs,
     match_outputs,
     match_points,
+    meeting,
+    numbers_of,
     plane_points,
 )
+from catheter_sim.importing.laid import (
+    RADII_MM,
+    TURNS,
+    Rows,
+    frame_of,
+    lengths_of,
+    plane_frame,
+    rows_of,
+    signs_of,
+    spools_of,
+    spread,
+)
+from catheter_sim.tables import replaced_when_whole
+
+# ----------------------------------------------------------------------------------------------------
+# From files as they were measured to a proposed table `[map]`, with what was guessed of it and why.
 
 MOST_HELD_ROWS = 2000  # of a file that are taken: each is held until the robot rests
 _MOST_RAD = 15.0  # a motor's angle whose range is larger is taken for degrees
@@ -382,3 +407,110 @@ def _settled(
     tables = {name: {"columns": list(columns), "unit": unit} for name, columns in points.items()}
     outputs = tuple(f"{point}_{axis}_mm" for point in points for axis in "xyz")
     return {"axes": axes, **tables, **entries}, [*found, *more], outputs
+
+
+# ----------------------------------------------------------------------------------------------------
+# A proposal written as a data set's folder: `dataset.toml` with its reasons, the files beside it.
+
+
+def import_files(
+    paths: Sequence[str | os.PathLike[str]], reference: str, folder: str | os.PathLike[str], asked: Asked
+) -> tuple[Proposal, Dataset]:
+    """Write a data set's folder for files as they were measured; return what was proposed, and the data read.
+
+    Args:
+        paths: the trials' files, laid out alike; they are copied into the folder.
+        reference: a robot's id, or the path of its `.toml`, which is copied too.
+        folder: to write, made where it does not exist.
+        asked: what the user states besides.
+
+    Raises:
+        InputError: a file or the robot cannot be read, the folder holds a `dataset.toml` already, or two
+            files have one name.
+    """
+    target = check_output_folder(folder)
+    if (target / "dataset.toml").exists():
+        raise InputError(f"{target / 'dataset.toml'}: is there already; choose another folder")
+    robot = load_robot(reference)
+    proposal = propose(robot, paths[0], asked)
+    logs = [] if asked.log is None else [asked.log]
+    sources = [Path(path) for path in (*paths, *logs)]
+    if reference.endswith(FILES):
+        sources.append(Path(reference))
+    names = [source.name for source in sources]
+    for name in names:
+        if names.count(name) > 1 or name == "dataset.toml":
+            raise InputError(f"{name}: two files of the folder would have this name; rename one")
+    target.mkdir(parents=True, exist_ok=True)
+    for source in sources:
+        if source.resolve() != (target / source.name).resolve():
+            shutil.copyfile(source, target / source.name)
+    trials = [Path(path).name for path in paths]
+    with replaced_when_whole(target / "dataset.toml") as file:
+        file.write("\n".join(lines_of(proposal, reference, trials)) + "\n")
+    try:
+        return proposal, load_dataset(target)
+    except InputError as error:
+        raise InputError(
+            f"{error}; the proposal, to be changed, stands in {target / 'dataset.toml'}"
+        ) from None
+
+
+def lines_of(proposal: Proposal, reference: str, trials: Sequence[str]) -> Iterator[str]:
+    """Yield the lines of a proposal's `dataset.toml`."""
+    asked = proposal.asked
+    gravity = list(asked.gravity_mps2 or (0.0, 0.0, 0.0))
+    robot = Path(reference).name if reference.endswith(FILES) else reference
+    unsure = [guess for guess in proposal.lines if not guess.sure]
+    yield "# Proposed by `catheter-sim import`. Look at what is UNSURE before you trust a diagnosis."
+    yield f"# {len(proposal.lines) - len(unsure)} things are sure, {len(unsure)} are not."
+    yield ""
+    yield "[dataset]"
+    yield f"name = {_text(Path(trials[0]).stem)}"
+    yield f"robot = {_text(robot)}"
+    yield f"source = {_text('imported from ' + ', '.join(trials))}   # where it was measured, and by whom"
+    yield 'licence = "not stated"'
+    yield ""
+    yield "[conditions]"
+    why = "" if asked.gravity_mps2 else "   # UNSURE: not in the file; in the base frame, [0, 0, -9.81] say"
+    yield f"gravity_mps2 = {gravity}{why}"
+    why = "   # UNSURE: not in the file; each row was held until the robot rested; else dynamic"
+    yield f"motion = {_text(asked.motion or 'held')}{'' if asked.motion else why}"
+    yield ""
+    yield "[channels]"
+    yield f"inputs = {_list(proposal.inputs)}"
+    yield f"outputs = {_list(proposal.outputs)}"
+    yield ""
+    yield "[map]"
+    for key, value in proposal.table.items():
+        for guess in proposal.guesses:
+            if guess.key.startswith(f"map.{key}.") or guess.key == f"map.{key}":
+                yield f"# {guess}"
+        yield f"{key} = {_value(value)}"
+    if proposal.ignored:
+        yield f"# not used: {', '.join(' '.join(name.split()) for name in proposal.ignored)[:300]}"
+    for name in trials:
+        yield ""
+        yield "[[trials]]"
+        yield f"file = {_text(name)}"
+        if asked.log is not None:
+            yield f"inputs = {_text(Path(asked.log).name)}"
+
+
+def _value(value: Any) -> str:
+    """Return a value as TOML on one line."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, list | tuple):
+        return _list(value)
+    return repr(value)
+
+
+def _list(values: Sequence[str]) -> str:
+    return "[" + ", ".join(_text(value) for value in values) + "]"
+
+
+def _text(value: str) -> str:
+    return json.dumps(value, ensure_ascii=False)

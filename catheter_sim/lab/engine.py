@@ -12,12 +12,9 @@ from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.arrays import Array
-from catheter_sim.channels import tendon_inputs
-from catheter_sim.columns import posture_columns
-from catheter_sim.core.drive import Quantity
-from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.markers import marker_points
-from catheter_sim.core.posture import Posture
+from catheter_sim.channels import posture_columns, tendon_inputs
+from catheter_sim.core.inputs import Inputs, Quantity
+from catheter_sim.core.posture import Posture, marker_points
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.lab.specimen import TRAINING, Course, Specimen, scaled, uncertain_of

@@ -18,7 +18,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import check_output_channels, drives_of
-from catheter_sim.core.drive import Quantity
+from catheter_sim.core.inputs import Quantity
 from catheter_sim.core.published import Trials
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown

@@ -14,8 +14,8 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import PUBLISHED
 from catheter_sim.channels import body_count, drives_of, input_channels
-from catheter_sim.core.drive import Drive, Quantity
-from catheter_sim.core.numbers import number, with_values
+from catheter_sim.core.document import number, with_values
+from catheter_sim.core.inputs import Drive, Quantity
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.lab.robots import BenchRobot, bench_robot
 from catheter_sim.units import si_factor

@@ -1,16 +1,78 @@
-"""The inputs' curves beside a video: drawn once, with a line that runs along with the time."""
+"""Curves and figures of runs."""
 
 from __future__ import annotations
 
+import io
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from catheter_sim.channels import channel_inputs, input_channels
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.errors import InputError, shown
 from catheter_sim.pictures.images import INK, Picture
 from catheter_sim.units import si_factor
+
+# ----------------------------------------------------------------------------------------------------
+# Figures that a notebook shows by themselves, and axes that a user gives to be drawn into.
+
+Panels = NDArray[Any]  # of axes, shape (rows, columns)
+
+
+class OwnFigure(Figure):
+    """A figure that a notebook shows where it is a cell's value, without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        stream = io.BytesIO()
+        self.savefig(stream, format="png")
+        return stream.getvalue()
+
+
+def panels_of(
+    ax: Any, rows: int, columns: int, size: tuple[float, float], sharex: bool = False
+) -> tuple[Figure, Panels]:
+    """Return the axes to draw into and their figure: a new one, or what a user gave.
+
+    Args:
+        ax: one of matplotlib's axes, or rows * columns of them, row by row; None: make a figure.
+        rows, columns: of panels.
+        size: of a new figure, width and height [inch].
+        sharex: whether the panels of a new figure share their axis across.
+
+    Raises:
+        InputError: `ax` holds something else, fewer or more axes, or axes of several figures.
+    """
+    if ax is None:
+        figure: Figure = OwnFigure(figsize=size, layout="constrained")
+        return figure, figure.subplots(rows, columns, sharex=sharex, squeeze=False)
+    given = np.array(ax, dtype=object).ravel()
+    how = f"figure.subplots({rows}, {columns})" if rows * columns > 1 else "figure.subplots()"
+    if not all(isinstance(item, Axes) for item in given):
+        raise InputError(f"ax = {shown(ax)}: axes of matplotlib are needed, as {how} makes them")
+    if len(given) != rows * columns:
+        raise InputError(f"ax: {rows * columns} axes are needed, as {how} makes them; {len(given)} are given")
+    figures = {item.figure.figure for item in given}
+    if len(figures) > 1:
+        raise InputError("ax: the axes belong to several figures; those of one are needed")
+    return figures.pop(), given.reshape(rows, columns)
+
+
+def entitle(figure: Figure, panels: Panels, text: str) -> None:
+    """Write a title: above a figure of our own, else above the first of the axes that a user gave."""
+    if isinstance(figure, OwnFigure):
+        figure.suptitle(text, fontsize="medium")
+    else:
+        panels.flat[0].set_title(text, fontsize="medium")
+
+
+# ----------------------------------------------------------------------------------------------------
+# The inputs' curves beside a video: drawn once, with a line that runs along with the time.
 
 WIDTH_SHARE = 0.3  # of a video's width
 _DPI = 100
@@ -68,3 +130,37 @@ class Curves:
 def strip_width(width: int) -> int:
     """Return the width of the strip in a video so wide, even [pixels]."""
     return 2 * round(WIDTH_SHARE * width / 2.0)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Several postures of a robot in one picture: what is nearer to the camera hides what is behind it.
+
+FADED = 0.55  # of an earlier posture's colours, that is the background's
+
+
+def overlaid(images: Sequence[Picture], depths: Sequence[NDArray[np.float32]]) -> Picture:
+    """Return pictures of one scene in one, the last in full colours, those before it faded.
+
+    Args:
+        images: of one size and one camera, the background alike in all.
+        depths: distance of what each pixel shows, shape (height, width) [m]; largest: the background.
+    """
+    background = np.maximum.reduce([depth.max() for depth in depths])
+    result = images[-1].astype(np.float64)
+    nearest = np.where(depths[-1] < background, depths[-1], np.inf)
+    blank = _background(images, depths)
+    for image, depth in zip(images[-2::-1], depths[-2::-1], strict=True):
+        seen = (depth < depth.max()) & (depth < nearest)
+        result[seen] = (1.0 - FADED) * image[seen] + FADED * blank[seen]
+        nearest[seen] = depth[seen]
+    return np.asarray(np.rint(result), dtype=np.uint8)
+
+
+def _background(images: Sequence[Picture], depths: Sequence[NDArray[np.float32]]) -> NDArray[np.float64]:
+    """Return the background: at each pixel of a picture that shows it there, else the mean of its row."""
+    result = np.full(images[0].shape, np.nan)
+    for image, depth in zip(images, depths, strict=True):
+        free = depth >= depth.max()
+        result[free] = image[free]
+    rows = np.nanmean(np.where(np.isnan(result).all(axis=(1, 2), keepdims=True), 255.0, result), axis=1)
+    return np.where(np.isnan(result), rows[:, np.newaxis], result)

@@ -1,25 +1,344 @@
-"""Pictures and videos as files, written whole or not at all."""
+"""Pictures and what is measured on them: the backend, drawn tendons, shapes against pixels."""
 
 from __future__ import annotations
 
+import atexit
+import copy
+import importlib
+import math
 import os
+import platform
 import signal
 import subprocess
-from collections.abc import Iterable
+import sys
+import warnings
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from threading import Thread
+from typing import Any
 
+import mujoco
 import numpy as np
 from imageio_ffmpeg import count_frames_and_secs, get_ffmpeg_exe
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from catheter_sim.arrays import Array
+from catheter_sim.core.posture import Posture
+from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.files import placed_when_whole
+from catheter_sim.files import held_back, placed_when_whole
+from catheter_sim.mjcf.names import tendon as tendon_name
+from catheter_sim.modelling.build import View
 from catheter_sim.progress import counted
-from catheter_sim.signals import held_back
+from catheter_sim.robots import kind_of
+from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import replaced_when_whole
+
+# ----------------------------------------------------------------------------------------------------
+# An OpenGL context without a screen: which backend, and one line where there is none.
+#
+# MuJoCo picks its backend from the environment variable `MUJOCO_GL` once, as `mujoco` is imported, and
+# takes a window where it is unset. Here an unset variable means EGL, also where `mujoco` was imported long
+# before. The variable itself is left alone: `MUJOCO_GL=egl` breaks `import mujoco` on a machine without an
+# EGL library, which needs none to simulate.
+#
+# OpenGL does not survive a fork: the child of a process that has drawn would wait forever for threads that
+# only its parent has. It gets an error instead.
+
+SMALLEST_SIDE, LARGEST_SIDE = 16, 4096  # of a picture [pixels]
+_VARIABLE = "MUJOCO_GL"
+_drew: set[int] = set()  # numbers of the processes that have drawn: this one, and those it was forked from
+_PACKAGES = "EGL is needed; on Debian: apt install libegl1 libgl1-mesa-dri"
+
+
+def require_mujoco() -> None:
+    """Import `mujoco`, which a backend that is named but not installed prevents.
+
+    Raises:
+        InputError: `MUJOCO_GL` names no backend, or one that is not installed.
+    """
+    try:
+        importlib.import_module("mujoco")
+    except (AttributeError, RuntimeError) as error:  # PyOpenGL's and MuJoCo's ways to say so
+        raise _no_context(error) from None
+
+
+def open_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
+    """Return an offscreen renderer for pictures of `width` x `height` pixels; close it after use.
+
+    The model's offscreen buffer is enlarged where the picture needs it.
+
+    Raises:
+        InputError: the size is no picture's, no OpenGL context can be had, or the process was forked from one
+            that has drawn. What is opened raises the last too, where a fork took it along.
+    """
+    if _drew - {os.getpid()}:
+        raise _forked()
+    require_mujoco()
+    for name, value in (("width", width), ("height", height)):
+        if not SMALLEST_SIDE <= value <= LARGEST_SIDE:
+            limits = f"{SMALLEST_SIDE} to {LARGEST_SIDE}"
+            raise InputError(f"{name} = {value}: a picture has {limits} pixels a side")
+    model.vis.global_.offwidth = max(model.vis.global_.offwidth, width)
+    model.vis.global_.offheight = max(model.vis.global_.offheight, height)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # GLFW warns; what follows says it in one line
+            _choose_backend()
+            return _renderer_class()(model, height, width)
+    except Exception as error:  # ctypes, PyOpenGL and MuJoCo each raise classes of their own
+        raise _no_context(error) from None
+
+
+@cache
+def _renderer_class() -> type[mujoco.Renderer]:
+    import mujoco
+
+    class Renderer(mujoco.Renderer):
+        """MuJoCo's, but that it raises in a forked child, where MuJoCo's would hang."""
+
+        def __init__(self, *arguments: Any) -> None:
+            self._process = os.getpid()
+            super().__init__(*arguments)
+            _drew.add(self._process)
+
+        def render(self, **arguments: Any) -> Any:
+            if self._process != os.getpid():
+                raise _forked()
+            return super().render(**arguments)
+
+        def close(self) -> None:
+            if self._process == os.getpid():
+                super().close()
+
+    return Renderer
+
+
+def _forked() -> InputError:
+    at_exit = getattr(sys.modules.get("mujoco.egl"), "_terminate_display", None)
+    if at_exit is not None:  # it would hang as well
+        atexit.unregister(at_exit)
+    return InputError(
+        "cannot draw: this process was forked from one that has drawn; start it with context='spawn' "
+        "(AsyncVectorEnv, multiprocessing)"
+    )
+
+
+def _choose_backend() -> None:
+    """Let `mujoco.Renderer` use the backend that `MUJOCO_GL` names now; on Linux EGL where it is unset."""
+    import mujoco
+
+    setting = os.environ.get(_VARIABLE)
+    wanted = (setting or "").strip().lower() or ("egl" if platform.system() == "Linux" else "")
+    module = sys.modules[mujoco.Renderer.__module__].gl_context  # where it takes `GLContext` from
+    present = getattr(getattr(module, "GLContext", None), "__module__", "")
+    if not wanted or present == f"mujoco.{wanted}":
+        return
+    os.environ[_VARIABLE] = wanted
+    try:
+        importlib.reload(module)
+    finally:
+        if setting is None:
+            del os.environ[_VARIABLE]
+        else:
+            os.environ[_VARIABLE] = setting
+
+
+def _no_context(error: Exception) -> InputError:
+    reason = " ".join(str(error).split()).partition(". ")[0] or type(error).__name__
+    setting = os.environ.get(_VARIABLE, "").strip()
+    hint = f" with {_VARIABLE}={setting} (unset, it means EGL)" if setting.lower() not in ("", "egl") else ""
+    return InputError(f"cannot draw{hint}: {_PACKAGES} ({reason})")
+
+
+# ----------------------------------------------------------------------------------------------------
+# The centreline that an analytic posture promises, and what of the drawn robot must show it.
+#
+# No geom is made for the check; what is looked at is what a user sees. Which geoms that are, the robot's
+# kind says (`picture.py`).
+
+
+def shows_centreline(robot: RobotSpec, geom: str) -> bool:
+    """Return whether the geom of this name is one whose pixels' middle is the robot's centreline."""
+    return geom.startswith(tuple(f"{prefix}_" for prefix in kind_of(robot).picture.CENTRELINE_PARTS))
+
+
+def centreline(robot: RobotSpec, posture: Posture) -> Array:
+    """Return points on the centreline from the robot's base to its tip, shape (n, 3) [m]."""
+    return kind_of(robot).picture.centreline(robot, posture)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Where a camera of the model sees a point: MuJoCo's pinhole camera as a projection matrix.
+#
+# Image coordinates: u to the right and v down, in pixels, from the picture's top left corner; the pixel in
+# column c and row r covers c <= u < c + 1 and r <= v < r + 1, so its centre is at (c + 0.5, r + 0.5).
+
+
+@dataclass(frozen=True)
+class PinholeCamera:
+    """A camera that looks along its -z axis, +x to the right of the picture and +y up.
+
+    Attributes:
+        p_w: where it stands, shape (3,) [m].
+        R_wc: its axes in the base frame as columns, shape (3, 3).
+        fovy_rad: angle between the picture's top and bottom edge [rad].
+        width, height: of the picture [pixels]; pixels are square.
+    """
+
+    p_w: Array
+    R_wc: Array
+    fovy_rad: float
+    width: int
+    height: int
+
+
+def model_camera(
+    model: mujoco.MjModel, data: mujoco.MjData, name: str, width: int, height: int
+) -> PinholeCamera:
+    """Return the model's camera `name` as it stands in `data` (its kinematics up to date).
+
+    The camera must be one that its field of view alone describes: no sensor size, not orthographic.
+
+    Raises:
+        InputError: the model has no such camera.
+    """
+    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name)
+    if index < 0:
+        raise unknown("camera", name, [model.camera(k).name for k in range(model.ncam)])
+    return PinholeCamera(
+        p_w=data.cam_xpos[index].copy(),
+        R_wc=data.cam_xmat[index].reshape(3, 3).copy(),
+        fovy_rad=math.radians(float(model.cam_fovy[index])),
+        width=width,
+        height=height,
+    )
+
+
+def projection_matrix(camera: PinholeCamera) -> Array:
+    """Return P, shape (3, 4), with P (x, y, z, 1) = w (u, v, 1) for a point in the base frame [m]."""
+    focal = camera.height / 2.0 / math.tan(camera.fovy_rad / 2.0)
+    intrinsic = np.array(
+        [
+            [focal, 0.0, -camera.width / 2.0],
+            [0.0, -focal, -camera.height / 2.0],
+            [0.0, 0.0, -1.0],  # depth is along -z
+        ]
+    )
+    R_cw = camera.R_wc.T
+    return intrinsic @ np.column_stack([R_cw, -R_cw @ camera.p_w])
+
+
+def project(matrix: Array, points: Array) -> Array:
+    """Return the image coordinates (u, v) of `points`, shape (n, 3) [m], as shape (n, 2) [pixels]."""
+    image = np.asarray(points) @ matrix[:, :3].T + matrix[:, 3]
+    return image[:, :2] / image[:, 2:]
+
+
+# ----------------------------------------------------------------------------------------------------
+# Tendons in the colours of their tension, stretch by stretch: friction shows as it falls along them.
+
+TENSION_COLOURS = ((0.45, 0.50, 0.58), (0.98, 0.78, 0.10), (0.82, 0.05, 0.08))  # slack, half, full
+_WIDER = 1.6  # what is drawn over a tendon's own drawing
+
+
+def tension_colours(share: ArrayLike) -> NDArray[np.float32]:
+    """Return a colour for each tension, shape (*, 4): red, green, blue, opacity from 0 to 1.
+
+    From grey through yellow to red.
+
+    Args:
+        share: tensions over what counts as full, shape (*); below 0 is shown as 0, above 1 as 1, NaN as 0.
+    """
+    place = np.clip(np.nan_to_num(np.asarray(share, float), nan=0.0), 0.0, 1.0)
+    stops = np.linspace(0.0, 1.0, len(TENSION_COLOURS))
+    channels = [np.interp(place, stops, column) for column in zip(*TENSION_COLOURS, strict=True)]
+    return np.stack([*channels, np.ones_like(place)], axis=-1).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class PulledTendons:
+    """The tendons of a model that actuators pull and that are drawn as straight stretches.
+
+    Attributes:
+        pulls: actuator and tendon of each.
+        rows: each one's place among the robot's tendons; -1: none of them (a pair's antagonist).
+    """
+
+    pulls: tuple[tuple[int, int], ...]
+    rows: tuple[int, ...]
+
+
+def pulled_tendons(model: mujoco.MjModel, robot: RobotSpec) -> PulledTendons:
+    """Return the pulled tendons of a robot's model."""
+    pulling = np.flatnonzero(model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
+    sites = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_SITE)
+    pulls = tuple(
+        (int(actuator), int(model.actuator_trnid[actuator, 0]))
+        for actuator in pulling
+        if sites[model.actuator_trnid[actuator, 0]]
+    )
+    names = [tendon_name(tendon.name) for tendon in robot.tendons]
+    rows = tuple(
+        names.index(name) if name in names else -1
+        for name in (model.tendon(tendon).name for _, tendon in pulls)
+    )
+    return PulledTendons(pulls, rows)
+
+
+def stretch_tensions(simulator: Simulator, pulled: PulledTendons) -> tuple[Array, ...]:
+    """Return the tension in every straight stretch of each pulled tendon, base to tip [N]."""
+    model, data = simulator.model, simulator.data
+    spans = simulator.span_tension()
+    result = []
+    for (actuator, tendon), row in zip(pulled.pulls, pulled.rows, strict=True):
+        stretches = int(model.tendon_num[tendon]) - 1
+        known = spans[row][np.isfinite(spans[row])] if row >= 0 else np.zeros(0)
+        if not len(known):
+            pull = -model.actuator_gear[actuator, 0] * data.actuator_force[actuator]
+            known = np.array([max(0.0, float(pull))])
+        # More stretches than spans: a run before the base, or two stretches at each joint.
+        result.append(known[np.arange(stretches) * len(known) // stretches])
+    return tuple(result)
+
+
+def paint_tendons(
+    scene: mujoco.MjvScene,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    pulled: PulledTendons,
+    tensions: Sequence[Array],
+    full_N: Sequence[float],
+) -> None:
+    """Add the tendons to `scene` over their own drawing, as far as it has room.
+
+    Args:
+        scene: what is drawn.
+        model, data: the robot, its tendons' sites up to date.
+        pulled: its tendons.
+        tensions: of `stretch_tensions`.
+        full_N: what is drawn in the last colour, of each tendon [N].
+    """
+    for (_, tendon), full, tension in zip(pulled.pulls, full_N, tensions, strict=True):
+        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+        path = data.site_xpos[model.wrap_objid[first : first + count]]
+        width = _WIDER * float(model.tendon_width[tendon])
+        for k, colour in enumerate(tension_colours(tension / full)):
+            if scene.ngeom >= scene.maxgeom:
+                return
+            geom = scene.geoms[scene.ngeom]
+            capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
+            mujoco.mjv_initGeom(geom, capsule, np.zeros(3), np.zeros(3), np.eye(3).ravel(), colour)
+            mujoco.mjv_connector(geom, capsule, width, path[k], path[k + 1])
+            scene.ngeom += 1
+
+
+# ----------------------------------------------------------------------------------------------------
+# Pictures and videos as files, written whole or not at all.
 
 Picture = NDArray[np.uint8]  # shape (height, width, 3)
 
@@ -228,3 +547,248 @@ def with_words(image: Picture, words: Iterable[str], places: NDArray[np.float64]
             (across + gap, down), word, fill=INK, font=font, anchor="lm", stroke_width=2, stroke_fill="white"
         )
     return np.asarray(canvas)
+
+
+# ----------------------------------------------------------------------------------------------------
+# What a picture is read by: a scale bar, the base frame's axes, and what the colours of tensions mean.
+
+_SHARE = 0.2  # of the picture's height, that a scale bar takes at most
+_AXIS = 0.055  # an axis's length over the picture's height
+_AXIS_COLOURS = ((176, 48, 48), (46, 125, 60), (40, 84, 168))  # x, y, z
+_BAR = (0.018, 0.16)  # width and height of the bar of colours over the picture's height
+_AWAY = 0.3  # an axis that points so nearly at the reader (share of its length seen) has no letter
+
+
+def round_length(longest: float) -> float:
+    """Return the longest of 1, 2 and 5 times a power of ten that is no longer than `longest`."""
+    power = 10.0 ** math.floor(math.log10(longest))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= longest * (1.0 + 1e-9))
+
+
+def scale_size(height: int) -> tuple[int, int]:
+    """Return width and height that `with_scale` takes in a picture so high, margins included [pixels]."""
+    gap = gap_of(height)
+    return round((_SHARE + 3.0 * _AXIS) * height) + 2 * gap, round(2.6 * _AXIS * height) + 2 * gap
+
+
+def with_scale(image: Picture, view: View, corner: tuple[int, int]) -> Picture:
+    """Return `image` with a scale bar and the base frame's axes in a corner (row, column: 0 first, 1 last).
+
+    The bar is true in the plane through the view's target; nearer to the camera things are a little larger.
+    """
+    height, width = image.shape[:2]
+    canvas = Image.fromarray(image)
+    draw = ImageDraw.Draw(canvas)
+    font, gap = font_of(height), gap_of(height)
+    across, along = scale_size(height)
+    left = width - across + gap if corner[1] else gap
+    bottom = height - gap if corner[0] else along - gap
+    pixels_per_m = height / view.height
+    length_mm = round_length(1e3 * _SHARE * height / pixels_per_m)
+    end = left + round(1e-3 * length_mm * pixels_per_m)
+    thick = max(2, height // 240)
+    draw.line([(left, bottom), (end, bottom)], fill=INK, width=thick)
+    for at in (left, end):
+        draw.line([(at, bottom - 3 * thick), (at, bottom)], fill=INK, width=thick)
+    draw.text((left, bottom - 4 * thick), f"{length_mm:g} mm", fill=INK, font=font, anchor="ls")
+    middle = (left + round((_SHARE + 1.4 * _AXIS) * height), bottom - round(1.1 * _AXIS * height))
+    right, up = view.axes
+    for name, colour, direction in zip("xyz", _AXIS_COLOURS, np.eye(3), strict=True):
+        way = np.array([direction @ right, -(direction @ up)]) * _AXIS * height
+        tip = (middle[0] + way[0], middle[1] + way[1])
+        draw.line([middle, tip], fill=colour, width=thick)
+        if np.linalg.norm(way) > _AWAY * _AXIS * height:
+            place = (middle[0] + 1.35 * way[0], middle[1] + 1.35 * way[1])
+            draw.text(place, name, fill=colour, font=font, anchor="mm")
+    return np.asarray(canvas)
+
+
+def legend_size(height: int) -> tuple[int, int]:
+    """Return width and height that `with_tension_legend` takes in a picture so high [pixels]."""
+    letters = font_of(height).getbbox("tension 00.00 N")
+    return round(letters[2]) + 2 * gap_of(height), round((_BAR[1] + 0.05) * height) + 2 * gap_of(height)
+
+
+def with_tension_legend(image: Picture, full_N: float, corner: tuple[int, int]) -> Picture:
+    """Return `image` with the colours of tensions from 0 to `full_N` in a corner, figures beside them."""
+    height, width = image.shape[:2]
+    canvas = Image.fromarray(image)
+    draw = ImageDraw.Draw(canvas)
+    font, gap = font_of(height), gap_of(height)
+    across, along = legend_size(height)
+    left = width - across + gap if corner[1] else gap
+    top = height - along + gap if corner[0] else gap
+    draw.text((left, top), "tension", fill=INK, font=font, anchor="lt")
+    top += round(0.05 * height)
+    bar_width, bar_height = (max(4, round(size * height)) for size in _BAR)
+    colours = np.round(255 * tension_colours(np.linspace(1.0, 0.0, bar_height))[:, :3]).astype(np.uint8)
+    bar = np.repeat(colours[:, np.newaxis], bar_width, axis=1)
+    canvas.paste(Image.fromarray(bar), (left, top))
+    beside = left + bar_width + gap // 2
+    for share in (1.0, 0.5, 0.0):
+        at = top + round((1.0 - share) * (bar_height - 1))
+        draw.text((beside, at), f"{share * full_N:.3g} N", fill=INK, font=font, anchor="lm")
+    return np.asarray(canvas)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Render check: do the robot's pixels lie where an analytic model says that its centreline is?
+#
+# The chain from a posture through the written model, the engine's kinematics and meshes to pixels is closed
+# independently: the analytic centreline is projected by the camera's known matrix
+# (`catheter_sim.pictures.images`), and the pixels come from a segmentation render of the geoms that
+# show the centreline alone (`catheter_sim.pictures.images`).
+
+WIDTH, HEIGHT = 640, 480  # pixels
+TOLERANCE_PX = 1.0  # largest mean distance of a right model
+_BIN_PX = 8.0  # length of centreline over which pixels are averaged
+_END_PX = 2.0  # an end face's pixels lie within this length
+
+
+@dataclass(frozen=True)
+class RenderCheck:
+    """How far the rendered centreline lies from the analytic one.
+
+    Attributes:
+        mean_px: mean distance between points at the same share of both centrelines' lengths.
+        largest_px: the largest such distance.
+        length_ratio: rendered by analytic length in the picture.
+        pixels: how many pixels show the centreline's geoms.
+        rendered: its centreline in the picture, shape (m, 2) [pixels].
+        expected: the analytic points that belong to it, shape (m, 2) [pixels].
+    """
+
+    mean_px: float
+    largest_px: float
+    length_ratio: float
+    pixels: int
+    rendered: Array
+    expected: Array
+
+    @property
+    def passed(self) -> bool:
+        """Whether the mean distance is within the tolerance; undefined is not."""
+        return bool(self.mean_px <= TOLERANCE_PX)
+
+
+def check_render(
+    robot: RobotSpec,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    posture: Posture,
+    camera: str = "side",
+    width: int = WIDTH,
+    height: int = HEIGHT,
+) -> RenderCheck:
+    """Return how far the model as it stands in `data` is drawn from the analytic `posture`.
+
+    Args:
+        robot: the robot.
+        model, data: its simulation, kinematics up to date.
+        posture: of the analytic model under the same inputs.
+        camera: a camera of the model that sees the whole robot.
+        width, height: of the picture [pixels].
+
+    Raises:
+        InputError: unknown camera, or nothing to draw with.
+    """
+    matrix = projection_matrix(model_camera(model, data, camera, width, height))
+    mask = centreline_mask(robot, model, data, camera, width, height)
+    return compare(mask, project(matrix, centreline(robot, posture)))
+
+
+def centreline_mask(
+    robot: RobotSpec, model: mujoco.MjModel, data: mujoco.MjData, camera: str, width: int, height: int
+) -> NDArray:
+    """Return which pixels show what the centreline is the middle of, shape (height, width), bool.
+
+    Nothing else is drawn, so that nothing is hidden.
+    """
+    alone = copy.copy(model)
+    names = [alone.geom(k).name for k in range(alone.ngeom)]
+    alone.geom_group[:] = [0 if shows_centreline(robot, name) else 1 for name in names]
+    options = mujoco.MjvOption()
+    options.geomgroup[:] = [1, 0, 0, 0, 0, 0]
+    for groups in (options.sitegroup, options.tendongroup, options.skingroup, options.actuatorgroup):
+        groups[:] = 0
+    with open_renderer(alone, width, height) as renderer:
+        renderer.enable_segmentation_rendering()
+        renderer.update_scene(data, camera=camera, scene_option=options)
+        kinds = renderer.render()[:, :, 1]
+    return kinds == int(mujoco.mjtObj.mjOBJ_GEOM)
+
+
+def compare(mask: NDArray, curve: Array) -> RenderCheck:
+    """Return the distance between the centreline of the pixels in `mask` and the polyline `curve`.
+
+    The pixels are sorted along `curve`, prolonged straight at both ends, and averaged in short
+    stretches: the rendered centreline. Each of its points is compared with the point of `curve` at the
+    same share of the length, so that a robot drawn too short or too long counts like one bent wrongly.
+
+    Args:
+        mask: pixels whose middle is the centreline, shape (height, width), bool.
+        curve: image coordinates, shape (n, 2) [pixels].
+    """
+    row, column = np.nonzero(mask)
+    pixels = np.stack([column, row], axis=1).astype(np.float64) + 0.5
+    if len(pixels) == 0:
+        nothing = np.zeros((0, 2))
+        return RenderCheck(np.nan, np.nan, 0.0, 0, nothing, nothing)
+    curve = curve[np.concatenate([[True], np.linalg.norm(np.diff(curve, axis=0), axis=1) > 1e-9])]
+    station, aside, length = _stations(pixels, curve)
+    first, last = -_end(-station, aside), _end(station, aside)
+    count = max(2, round((last - first) / _BIN_PX))
+    index = np.clip(((station - first) / (last - first) * count).astype(int), 0, count - 1)
+    number = np.bincount(index, minlength=count)
+    shown = number > 0
+
+    def mean(values: Array) -> Array:
+        return np.bincount(index, values, minlength=count)[shown] / number[shown]
+
+    rendered = np.stack([mean(pixels[:, 0]), mean(pixels[:, 1])], axis=1)
+    share = (mean(station) - first) / (last - first)
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    expected = np.stack([np.interp(share * length, arc, curve[:, axis]) for axis in (0, 1)], axis=1)
+    distance = np.linalg.norm(rendered - expected, axis=1)
+    return RenderCheck(
+        mean_px=float(distance.mean()),
+        largest_px=float(distance.max()),
+        length_ratio=float((last - first) / length),
+        pixels=len(pixels),
+        rendered=rendered,
+        expected=expected,
+    )
+
+
+def _end(station: Array, aside: Array) -> float:
+    """Return the station at which the pixels end, to a fraction of a pixel.
+
+    In each pixel-wide line along the backbone the last pixel's centre lies half a pixel, on average,
+    before the end; so averaging over the lines that reach the end finds a tilted end face too.
+    """
+    line = np.round(aside).astype(int)
+    lasts = np.array([station[line == value].max() for value in np.unique(line)])
+    return float(lasts[lasts > lasts.max() - _END_PX].mean()) + 0.5
+
+
+def _stations(pixels: Array, curve: Array) -> tuple[Array, Array, float]:
+    """Return each pixel's place along `curve` and beside it, and the curve's length [pixels].
+
+    Beyond the ends the curve goes on straight: stations below 0 and above the length.
+    """
+    step = np.diff(curve, axis=0)
+    size = np.linalg.norm(step, axis=1)
+    along = step / size[:, np.newaxis]
+    begin = np.concatenate([[0.0], np.cumsum(size)[:-1]])
+    best = np.full(len(pixels), np.inf)
+    station, aside = np.zeros(len(pixels)), np.zeros(len(pixels))
+    for k in range(len(step)):
+        offset = pixels - curve[k]
+        t = offset @ along[k]
+        t = np.clip(t, -np.inf if k == 0 else 0.0, np.inf if k == len(step) - 1 else size[k])
+        squared = ((offset - t[:, np.newaxis] * along[k]) ** 2).sum(axis=1)
+        closer = squared < best
+        best[closer] = squared[closer]
+        station[closer] = begin[k] + t[closer]
+        aside[closer] = offset[closer] @ (-along[k, 1], along[k, 0])
+    return station, aside, float(size.sum())

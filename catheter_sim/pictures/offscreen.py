@@ -1,9 +1,13 @@
-"""Pictures and videos of a simulated robot under a history of inputs, drawn without a screen."""
+"""Pictures of a simulated robot without a screen: framing, shots, videos."""
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import product
 
 import mujoco
 import numpy as np
@@ -13,18 +17,359 @@ from catheter_sim.channels import channel_inputs, input_channels
 from catheter_sim.core.inputs import Inputs, slice_inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
-from catheter_sim.modelling.model_cache import remembered_mjcf
-from catheter_sim.pictures.backend import open_renderer
-from catheter_sim.pictures.curves import Curves, strip_width
-from catheter_sim.pictures.images import ANIMATION, PICTURE, VIDEO, Picture, require_even, suffix_of
+from catheter_sim.mjcf.names import TIP
+from catheter_sim.modelling.build import FOVY_DEG, View, remembered_mjcf, views
+from catheter_sim.pictures.curves import Curves, overlaid, strip_width
+from catheter_sim.pictures.images import (
+    ANIMATION,
+    PICTURE,
+    SMALLEST_SIDE,
+    VIDEO,
+    Picture,
+    PinholeCamera,
+    PulledTendons,
+    caption_size,
+    legend_size,
+    open_renderer,
+    paint_tendons,
+    project,
+    projection_matrix,
+    pulled_tendons,
+    require_even,
+    scale_size,
+    stretch_tensions,
+    suffix_of,
+    with_caption,
+    with_inset,
+    with_scale,
+    with_tension_legend,
+    with_words,
+)
 from catheter_sim.pictures.images import write_picture as write_picture_file
 from catheter_sim.pictures.images import write_video as write_video_file
-from catheter_sim.pictures.shots import draw, draw_together
-from catheter_sim.pictures.state import State, between, state_of
-from catheter_sim.pictures.tendon_paint import PulledTendons, pulled_tendons
+from catheter_sim.robots import kind_of
 from catheter_sim.simulation.replay import RAMP_S, simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.units import si_factor
+
+# ----------------------------------------------------------------------------------------------------
+# What must be remembered of a simulation to draw it later.
+#
+# Joint positions alone do not say where a rolling-joint robot is: the simulation moves its hinges and links
+# in the model itself (`catheter_sim.robots.rolling.laws`).
+
+_MOVED = ("jnt_pos", "body_pos", "site_pos")  # fields of the model that a simulation writes
+
+
+@dataclass(frozen=True)
+class State:
+    """A simulator's state as far as it is drawn.
+
+    Attributes:
+        qpos: joint positions, shape (nq,).
+        moved: fields of the model by their names, shapes (..., 3) [m].
+        tension: in every stretch of each pulled tendon [N], where the tendons are to be painted by it.
+    """
+
+    qpos: Array
+    moved: Mapping[str, Array]
+    tension: tuple[Array, ...] = ()
+
+
+def state_of(
+    simulator: Simulator, tendons: PulledTendons | None = None, before: State | None = None
+) -> State:
+    """Return what `simulator` shows now.
+
+    Args:
+        simulator: the robot.
+        tendons: whose tensions are shown, too.
+        before: an earlier state; what has not moved since is held once for both.
+    """
+    model = simulator.model
+    now = {name: getattr(model, name) for name in _MOVED}
+    now["geom_pos"] = kind_of(simulator.robot).picture.geom_places(simulator.robot, model)
+    known = {} if before is None else before.moved
+    moved = {
+        name: known[name] if name in known and np.array_equal(known[name], values) else values.copy()
+        for name, values in now.items()
+    }
+    tension = stretch_tensions(simulator, tendons) if tendons is not None else ()
+    return State(simulator.data.qpos.copy(), moved, tension)
+
+
+def between(earlier: State, later: State, share: float) -> State:
+    """Return the state that lies evenly between two: `share` 0 is the earlier one, 1 the later."""
+
+    def at(first: Array, second: Array) -> Array:
+        return first if first is second else (1.0 - share) * first + share * second
+
+    return State(
+        at(earlier.qpos, later.qpos),
+        {name: at(values, later.moved[name]) for name, values in earlier.moved.items()},
+        tuple(at(first, second) for first, second in zip(earlier.tension, later.tension, strict=True)),
+    )
+
+
+def put(state: State, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Let `model` and `data` stand in `state`; kinematics and tendons' paths are up to date."""
+    for name, values in state.moved.items():
+        getattr(model, name)[:] = values
+    data.qpos[:] = state.qpos
+    mujoco.mj_fwdPosition(model, data)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Where to put the camera so that a robot's whole motion fills the picture.
+
+_MARGIN = 1.06  # picture over what is to be seen
+_VISIBLE_GROUPS = 3  # MuJoCo shows the geom groups 0 to 2
+
+
+def swept_points(model: mujoco.MjModel, states: Iterable[State]) -> Array:
+    """Return points that enclose what is drawn in all `states`, shape (n, 3) [m]: the corners of its boxes.
+
+    Args:
+        model: the robot; it is left in the last state.
+        states: of its simulator.
+    """
+    data = mujoco.MjData(model)
+    shown = model.geom_group < _VISIBLE_GROUPS
+    middle, half = model.geom_aabb[shown, :3], model.geom_aabb[shown, 3:]
+    clouds = []
+    for state in states:
+        put(state, model, data)
+        turned = data.geom_xmat[shown].reshape(-1, 3, 3)
+        for side in product((-1.0, 1.0), repeat=3):
+            corner = middle + half * side
+            clouds.append(data.geom_xpos[shown] + (turned @ corner[:, :, np.newaxis])[:, :, 0])
+    return np.concatenate(clouds)
+
+
+def fitted_view(view: View, points: Array, width: int, height: int) -> View:
+    """Return a view along the same direction as `view` that just holds `points`.
+
+    Args:
+        view: whose direction is kept.
+        points: to be seen, shape (n, 3) [m].
+        width, height: of the picture [pixels].
+    """
+    right, up = view.axes
+    half = math.tan(math.radians(FOVY_DEG / 2.0))
+    across, along, toward = points @ right, points @ up, points @ view.backward
+    middle = [(values.min() + values.max()) / 2.0 for values in (across, along, toward)]
+    needed = np.maximum(np.abs(along - middle[1]), np.abs(across - middle[0]) * height / width)
+    # A point nearer to the camera than the target needs more room.
+    distance = float((_MARGIN * needed / half + toward - middle[2]).max())
+    target = middle[0] * right + middle[1] * up + middle[2] * view.backward
+    return View(view.name, target, view.backward, 2.0 * distance * half)
+
+
+def free_camera(view: View) -> mujoco.MjvCamera:
+    """Return MuJoCo's free camera, whose field of view is `FOVY_DEG`, standing at `view`."""
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = view.target
+    camera.distance = float(np.linalg.norm(view.position - view.target))
+    forward = -view.backward
+    camera.azimuth = math.degrees(math.atan2(forward[1], forward[0]))
+    camera.elevation = math.degrees(math.asin(forward[2]))
+    return camera
+
+
+def emptiest_corner(
+    view: View,
+    points: Array,
+    width: int,
+    height: int,
+    size: tuple[int, int],
+    taken: Collection[tuple[int, int]] = (),
+) -> tuple[int, int]:
+    """Return the corner (row, column: 0 first, 1 last) where a small rectangle hides the fewest points.
+
+    Args:
+        view: what the picture shows.
+        points: shape (n, 3) [m].
+        width, height: of the picture [pixels].
+        size: width and height of the rectangle [pixels].
+        taken: corners that are no choice.
+    """
+    right, up = view.axes
+    scale = height / view.height
+    u = (points - view.target) @ right * scale + width / 2.0
+    v = -((points - view.target) @ up) * scale + height / 2.0
+    hidden = {
+        (row, column): int(
+            (
+                ((v > height - size[1]) if row else (v < size[1]))
+                & ((u > width - size[0]) if column else (u < size[0]))
+            ).sum()
+        )
+        for row in (0, 1)
+        for column in (0, 1)
+        if (row, column) not in taken
+    }
+    return min(hidden, key=lambda corner: hidden[corner])
+
+
+# ----------------------------------------------------------------------------------------------------
+# Pictures of a robot in given states, from one place that holds them all, with what they are read by.
+
+_INSET = 0.42  # side of the close-up over the picture's height
+_LEAST_TENSION_N = 1e-6  # less is no tension to paint
+
+Corner = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """From where a robot is seen, and what lies in which corner of its picture; None: nothing."""
+
+    view: View
+    pulled: PulledTendons
+    full_N: float
+    inset: Corner | None
+    side: int
+    caption: Corner
+    legend: Corner | None
+    scale: Corner | None
+
+
+def draw(
+    robot: RobotSpec,
+    model: mujoco.MjModel,
+    states: Sequence[State],
+    captions: Sequence[Sequence[str]],
+    width: int,
+    height: int,
+    camera: str = "overview",
+    close_up: bool = True,
+    measures: bool = True,
+) -> Iterator[Picture]:
+    """Yield one picture for each of `states`, all from one place that holds them all.
+
+    Args:
+        robot: the robot.
+        model: its model; it is left in the last state.
+        states: of its simulator; their tendons are painted where they have tensions.
+        captions: lines of text for each state.
+        width, height: [pixels].
+        camera: a view of the robot (`modelling.build.views`).
+        close_up: show the cells at the base, in the corner that the robot leaves free.
+        measures: show a scale bar, the base frame's axes, and what the tendons' colours mean.
+    """
+    layout = _layout(robot, model, states, captions[-1], (width, height), camera, close_up, measures)
+    detail = next(view for view in views(robot) if view.name == "detail")
+    data = mujoco.MjData(model)
+    with ExitStack() as opened:
+        large = opened.enter_context(open_renderer(model, width, height))
+        small = None
+        if layout.inset is not None:
+            small = opened.enter_context(open_renderer(model, layout.side, layout.side))
+        for state, lines in zip(states, captions, strict=True):
+            put(state, model, data)
+            _set_scene(large, layout.view, layout, state, model, data)
+            image = large.render()
+            if small is not None and layout.inset is not None:
+                _set_scene(small, detail, layout, state, model, data)
+                image = with_inset(image, small.render(), layout.inset)
+            yield with_caption(_with_measures(image, layout), lines, layout.caption)
+
+
+def draw_together(
+    robot: RobotSpec,
+    model: mujoco.MjModel,
+    states: Sequence[State],
+    labels: Sequence[str],
+    caption: Sequence[str],
+    width: int,
+    height: int,
+    camera: str = "overview",
+) -> Picture:
+    """Return one picture of all `states`, the last in full colours, each with its label at its tip.
+
+    Arguments are those of `draw`; `caption` is the picture's.
+    """
+    layout = _layout(robot, model, states, caption, (width, height), camera, False, True)
+    matrix = projection_matrix(_pinhole(layout.view, width, height))
+    data = mujoco.MjData(model)
+    images, depths, tips = [], [], []
+    with open_renderer(model, width, height) as renderer:
+        for state in states:
+            put(state, model, data)
+            _set_scene(renderer, layout.view, layout, state, model, data)
+            images.append(renderer.render())
+            renderer.enable_depth_rendering()
+            depths.append(renderer.render().copy())
+            renderer.disable_depth_rendering()
+            tips.append(data.site(TIP).xpos.copy())
+    image = with_caption(_with_measures(overlaid(images, depths), layout), caption, layout.caption)
+    return with_words(image, labels, project(matrix, np.array(tips)))
+
+
+def _layout(
+    robot: RobotSpec,
+    model: mujoco.MjModel,
+    states: Sequence[State],
+    caption: Sequence[str],
+    size: tuple[int, int],
+    camera: str,
+    close_up: bool,
+    measures: bool,
+) -> _Layout:
+    """Return where to look from, and the emptiest corners, the largest things first."""
+    width, height = size
+    points = swept_points(model, states)
+    view = fitted_view(next(item for item in views(robot) if item.name == camera), points, width, height)
+    full = max((float(row.max()) for state in states for row in state.tension), default=0.0)
+    taken: list[Corner] = []
+
+    def free(wanted: bool, needs: tuple[int, int]) -> Corner | None:
+        if not wanted:
+            return None
+        taken.append(emptiest_corner(view, points, width, height, needs, taken))
+        return taken[-1]
+
+    side = max(SMALLEST_SIDE, round(_INSET * min(width, height)))
+    inset = free(close_up, (side, side))
+    text = free(True, caption_size(caption, height)) or (0, 0)
+    legend = free(measures and full > _LEAST_TENSION_N, legend_size(height))
+    scale = free(measures, scale_size(height))
+    return _Layout(view, pulled_tendons(model, robot), full, inset, side, text, legend, scale)
+
+
+def _with_measures(image: Picture, layout: _Layout) -> Picture:
+    if layout.scale is not None:
+        image = with_scale(image, layout.view, layout.scale)
+    if layout.legend is not None:
+        image = with_tension_legend(image, layout.full_N, layout.legend)
+    return image
+
+
+def _set_scene(
+    renderer: mujoco.Renderer,
+    view: View,
+    layout: _Layout,
+    state: State,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+) -> None:
+    options = mujoco.MjvOption()
+    options.sitegroup[:] = 0
+    renderer.update_scene(data, free_camera(view), options)
+    if state.tension and layout.full_N > _LEAST_TENSION_N:
+        full = [layout.full_N] * len(state.tension)
+        paint_tendons(renderer.scene, model, data, layout.pulled, state.tension, full)
+
+
+def _pinhole(view: View, width: int, height: int) -> PinholeCamera:
+    right, up = view.axes
+    axes = np.column_stack([right, up, view.backward])
+    return PinholeCamera(view.position, axes, math.radians(FOVY_DEG), width, height)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Pictures and videos of a simulated robot under a history of inputs, drawn without a screen.
 
 CAMERAS = ("overview", "side")
 FPS = 25

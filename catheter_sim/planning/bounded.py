@@ -1,19 +1,27 @@
-"""Bounded least squares for a function that is slow, not quite smooth, and answers many questions at once.
-
-Levenberg and Marquardt's steps within bounds. The slopes are differences, taken once, then learned from every
-step (Broyden 1965), and taken again where a step does not help: of a robot that rubs they change where a
-tendon starts to slide.
-"""
+"""Inputs within limits, and least squares that keep to them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import lsq_linear
 
 from catheter_sim.arrays import Array
+from catheter_sim.channels import channel_inputs, drives_of
+from catheter_sim.core.inputs import Inputs, row_name
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.errors import InputError
+from catheter_sim.robots import face_of
+from catheter_sim.units import si_factor
+
+# ----------------------------------------------------------------------------------------------------
+# Bounded least squares for a function that is slow, not quite smooth, and answers many questions at once.
+#
+# Levenberg and Marquardt's steps within bounds. The slopes are differences, taken once, then learned from
+# every step (Broyden 1965), and taken again where a step does not help: of a robot that rubs they change
+# where a tendon starts to slide.
 
 Function = Callable[[Array], Array]  # points (B, d) to misses (B, m); NaN where there is none
 
@@ -134,3 +142,34 @@ def _step(now: Found, least: Array, most: Array, damping: float) -> Array:
     room = np.minimum(least - now.point, -1e-12), np.maximum(most - now.point, 1e-12)
     step = lsq_linear(matrix, wanted, bounds=room, method="bvls").x
     return np.asarray(np.clip(now.point + step, least, most) - now.point)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Inputs beyond what a robot can follow, said before they are simulated: its numbers mean nothing there.
+
+_ROUNDING = 1e-6
+
+
+def beyond_limits(robot: RobotSpec, inputs: Inputs) -> Iterator[str]:
+    """Yield a line for each input column that goes beyond what the robot can follow, with its first such row.
+
+    A robot of which no limit is known gets none.
+    """
+    driven = replace(robot, actuation=inputs.actuation)
+    try:
+        limits = face_of(robot, "steering", "limit").input_limits(driven, inputs.actuation)
+    except InputError:
+        return
+    values = channel_inputs(robot, inputs)
+    for drive, asked, least, most in zip(
+        drives_of(robot, inputs.actuation), values.T, limits.least, limits.most, strict=True
+    ):
+        rows = np.flatnonzero((asked > most * (1.0 + _ROUNDING)) | (asked < least * (1.0 + _ROUNDING)))
+        if not len(rows):
+            continue
+        row, unit = int(rows[0]), si_factor(drive.column)
+        end = most if asked[row] > most else least
+        yield (
+            f"{row_name(inputs, row)}: {drive.column} = {asked[row] / unit:.4g} is beyond {end / unit:.4g}: "
+            f"{limits.why}"
+        )

@@ -17,14 +17,14 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import channel_inputs, drives_of, output_channels, read_inputs, tendon_inputs
+from catheter_sim.core.document import number, si_of, with_values
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.numbers import number, si_of, with_values
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in
 from catheter_sim.errors import InputError
 from catheter_sim.robots import check_robot
 from catheter_sim.tables import Table
-from catheter_sim.theory.predict import Prediction, twin_for
+from catheter_sim.theory.twins import Prediction, twin_for
 from catheter_sim.units import si_factor
 
 INSIDE = 0.95  # of the truth that regions hold

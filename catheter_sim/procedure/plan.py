@@ -1,30 +1,54 @@
-"""From an anatomy to a plan: where to puncture, how to lead the sheath, and the joint values of every step.
-
-The target. The clip stands across the coaptation line, upright in the valve, its arms' hinges just below
-the free edges. That is a whole pose, six numbers; four joints and the insertion do not reach it from
-everywhere. The way in is planned with them: the place within the fossa, and the direction in which the
-outer sheath comes through (Nayar 2022, Section IV-D, has one). Of all ways the one is taken that keeps to
-the ranges of the paper's demonstration (Section IV-E) and bends the sheath the least.
-"""
+"""From an anatomy to a plan: where to puncture, the joint values of every step; and random cases."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from catheter_sim.arrays import Array
-from catheter_sim.errors import InputError
-from catheter_sim.procedure.anatomy import Anatomy, coaptation_axes, depth_m, inward, septal_point
-from catheter_sim.procedure.frames import DOWN, base_frame, pose_error, transform
-from catheter_sim.procedure.valve import free_edge_z_m, pushed_edge_z_m
-from catheter_sim.robots.catheter.description import is_four_dof, is_transseptal, moving
-from catheter_sim.robots.catheter.kinematics import tool_frame
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.procedure.heart import (
+    DOWN,
+    FLOW_N,
+    RANGES,
+    Anatomy,
+    Flow,
+    base_frame,
+    coaptation_axes,
+    depth_m,
+    free_edge_z_m,
+    inward,
+    pose_error,
+    pushed_edge_z_m,
+    random_anatomy,
+    random_flow,
+    septal_point,
+    transform,
+)
+from catheter_sim.robots.catheter.description import (
+    is_four_dof,
+    is_transseptal,
+    joint_stiffness,
+    moved_segment,
+    moving,
+)
+from catheter_sim.robots.catheter.kinematics import largest_angle_rad, pulled_m, tool_frame
 from catheter_sim.robots.catheter.picture import IMPLANT_M, hinge_place_m, holder_length_m
 from catheter_sim.robots.catheter.spec import CatheterRobot
+
+# ----------------------------------------------------------------------------------------------------
+# From an anatomy to a plan: where to puncture, how to lead the sheath, and the joint values of every step.
+#
+# The target. The clip stands across the coaptation line, upright in the valve, its arms' hinges just below
+# the free edges. That is a whole pose, six numbers; four joints and the insertion do not reach it from
+# everywhere. The way in is planned with them: the place within the fossa, and the direction in which the
+# outer sheath comes through (Nayar 2022, Section IV-D, has one). Of all ways the one is taken that keeps to
+# the ranges of the paper's demonstration (Section IV-E) and bends the sheath the least.
 
 GRASP_M = 1.5e-3  # of the free edges above the arms' hinges; assumed
 # Of the implant's foot below the free edges, as the holder has pushed them aside, before it opens: the arms,
@@ -241,3 +265,183 @@ def _straight_m(robot: CatheterRobot, anatomy: Anatomy, puncture: Array, directi
 def tip_to_end_m(robot: CatheterRobot) -> float:
     """Return how far the implant reaches beyond the tool frame [m]."""
     return holder_length_m(robot) + IMPLANT_M - robot.segments[-1].length_m
+
+
+# ----------------------------------------------------------------------------------------------------
+# The steps of the procedure as places to go to, and the displacements that take the joints there.
+#
+# Nayar 2022, Section IV-E: introduce, align, bend, advance under the leaflets, orient, manipulate the
+# implant. Where the straight robot is too long for the atrium, it is pushed on while it bends. The implant
+# opens under the leaflets, is drawn back until they lie on its arms, and closes.
+
+# Speeds, slow against the robot's relaxation; assumed.
+PUSH_M_PER_S = 20e-3
+TURN_RAD_PER_S = math.radians(30.0)
+OPENING_S = 1.0  # of the implant
+HOLD_S = 0.4  # after every motion
+
+
+@dataclass(frozen=True)
+class Step:
+    """Where a step of the procedure ends.
+
+    Attributes:
+        name: of the step.
+        insertion_m: of the robot's base beyond the puncture.
+        q: joint values, base to tip, shape (4,) [rad, m].
+        opening: of the implant, 0 closed, 1 open.
+    """
+
+    name: str
+    insertion_m: float
+    q: Array
+    opening: float
+
+
+def steps(plan: Plan) -> tuple[Step, ...]:
+    """Return the steps, from the straight robot in the atrium to the closed implant."""
+    proximal, bend, advance, distal = plan.q
+    deep = advance + plan.below_m
+
+    def q(*values: float) -> Array:
+        return np.array(values, dtype=float)
+
+    inside = plan.insertion_m
+    return (
+        Step("insert", plan.straight_m, q(0, 0, 0, 0), 0.0),
+        Step("align", plan.straight_m, q(proximal, 0, 0, 0), 0.0),
+        Step("bend", inside, q(proximal, bend, 0, 0), 0.0),
+        Step("advance", inside, q(proximal, bend, deep, 0), 0.0),
+        Step("orient", inside, q(proximal, bend, deep, distal), 0.0),
+        Step("open", inside, q(proximal, bend, deep, distal), 1.0),
+        Step("clip", inside, q(proximal, bend, advance, distal), 1.0),
+        Step("close", inside, q(proximal, bend, advance, distal), 0.0),
+    )
+
+
+def duration_s(robot: CatheterRobot, before: Step, after: Step) -> float:
+    """Return how long the motion between two places takes at the stated speeds [s]."""
+    needed = [abs(after.insertion_m - before.insertion_m) / PUSH_M_PER_S]
+    needed.append(abs(after.opening - before.opening) * OPENING_S)
+    for index, way in zip(moving(robot), np.abs(after.q - before.q), strict=True):
+        slides = robot.segments[index].joint == "prismatic"
+        needed.append(float(way) / (PUSH_M_PER_S if slides else TURN_RAD_PER_S))
+    return max(needed)
+
+
+def between(before: Step, after: Step, share: float) -> Step:
+    """Return the place at this share of the straight way between two, named after the second."""
+    return Step(
+        after.name,
+        before.insertion_m + share * (after.insertion_m - before.insertion_m),
+        before.q + share * (after.q - before.q),
+        before.opening + share * (after.opening - before.opening),
+    )
+
+
+def displacements_m(robot: CatheterRobot, q: Array, way: Array) -> Array:
+    """Return what moves the joints to q, in the order of the pairs, shape (p,) [m].
+
+    Pure kinematics (Nayar 2022, Eqs 3, 6), and what the robot is taken to lose on top of it: slack, the
+    stretch under the joint's elastic moment, half of the drive's play in the direction of motion. Not
+    friction.
+
+    Args:
+        robot: the catheter.
+        q: joint values, base to tip, shape (4,) [rad, m].
+        way: direction in which each joint moves, +1, -1 or 0, shape (4,).
+    """
+    order = moving(robot)
+    result = []
+    for number, pair in enumerate(robot.tendons):
+        index = moved_segment(robot, number)
+        segment, place = robot.segments[index], order.index(index)
+        value = float(q[place])
+        play = 0.5 * pair.play_m * float(way[place])
+        if segment.joint == "prismatic":
+            result.append(value + play)
+            continue
+        most = largest_angle_rad(segment)
+        value = min(max(value, -most), most)
+        lost = play + math.copysign(pair.slack_m, value) * float(abs(value) > 1e-9)
+        if segment.joint == "bending" and math.isfinite(pair.stiffness_N_per_m):
+            lost += joint_stiffness(robot, segment) * value / (segment.arm_m * pair.stiffness_N_per_m)
+        result.append(float(pulled_m(segment, value)) + lost)
+    return np.array(result)
+
+
+# ----------------------------------------------------------------------------------------------------
+# One patient for one robot, drawn at random: anatomy, planned way and flow.
+
+# Of the crossed design's outer sheath, which is led by hand: 10 deg about the roll that would do without its
+# proximal joint, +y toward the valve. Assumed.
+CROSSED_ROLL_RAD = (math.radians(80.0), math.radians(100.0))
+_MOST_DRAWS = 20
+
+
+@dataclass(frozen=True)
+class Case:
+    """What an episode of the delivery has around the robot.
+
+    Attributes:
+        plan: the way to the target; holds the anatomy.
+        flow: the force of the flow.
+    """
+
+    plan: Plan
+    flow: Flow
+
+
+def ranges(robot: CatheterRobot) -> dict[str, tuple[float, float]]:
+    """Return the ranges of the anatomies that `robot` meets, by name."""
+    return RANGES | ({"roll_rad": CROSSED_ROLL_RAD} if is_four_dof(robot) else {})
+
+
+def random_case(
+    robot: CatheterRobot,
+    rng: np.random.Generator,
+    given: Mapping[str, float] | None = None,
+    flow_N: tuple[float, float] = FLOW_N,
+) -> Case:
+    """Return a case; an anatomy in which there is no way is drawn again.
+
+    Args:
+        robot: the catheter, its limits and lengths.
+        rng: the generator.
+        given: numbers of the anatomy that are not drawn.
+        flow_N: range of the force's amplitude.
+
+    Raises:
+        InputError: a robot of another design, an unknown name, a number outside its range, or no way in any
+            of 20 anatomies.
+    """
+    bounds = ranges(robot)
+    for name, value in (given or {}).items():
+        _require(name, value, bounds)
+
+    def one() -> Case:
+        anatomy = replace(random_anatomy(rng, bounds), **(given or {}))
+        return Case(plan_way(robot, anatomy), random_flow(rng, flow_N))
+
+    for _ in range(_MOST_DRAWS - 1):
+        with suppress(InputError):
+            return one()
+    return one()
+
+
+def median_case(robot: CatheterRobot) -> Case:
+    """Return the case in the middle of all ranges, its flow along the valve's axis.
+
+    Raises:
+        InputError: a robot of another design, or no way.
+    """
+    anatomy = Anatomy(**{name: 0.5 * (low + high) for name, (low, high) in ranges(robot).items()})
+    return Case(plan_way(robot, anatomy), Flow(0.5 * sum(FLOW_N), DOWN, 0.0))
+
+
+def _require(name: str, value: float, bounds: Mapping[str, tuple[float, float]]) -> None:
+    if name not in bounds:
+        raise unknown("number of the anatomy", name, bounds)
+    low, high = bounds[name]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise InputError(f"anatomy: {name} = {value!r}: must be a number in {low:g} to {high:g}")

@@ -1,26 +1,295 @@
-"""Robots, inputs and measured data from what a user has at hand: ids, files, mappings, data frames."""
+"""Robots, inputs and measured data from what a user has at hand, and what the package offers."""
 
 from __future__ import annotations
 
+import csv
+import html
+import json
+import math
 import os
 import sys
 import warnings
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import date, timedelta
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from catheter_sim.arrays import Array
+from catheter_sim.core.robot import flag_of, number_of, whole_of
 from catheter_sim.errors import InputError, cut, shown, unknown
-from catheter_sim.public.arguments import AT_REST, gravity_of, mapping_of, path_of, robot_of
+from catheter_sim.tables import replaced_when_whole
 
 if TYPE_CHECKING:
-    from catheter_sim.arrays import Array
+    from catheter_sim.core.document import Settings
     from catheter_sim.core.inputs import Inputs
     from catheter_sim.core.robot import RobotSpec
-    from catheter_sim.core.settings import Settings
     from catheter_sim.diagnosis.trials import Dataset
     from catheter_sim.tables import Table
+
+# ----------------------------------------------------------------------------------------------------
+# Rows of a table that is printed, shown in a notebook, or made a data frame: one list feeds all three.
+
+_WIDEST = 60  # characters of a cell as text
+_SHOWN_ROWS = 30  # in a notebook
+
+
+@dataclass(frozen=True)
+class Listing(Sequence[Mapping[str, Any]]):
+    """Rows with named columns.
+
+    Attributes:
+        title: what is listed.
+        columns: the names, in order.
+        rows: one mapping of columns to values each.
+
+    Examples:
+        >>> rows = Listing("Tips", ("robot", "tip_x_mm"), ({"robot": "section", "tip_x_mm": 12.5},))
+        >>> print(rows)
+        robot    tip_x_mm
+        section  12.5
+        >>> rows[0]["tip_x_mm"]
+        12.5
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[Mapping[str, Any], ...]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self.rows[index]
+
+    def __iter__(self) -> Iterator[Mapping[str, Any]]:
+        return iter(self.rows)
+
+    def column(self, name: str) -> list[Any]:
+        """Return the values of one column, row by row."""
+        return [row.get(name) for row in self.rows]
+
+    def to_dataframe(self) -> Any:
+        """Return the rows as a pandas `DataFrame`; see `data_frame`."""
+        return data_frame({name: self.column(name) for name in self.columns})
+
+    def to_json(self) -> str:
+        """Return the rows as JSON; an infinite number is a text, as `plain` says."""
+        rows = [{name: plain(row.get(name)) for name in self.columns} for row in self.rows]
+        return json.dumps(rows, ensure_ascii=False, allow_nan=False)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the rows as CSV, numbers to nine digits, truth as 1 and 0; NaN becomes an empty cell.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        with replaced_when_whole(path) as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(self.columns)
+            for row in self.rows:
+                writer.writerow([_cell(row.get(name)) for name in self.columns])
+
+    def __str__(self) -> str:
+        cells = [self.columns, *(tuple(_text(row.get(name)) for name in self.columns) for row in self.rows)]
+        widths = [min(max(map(len, column)), _WIDEST) for column in zip(*cells, strict=True)]
+        lines = (
+            "  ".join(_cut(cell).ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
+            for line in cells
+        )
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"<{self.title}: {len(self.rows)} rows>"
+
+    def _repr_html_(self) -> str:
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in self.columns)
+        body = "".join(
+            "<tr>"
+            + "".join(f"<td>{html.escape(_text(row.get(name)))}</td>" for name in self.columns)
+            + "</tr>"
+            for row in self.rows[:_SHOWN_ROWS]
+        )
+        left = len(self.rows) - _SHOWN_ROWS
+        more = f"<p>{left} more rows</p>" if left > 0 else ""
+        title = html.escape(self.title)
+        above = f"<caption>{title}</caption><thead><tr>{head}</tr></thead>"
+        return f"<table>{above}<tbody>{body}</tbody></table>{more}"
+
+
+def data_frame(columns: Mapping[str, Any]) -> Any:
+    """Return `columns` as a pandas `DataFrame`.
+
+    Raises:
+        InputError: pandas is not installed.
+    """
+    try:
+        import pandas
+    except ImportError:
+        raise InputError("to_dataframe: needs pandas; install catheter-sim[pandas]") from None
+    return pandas.DataFrame(dict(columns))
+
+
+def listing_of(title: str, columns: Mapping[str, Sequence[Any] | Array]) -> Listing:
+    """Return columns of the same length as a listing."""
+    rows = zip(*(_values(column) for column in columns.values()), strict=True)
+    return Listing(title, tuple(columns), tuple(dict(zip(columns, row, strict=True)) for row in rows))
+
+
+def _values(column: Sequence[Any] | Array) -> Sequence[Any]:
+    return column.tolist() if isinstance(column, np.ndarray) else column
+
+
+def plain(value: Any) -> Any:
+    """Return a cell as JSON can hold it: an infinite number as TOML and --set write it, NaN as null."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else str(value)
+    return [plain(item) for item in value] if isinstance(value, tuple | list) else value
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, bool | np.bool_):
+        return str(int(value))
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.9g}"
+    return "" if value is None else str(value)
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, tuple | list):
+        return ", ".join(_text(item) for item in value)
+    return " ".join(str(value).split())
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _WIDEST else f"{text[: _WIDEST - 3]}..."
+
+
+# ----------------------------------------------------------------------------------------------------
+# Arguments that every public function takes in the same way, each bad one an error of one line.
+
+AT_REST = (0.0, 0.0, 0.0)  # no gravity
+_MOST_JOBS = 256
+
+
+def path_of(value: str | os.PathLike[str], where: str) -> str:
+    """Return a path, or an id, as a text.
+
+    Raises:
+        InputError: it is none.
+    """
+    if not isinstance(value, str | os.PathLike):
+        raise InputError(f"{where}: a path is needed, not {shown(value)}")
+    return os.fspath(value)
+
+
+def robot_of(robot: RobotSpec | str | os.PathLike[str]) -> RobotSpec:
+    """Return `robot` itself, or the one that it names.
+
+    Raises:
+        InputError: unknown robot, or neither a robot nor a name.
+    """
+    from catheter_sim.catalogue import robot_of as value_of
+
+    return value_of(robot)
+
+
+def gravity_of(value: Sequence[float]) -> Array:
+    """Return gravity as an array, shape (3,) [m/s^2].
+
+    Raises:
+        InputError: not three finite numbers.
+    """
+    try:
+        gravity = [number_of(part, "gravity_mps2") for part in value]
+    except (TypeError, InputError):
+        gravity = []
+    if len(gravity) != 3:
+        raise InputError(f"gravity_mps2 = {shown(value)}: three finite numbers are needed")
+    return np.array(gravity)
+
+
+def texts_of(value: Any, where: str, needed: str, least: int = 0) -> list[str]:
+    """Return names as a list; one name will do.
+
+    Args:
+        value: what a user gave.
+        where: what it is called.
+        needed: what would be right, in the plural.
+        least: how many there must be.
+
+    Raises:
+        InputError: they are none.
+    """
+    if isinstance(value, str):
+        return [value]
+    try:
+        listed = list(value)
+    except TypeError:
+        listed = [None]
+    if len(listed) < least or not all(isinstance(name, str) for name in listed):
+        raise InputError(f"{where} = {shown(value)}: {needed} are needed")
+    return listed
+
+
+def columns_of(names: Sequence[str] | str) -> list[str]:
+    """Return names of columns as a list; one name will do.
+
+    Raises:
+        InputError: they are none.
+    """
+    return texts_of(names, "columns", "names of output columns", 1)
+
+
+def mapping_of(value: Any, where: str, needed: str) -> dict[str, Any]:
+    """Return a mapping by its names; None is an empty one. The others as of `texts_of`.
+
+    Raises:
+        InputError: it is none.
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise InputError(f"{where} = {shown(value)}: a mapping of {needed} is needed")
+    return {str(name): item for name, item in value.items()}
+
+
+def jobs_of(value: int) -> int:
+    """Return how many processes to fit with.
+
+    Raises:
+        InputError: it is no whole number, or not one of 1 to 256.
+    """
+    return whole_of(value, "jobs", f"a whole number of 1 to {_MOST_JOBS}", 1, _MOST_JOBS)
+
+
+def budget_of(value: float) -> float:
+    """Return how long a search may take [s].
+
+    Raises:
+        InputError: it is no number above zero.
+    """
+    return number_of(value, "budget_s", "a number of seconds above 0", lambda seconds: seconds > 0.0)
+
+
+def progress_of(value: bool | None) -> bool:
+    """Return whether to show what is being done; None: on a terminal, and in a notebook.
+
+    Raises:
+        InputError: it is neither True, False nor None.
+    """
+    from catheter_sim.progress import bars_shown
+
+    return bars_shown() if value is None else flag_of(value, "progress")
+
+
+# ----------------------------------------------------------------------------------------------------
+# Robots, inputs and measured data from what a user has at hand: ids, files, mappings, data frames.
 
 
 def load_robot(ref: str | os.PathLike[str], settings: Settings = ()) -> RobotSpec:
@@ -231,12 +500,12 @@ def load_dataset(path: str | os.PathLike[str]) -> Dataset:
 
     Examples:
         >>> import catheter_sim as cs
-        >>> from catheter_sim.resources import assets_folder
+        >>> from catheter_sim.files import assets_folder
         >>> cs.load_dataset(assets_folder() / "examples" / "opencr_v4").robot.name
         'opencr_v4'
     """
     from catheter_sim.diagnosis.dataset import load_dataset as load
-    from catheter_sim.foreign.data import is_foreign
+    from catheter_sim.foreign.model import is_foreign
 
     folder = path_of(path, "dataset")
     if is_foreign(folder):
@@ -342,3 +611,134 @@ def _roles(roles: Mapping[str, str] | Sequence[str], trials: Sequence[str]) -> d
     if listed and (isinstance(roles, str) or len(listed) != len(trials)):
         raise InputError(f"roles = {shown(roles)}: one for each of {len(trials)} trials is needed, or none")
     return dict(zip(trials, listed, strict=False))
+
+
+# ----------------------------------------------------------------------------------------------------
+# What the package offers: robots, static models, effects and environments, as listings.
+#
+# The command line's `list` shows the same rows.
+
+PREFIX = "catheter_sim/"  # of the environments' ids
+
+
+def list_robots() -> Listing:
+    """Return the robots by id, with their inputs and static models.
+
+    Columns: `id`, `kind`, `description`, `inputs`, `parameter_sets` (ids of the same robot with other
+    published numbers), `static_models`.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> "neuroendoscope_section" in cs.list_robots().column("id")
+        True
+    """
+    from catheter_sim.catalogue import ROBOTS, load_robot
+    from catheter_sim.channels import input_channels
+    from catheter_sim.robots import kind_of
+
+    rows = []
+    for reference in ROBOTS:
+        if "@" in reference:
+            continue
+        robot = load_robot(reference)
+        row = {
+            "id": reference,
+            "kind": kind_of(robot).name,
+            "description": robot.description,
+            "inputs": tuple(input_channels(robot)),
+            "parameter_sets": parameter_sets(reference),
+            "static_models": tuple(list_models(robot).column("name")),
+        }
+        rows.append(row)
+    return Listing("Robots", tuple(rows[0]), tuple(rows))
+
+
+def parameter_sets(reference: str) -> tuple[str, ...]:
+    """Return the ids of the parameter sets of the robot with the id `reference`."""
+    from catheter_sim.catalogue import ROBOTS
+
+    return tuple(name for name in ROBOTS if name.startswith(f"{reference}@"))
+
+
+def list_models(robot: RobotSpec | str | os.PathLike[str] | None = None) -> Listing:
+    """Return the static models that know `robot`, effects included.
+
+    Columns: `name`, `summary`.
+
+    Args:
+        robot: a robot, its id or its file; None: the static models of all robots.
+
+    Raises:
+        InputError: unknown robot.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> cs.list_models("chest_tube_section").column("name")
+        ['printed', 'complete', 'complete_sliding', 'virtual_work', 'pcc']
+    """
+    from catheter_sim.theory.static_models import STATIC_MODELS
+
+    value = None if robot is None else robot_of(robot)
+    rows = tuple(
+        {"name": name, "summary": model.summary}
+        for name, model in STATIC_MODELS.items()
+        if value is None or model.applies_to(value)
+    )
+    whose = "all robots" if value is None else value.name
+    return Listing(f"Static models of {whose}", ("name", "summary"), rows)
+
+
+def list_effects(robot: RobotSpec | str | os.PathLike[str]) -> Listing:
+    """Return the effects that `robot` (a robot, its id or its file) may have, a row for each parameter.
+
+    Columns: `effect`, `form` (in which it acts), `parameter`, `no_effect` (the value that does nothing),
+    `lower`, `upper`, `summary`. An effect is set as `effects.<effect>.<parameter>`.
+
+    Raises:
+        InputError: unknown robot.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> rows = cs.list_effects("neuroendoscope_section")
+        >>> [row["parameter"] for row in rows if row["effect"] == "rate"][:2]
+        ['lag_s', 'delay_s']
+    """
+    from catheter_sim.effects import EFFECTS
+
+    value = robot_of(robot)
+    rows = tuple(
+        {
+            "effect": name,
+            "form": form.name,
+            "parameter": item.name,
+            "no_effect": item.null,
+            "lower": item.lower,
+            "upper": item.upper,
+            "summary": effect.summary,
+        }
+        for name, effect in EFFECTS.items()
+        for form in effect.forms
+        for item in form.parameters(value)
+    )
+    columns = ("effect", "form", "parameter", "no_effect", "lower", "upper", "summary")
+    return Listing(f"Effects of {value.name}", columns, rows)
+
+
+def list_environments() -> Listing:
+    """Return the Gymnasium environments by id, for `gymnasium.make`.
+
+    Columns: `id`, `robot`, `steps` (of an episode).
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> cs.list_environments()[0]["id"].startswith("catheter_sim/")
+        True
+    """
+    import gymnasium
+
+    rows = tuple(
+        {"id": name, "robot": spec.kwargs.get("robot"), "steps": spec.max_episode_steps}
+        for name, spec in sorted(gymnasium.registry.items())
+        if name.startswith(PREFIX)
+    )
+    return Listing("Environments", ("id", "robot", "steps"), rows)

@@ -1,30 +1,48 @@
-"""A robot along a history of inputs, by simulation or by a static model, and what can be done with it."""
+"""A robot along inputs, by simulation, by a static model or under control, and what can be done with it."""
 
 from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from catheter_sim.core.motion import MOST_STEPS, require_steps
-from catheter_sim.core.requirements import flag_of, whole_of
-from catheter_sim.errors import InputError, SimulationDiverged, shown
-from catheter_sim.public.arguments import AT_REST, columns_of, gravity_of, path_of, progress_of, robot_of
-from catheter_sim.public.data import inputs_of
-from catheter_sim.public.listing import data_frame, listing_of
+from catheter_sim.core.robot import flag_of, number_of, whole_of
+from catheter_sim.errors import InputError, SimulationDiverged, shown, unknown
+from catheter_sim.public.data import (
+    AT_REST,
+    Listing,
+    columns_of,
+    data_frame,
+    gravity_of,
+    inputs_of,
+    listing_of,
+    mapping_of,
+    path_of,
+    progress_of,
+    robot_of,
+    texts_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from catheter_sim.arrays import Array
+    from catheter_sim.controllers.comparison import Setting
+    from catheter_sim.controllers.loop import ControlRun
     from catheter_sim.core.inputs import Inputs
     from catheter_sim.core.posture import Posture
     from catheter_sim.core.robot import RobotSpec
-    from catheter_sim.pictures.state import State
+    from catheter_sim.pictures.offscreen import State
     from catheter_sim.simulation.simulator import Simulator
     from catheter_sim.tables import Table
+
+# ----------------------------------------------------------------------------------------------------
+# A robot along a history of inputs, by simulation or by a static model, and what can be done with it.
 
 HELD, DYNAMIC = "simulation", "simulation in motion"
 _TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
@@ -70,8 +88,7 @@ class Run:
         Raises:
             InputError: the robot has no such column.
         """
-        from catheter_sim.channels import check_output_channels
-        from catheter_sim.columns import output_table
+        from catheter_sim.channels import check_output_channels, output_table
 
         names = None if columns is None else columns_of(columns)
         check_output_channels(self.robot, names or (), "columns")
@@ -98,7 +115,7 @@ class Run:
         """
         from catheter_sim.channels import output_channels
         from catheter_sim.diagnosis.trials import unit_of
-        from catheter_sim.pictures.figures import entitle, panels_of
+        from catheter_sim.pictures.curves import entitle, panels_of
 
         names = (
             columns_of(columns)
@@ -173,8 +190,8 @@ def simulate(
         >>> len(run), run.by
         (2, 'simulation')
     """
-    from catheter_sim.pictures.state import state_of
-    from catheter_sim.pictures.tendon_paint import PulledTendons, pulled_tendons
+    from catheter_sim.pictures.images import PulledTendons, pulled_tendons
+    from catheter_sim.pictures.offscreen import state_of
     from catheter_sim.simulation.replay import simulate as run_robot
 
     value, moving, told = robot_of(robot), flag_of(dynamic, "dynamic"), progress_of(progress)
@@ -225,7 +242,7 @@ def statics(
     """
     from catheter_sim.core.inputs import row_name
     from catheter_sim.core.posture import finite_rows
-    from catheter_sim.theory.run import static_model
+    from catheter_sim.theory.static_models import static_model
 
     value = robot_of(robot)
     solver = static_model(str(model), value, value.name)
@@ -241,7 +258,7 @@ def statics(
 
 def _warn_of_limits(robot: RobotSpec, inputs: Inputs) -> None:
     """Warn, at the caller's caller, of inputs beyond what the robot can follow."""
-    from catheter_sim.planning.limits import beyond_limits
+    from catheter_sim.planning.bounded import beyond_limits
 
     for line in beyond_limits(robot, inputs):
         warnings.warn(f"{robot.name}: {line}", UserWarning, stacklevel=3)
@@ -377,3 +394,375 @@ def rows_of(rows: Sequence[int]) -> list[int]:
     except TypeError:
         raise InputError(f"rows = {shown(rows)}: numbers of rows, 0 for the first, are needed") from None
     return [whole_of(row, "rows", "the number of a row, 0 for the first,", 0) for row in listed]
+
+
+# ----------------------------------------------------------------------------------------------------
+# Controlled motions of a catheter: feedforward by a named model, PID on a tracker, motors.
+
+PAPER = ("pk", "te", "te+pid")  # Nayar 2023, Section IV-A
+PID = (0.01, 0.2, 0.0001)  # printed there; units as read in `controllers.motors`
+NOISE_DEG = 0.5  # assumed: of an electromagnetic tracker's angles
+_LONGEST_S = 1000.0
+_MOST_RATE_HZ = 200.0
+# Nayar 2023, Section IV-A: RMSE of the proximal bending joint [deg]; the trajectory is not printed.
+_PRINTED_DEG = {"PK": 21.0, "TE": 4.8, "PK+PID": 2.53, "TE+PID": 0.88}
+_PRINTED_OF = ("mitral_4dof", "bending_proximal")
+_RATIOS = (("TE", "PK"), ("PK+PID", "PK"), ("TE+PID", "TE"), ("TE+PID", "PK"))
+SUMMARY = ("run", "joint", "rmse_deg", "measured_rmse_deg", "effort_mm", "controller_share")
+
+
+@dataclass(frozen=True, repr=False)
+class Control:
+    """Controlled motions by the names of their ways ("PK", "TE+PID"): see `control`, which returns it.
+
+    Attributes:
+        robot: what was simulated.
+        believed: what the controller took it for.
+        pairs: names of the joints' pairs, in the order of the runs' columns.
+        runs: the motions.
+        setting: gains, noise, rate and motors.
+        own_trajectory: whether the user gave the trajectory; else it is the stand-in for the paper's.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> asked = {"time_s": [0.0, 2.0, 3.0], "angle_bending_proximal_deg": [0.0, 20.0, 20.0]}
+        >>> found = cs.control("mitral_4dof", asked, models=["pk"], noise_deg=0.0)
+        >>> found
+        <Control of mitral_4dof: PK>
+        >>> bool(found.to_table()[0]["rmse_deg"] < 1.0)
+        True
+    """
+
+    robot: RobotSpec
+    believed: RobotSpec
+    pairs: tuple[str, ...]
+    runs: Mapping[str, ControlRun]
+    setting: Setting
+    own_trajectory: bool
+
+    def to_table(self) -> Listing:
+        """Return a row for each run and each joint that turns and is asked to.
+
+        Columns: `run`, `joint`, `rmse_deg` (true angle less desired), `measured_rmse_deg` (as the tracker saw
+        it), `effort_mm` (mean displacement of the pair), `controller_share` (of feedback in it, Nayar 2023,
+        Table II).
+        """
+        rows = []
+        for name, run in self.runs.items():
+            shares, errors = run.controller_share(), run.rmse_deg()
+            for k, pair in enumerate(self.pairs):
+                if run.joints[k] == "prismatic" or not np.any(run.desired[:, k]):
+                    continue
+                measured = run.reached if run.measured is None else run.measured
+                seen = np.degrees(np.sqrt(np.mean((measured[:, k] - run.desired[:, k]) ** 2)))
+                effort = 1e3 * float(np.abs(run.displaced_m[:, k]).mean())
+                values = (name, pair, float(errors[k]), float(seen), effort, float(shares[k]))
+                rows.append(dict(zip(SUMMARY, values, strict=True)))
+        return Listing(f"Control of {self.robot.name}", SUMMARY, tuple(rows))
+
+    def ratios(self) -> Listing:
+        """Return ratios of the runs' errors joint by joint, with the printed ones beside.
+
+        Columns: `joint`, `of` and `over` (runs), `ratio` (of `rmse_deg`), `printed` (Nayar 2023, Section
+        IV-A, of the proximal bending joint under the paper's own trajectory, which is not printed; None
+        elsewhere).
+        """
+        error = {(row["run"], row["joint"]): row["rmse_deg"] for row in self.to_table()}
+        rows = []
+        for pair in self.pairs:
+            printed_here = not self.own_trajectory and self._is_papers() and pair == _PRINTED_OF[1]
+            for of, over in _RATIOS:
+                if (of, pair) in error and (over, pair) in error and error[over, pair] > 0.0:
+                    printed = _PRINTED_DEG[of] / _PRINTED_DEG[over] if printed_here else None
+                    ratio = error[of, pair] / error[over, pair]
+                    rows.append({"joint": pair, "of": of, "over": over, "ratio": ratio, "printed": printed})
+        return Listing("Ratios of errors", ("joint", "of", "over", "ratio", "printed"), tuple(rows))
+
+    def series(self, run: str) -> Table:
+        """Return one run over time: desired, reached, measured angle and error of each joint, and its effort.
+
+        Columns are `desired_<joint>_deg`, `reached_...`, `measured_...`, `error_...` (mm for an advance), and
+        `model_<joint>_mm`, `controller_<joint>_mm`, `displacement_<joint>_mm`.
+
+        Raises:
+            InputError: no such run.
+        """
+        from catheter_sim.tables import Table as Value
+
+        if run not in self.runs:
+            raise unknown("run", run, self.runs)
+        found = self.runs[run]
+        measured = found.reached if found.measured is None else found.measured
+        columns: dict[str, Array] = {}
+        for k, pair in enumerate(self.pairs):
+            unit, size = ("mm", 1e3) if found.joints[k] == "prismatic" else ("deg", 180.0 / np.pi)
+            parts = {
+                "desired": found.desired,
+                "reached": found.reached,
+                "measured": measured,
+                "error": found.reached - found.desired,
+            }
+            columns |= {f"{name}_{pair}_{unit}": size * part[:, k] for name, part in parts.items()}
+            efforts = {
+                "model": found.model_m,
+                "controller": found.controller_m,
+                "displacement": found.displaced_m,
+            }
+            columns |= {f"{name}_{pair}_mm": 1e3 * part[:, k] for name, part in efforts.items()}
+        return Value(found.times_s, columns)
+
+    def to_dataframe(self) -> Any:
+        """Return `to_table` as a pandas `DataFrame`.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        return self.to_table().to_dataframe()
+
+    def save(self, path: str | os.PathLike[str]) -> list[str]:
+        """Write a folder: `summary.csv`, `ratios.csv`, a CSV of each run over time, `control.png`.
+
+        Returns:
+            The files' names.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        from catheter_sim.files import check_output_folder
+        from catheter_sim.tables import replaced_when_whole, write_table
+
+        folder = check_output_folder(path_of(path, "save"))
+        folder.mkdir(parents=True, exist_ok=True)
+        self.to_table().save(folder / "summary.csv")
+        self.ratios().save(folder / "ratios.csv")
+        names = ["summary.csv", "ratios.csv"]
+        for run in self.runs:
+            names.append(f"{run.lower().replace('+', '_')}.csv")
+            write_table(self.series(run), folder / names[-1])
+        with replaced_when_whole(folder / "control.png", binary=True) as file:
+            self.plot().savefig(file, format="png", dpi=130)
+        return [*names, "control.png"]
+
+    def plot(self, ax: Any = None) -> Figure:
+        """Return a figure of angles, errors and efforts over time, a column a joint.
+
+        Args:
+            ax: axes of matplotlib to draw into, three a moving joint, row by row; None: a new figure.
+
+        Raises:
+            InputError: `ax` holds something else.
+        """
+        from catheter_sim.public.planning import control_figure
+
+        return control_figure(self, ax)
+
+    def _is_papers(self) -> bool:
+        return self.robot.name.partition("@")[0] == _PRINTED_OF[0]
+
+    def __repr__(self) -> str:
+        return f"<Control of {self.robot.name}: {', '.join(self.runs)}>"
+
+    def _repr_html_(self) -> str:
+        return self.to_table()._repr_html_()
+
+
+def control(
+    robot: RobotSpec | str | os.PathLike[str],
+    trajectory: Any = None,
+    models: Sequence[str] = PAPER,
+    pid: Sequence[float] = PID,
+    noise_deg: float = NOISE_DEG,
+    frame_error_deg: float = 0.0,
+    believed: RobotSpec | str | os.PathLike[str] | None = None,
+    motors: str = "none",
+    motor_gain: float = 1.0,
+    dead_band_mm: Mapping[str, float] | None = None,
+    rate_hz: float = 40.0,
+    seed: int = 0,
+) -> Control:
+    """Return how well a catheter follows a trajectory of its joints, by several ways of control.
+
+    At each tick a tracker measures the joints' angles, feedforward and PID add up to displacements of the
+    pairs, and these move evenly to the next tick. The robot starts at rest. A terminal and a notebook show
+    what is done.
+
+    Args:
+        robot: what is simulated: a catheter, its id or its file.
+        trajectory: a mapping, a data frame or a CSV file: `time_s` [s], and any of `angle_<joint>_deg` and
+            the tube's advance in mm (`advance_mm`), on lines from row to row; joints left out stay at 0.
+            None: both bending joints of the 4-DoF catheter through 10, 40, 10, 60, 10 deg in 75 s, the
+            stand-in for the trajectory of Nayar 2023, Section IV-A, which is not printed.
+        models: ways: a feedforward (`pk` pure kinematics, `te` with the tendons' elongation, `mk` modified
+            kinematics), with `+pid` where feedback is added.
+        pid: gains KP [mm/deg], KI [mm/(deg s)], KD [mm s/deg]; default: as printed, units as read.
+        noise_deg: standard deviation of the measured angles, white [deg] (assumed).
+        frame_error_deg: what every angle is measured too large [deg].
+        believed: what the controller takes the robot for; default: of `mitral_4dof@elongation` the nominal
+            `mitral_4dof`, else the robot without its effects.
+        motors: "none": pairs follow at once; "pd": by a motor with PD; "observer": with a disturbance
+            observer besides (Nayar 2022, Fig. 5).
+        motor_gain: the motors' gain over the one that their controller takes them to have.
+        dead_band_mm: dead-bands of torsion pairs that the feedforward compensates, by the pair's name.
+        rate_hz: ticks a second; a whole number of simulation steps must fit.
+        seed: of the noise, the same for every way.
+
+    Raises:
+        InputError: the robot is no catheter, or anything else is not possible.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> hold = {"time_s": [0.0, 1.0], "angle_bending_deg": [0.0, 10.0]}
+        >>> list(cs.control("mitral_transseptal", hold, models=["pk", "pk+pid"]).runs)
+        ['PK', 'PK+PID']
+    """
+    value = robot_of(robot)
+    taken_for = believed_robot(value) if believed is None else robot_of(believed)
+    bands_mm = mapping_of(dead_band_mm, "dead_band_mm", "pairs to dead-bands")
+    setting = setting_of(pid, noise_deg, frame_error_deg, motors, motor_gain, bands_mm, rate_hz, seed)
+    return controlled(value, taken_for, trajectory, models, setting, progress_of(None))
+
+
+def setting_of(
+    pid: Sequence[float],
+    noise_deg: float,
+    frame_error_deg: float,
+    motors: str,
+    motor_gain: float,
+    dead_band_mm: Mapping[str, float],
+    rate_hz: float,
+    seed: int,
+) -> Setting:
+    """Return what all ways share, checked; arguments and errors as of `control`."""
+    from catheter_sim.controllers.comparison import Setting as Value
+
+    return Value(
+        gains_of(pid),
+        _number(noise_deg, "noise_deg", 0.0, 90.0),
+        _number(frame_error_deg, "frame_error_deg", -90.0, 90.0),
+        whole_of(seed, "seed", "a whole number from 0", 0),
+        _number(rate_hz, "rate_hz", 0.1, _MOST_RATE_HZ),
+        motors,
+        _number(motor_gain, "motor_gain", 0.01, 100.0),
+        {name: 1e-3 * number_of(width, f"dead_band_mm: {name}") for name, width in dead_band_mm.items()},
+    )
+
+
+def controlled(
+    robot: RobotSpec,
+    believed: RobotSpec,
+    trajectory: Any,
+    models: Sequence[str] | str,
+    setting: Setting,
+    progress: bool = False,
+) -> Control:
+    """Return a robot's controlled motions; arguments and errors as of `control`.
+
+    Args:
+        robot, believed, trajectory, models: as of `control`.
+        setting: what all ways share.
+        progress: show on standard error what is done.
+    """
+    from catheter_sim.controllers.comparison import follow, way_of
+
+    named = texts_of(models, "models", "ways of control, as pk+pid,", 1)
+    ways = list(dict.fromkeys(way_of(model) for model in named))
+    desired = desired_values(robot, trajectory, setting.rate_hz)
+    runs = follow(robot, believed, desired, ways, setting, progress)
+    pairs = tuple(pair.name for pair in robot.tendons)
+    return Control(robot, believed, pairs, runs, setting, trajectory is not None)
+
+
+def believed_robot(robot: RobotSpec) -> RobotSpec:
+    """Return what a controller takes a robot for: its nominal parameter set, without effects."""
+    from dataclasses import replace
+
+    from catheter_sim.catalogue import PUBLISHED, load_robot
+
+    nominal, _, parameters = robot.name.partition("@")
+    if parameters and nominal in PUBLISHED:
+        return load_robot(nominal)
+    return replace(robot, effects={})
+
+
+def gains_of(pid: Sequence[float]) -> Any:
+    """Return gains in mm and deg as `controllers.motors.Gains`.
+
+    Raises:
+        InputError: not three finite numbers.
+    """
+    from catheter_sim.controllers.motors import DEG_TO_SI, Gains
+
+    try:
+        p, i, d = (number_of(gain, "pid") for gain in pid)
+    except (TypeError, ValueError):  # InputError too
+        raise InputError(f"pid = {shown(pid)}: three numbers KP, KI, KD are needed, all finite") from None
+    return Gains(p * DEG_TO_SI, i * DEG_TO_SI, d * DEG_TO_SI)
+
+
+def desired_values(robot: RobotSpec, trajectory: Any, rate_hz: float) -> Array:
+    """Return the joint values that are desired at the ticks, shape (r, t) [rad or m].
+
+    Raises:
+        InputError: a column is no joint's, a value is missing, or the motion is too long.
+    """
+    from catheter_sim.channels import drives_of, outputs_of
+    from catheter_sim.controllers.loop import through, ticks_s
+    from catheter_sim.core.inputs import Quantity
+    from catheter_sim.public.planning import clocked_table
+    from catheter_sim.robots import face_of
+    from catheter_sim.tables import own_clock
+
+    face_of(robot, "joint_control", "joint control")
+    drives = drives_of(robot)
+    if trajectory is None:
+        from catheter_sim.validation.mitral_control import BENDING, CORNERS_DEG, LEGS_S
+
+        moved = [k for k, pair in enumerate(robot.tendons) if pair.name in BENDING]
+        if len(moved) < len(BENDING):
+            raise InputError(f"{robot.name}: a trajectory is needed; only mitral_4dof has one of its own")
+        ticks = ticks_s(sum(LEGS_S), rate_hz)
+        desired = np.zeros((len(ticks), len(drives)))
+        desired[:, moved] = np.radians(through(CORNERS_DEG, LEGS_S, ticks))[:, np.newaxis]
+        return desired
+    table = clocked_table(trajectory, "trajectory")
+    angles = {f"angle_{drive.moves}_deg": k for k, drive in enumerate(drives)}
+    known = {name: k for name, k in angles.items() if name in outputs_of(robot).angles}
+    known |= {item.column: k for k, item in enumerate(drives) if item.quantity is Quantity.ADVANCE}
+    for name in table.columns:
+        if name not in known:
+            raise unknown("joint", name, known, table.where)
+    table.require_complete()
+    table.require_increasing_time()
+    clock = own_clock(table.time_s)
+    if clock[-1] > _LONGEST_S:
+        raise InputError(f"{table.where}: time_s runs over {clock[-1]:g} s; at most {_LONGEST_S:g} s")
+    ticks = ticks_s(float(clock[-1]), rate_hz)
+    desired = np.zeros((len(ticks), len(drives)))
+    for name, values in table.columns.items():
+        size = np.pi / 180.0 if name.endswith("_deg") else 1e-3
+        desired[:, known[name]] = size * np.interp(ticks, clock, values)
+    return desired
+
+
+def _number(value: Any, where: str, least: float, most: float) -> float:
+    return number_of(value, where, f"a number from {least:g} to {most:g}", lambda it: least <= it <= most)
+
+
+def notes(found: Control) -> list[str]:
+    """Return what a reader must know of the figures, a line each."""
+    noise, turned = found.setting.noise_deg, found.setting.frame_error_deg
+    parts = [
+        f"controller takes the robot for {found.believed.name}; white noise of {noise:g} deg on every angle "
+        f"(assumed), frame error {turned:g} deg"
+    ]
+    if any(row["printed"] is not None for row in found.ratios()):
+        parts.append(
+            "printed: Nayar 2023, Section IV-A, proximal joint, RMSE 21 (PK), 4.8 (TE), 0.88 deg (TE+PID); "
+            "its trajectory is not printed, and TE's error here follows from an assumed slack and friction"
+        )
+    return parts
+
+
+def table_text(found: Control) -> str:
+    """Return summary, ratios and notes as text."""
+    return "\n".join([str(found.to_table()), "", str(found.ratios()), *notes(found)])

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from catheter_sim.core.kind import Kind
-from catheter_sim.core.robot import RobotSpec
-from catheter_sim.core.shared_checks import check_markers
+from catheter_sim.core.robot import RobotSpec, check_markers
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter import KIND as _CATHETER
 from catheter_sim.robots.continuum import KIND as _CONTINUUM

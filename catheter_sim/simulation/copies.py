@@ -28,16 +28,14 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 
 from catheter_sim.arrays import Array, Index
-from catheter_sim.core.law_copies import Batched, CopiesLaw, CopyArrays
+from catheter_sim.core.law import Batched, CopiesLaw, CopyArrays
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import clamp_slack_of
 from catheter_sim.robots import kind_of
-from catheter_sim.simulation.divergence import LARGEST_INPUT, farthest
-from catheter_sim.simulation.friction import CapstanFriction
-from catheter_sim.simulation.friction_copies import CapstanCopies
-from catheter_sim.simulation.path_copies import PathCopies, pathless
+from catheter_sim.simulation.friction import CapstanCopies, CapstanFriction
+from catheter_sim.simulation.motion import LARGEST_INPUT, farthest
 from catheter_sim.simulation.simulator import SETTLED_ANGLE_RAD, Simulator
-from catheter_sim.simulation.site_tendons import applies
+from catheter_sim.simulation.site_tendons import PathCopies, applies, pathless
 from catheter_sim.simulation.together import SETTLE_BLOCK_S
 
 _NOTHING, _POSITIONS, _VELOCITIES, _ALL = (

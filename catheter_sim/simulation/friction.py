@@ -1,26 +1,4 @@
-"""Dry friction of tendons at every hole, with stick and slip.
-
-Over a hole at which a tendon turns by phi, its tension T changes to anything in
-[T exp(-mu phi), T exp(+mu phi)] while it sticks there, and to one of the two ends while it slips
-(capstan). Whether it slips at hole k is decided by the length of everything beyond hole k, not by
-the bending next to it.
-
-MuJoCo has friction loss (a force up to a limit against a velocity), but no capstan.
-
-`CapstanFriction` (shipped, "capstan") computes the tension of every span itself, before each step,
-and hands MuJoCo the difference to the actuators' tension as an applied force. With the velocities
-that the coming step would give, it asks for the tensions that stop every span that friction can
-stop. Per tendon that is a convex problem on a chain, which `span_tensions` solves exactly
-in a microsecond; tendons that share joints are passed over in turn, until none changes by more than a
-tolerance. Three things save passes and time on the way there: tensions go on as in the last step
-(`start_from_last_change`), passes that come nearer by the same share each are cut short
-(`extrapolate_passes`), and a tendon is first taken to slip where it did (`slip_as_before`). At rest the
-law leaves all tensions as they are, so a held posture does not creep. Inertia enters through each degree of
-freedom's own implicit inertia (armature, damping, stiffness) alone: a lower bound of what the
-integrator uses, so that the law never overcorrects.
-
-A kind's reference law ("nested") leaves the decision to MuJoCo's solver.
-"""
+"""Dry friction of tendons at every hole, with stick and slip, for one robot or many copies."""
 
 from __future__ import annotations
 
@@ -28,11 +6,39 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from mujoco.batch import Batch
 
-from catheter_sim.arrays import Array
+from catheter_sim.arrays import Array, Index
 from catheter_sim.core.law import Law, Step, TendonPaths, Turns
-from catheter_sim.mechanics.capstan import busy_spans, solve_tensions, step_over_inertia
+from catheter_sim.mechanics.capstan import (
+    busy_spans,
+    solve_tensions,
+    solve_tensions_of_copies,
+    step_over_inertia,
+)
 from catheter_sim.mechanics.tendons import TendonRows
+
+# ----------------------------------------------------------------------------------------------------
+# Dry friction of tendons at every hole, with stick and slip.
+#
+# Over a hole at which a tendon turns by phi, its tension T changes to anything in [T exp(-mu phi), T
+# exp(+mu phi)] while it sticks there, and to one of the two ends while it slips (capstan). Whether it slips
+# at hole k is decided by the length of everything beyond hole k, not by the bending next to it.
+#
+# MuJoCo has friction loss (a force up to a limit against a velocity), but no capstan.
+#
+# `CapstanFriction` (shipped, "capstan") computes the tension of every span itself, before each step, and
+# hands MuJoCo the difference to the actuators' tension as an applied force. With the velocities that the
+# coming step would give, it asks for the tensions that stop every span that friction can stop. Per tendon
+# that is a convex problem on a chain, which `span_tensions` solves exactly in a microsecond; tendons that
+# share joints are passed over in turn, until none changes by more than a tolerance. Three things save
+# passes and time on the way there: tensions go on as in the last step (`start_from_last_change`), passes
+# that come nearer by the same share each are cut short (`extrapolate_passes`), and a tendon is first taken
+# to slip where it did (`slip_as_before`). At rest the law leaves all tensions as they are, so a held
+# posture does not creep. Inertia enters through each degree of freedom's own implicit inertia (armature,
+# damping, stiffness) alone: a lower bound of what the integrator uses, so that the law never overcorrects.
+#
+# A kind's reference law ("nested") leaves the decision to MuJoCo's solver.
 
 SWEEPS = 20  # most passes over tendons that share joints, in one step
 MOVING_SWEEPS = 12  # of a robot in motion; what they leave the next step goes on with
@@ -200,3 +206,92 @@ class CapstanFriction(Law):
         Where several tendons act on one hinge that sticks, statics fixes only one sum of them.
         """
         return np.where(self._inside, self._tension, np.nan)
+
+
+# ----------------------------------------------------------------------------------------------------
+# The shipped friction law of many copies of one robot: `friction.CapstanFriction`, each with its history.
+
+
+class CapstanCopies(CapstanFriction):
+    """The law in the copies of a batch, one compiled loop over them; the numbers are those of one copy."""
+
+    def __init__(
+        self,
+        mu: float,
+        paths: TendonPaths,
+        model: mujoco.MjModel,
+        batch: Batch,
+        drive_stiffness: Array,
+        ten_J: Array | None = None,
+    ) -> None:
+        """Prepare the law.
+
+        Args:
+            mu: friction coefficient.
+            paths: where the tendons rub.
+            model: what they are in.
+            batch: its copies.
+            drive_stiffness: as of `CapstanFriction`.
+            ten_J: where the copies' tendon Jacobians are, shape (m, e); default: in the batch.
+        """
+        super().__init__(mu, paths, model, drive_stiffness)
+        self._turns_of = self._turns.of_copies
+        tendons, spans = self._tension.shape
+        self._of = np.zeros((2, batch.nsim, tendons, spans))  # tensions and turns
+        self._pasts = np.zeros((batch.nsim, tendons, spans + 2))
+        self._slips = np.zeros((batch.nsim, tendons, spans), dtype=np.int8)
+        names = "qpos", "qvel", "site_xpos", "qfrc_passive", "qfrc_bias", "qfrc_constraint"
+        self._bound = {name: batch.bind(name) for name in names}
+        self._bound["ten_J"] = batch.bind("ten_J") if ten_J is None else ten_J
+
+    @property
+    def tension(self) -> Array:
+        """Tension of every tendon in every span after a step, shape (m, t, n) [N]; of use inside its end."""
+        return self._of[0]
+
+    def forget(self, copies: Index) -> None:
+        """Forget the history of some copies."""
+        self._of[0, copies], self._slips[copies], self._pasts[copies] = 0.0, 0, 0.0
+
+    def apply_copies(self, copies: Index, entering: Array, applied: Array) -> None:
+        """`apply` in some of the m copies.
+
+        Args:
+            copies: which.
+            entering: tensions at the actuators now, shape (m, t) [N].
+            applied: in and out: applied forces, shape (m, nv).
+        """
+        rows, bound = self._rows, self._bound
+        tension, turn = self._of
+        self._turns_of(copies, bound["qpos"], bound["site_xpos"], turn)
+        solve_tensions_of_copies(
+            copies,
+            self._mu,
+            entering,
+            self._drive,
+            turn,
+            self._ends,
+            bound["ten_J"],
+            rows.starts,
+            rows.entries,
+            rows.columns,
+            self._span,
+            self._lines,
+            bound["qvel"],
+            bound["qfrc_passive"],
+            bound["qfrc_bias"],
+            bound["qfrc_constraint"],
+            applied,
+            self._yielding,
+            SWEEPS,
+            SWEEP_TOLERANCE,
+            tension,
+            self._slips,
+            self._pasts,
+            self._holes,
+            self._pulls,
+            self._scratch,
+            self._shared,
+            self._busy,
+            np.zeros((0, 0)),
+        )

@@ -22,8 +22,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import TwinStates
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.simulation.commands import Commands
-from catheter_sim.simulation.replay import RAMP_S, ramp
+from catheter_sim.simulation.replay import RAMP_S, Commands, ramp
 from catheter_sim.simulation.simulator import Simulator
 
 _REMEMBERED = 256  # runs, of some 100 kB each

@@ -1,9 +1,9 @@
-"""A robot in MuJoCo: inputs in, steps, posture out."""
+"""A robot in MuJoCo: inputs in, steps, posture out, with the laws that run beside the step."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -14,25 +14,378 @@ from numpy.typing import ArrayLike
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import robot_of
 from catheter_sim.channels import checked_actuation
-from catheter_sim.core.drive import Quantity, driven_by
-from catheter_sim.core.law import RobotInModel, Step
-from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.inputs import Drive, LinkForce, Outputs, Quantity, check_links, driven_by
+from catheter_sim.core.law import Controls, FrictionLaw, Law, Pulls, RobotInModel, Step
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import wholly_built_in
-from catheter_sim.errors import InputError, SimulationDiverged, require_type, shown
-from catheter_sim.modelling.model_cache import remembered_mjcf
-from catheter_sim.robots import kind_of
-from catheter_sim.simulation.actuation import Actuation, checked_inputs, checked_numbers
-from catheter_sim.simulation.divergence import Watch
-from catheter_sim.simulation.law_list import find_laws, needs_reference_friction
-from catheter_sim.simulation.loads import Loads
-from catheter_sim.simulation.motion import MotionNumbers, motion_numbers, put_numbers
-from catheter_sim.simulation.readout import Readout
-from catheter_sim.simulation.servo_lag import ServoLag
+from catheter_sim.errors import InputError, SimulationDiverged, require_type, shown, unknown
+from catheter_sim.mechanics.hysteresis import clamp_slack
+from catheter_sim.mjcf import names
+from catheter_sim.modelling.build import remembered_mjcf
+from catheter_sim.robots import KINDS, kind_of
+from catheter_sim.simulation.friction import CapstanFriction
+from catheter_sim.simulation.motion import (
+    LARGEST_INPUT,
+    MotionNumbers,
+    ServoLag,
+    Watch,
+    motion_numbers,
+    put_numbers,
+)
 from catheter_sim.simulation.site_tendons import SiteTendons, applies
 from catheter_sim.simulation.tissue import Tissue
 from catheter_sim.simulation.together import settle_together, share, sharing, take_steps
+
+# ----------------------------------------------------------------------------------------------------
+# A simulated robot's inputs on their way to its actuators, and the tensions that come of them.
+
+ROUNDING_N = 1e-9  # by which a tension may lie below zero
+
+
+def checked_numbers(where: str, value: Any, shape: tuple[int, ...], needed: str) -> Array:
+    """Return `value` as an array of numbers of `shape`, none of which MuJoCo would put a zero in place of.
+
+    Raises:
+        InputError: it is none; `needed` says what would be one.
+    """
+    try:
+        numbers = np.asarray(value)
+        real = numbers.dtype.kind in "iuf" and numbers.shape == shape
+    except ValueError:  # rows of different lengths
+        real = False
+    if not real:
+        raise InputError(f"{where} = {shown(value)}: {needed}")
+    if not (np.abs(numbers) <= LARGEST_INPUT).all():  # false of what is not a number
+        raise InputError(f"{where} = {shown(value)}: finite numbers within {LARGEST_INPUT:g} are needed")
+    return np.asarray(numbers, dtype=float)
+
+
+def checked_inputs(robot: RobotSpec, drives: Sequence[Drive], value: Any) -> Array:
+    """Return inputs of a robot's tendons as an array, shape (t,), SI.
+
+    Raises:
+        InputError: other than one finite number for each tendon, or a tension below zero.
+    """
+    names = [item.name for item in robot.tendons]
+    listed = f" ({', '.join(names)})" if names else ""
+    needed = f"{len(names)} numbers are needed, one for each of its tendons{listed}"
+    where = f"{robot.name}: set_inputs: tendon"
+    numbers = checked_numbers(where, value, (len(names),), needed)
+    for drive in drives:
+        for place in drive.tendons:
+            if drive.quantity is Quantity.TENSION and numbers[place] < -ROUNDING_N:
+                raise InputError(f"{where} {names[place]}: {numbers[place]:g} N: a tendon cannot push")
+    return numbers
+
+
+class Actuation:
+    """The actuators of a robot in a model.
+
+    Attributes:
+        controls: what stands between inputs and actuators.
+        pulls: the actuators that pull tendons.
+        arrived: what arrives at the tendons now, shape (t,).
+    """
+
+    def __init__(self, place: RobotInModel, data: mujoco.MjData, controls: Controls, given: bool) -> None:
+        """Prepare; `given`: whether the inputs are tensions."""
+        model = place.model
+        self._model, self._data, self.controls = model, data, controls
+        pulls = controls.pulls
+        bias, length_gain = model.actuator_biasprm[pulls, :2].T.copy()
+        self.pulls = Pulls(
+            pulls,
+            model.actuator_trnid[pulls, 0].astype(np.int64),
+            given,
+            model.actuator_gainprm[pulls, 0].copy(),
+            bias,
+            length_gain,
+        )
+        # Control ranges are for sliders; a simulation takes what it is given.
+        model.actuator_ctrllimited[place.actuators()] = 0
+        self.arrived = np.zeros(len(controls.spans))
+        self._ctrl_before = np.zeros(len(pulls))
+
+    def reset(self) -> None:
+        """Return to inputs of zero that have always been so."""
+        self.arrived = np.zeros(len(self.controls.spans))
+        self.set(self.arrived)
+        self._ctrl_before[:] = 0.0
+
+    def set(self, inputs: Array) -> None:
+        """Set the controls of the following steps, by inputs of shape (t,).
+
+        Raises:
+            InputError: an input that the robot cannot follow.
+        """
+        controls = self.controls
+        self.arrived = controls.arriving(self.arrived, inputs)
+        self._data.ctrl[controls.actuators] = controls.controls(self.arrived)
+
+    def tension(self) -> Array:
+        """Return the tension of each input at the actuator, shape (t,) [N]; of a pair the tauter one's."""
+        data = self._data
+        pulled = np.maximum(self.pulls.tension(data), 0.0)
+        return self.controls.tension(data.qpos, data.ctrl, pulled)
+
+    def let_taut_tendons_slacken(self) -> None:
+        """Clamp at zero only the tensions of tendons that were slack before the command changed.
+
+        See `mechanics.hysteresis`; to be called once a step, where tendons are driven.
+        """
+        pulls, data = self.pulls, self._data
+        clamp_slack(
+            pulls.actuators,
+            pulls.tendons,
+            pulls.gain,
+            pulls.bias,
+            pulls.length_gain,
+            data.ten_length,
+            data.ctrl,
+            self._ctrl_before,
+            self._model.actuator_forcerange,
+        )
+
+
+# ----------------------------------------------------------------------------------------------------
+# The laws that run beside a robot's step, in the order of their turns; friction comes last.
+
+FRICTION_ROUTES = ("capstan", "nested", "none")
+_REFERENCE = "reference_friction"  # a function that only some kinds' `laws.py` have
+
+
+class LawList:
+    """A robot's laws.
+
+    Attributes:
+        laws: all of them.
+        friction: the last one, where tendons rub; else None.
+        before, place, actuate, between: what they do at each point of a step (`core.law`).
+    """
+
+    def __init__(self, laws: tuple[Law, ...], friction: FrictionLaw | None) -> None:
+        self.laws: tuple[Law | FrictionLaw, ...] = laws if friction is None else (*laws, friction)
+        self.friction = friction
+        self.before: tuple[Callable[[Step], None], ...] = self._acts("before")
+        self.place: tuple[Callable[[mujoco.MjData], None], ...] = self._acts("place")
+        self.actuate: tuple[Callable[[Step], None], ...] = self._acts("actuate")
+        self.between: tuple[Callable[[Step], None], ...] = self._acts("between")
+
+    def reset(self) -> None:
+        """Forget the history."""
+        for law in self.laws:
+            law.reset()
+
+    def _acts(self, name: str) -> tuple[Callable[[Any], None], ...]:
+        """Return the methods of a name that do anything."""
+        idle = getattr(Law, name)
+        return tuple(getattr(law, name) for law in self.laws if getattr(type(law), name) is not idle)
+
+
+def find_laws(robot: RobotSpec, place: RobotInModel, actuation: Actuation, friction: str) -> LawList:
+    """Return the laws of a robot in a model; `friction` is one of `FRICTION_ROUTES`."""
+    face = kind_of(robot).laws
+    laws = face.laws(robot, place)
+    if robot.friction.mu == 0 or friction == "none":
+        return LawList(laws, None)
+    if friction == "nested":
+        return LawList(laws, getattr(face, _REFERENCE)(robot, place))
+    paths = face.tendon_paths(robot, place)
+    stiffness = actuation.pulls.drive_stiffness()
+    return LawList(laws, CapstanFriction(robot.friction.mu, paths, place.model, stiffness))
+
+
+def needs_reference_friction(robot: RobotSpec, friction: str) -> bool:
+    """Return whether the robot's model must carry what the reference law of friction needs.
+
+    Raises:
+        InputError: `friction` is unknown, or the robot's kind has no reference law.
+    """
+    if friction not in FRICTION_ROUTES:
+        raise unknown("friction route", friction, FRICTION_ROUTES)
+    if friction != "nested" or robot.friction.mu == 0:
+        return False
+    kind = kind_of(robot)
+    if not hasattr(kind.laws, _REFERENCE):
+        having = " or ".join(name for name, other in KINDS.items() if hasattr(other.laws, _REFERENCE))
+        raise InputError(
+            f"{robot.name}: the nested reference of friction does not know robots of kind {kind.name!r}; "
+            f"choices: a {having} robot"
+        )
+    return True
+
+
+# ----------------------------------------------------------------------------------------------------
+# Forces and moments on a robot's elements, which keep their directions in the base frame.
+
+
+class Loads:
+    """What acts now on the tip and on other points of a robot.
+
+    The point of a force on an element is given in the frame of the body that carries the element's distal
+    face: for a link with a rolling joint as in `LinkForce`; for a continuum robot's element its origin is the
+    element's last hinge.
+
+    Attributes:
+        force_tip: on the tip, world frame, shape (3,) [N].
+        per_element: sum of the other forces on each element, base to tip, world frame, shape (n, 3) [N].
+    """
+
+    def __init__(self, place: RobotInModel, elements: int) -> None:
+        """Prepare for a robot of so many elements, without loads."""
+        self._base = place.base
+        self._body = [int(place.site(names.face(k)).bodyid.item()) for k in range(1, elements + 1)]
+        self._face = [int(place.site(names.face(k)).id) for k in range(1, elements + 1)]
+        self._tip, self._tip_body = int(place.site(names.TIP).id), int(place.site(names.TIP).bodyid.item())
+        self._force, self._moment = np.zeros(3), np.zeros(3)  # base frame
+        self._others: tuple[LinkForce, ...] = ()
+        # element from 0, point in its body's frame or None for its face, force and moment in the world frame
+        self._acting: list[tuple[int, Array | None, Array, Array]] = []
+        self.force_tip, self._moment_tip = self._force, self._moment
+        if self._base is not None:
+            self.force_tip, self._moment_tip = np.zeros(3), np.zeros(3)
+        self.per_element = np.zeros((elements, 3))
+        self._any = False
+        self._given: set[int] = set()  # bodies that `put` has given something
+
+    def set(self, force_tip: ArrayLike, moment_tip: ArrayLike, others: Sequence[LinkForce] = ()) -> None:
+        """Let these act from now on, and no others; base frame.
+
+        Raises:
+            InputError: a force on an element that the robot does not have.
+        """
+        self._force[:], self._moment[:] = force_tip, moment_tip
+        if others or self._others:
+            check_links(others, len(self._body))
+            self._others = tuple(others)
+            self._point_others(None)
+        self._any = bool(self._force.any() or self._moment.any() or others)
+
+    def turn(self, data: mujoco.MjData) -> None:
+        """Turn the loads with the base where it moves."""
+        if self._base is None or not self._any:
+            return
+        R_wb = data.xmat[self._base].reshape(3, 3)
+        self.force_tip[:], self._moment_tip[:] = R_wb @ self._force, R_wb @ self._moment
+        self._point_others(R_wb)
+
+    def apply(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Add the forces and moments to `data.qfrc_applied`."""
+        if not self._any:
+            return
+        place, applied = data.site_xpos[self._tip], data.qfrc_applied
+        mujoco.mj_applyFT(model, data, self.force_tip, self._moment_tip, place, self._tip_body, applied)
+        for element, point, force, moment in self._acting:
+            body, place = self._body[element], self._place(data, element, point)
+            mujoco.mj_applyFT(model, data, force, moment, place, body, applied)
+
+    def put(self, data: mujoco.MjData) -> None:
+        """Give the forces and moments to the bodies, in `data.xfrc_applied`: for a step of several stages.
+
+        Within a step they keep their arms about the bodies' centres of mass.
+        """
+        if not (self._any or self._given):
+            return
+        given = data.xfrc_applied
+        for body in self._given:
+            given[body] = 0.0
+        acting = [(self._tip_body, data.site_xpos[self._tip], self.force_tip, self._moment_tip)]
+        for element, point, force, moment in self._acting:
+            acting.append((self._body[element], self._place(data, element, point), force, moment))
+        for body, place, force, moment in acting:
+            given[body, :3] += force
+            given[body, 3:] += moment + np.cross(place - data.xipos[body], force)
+        self._given = {body for body, *_ in acting}
+
+    def _place(self, data: mujoco.MjData, element: int, point: Array | None) -> Array:
+        """Return where an element's point is in the world, (3,); None: the middle of its distal face."""
+        if point is None:
+            return data.site_xpos[self._face[element]]
+        body = self._body[element]
+        return np.asarray(data.xpos[body] + data.xmat[body].reshape(3, 3) @ point)
+
+    def _point_others(self, R_wb: Array | None) -> None:
+        """Find the other forces in the world frame; None: it is the base frame."""
+        self._acting = []
+        for item in self._others:
+            force, moment = np.array(item.force_N, float), np.array(item.moment_Nm, float)
+            if R_wb is not None:
+                force, moment = R_wb @ force, R_wb @ moment
+            point = None if item.point_m is None else np.array(item.point_m, float)
+            self._acting.append((item.link - 1, point, force, moment))
+        self.per_element[:] = 0.0
+        for item, (_, _, force, _) in zip(self._others, self._acting, strict=True):
+            self.per_element[item.link - 1] += force
+
+
+# ----------------------------------------------------------------------------------------------------
+# Reads a simulated robot's posture and tensions out of MuJoCo's state.
+
+
+class Readout:
+    """What of a robot is read.
+
+    Attributes:
+        faces: sites of the elements' distal faces, base to tip, shape (n,).
+        dofs: degrees of freedom that are at rest where the robot is.
+    """
+
+    def __init__(
+        self,
+        place: RobotInModel,
+        data: mujoco.MjData,
+        outputs: Outputs,
+        slides: Sequence[str],
+    ) -> None:
+        """Prepare.
+
+        Args:
+            place: where the robot is.
+            data: the state.
+            outputs: what it reports.
+            slides: of the joints that stand still besides where it rests.
+        """
+        self._model, self._data, self._base = place.model, data, place.base
+        self._angles = np.array([place.joint(name).qposadr[0] for name in outputs.joints])
+        self.dofs = np.array([place.joint(name).dofadr[0] for name in [*outputs.joints, *slides]])
+        self.faces = np.array([place.site(names.face(k)).id for k in range(1, outputs.elements + 1)])
+
+    def span_tension(self, actuation: Actuation, laws: LawList) -> Array:
+        """Return the tension of every tendon between its holes, NaN beyond its end, shape (t, n) [N].
+
+        NaN of an input that is no single tendon, such as a catheter's pair.
+        """
+        tension, ends = actuation.tension(), actuation.controls.spans
+        if laws.friction is not None and ends.any():
+            return laws.friction.span_tension(self._data, tension)
+        inside = np.arange(1, len(self.faces) + 1) <= ends[:, np.newaxis]
+        return np.where(inside, tension[:, np.newaxis], np.nan)
+
+    def posture(self, actuation: Actuation, laws: LawList) -> Posture:
+        """Return where the robot is now."""
+        data = self._data
+        spans = self.span_tension(actuation, laws)  # friction knows them as the last step left them
+        for place in laws.place:
+            place(data)
+        mujoco.mj_fwdPosition(self._model, data)
+        if laws.friction is None:  # a driven tendon pulls as its length is now
+            spans = self.span_tension(actuation, laws)
+        p_w, R_w = data.site_xpos[self.faces].copy(), data.site_xmat[self.faces].reshape(-1, 3, 3).copy()
+        if self._base is not None:  # the base frame moves in the world
+            R_wb = data.xmat[self._base].reshape(3, 3)
+            p_w, R_w = (p_w - data.xpos[self._base]) @ R_wb, R_wb.T @ R_w
+        return Posture(
+            p_w=p_w,
+            R_w=R_w,
+            joint_angles=data.qpos[self._angles].copy(),
+            actuator_tension=actuation.tension(),
+            tendon_tension=spans,
+        )
+
+
+# ----------------------------------------------------------------------------------------------------
+# A robot in MuJoCo: inputs in, steps, posture out.
 
 # Reference friction law only. MuJoCo softens a friction constraint by R = (1 - d)/d A, where d is at
 # most 0.9999 and A the inverse inertia at the constraint: a stuck tendon of tiny inertia creeps. R is

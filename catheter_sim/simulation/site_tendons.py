@@ -1,14 +1,8 @@
-"""Lengths and Jacobians of tendons that run straight from site to site, at a cost that grows as their length.
-
-`mujoco.mj_tendon` goes through all degrees of freedom below either end of every straight stretch, so
-that a chain of n cells costs n^2 a tendon, and more than half of a step from some thirty cells on. A
-stretch's length, though, depends only on the joints between the bodies at its two ends: one or two
-hinges. `SiteTendons` lets the engine find no tendon paths in `mj_step1` and fills in what it would have
-found, so that the state is what `mj_step1` alone would leave; the tests hold every number to the engine's.
-"""
+"""Lengths and Jacobians of tendons that run straight from site to site, for one robot or many copies."""
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,10 +10,21 @@ from itertools import pairwise
 
 import mujoco
 import numpy as np
+from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from catheter_sim.arrays import Array, Index
 from catheter_sim.mechanics.compiled import compiled
+
+# ----------------------------------------------------------------------------------------------------
+# Lengths and Jacobians of tendons that run straight from site to site, at a cost that grows as their
+# length.
+#
+# `mujoco.mj_tendon` goes through all degrees of freedom below either end of every straight stretch, so that
+# a chain of n cells costs n^2 a tendon, and more than half of a step from some thirty cells on. A stretch's
+# length, though, depends only on the joints between the bodies at its two ends: one or two hinges.
+# `SiteTendons` lets the engine find no tendon paths in `mj_step1` and fills in what it would have found, so
+# that the state is what `mj_step1` alone would leave; the tests hold every number to the engine's.
 
 Int32 = NDArray[np.int32]
 
@@ -243,3 +248,74 @@ def _find(
     for k in range(actuators.shape[0]):
         actuator, tendon = actuators[k, 0], actuators[k, 1]
         actuator_velocity[actuator] = gear[actuator, 0] * ten_velocity[tendon]
+
+
+# ----------------------------------------------------------------------------------------------------
+# The tendons' paths in many copies of one robot whose pulls are given: `site_tendons`, for a batch.
+#
+# More than half of MuJoCo's step of a chain goes into them. A batch lets nobody write a Jacobian into its
+# copies, so that these find no paths at all; the actuators' pulls come by the applied forces, through
+# slopes that are found here. Tension that does not depend on lengths is all that this can be for.
+
+
+class PathCopies(SiteTendons):
+    """The paths in the copies of a batch of `pathless(model)`.
+
+    Attributes:
+        ten_J: of each copy, as MuJoCo's sparse rows, shape (m, e).
+    """
+
+    def __init__(self, model: mujoco.MjModel, batch: Batch) -> None:
+        """Prepare; `site_tendons.applies(model)` must hold, and each actuator pull its own tendon."""
+        super().__init__(model)
+        row, count = model.ten_J_rowadr, model.ten_J_rownnz
+        self.ten_J = np.zeros((batch.nsim, int((row + count).max())))
+        tendons = model.actuator_trnid[:, 0]
+        self._pulled = np.stack([row[tendons], count[tendons]], axis=1).astype(np.int64)
+        self._column = model.ten_J_colind.astype(np.int64)
+        self._points, self._anchors, self._axes = (
+            batch.bind(name) for name in ("site_xpos", "xanchor", "xaxis")
+        )
+
+    def find_in(self, copies: Index) -> None:
+        """Fill in some copies' `ten_J` at their present positions."""
+        find_slopes_of(
+            copies,
+            self._stretches,
+            self._ends,
+            self._parts,
+            self._slides,
+            self._points,
+            self._anchors,
+            self._axes,
+            self.ten_J,
+        )
+
+    def pull_in(self, copies: Index, tension: Array, applied: Array) -> None:
+        """Add what tendons pull to some copies' applied forces.
+
+        Args:
+            copies: which of the m.
+            tension: at the actuators, shape (m, t) [N].
+            applied: in and out, shape (m, nv).
+        """
+        _pull_in(copies, self._pulled, self._column, self.ten_J, tension, applied)
+
+
+def pathless(model: mujoco.MjModel) -> mujoco.MjModel:
+    """Return a copy of `model` whose tendons have no paths and pull nothing."""
+    without = copy.copy(model)
+    without.tendon_num[:] = 0
+    return without
+
+
+@compiled
+def _pull_in(
+    copies: Index, pulled: Index, column: Index, ten_J: Array, tension: Array, applied: Array
+) -> None:
+    """Take the pulls of actuators, `pulled` (t, 2): first entry and number of each one's row in `ten_J`."""
+    for i in copies:
+        for j in range(pulled.shape[0]):
+            pull = max(tension[i, j], 0.0)
+            for place in range(pulled[j, 0], pulled[j, 0] + pulled[j, 1]):
+                applied[i, column[place]] -= ten_J[i, place] * pull

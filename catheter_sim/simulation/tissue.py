@@ -1,18 +1,4 @@
-"""Tissue as springs at the contacts that MuJoCo finds, and the forces that it feels.
-
-MuJoCo's own contacts have no stiffness that could be stated in N/m: it depends on inertias and posture.
-An explicit spring (`catheter_sim.procedure.contact`) is stable only where it is not much stiffer than the
-robot; a thin robot's tip gives way at a few hundredths of a newton per metre. Here the spring is part of the
-step's own equations: the rows of MuJoCo's contact constraints, f = D (a_ref - a), are rewritten before they
-are solved so that the force is K times the depth at the end of the step,
-
-    f = K (depth - h v - h^2 a),   D = K h^2,   a_ref = (depth - h v) / h^2,
-
-with h the time step, v and a the speed and acceleration of the surfaces from each other; MuJoCo's solver
-keeps f from pulling. So every stiffness is stable, and at rest the force is K times the depth. A contact must
-be known before it presses, or the robot would jump through the wall and out again, having next to no
-inertia: a geom's `margin` says how far before.
-"""
+"""Tissue as springs at the contacts that MuJoCo finds, and the forces that it feels."""
 
 from __future__ import annotations
 
@@ -20,10 +6,113 @@ from collections.abc import Mapping
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from catheter_sim.arrays import Array
-from catheter_sim.modelling.surroundings import TOUCH
-from catheter_sim.simulation import tissue_kernel
+from catheter_sim.arrays import Array, Index
+from catheter_sim.mechanics.compiled import compiled
+from catheter_sim.modelling.attach import TOUCH
+
+# ----------------------------------------------------------------------------------------------------
+# Inner loop of tissue's springs, compiled: which contacts press, and their rows; see `simulation.tissue`.
+
+SAME = 0.99  # cosine: two contacts with normals nearer to each other than 8 deg press once
+NOTHING = 1e-12  # in place of D: a contact that presses with nothing
+
+
+@compiled
+def press(
+    rows: NDArray[np.int32],
+    pair: NDArray[np.int32],
+    distance: Array,
+    frame: Array,
+    is_robot: NDArray[np.bool_],
+    region: Index,
+    facing: Array,
+    stiffness: Array,
+    timestep: float,
+    velocity: Array,
+    strength: Array,
+    resistance: Array,
+    reference: Array,
+    pressing: Index,
+    pressed: Index,
+) -> int:
+    """Rewrite the contacts' rows; return how many press.
+
+    Args:
+        rows: of each contact, -1 where it has none, shape (n,).
+        pair: geoms of each contact, shape (n, 2).
+        distance: of the surfaces, below zero where they overlap, shape (n,) [m].
+        frame: first the normal, from the first geom to the second, shape (n, 9).
+        is_robot, region: of each geom; region -1 is no tissue, shape (g,).
+        facing: of each geom the unit normal of its free face, or zeros where all of it is free, (g, 3).
+        stiffness: of each region, shape (r,) [N/m].
+        timestep: [s].
+        velocity, strength, resistance, reference: of the rows: speed from each other [m/s], D, R, a_ref; the
+            last three are written.
+        pressing, pressed: written: the rows that press, and their regions, shape (n,).
+    """
+    count = 0
+    order = np.argsort(distance)
+    kept = np.zeros(len(order), dtype=np.int64)
+    normal = np.zeros((len(order), 3))
+    for contact in order:
+        row = rows[contact]
+        first, second = pair[contact, 0], pair[contact, 1]
+        robot, tissue, sign = first, second, -1.0
+        if not is_robot[first]:
+            robot, tissue, sign = second, first, 1.0
+        if row < 0 or region[tissue] < 0:
+            continue
+        for axis in range(3):
+            normal[contact, axis] = sign * frame[contact, axis]
+        presses, deepest = True, True
+        for number in range(count):
+            other = kept[number]
+            touched = pair[other, 1] if is_robot[pair[other, 0]] else pair[other, 0]
+            toucher = pair[other, 0] if is_robot[pair[other, 0]] else pair[other, 1]
+            if toucher != robot or region[touched] != region[tissue]:
+                continue
+            deepest = False
+            cosine = 0.0
+            for axis in range(3):
+                cosine += normal[contact, axis] * normal[other, axis]
+            if cosine > SAME:
+                presses = False
+                break
+        if presses and not deepest:  # besides the deepest, only faces press: seams between blocks do not
+            free, cosine = 0.0, 0.0
+            for axis in range(3):
+                free += facing[tissue, axis] ** 2
+                cosine += normal[contact, axis] * facing[tissue, axis]
+            presses = free == 0.0 or cosine > SAME
+        if not presses:
+            strength[row], resistance[row], reference[row] = NOTHING, 1.0 / NOTHING, 0.0
+            continue
+        value = stiffness[region[tissue]] * timestep * timestep
+        strength[row], resistance[row] = value, 1.0 / value
+        reference[row] = (-distance[contact] - timestep * velocity[row]) / (timestep * timestep)
+        kept[count] = contact
+        pressing[count], pressed[count] = row, region[tissue]
+        count += 1
+    return count
+
+
+# ----------------------------------------------------------------------------------------------------
+# Tissue as springs at the contacts that MuJoCo finds, and the forces that it feels.
+#
+# MuJoCo's own contacts have no stiffness that could be stated in N/m: it depends on inertias and posture.
+# An explicit spring (`catheter_sim.procedure.operate`) is stable only where it is not much stiffer than the
+# robot; a thin robot's tip gives way at a few hundredths of a newton per metre. Here the spring is part of
+# the step's own equations: the rows of MuJoCo's contact constraints, f = D (a_ref - a), are rewritten
+# before they are solved so that the force is K times the depth at the end of the step,
+#
+# f = K (depth - h v - h^2 a), D = K h^2, a_ref = (depth - h v) / h^2,
+#
+# with h the time step, v and a the speed and acceleration of the surfaces from each other; MuJoCo's solver
+# keeps f from pulling. So every stiffness is stable, and at rest the force is K times the depth. A contact
+# must be known before it presses, or the robot would jump through the wall and out again, having next to no
+# inertia: a geom's `margin` says how far before.
 
 TISSUE = "tissue_"  # geoms `tissue_<region>_<k>` belong to a region
 
@@ -84,7 +173,7 @@ class Tissue:
         """Make springs of the contacts; return the rows that press, and the regions that they press on."""
         contact = data.contact
         pressing, pressed = np.zeros((2, data.ncon), dtype=np.int64)
-        count = tissue_kernel.press(
+        count = press(
             contact.efc_address,
             contact.geom,
             contact.dist,

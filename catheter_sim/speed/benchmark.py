@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from catheter_sim.catalogue import PUBLISHED, load_robot
-from catheter_sim.core.quick_model import SpeedCase
+from catheter_sim.core.published import SpeedCase
 from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.robots import face_of
 from catheter_sim.simulation.simulator import Simulator

@@ -34,7 +34,7 @@ from catheter_sim.robots import kind_of
 from catheter_sim.robots.continuum.cc import bend_per_tension
 from catheter_sim.robots.continuum.rods import problem
 from catheter_sim.robots.continuum.spec import ContinuumRobot
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 CANDIDATES = ("CC", "CC_sub", "PRB", "PRB_middle", "VC", "VC_ref", "VC_ref_noproj")  # the simplest first
 REFERENCES = ("VC_ref", "VC_ref_noproj", "VC")

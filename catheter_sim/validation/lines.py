@@ -1,14 +1,103 @@
-"""One check is one line: ours, what it is compared with, the error, the tolerance, the source."""
+"""One check is one line: ours, what it is compared with, error, tolerance, source; and inputs for checks."""
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import numpy as np
+
+from catheter_sim.arrays import Array
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.posture import Posture
 from catheter_sim.tables import replaced_when_whole
+
+# ----------------------------------------------------------------------------------------------------
+# What the validation's pictures show, as values: the checks make them, `plots` draws them.
+
+
+@dataclass(frozen=True)
+class Against:
+    """One history with friction, answered by the simulation, the complete statics, and a rule on tensions."""
+
+    name: str
+    rows_N: Array
+    simulated: tuple[Posture, ...]
+    analytic: tuple[Posture, ...]
+    by_tensions: tuple[Posture, ...]
+
+
+@dataclass(frozen=True)
+class TermCurves:
+    """The answers of every balance to the same tensions.
+
+    Attributes:
+        weight: "without weight" or "hanging".
+        balances: name -> joint angles at `chest_tube_terms.TENSIONS_N`, shape (r, n) [deg].
+        tips_mm: name -> tips at `chest_tube_terms.TENSIONS_N`, shape (r, 3) [mm].
+        complete, simulated: joint angles at `chest_tube_terms.TENSIONS_N` and at
+            `SIMULATED_N` [deg].
+        complete_tips_mm: tips by the complete balance at `chest_tube_terms.TENSIONS_N`, shape (r, 3) [mm].
+    """
+
+    weight: str
+    balances: dict[str, Array]
+    tips_mm: dict[str, Array]
+    complete: Array
+    simulated: Array
+    complete_tips_mm: Array
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One loop of the section, answered by the simulation and the static models."""
+
+    name: str
+    rows_N: Array
+    simulated: tuple[Posture, ...]
+    analytic: tuple[Posture, ...]
+    local: tuple[Posture, ...]
+    printed: tuple[Posture, ...]
+
+
+@dataclass(frozen=True)
+class Profiles:
+    """Tension along the right tendon at three inputs, in arching and extending, and PCCA's."""
+
+    inputs_N: tuple[float, ...]
+    arching: Array
+    extending: Array
+    analytic_arching: Array
+    analytic_extending: Array
+    constant: Array
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A simulated motion and what the models say of it.
+
+    Attributes:
+        time_s: shape (r,).
+        tip_mm: simulated, shape (r, 3).
+        model_mm: by name, shape (r, 3) each.
+    """
+
+    time_s: Array
+    tip_mm: Array
+    model_mm: dict[str, Array]
+
+    def rmse_mm(self, model: str) -> Array:
+        """Return a model's root mean square error in x, y, z and in space, shape (4,) [mm]."""
+        squared = ((self.model_mm[model] - self.tip_mm) ** 2).mean(axis=0)
+        return np.sqrt(np.append(squared, squared.sum()))
+
+
+# ----------------------------------------------------------------------------------------------------
+# One check is one line: ours, what it is compared with, the error, the tolerance, the source.
 
 _COLUMNS = (
     "quantity", "unit", "ours", "analytic", "published", "error", "tolerance", "kind", "verdict", "source",
@@ -141,3 +230,46 @@ def _cell(line: Line, name: str) -> str:
     if value is None:
         return "-"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Histories of inputs that the checks use, and what the checks measure on the answers.
+
+NO_GRAVITY = np.zeros(3)
+
+
+def history(corners: Sequence[Sequence[float]], step: float, actuation: str = "tension") -> Inputs:
+    """Return inputs that run straight through `corners`, shape (c, t), in steps of at most `step`."""
+    points = np.array(corners, dtype=float)
+    rows = [points[0]]
+    for start, end in itertools.pairwise(points):
+        count = max(1, int(np.ceil(np.abs(end - start).max() / step - 1e-9)))
+        rows += [start + (end - start) * i / count for i in range(1, count + 1)]
+    return given(np.array(rows), actuation)
+
+
+def given(rows: Array, actuation: str = "tension", force_tip: Array | None = None) -> Inputs:
+    """Return inputs of the given rows, shape (r, t), one second apart."""
+    nothing = np.zeros((len(rows), 3))
+    return Inputs(
+        np.arange(len(rows), dtype=float),
+        actuation,
+        np.array(rows, dtype=float),
+        nothing if force_tip is None else force_tip,
+        nothing,
+    )
+
+
+def tips_mm(postures: Sequence[Posture]) -> Array:
+    """Return the tips of `postures`, shape (r, 3) [mm]."""
+    return np.array([posture.p_w[-1] * 1e3 for posture in postures])
+
+
+def largest_distance(a: Array, b: Array) -> float:
+    """Return the largest distance between points of two histories, NaN where one is shorter [their unit]."""
+    return float(np.linalg.norm(a - b, axis=1).max()) if len(a) == len(b) else float("nan")
+
+
+def loop_area(x: Array, y: Array) -> float:
+    """Return the area inside the closed curve through (x, y), shoelace formula."""
+    return float(0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))))

@@ -1,29 +1,41 @@
-"""The modelling benchmark's Discussion, worked out (Rao et al. 2021, Sections 9.1 to 9.3).
-
-Tendons in lumens: VC is then the reference. One force a disk or two: the same section moments, where the
-tip's load is carried on. Each model calibrated to the reference: by its own bending stiffness.
-"""
+"""The modelling benchmark's discussion: times, helical tendons, readings (Rao et al. 2021)."""
 
 from __future__ import annotations
 
+import math
+import statistics
+import time
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from scipy.optimize import minimize_scalar
+from scipy.spatial.transform import Rotation
 
 from catheter_sim.arrays import Array
 from catheter_sim.robots.continuum import lumped
 from catheter_sim.robots.continuum.lumped_kernels import LINKS
 from catheter_sim.robots.continuum.rods import Problem, load, problem
+from catheter_sim.robots.continuum.solvers import solver_call
 from catheter_sim.robots.continuum.spec import ContinuumRobot
-from catheter_sim.theory.run import STATIC_MODELS
-from catheter_sim.validation import tdcr_plots
-from catheter_sim.validation.drives import NO_GRAVITY, given
-from catheter_sim.validation.lines import ASSUMED, FITTED, PREDICTED, REFUTED, Line, Validation
-from catheter_sim.validation.tdcr_helix import helix_lines
-from catheter_sim.validation.tdcr_lines import NEAR_BUCKLING
-from catheter_sim.validation.tdcr_tips import (
+from catheter_sim.simulation.simulator import Simulator
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.validation import pictures as tdcr_plots
+from catheter_sim.validation.lines import (
+    ASSUMED,
+    FITTED,
+    NO_GRAVITY,
+    OUT_OF_REACH,
+    PREDICTED,
+    REFUTED,
+    Line,
+    Validation,
+    given,
+)
+from catheter_sim.validation.spacer_disk import (
+    NEAR_BUCKLING,
     SETS,
     TIP_FORCES_N,
     Tips,
@@ -34,7 +46,305 @@ from catheter_sim.validation.tdcr_tips import (
     tips,
 )
 
+# ----------------------------------------------------------------------------------------------------
+# Tendons that wind about the backbone, against VC (Rao et al. 2021, Section 10: named for future work).
+#
+# The simulated robot has its holes turned from disk to disk (`rest_twist_rad_per_m`), its tendons straight
+# between them. VC holds a tendon to its path everywhere; without loads it needs no boundary conditions:
+# what the tendons beyond a section pull, the backbone there balances, so that
+#
+# u = K^-1 (-sum r x T t), t = (e3 + u x r + r') / |...|
+#
+# in the section's own frame, r(s) the hole; K of bending and torsion, a backbone that neither stretches nor
+# shears, as the chain's. Written here for this comparison alone; with many disks both must agree.
+
 NAME = "spacer_disk"
+TURN_RAD = math.pi  # of the holes from base to tip
+STEPS = 400
+HELIX_DISKS = (5, 10)
+PULLED = 4  # of `SETS`: tendon 3 alone, from base to tip
+PERCENT, ORDER = 0.02, 0.1  # tolerances: of the length at ten disks; of the order of convergence, 2
+_ITERATIONS = 60
+
+
+def helical(disks: int) -> ContinuumRobot:
+    """Return the benchmark's robot with its holes turned by half a turn from base to tip."""
+    robot = benchmark_robot(disks, links=2)
+    twist = TURN_RAD / sum(part.length_m for part in robot.segments)
+    return replace(
+        robot, segments=tuple(replace(part, rest_twist_rad_per_m=twist) for part in robot.segments)
+    )
+
+
+def vc_tip_m(robot: ContinuumRobot, tension_N: Array) -> Array:
+    """Return where VC puts the tip of a robot with winding tendons, shape (3,) [m].
+
+    Args:
+        robot: its segments all twisted alike.
+        tension_N: of each tendon, shape (t,).
+    """
+    ends = np.cumsum([part.length_m for part in robot.segments])
+    names = [part.name for part in robot.segments]
+    until = [ends[names.index(tendon.ends_at)] for tendon in robot.tendons]
+    step = ends[-1] / STEPS
+    p, R = np.zeros(3), np.eye(3)
+    for k in range(STEPS):
+        s = (k + 0.5) * step
+        part = robot.segments[int(np.searchsorted(ends, s))]
+        pulls = [
+            (tension, tendon.radius_m, tendon.angle_rad + part.rest_twist_rad_per_m * s)
+            for tension, tendon, end in zip(tension_N, robot.tendons, until, strict=True)
+            if s < end and tension > 0.0
+        ]
+        stiffness = robot.stiffness_scale * np.array(
+            [part.bending_stiffness_N_m2] * 2 + [part.torsion_stiffness_N_m2]
+        )
+        u = _curvature(pulls, part.rest_twist_rad_per_m, stiffness)
+        half = Rotation.from_rotvec(0.5 * step * u).as_matrix()
+        # an arc's chord lies along its middle
+        bend = 0.5 * step * float(np.linalg.norm(u[:2]))
+        p = p + R @ half[:, 2] * step * float(np.sinc(bend / math.pi))
+        R = R @ half @ half
+    return p
+
+
+def _curvature(pulls: list[tuple[float, float, float]], twist: float, stiffness: Array) -> Array:
+    """Return the backbone's curvature and twist in its own frame, shape (3,) [1/m].
+
+    Args:
+        pulls: tension [N], radius [m] and angle [rad] of every tendon that runs through the section.
+        twist: of the holes [rad/m].
+        stiffness: bending toward x and y, torsion, shape (3,) [N m^2].
+    """
+    u = np.zeros(3)
+    for _ in range(_ITERATIONS):
+        moment = np.zeros(3)
+        for tension, radius, angle in pulls:
+            r = radius * np.array([math.cos(angle), math.sin(angle), 0.0])
+            along = np.array([0.0, 0.0, 1.0]) + np.cross(u, r)
+            along += radius * twist * np.array([-math.sin(angle), math.cos(angle), 0.0])
+            moment -= np.cross(r, tension * along / np.linalg.norm(along))
+        u = moment / stiffness
+    return u
+
+
+def simulated_tip_m(robot: ContinuumRobot, tension_N: Array) -> Array:
+    """Return where the simulated chain comes to rest, shape (3,) [m]."""
+    simulator = Simulator(robot, inertia=False)
+    simulator.set_inputs(tension_N)
+    simulator.settle(60.0)
+    simulator.step(10 * round(robot.dynamics.relaxation_time_s / robot.dynamics.timestep_s))
+    return simulator.posture().p_w[-1]
+
+
+def distance_percent(disks: int, twisted: float = 1.0) -> float:
+    """Return the simulated tip's distance from VC's [% of the length].
+
+    Args:
+        disks: a segment.
+        twisted: factor of the twist that VC is told.
+    """
+    tension = 0.5 * SETS[PULLED] * largest_tension_N(benchmark_robot())
+    robot = helical(disks)
+    told = replace(
+        robot,
+        segments=tuple(
+            replace(part, rest_twist_rad_per_m=twisted * part.rest_twist_rad_per_m) for part in robot.segments
+        ),
+    )
+    length = sum(part.length_m for part in robot.segments)
+    away = float(np.linalg.norm(simulated_tip_m(robot, tension) - vc_tip_m(told, tension)))
+    return 100.0 * away / length
+
+
+def helix_lines() -> list[Line]:
+    """Return the chain's distance from VC by number of disks, judged at the most, and its order."""
+    source = "Rao 2021, Section 10, without figures; VC with winding tendons, written for this alone"
+    start = "helical routing, half a turn, one tendon at T_M/2"
+    away = [distance_percent(disks) for disks in HELIX_DISKS]
+    lines = [
+        Line(
+            NAME,
+            f"{start}, {disks} disks: tip of the simulation to VC",
+            "%",
+            found,
+            PERCENT if disks == HELIX_DISKS[-1] else None,
+            source,
+        )
+        for disks, found in zip(HELIX_DISKS, away, strict=True)
+    ]
+    order = math.log2(away[0] / away[1]) / math.log2(HELIX_DISKS[1] / HELIX_DISKS[0])
+    what = f"{start}: order of convergence in disks"
+    lines.append(Line(NAME, what, "-", abs(order - 2.0), ORDER, source, order, 2.0))
+    return lines
+
+
+# ----------------------------------------------------------------------------------------------------
+# Times of the modelling benchmark's solvers (Rao et al. 2021, Figs 10C, 11C and 11F).
+#
+# As in the paper one configuration, tendons 1 and 3, from a straight start; with a tip force both halved.
+# Solvers alone (`robots.continuum.solvers`), the median of many calls in which all take turns, processor's
+# time. The paper's are of a C++ program on an Intel Core i5-9600 at 3.10 GHz, means of 100. Times hang on
+# machine and implementation and are shown; judged are those of the paper's claims about them that lie far
+# from 1.
+
+TIMED_MODELS = ("CC", "CC_sub", "PRB", "VC", "VC_ref")
+TIMED_DISKS = (1, 2, 3, 5, 8, 10, 13)
+CONFIGURATION = 5  # of `SETS`: tendons 1 and 3
+ROUNDS, REPEATS = 15, 4  # turns, and calls in each
+CC_US, CC_SUB_LOADED_MS = 2.7, 10.0  # printed
+PATH_ROWS = 7
+OTHER_SIDE = 10  # of `SETS`: tendons 2 and 4
+FAR = 0.2  # CC's time over that of the next model
+_CLOCK = "a clock on this machine; the paper's is of C++ on an i5-9600"
+
+Name = TypeVar("Name", bound=Hashable)
+Times = Mapping[str, float]  # of one configuration, by model [s]
+
+
+def validate_solver_times(folder: Path) -> Validation:
+    """Show the times and check the claims; nothing is written."""
+    by_disks = times_by_disks()
+    loaded = {where: times(10, where, 0.5) for where in ("in plane", "across")}
+    return Validation((*shown_lines(by_disks, loaded), *claim_lines(by_disks), warm_line()), ())
+
+
+def times_by_disks() -> Mapping[int, Times]:
+    """Return the times without a tip force at every number of disks, all in the same turns: what else the
+    machine does meanwhile falls on all of them."""
+    calls = {(disks, model): call for disks in TIMED_DISKS for model, call in solvers(disks, "none").items()}
+    spent = taken_s(calls)
+    return {disks: {model: spent[at, model] for at, model in calls if at == disks} for disks in TIMED_DISKS}
+
+
+def times(disks: int, where: str, share: float = 1.0) -> Times:
+    """Return the solvers' times of one configuration; arguments as for `solvers`."""
+    return taken_s(solvers(disks, where, share))
+
+
+def solvers(disks: int, where: str, share: float = 1.0) -> dict[str, Callable[[], object]]:
+    """Return the solvers of one configuration, by model, those left out that do not carry its load.
+
+    Args:
+        disks: a segment.
+        where: of `TIP_FORCES_N`.
+        share: of both T_M and the tip force.
+    """
+    robot = benchmark_robot(disks)
+    tension = share * SETS[CONFIGURATION] * largest_tension_N(robot)
+    inputs = given(tension[None], "tension", share * np.array([TIP_FORCES_N[where]]))
+    found = {model: solver_call(model, robot, inputs, NO_GRAVITY) for model in TIMED_MODELS}
+    return {model: call for model, call in found.items() if call is not None}
+
+
+def taken_s(calls: Mapping[Name, Callable[[], object]]) -> dict[Name, float]:
+    """Return each call's median time over rounds in which all take turns [s]; the first of each is no part
+    of it."""
+    for call in calls.values():
+        call()
+    spent: dict[Name, list[float]] = {name: [] for name in calls}
+    for _ in range(ROUNDS):
+        for name, call in calls.items():
+            began = time.process_time()
+            for _ in range(REPEATS):
+                call()
+            spent[name].append((time.process_time() - began) / REPEATS)
+    return {name: statistics.median(values) for name, values in spent.items()}
+
+
+def shown_lines(by_disks: Mapping[int, Times], loaded: Mapping[str, Times]) -> list[Line]:
+    """Return every time beside what is printed of it."""
+    lines = [_order(where, found) for where, found in loaded.items()]
+    for disks, found in by_disks.items():
+        for model, spent in found.items():
+            printed = CC_US * 1e-3 if model == "CC" else None
+            lines.append(_time(f"no tip force, {disks} disks, {model}", spent, printed, "Fig. 10C"))
+    for where, found in loaded.items():
+        figure = "Fig. 11C" if where == "in plane" else "Fig. 11F"
+        for model, spent in found.items():
+            printed = CC_SUB_LOADED_MS if model == "CC_sub" else None
+            lines.append(_time(f"tip force {where}, 10 disks, {model}", spent, printed, figure))
+    return lines
+
+
+def claim_lines(by_disks: Mapping[int, Times]) -> list[Line]:
+    """Return the paper's claims about the times without load as ratios."""
+    fastest = max(
+        found["CC"] / min(found[m] for m in TIMED_MODELS if m != "CC") for found in by_disks.values()
+    )
+    slower = min(found["PRB"] / found["VC"] for disks, found in by_disks.items() if disks > 4)
+    grown = by_disks[13]["PRB"] / by_disks[2]["PRB"]
+    coarse = by_disks[1]["VC_ref"] / by_disks[3]["VC_ref"]
+    source = "Rao 2021, Section 8.1"
+    return [
+        Line(NAME, "solver times, 1 to 13 disks: CC over the next fastest, largest", "-", fastest, FAR,
+             f"{source}: by far the fastest", fastest),
+        Line(NAME, "solver times, more than 4 disks: PRB over VC, least", "-", max(1.0 - slower, 0.0), 0.0,
+             f"{source}: PRB is the slower one for n > 4", slower),
+        Line(NAME, "solver times: PRB at 13 disks over 2", "-", max(1.0 - grown, 0.0), 0.0,
+             f"{source}: grows with the number of disks", grown),
+        Line(NAME, "solver times: VC_ref at 1 disk over 3", "-", max(1.0 - coarse, 0.0), 0.0,
+             f"{source}: longer for n < 3, whose subsegments bend more", coarse),
+    ]  # fmt: skip
+
+
+def warm_line() -> Line:
+    """Return what VC_ref takes along a path, each point from the one before, over straight starts (Section
+    9.2).
+
+    The points of the other run change sides each time, so that each is far from the one before; by symmetry
+    they are as hard. Both are solved in one call of fewer rows than go together.
+    """
+    robot = benchmark_robot()
+    shares = np.linspace(0.9, 1.0, PATH_ROWS)[:, None] * largest_tension_N(robot)
+    sides = np.where(np.arange(PATH_ROWS)[:, None] % 2, SETS[OTHER_SIDE], SETS[CONFIGURATION])
+    calls = {}
+    for name, pulled in (("along", SETS[CONFIGURATION]), ("far", sides)):
+        call = solver_call("VC_ref", robot, given(shares * pulled, "tension"), NO_GRAVITY)
+        assert call is not None
+        calls[name] = call
+    spent = taken_s(calls)
+    ratio = spent["along"] / spent["far"]
+    what = f"solver times, VC_ref, a path of {PATH_ROWS} points: from the point before over from straight"
+    source = "Rao 2021, Section 9.2: shorter, without a figure"
+    return Line(NAME, what, "-", max(ratio - 1.0, 0.0), None, source, ratio)
+
+
+def _order(where: str, found: Times) -> Line:
+    ratio = min(found["PRB"], found["VC_ref"]) / max(found["CC_sub"], found["VC"])
+    what = (
+        f"solver times, tip force {where}, 10 disks: the faster of PRB and VC_ref over the slower of CC_sub "
+        "and VC"
+    )
+    source = (
+        "Rao 2021, Section 8.2: an order of magnitude; hangs on the implementation: ours follow the reference"
+    )
+    return Line(NAME, what, "-", abs(ratio - 10.0), None, source, ratio, None, 10.0, OUT_OF_REACH)
+
+
+def _time(what: str, spent_s: float, printed_ms: float | None, figure: str) -> Line:
+    ours = spent_s * 1e3
+    gap = float("nan") if printed_ms is None else abs(ours - printed_ms)
+    return Line(
+        NAME,
+        f"time of one configuration, solver alone, {what}",
+        "ms",
+        gap,
+        None,
+        f"Rao 2021, {figure}; {_CLOCK}",
+        ours,
+        None,
+        printed_ms,
+        OUT_OF_REACH,
+    )
+
+
+# ----------------------------------------------------------------------------------------------------
+# The modelling benchmark's Discussion, worked out (Rao et al. 2021, Sections 9.1 to 9.3).
+#
+# Tendons in lumens: VC is then the reference. One force a disk or two: the same section moments, where the
+# tip's load is carried on. Each model calibrated to the reference: by its own bending stiffness.
+
 LUMEN_DISKS = (1, 2, 3, 5, 10)
 ACCURATE_PERCENT = 1.0  # what Section 8.1 calls accurate; Section 9.2 gives no figure
 CALIBRATED_AT = (3, 10)  # disks
@@ -47,7 +357,7 @@ _RELATIVE = 1e-9  # of the largest moment: rounding
 def validate_readings(folder: Path) -> Validation:
     """Check and show what the Discussion leaves open; draws `tdcr_shapes.png` (Fig. 9)."""
     lines = [*one_disk_lines(), *lumen_lines(), *force_lines(), *calibrated_lines(), *helix_lines()]
-    tdcr_plots.shapes(shapes(), folder / "tdcr_shapes.png")
+    tdcr_plots.model_shapes(shapes(), folder / "tdcr_shapes.png")
     return Validation(tuple(lines), ())
 
 

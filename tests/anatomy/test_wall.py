@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from catheter_sim.anatomy.chest import diaphragm, median_chest
-from catheter_sim.anatomy.ventricles import median_ventricles, random_ventricles, ventricle_wall
-from catheter_sim.anatomy.wall import Wall, blocks, facings, shell
+from catheter_sim.anatomy.anatomies import (
+    Wall,
+    blocks,
+    diaphragm,
+    facings,
+    median_chest,
+    median_ventricles,
+    random_ventricles,
+    shell,
+    ventricle_wall,
+)
 
 
 def cube_corner() -> Wall:

@@ -14,11 +14,11 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.theory.run import STATIC_MODELS
-from catheter_sim.validation.drives import given
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.validation.lines import given
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 NO_GRAVITY = np.zeros(3)

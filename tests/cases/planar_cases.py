@@ -12,7 +12,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.robots.continuum.published import neuroendoscope_section
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 

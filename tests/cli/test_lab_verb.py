@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from cli_command import Run
 
-from catheter_sim.closed_loop.experiment import PLAYS
+from catheter_sim.closed_loop.loop import PLAYS
 from catheter_sim.tables import read_table
 
 ROBOT, COLUMN = "mitral_4dof", "displacement_bending_proximal_mm"

@@ -14,7 +14,7 @@ import pytest
 
 from catheter_sim.cli.main import VERBS, main
 from catheter_sim.errors import InputError
-from catheter_sim.signals import Stopped, unwound_by_signals
+from catheter_sim.files import Stopped, unwound_by_signals
 
 NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 

@@ -23,10 +23,10 @@ from catheter_sim.channels import (
 )
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.modelling.scene import robot_length
+from catheter_sim.modelling.build import robot_length
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import read_table
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 ROBOT = "neuroendoscope_section"
 LOOP = "time_s,tension_right_N\n0,0\n1,0.15\n2,0.3\n3,0.15\n4,0\n"
@@ -56,7 +56,7 @@ def test_list_shows_every_registry(run: Run) -> None:
 @pytest.mark.slow
 def test_listed_effect_parameters_can_be_set(run: Run, folder: Path) -> None:
     """Every listed parameter of every effect is taken by --set within its listed bounds, for every robot."""
-    from catheter_sim.cli.driven import load
+    from catheter_sim.cli.arguments import load
 
     content = json.loads(run("list", "--json").out)
     for effect in content["effects"]:
@@ -221,7 +221,7 @@ def test_validate_exits_1_where_a_line_is_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The exit status follows the lines: undefined never passes, what only informs never fails."""
-    from catheter_sim.validation import run as validation_run
+    from catheter_sim.validation import report as validation_run
     from catheter_sim.validation.lines import Line, Validation
 
     def check(_: Path) -> Validation:
@@ -253,7 +253,7 @@ def test_diagnose_prints_the_verdict_and_its_figures(
         NextExperiment,
         UnitResult,
     )
-    from catheter_sim.resources import assets_folder
+    from catheter_sim.files import assets_folder
 
     dataset = load_dataset(assets_folder() / "examples" / "opencr_v4")
     asked: list[object] = []
@@ -310,7 +310,7 @@ def test_a_comparison_ends(
 ) -> None:
     """After five minutes where nothing else is asked for, by the command line and in Python."""
     from catheter_sim.diagnosis.changes import series
-    from catheter_sim.resources import assets_folder
+    from catheter_sim.files import assets_folder
 
     asked: list[object] = []
 

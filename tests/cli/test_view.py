@@ -13,7 +13,7 @@ from cli_command import Run
 
 from catheter_sim import viewer
 from catheter_sim.catalogue import load_robot
-from catheter_sim.pictures.tendon_paint import TENSION_COLOURS, tension_colours
+from catheter_sim.pictures.images import TENSION_COLOURS, tension_colours
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.viewer import Sliders, TendonPaint, named_model, show, slider_names, slider_ranges
 

@@ -13,9 +13,23 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.closed_loop import loop as loop_module
-from catheter_sim.closed_loop.experiment import PLAYS, dataset_from, plays_of, sure_causes
-from catheter_sim.closed_loop.folder import Found, LoopFolder, Proposed, Step, recordings_of
-from catheter_sim.closed_loop.loop import NO_MORE, NOTHING, SURE, WAITING, Budget, run_loop
+from catheter_sim.closed_loop.loop import (
+    NO_MORE,
+    NOTHING,
+    PLAYS,
+    SURE,
+    WAITING,
+    Budget,
+    Found,
+    LoopFolder,
+    Proposed,
+    Step,
+    dataset_from,
+    plays_of,
+    recordings_of,
+    run_loop,
+    sure_causes,
+)
 from catheter_sim.closed_loop.story import write_story
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from catheter_sim.closed_loop.folder import Found, Proposed, Step
-from catheter_sim.closed_loop.loop import NO_MORE, SURE, WAITING, Outcome
+from catheter_sim.closed_loop.loop import NO_MORE, SURE, WAITING, Found, Outcome, Proposed, Step
 from catheter_sim.closed_loop.story import paragraphs_of, rows_of, title_of, write_story
 
 OPEN = Found(

@@ -10,10 +10,10 @@ import pytest
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.controllers import loop, motor
-from catheter_sim.controllers.feedforward import along, feedforward
-from catheter_sim.controllers.pid import Pid
-from catheter_sim.controllers.trajectories import through, ticks_s
+from catheter_sim.controllers import loop
+from catheter_sim.controllers import motors as motor
+from catheter_sim.controllers.loop import along, feedforward, through, ticks_s
+from catheter_sim.controllers.motors import Pid
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.published import mitral_transseptal
 from catheter_sim.robots.catheter.spec import CatheterRobot

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.arrays import Array
-from catheter_sim.controllers.feedforward import along, feedforward
+from catheter_sim.controllers.loop import along, feedforward
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.kinematics import pk

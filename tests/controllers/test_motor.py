@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from catheter_sim.controllers import motor
+from catheter_sim.controllers import motors as motor
 from catheter_sim.robots.catheter.kinematics import pulled_m
 from catheter_sim.robots.catheter.published import mitral_transseptal
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from catheter_sim.controllers import pid
+from catheter_sim.controllers import motors as pid
 from catheter_sim.robots.catheter.kinematics import arm_m
 from catheter_sim.robots.catheter.published import mitral_4dof
 

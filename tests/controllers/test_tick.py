@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.controllers import loop, motor
-from catheter_sim.controllers.trajectories import through, ticks_s
+from catheter_sim.controllers import loop
+from catheter_sim.controllers import motors as motor
+from catheter_sim.controllers.loop import through, ticks_s
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from catheter_sim.controllers.tool_tracker import ToolTracker, tool_angles
+from catheter_sim.controllers.loop import ToolTracker, tool_angles
 from catheter_sim.robots.catheter.kinematics import tool_frame
 from catheter_sim.robots.catheter.published import mitral_4dof
 from catheter_sim.simulation.simulator import Simulator

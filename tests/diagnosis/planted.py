@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.channels import input_channels
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import input_channels, posture_columns
 from catheter_sim.core.document import with_number
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
@@ -21,7 +20,7 @@ from catheter_sim.effects.apply import arriving_inputs, embodied, observed, with
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 NO_GRAVITY = np.zeros(3)
 Effects = Mapping[str, Mapping[str, float]]

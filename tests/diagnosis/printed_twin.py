@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
 from catheter_sim.errors import InputError

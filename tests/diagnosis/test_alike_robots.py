@@ -19,7 +19,7 @@ from catheter_sim.robots.continuum.planar import planar_chain, step_counts
 from catheter_sim.robots.rolling import twin as rolling_twin
 from catheter_sim.robots.rolling.complete import ways
 from catheter_sim.robots.rolling.description import rolling_chain
-from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.twins import twin_for
 
 NO_GRAVITY = np.zeros(3)
 DOWN = np.array([0.0, 0.0, -9.81])

@@ -18,10 +18,12 @@ from catheter_sim.diagnosis.search import candidates_for
 from catheter_sim.diagnosis.trials import split
 from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling.spec import RollingRobot
-from catheter_sim.validation.chest_tube_calibration import (
+from catheter_sim.validation.chest_tube_measured import (
+    CALIBRATED_RANGES as RANGES,
+)
+from catheter_sim.validation.chest_tube_measured import (
     HELD_OUT,
     HIDDEN,
-    RANGES,
     TENSIONS_N,
     hidden_values,
     model_error_percent,

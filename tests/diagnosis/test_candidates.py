@@ -13,7 +13,7 @@ from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.diagnosis.words import name_and_unit
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
-from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.twins import twin_for
 
 
 def problem(robot: RobotSpec, trials: int) -> Problem:

@@ -32,7 +32,7 @@ from catheter_sim.diagnosis.workers import (
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.tables import Table
-from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.twins import twin_for
 
 COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 FRAME = Term("measurement_frame", ("translation_x_mm", "rotation_y_deg"))

@@ -12,7 +12,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.statics import OneByOne
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.robots.continuum.twin import PlanarTwin
-from catheter_sim.theory.predict import by_static_model, twin_for
+from catheter_sim.theory.twins import by_static_model, twin_for
 
 NO_GRAVITY = np.zeros(3)
 COLUMNS = ("tip_x_mm", "tip_z_mm", "body_15_x_mm", "tip_qy", "joint_x3_deg")

@@ -16,7 +16,7 @@ from planted import data_set, pair_history, postures_of, rod_history
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import posture_columns
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.result import Diagnosis
 from catheter_sim.diagnosis.trials import Dataset

@@ -14,8 +14,8 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.kinematics import pk
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.robots.catheter.statics import balance
-from catheter_sim.theory.run import STATIC_MODELS
-from catheter_sim.validation.drives import given
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.validation.lines import given
 from catheter_sim.validation.mitral import joint_angles_deg
 
 

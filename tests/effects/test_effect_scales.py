@@ -12,7 +12,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.robots.continuum.description import sizes
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 SHARE = 0.01
 

@@ -25,7 +25,7 @@ from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.robots.rolling.complete import elastic_moments, spans
 from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.robots.rolling.spec import RollingRobot
-from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.twins import twin_for
 
 CLOSED_LIST = {
     "tendon_friction",

@@ -17,6 +17,8 @@ from catheter_sim.core.posture import Observed
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import (
+    Commands,
+    Sight,
     arriving_inputs,
     check_effects,
     nearest_rotations,
@@ -24,7 +26,6 @@ from catheter_sim.effects.apply import (
     seen,
     with_effects,
 )
-from catheter_sim.effects.steps import Commands, Sight
 from catheter_sim.errors import InputError
 
 REFERENCES = ("neuroendoscope", "spacer_disk", "chest_tube", "mitral_transseptal", "mitral_4dof")

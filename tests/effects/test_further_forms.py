@@ -12,9 +12,9 @@ from catheter_sim.core.effect import Role
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Observed
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects._places import places
 from catheter_sim.effects.apply import arriving_inputs, embodied, seen, with_effects
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.effects.shared import places
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 SECTION = load_robot("neuroendoscope_section")
 

@@ -8,14 +8,12 @@ from dataclasses import replace
 import pytest
 
 from catheter_sim.catalogue import ROBOTS, load_robot
-from catheter_sim.core.document import number_at, with_number
+from catheter_sim.core.document import from_file, number, number_at, si_of, with_number, with_values
 from catheter_sim.core.effect import Role
-from catheter_sim.core.numbers import from_file, number, si_of, with_values
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects._places import places
-from catheter_sim.effects.apply import embodied, with_effects
-from catheter_sim.effects.calibrated import causes_same_as
+from catheter_sim.effects.apply import causes_same_as, embodied, with_effects
+from catheter_sim.effects.shared import places
 from catheter_sim.robots import kind_of
 
 NO_NUMBERS = (Role.TIP_FORCE, Role.ELEMENT_TURN)  # of the inputs and of the shape

@@ -19,7 +19,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.twins import twin_for
 from tests.simulation.moving import LENGTH_M, STIFFNESS_N_M2, pulled, swinging
 
 MASS_KG = 0.005

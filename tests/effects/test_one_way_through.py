@@ -16,14 +16,14 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.diagnosis.verdict import replay
 from catheter_sim.effects.apply import embodied, in_force, outside_the_robot
-from catheter_sim.envs.plant import Plant
+from catheter_sim.envs.robots import Plant
 from catheter_sim.errors import InputError
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table, read_table, write_table
-from catheter_sim.theory.predict import by_static_model
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.theory.twins import by_static_model
 
 NO_GRAVITY = np.zeros(3)
 TIP = ["tip_x_mm", "tip_y_mm", "tip_z_mm"]

@@ -10,12 +10,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import posture_columns
 from catheter_sim.core.effect import Role
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects._places import places, sizes
 from catheter_sim.effects.apply import (
     embodied,
     outside_the_robot,
@@ -23,12 +22,13 @@ from catheter_sim.effects.apply import (
     wholly_built_in,
     with_effects,
 )
+from catheter_sim.effects.shared import places, sizes
 from catheter_sim.effects.twist import stacked_anew
-from catheter_sim.envs.reach import ReachEnv
+from catheter_sim.envs.reach_and_track import ReachEnv
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.theory.predict import twin_for
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.theory.twins import twin_for
 
 PLANAR = ("neuroendoscope_section", "neuroendoscope", "chest_tube_section", "chest_tube")
 COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm", "tip_qw", "tip_qx", "tip_qy", "tip_qz", "body_2_y_mm")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.envs.reach import ReachEnv
+from catheter_sim.envs.reach_and_track import ReachEnv
 
 
 def episode(env: ReachEnv, seed: int, steps: int = 15, draw: bool = False) -> list[np.ndarray]:

@@ -7,9 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from catheter_sim.anatomy.chest import (
+from catheter_sim.anatomy.anatomies import (
     CHANNEL_M,
-    RANGES,
     Chest,
     aspiration_point,
     diaphragm,
@@ -18,7 +17,10 @@ from catheter_sim.anatomy.chest import (
     random_chest,
     wall_boxes,
 )
-from catheter_sim.envs.clinical.controllers import insert_way
+from catheter_sim.anatomy.anatomies import (
+    CHEST_RANGES as RANGES,
+)
+from catheter_sim.envs.clinical.insert_and_tumour import insert_way
 
 ROBOT_RADIUS_M = 3.1e-3  # chest_tube_2025, Table II
 

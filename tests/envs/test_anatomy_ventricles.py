@@ -9,21 +9,25 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from catheter_sim.anatomy.ventricles import (
-    RANGES,
+from catheter_sim.anatomy.anatomies import (
     TUMOUR_RADIUS_M,
     Ventricles,
+    blocks,
+    facings,
     foramen,
     median_ventricles,
     random_ventricles,
     ring_places,
     semi_axes,
+    shell,
     tumour,
     tumour_points,
     ventricle_wall,
     way,
 )
-from catheter_sim.anatomy.wall import blocks, facings, shell
+from catheter_sim.anatomy.anatomies import (
+    VENTRICLE_RANGES as RANGES,
+)
 
 ROBOT_RADIUS_M = 1.7e-3  # Kato 2016
 SEEDS = range(20)

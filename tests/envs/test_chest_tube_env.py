@@ -14,12 +14,18 @@ from episodes import episode, same
 from gymnasium.utils.env_checker import check_env
 
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.envs.baseline import resolved_rate
-from catheter_sim.envs.reach import ReachEnv
-from catheter_sim.envs.targets import nearest, random_target, require_reachable, tip_at
-from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, RATE_PER_S
+from catheter_sim.envs.reach_and_track import ReachEnv, resolved_rate
+from catheter_sim.envs.tip import (
+    CONTROL_STEP_S,
+    DIVERGED_REWARD,
+    RATE_PER_S,
+    nearest,
+    random_target,
+    require_reachable,
+    tip_at,
+)
 from catheter_sim.errors import InputError
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 pytestmark = pytest.mark.slow
 

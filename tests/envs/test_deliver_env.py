@@ -16,14 +16,11 @@ from episodes import same
 from gymnasium.utils.env_checker import check_env
 
 from catheter_sim.catalogue import load_robot, robot_toml
-from catheter_sim.envs.clinical.deliver import HELD_STEPS, LIMIT_N, DeliverEnv
-from catheter_sim.envs.clinical.deliver_control import deliver
-from catheter_sim.envs.clinical.heart import from_valve
+from catheter_sim.envs.clinical.deliver import HELD_STEPS, LIMIT_N, DeliverEnv, deliver, from_valve
 from catheter_sim.envs.tip import DIVERGED_REWARD
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.procedure.case import random_case, ranges
-from catheter_sim.procedure.flow import FLOW_N, PRINTED_FLOW_N
-from catheter_sim.procedure.valve import SIDES, scallop
+from catheter_sim.procedure.heart import FLOW_N, PRINTED_FLOW_N, SIDES, scallop
+from catheter_sim.procedure.plan import random_case, ranges
 from catheter_sim.robots.catheter.picture import holder_length_m
 
 TRANSSEPTAL = "catheter_sim/MitralTransseptalDeliver-v0"

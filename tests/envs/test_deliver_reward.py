@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.envs.clinical.deliver import HELD_STEPS, DeliverEnv
-from catheter_sim.envs.clinical.heart import from_valve, stream
+from catheter_sim.envs.clinical.deliver import HELD_STEPS, DeliverEnv, from_valve, stream
 
 
 @pytest.fixture(scope="module")

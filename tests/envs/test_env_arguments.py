@@ -13,12 +13,11 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from catheter_sim.envs import tip
-from catheter_sim.envs.arguments import argument_names
 from catheter_sim.envs.clinical.deliver import DeliverEnv
-from catheter_sim.envs.clinical.tumour import TumourEnv
-from catheter_sim.envs.reach import ReachEnv
-from catheter_sim.envs.track import TrackEnv
-from catheter_sim.envs.vector_threads import OneByOneEnv
+from catheter_sim.envs.clinical.insert_and_tumour import TumourEnv
+from catheter_sim.envs.reach_and_track import ReachEnv, TrackEnv
+from catheter_sim.envs.tip import argument_names
+from catheter_sim.envs.vector import OneByOneEnv
 from catheter_sim.errors import InputError
 
 IDS = sorted(name for name in gymnasium.registry if name.startswith("catheter_sim/"))

@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from catheter_sim.envs.reach import ReachEnv
+from catheter_sim.envs.reach_and_track import ReachEnv
 
 SECTION = "catheter_sim/NeuroendoscopeSectionReach-v0"
 STRAIGHT = (0.0, 0.0, 0.06)  # the section's tip at rest

@@ -10,8 +10,7 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
-from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.quick_model import quick_model
+from catheter_sim.envs.robots import Plant, quick_model
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.kinematics import input_range_m, pulled_m
 from catheter_sim.robots.catheter.spec import CatheterRobot

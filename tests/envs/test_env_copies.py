@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from catheter_sim.envs.reach import ReachEnv
+from catheter_sim.envs.reach_and_track import ReachEnv
 
 IDS = sorted(name for name in gymnasium.registry if name.startswith("catheter_sim/"))
 COPIES = {"deep": copy.deepcopy, "pickled": lambda env: pickle.loads(pickle.dumps(env))}

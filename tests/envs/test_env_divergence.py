@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.envs.tip import DIVERGED_REWARD
-from catheter_sim.envs.vector_threads import OneByOneEnv
-from catheter_sim.envs.vector_together import TogetherEnv
+from catheter_sim.envs.vector import OneByOneEnv, TogetherEnv
 
 REACH = "catheter_sim/NeuroendoscopeSectionReach-v0"
 TOUGH = ("stiffness_scale=1e14",)  # whose tensions are beyond what MuJoCo takes

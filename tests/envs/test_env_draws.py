@@ -14,9 +14,8 @@ from scipy.stats import kstest
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
-from catheter_sim.envs.draws import random_level, random_levels, random_targets
-from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.randomised import check_randomised, drawn_settings
+from catheter_sim.envs.robots import Plant, random_level, random_levels, random_targets
+from catheter_sim.envs.tip import check_randomised, drawn_settings
 from catheter_sim.errors import InputError
 
 STEPS = 100

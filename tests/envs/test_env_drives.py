@@ -10,9 +10,7 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
-from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.quick_model import quick_model
-from catheter_sim.envs.steering import change_toward
+from catheter_sim.envs.robots import Plant, change_toward, quick_model
 from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.robots.continuum.steering import tip_jacobian

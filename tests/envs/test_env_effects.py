@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from catheter_sim.envs.reach import ReachEnv
+from catheter_sim.envs.reach_and_track import ReachEnv
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import lagged
 

@@ -11,8 +11,8 @@ import gymnasium
 import numpy as np
 import pytest
 
-from catheter_sim.anatomy.ventricles import median_ventricles
-from catheter_sim.envs.clinical.tumour import LIMIT_N, REGIONS, TumourEnv
+from catheter_sim.anatomy.anatomies import median_ventricles
+from catheter_sim.envs.clinical.insert_and_tumour import LIMIT_N, REGIONS, TumourEnv
 from catheter_sim.envs.tip import DIVERGED_REWARD
 
 STILL = np.zeros(6, dtype=np.float32)

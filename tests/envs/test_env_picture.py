@@ -8,11 +8,11 @@ import gymnasium
 import numpy as np
 import pytest
 
-from catheter_sim.envs.reach import ReachEnv
-from catheter_sim.envs.targets import frictionless_reach
-from catheter_sim.modelling.scene import FOVY_DEG, views
-from catheter_sim.pictures.framing import fitted_view
-from catheter_sim.pictures.projection import PinholeCamera, project, projection_matrix
+from catheter_sim.envs.reach_and_track import ReachEnv
+from catheter_sim.envs.tip import frictionless_reach
+from catheter_sim.modelling.build import FOVY_DEG, views
+from catheter_sim.pictures.images import PinholeCamera, project, projection_matrix
+from catheter_sim.pictures.offscreen import fitted_view
 
 WIDTH, HEIGHT = 320, 240
 

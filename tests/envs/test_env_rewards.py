@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.envs import EPISODE_STEPS
-from catheter_sim.envs.reach import arrived
+from catheter_sim.envs.reach_and_track import angle_between, arrived, cost_of, followed
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, RATE_PER_S
-from catheter_sim.envs.track import angle_between, cost_of, followed
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-7, 0.3, math.pi / 2.0, 3.0, math.pi])

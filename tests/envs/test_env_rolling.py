@@ -11,13 +11,12 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import joint_names
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.quick_model import QuickModel
+from catheter_sim.core.published import QuickModel
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.quick_model import quick_model
+from catheter_sim.envs.robots import Plant, quick_model
 from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum.steering import tip_jacobian
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 STILL = np.zeros(3)
 QUARTER = math.pi / 2.0

@@ -15,9 +15,9 @@ import pytest
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.effects.apply import with_effects
-from catheter_sim.envs.observation import look, observe
-from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.reach import ReachEnv
+from catheter_sim.envs.reach_and_track import ReachEnv
+from catheter_sim.envs.robots import Plant
+from catheter_sim.envs.tip import look, observe
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 STILL = (0.0, 0.0, 0.0)

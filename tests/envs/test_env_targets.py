@@ -9,10 +9,10 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.targets import nearest, random_target, require_reachable, tip_at
+from catheter_sim.envs.robots import Plant
+from catheter_sim.envs.tip import nearest, random_target, require_reachable, tip_at
 from catheter_sim.errors import InputError
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 STILL = np.zeros(3)
 SEED = 5

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.reach import ReachEnv
+from catheter_sim.envs.reach_and_track import ReachEnv
+from catheter_sim.envs.robots import Plant
 from catheter_sim.errors import InputError
 from tests.simulation.moving import swinging
 

@@ -9,8 +9,8 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.envs.surroundings import let_touch
 from catheter_sim.mjcf.document import read
-from catheter_sim.modelling.model_cache import remembered_mjcf
-from catheter_sim.modelling.surroundings import INSERTION, ROLL, carry, touched
+from catheter_sim.modelling.attach import INSERTION, ROLL, carry, touched
+from catheter_sim.modelling.build import remembered_mjcf
 from catheter_sim.simulation.simulator import Simulator
 
 TOWARD_M = 2e-3  # of the wall's surface from the straight robot's

@@ -9,9 +9,17 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from catheter_sim.anatomy.ventricles import median_ventricles, tumour
-from catheter_sim.envs.clinical.controllers import tumour_rates
-from catheter_sim.envs.clinical.tumour import LIMIT_N, POINTS, REGIONS, STROKE_M, TumourEnv
+from catheter_sim.anatomy.anatomies import median_ventricles, tumour
+from catheter_sim.envs.clinical.insert_and_tumour import (
+    LIMIT_N,
+    POINTS,
+    REGIONS,
+    TumourEnv,
+    tumour_rates,
+)
+from catheter_sim.envs.clinical.insert_and_tumour import (
+    TUMOUR_STROKE_M as STROKE_M,
+)
 from catheter_sim.envs.tip import DIVERGED_REWARD
 from catheter_sim.errors import InputError
 from tests.envs.episodes import episode, same

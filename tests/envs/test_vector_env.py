@@ -14,8 +14,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 from catheter_sim.envs.tip import DIVERGED_REWARD
-from catheter_sim.envs.vector_threads import OneByOneEnv
-from catheter_sim.envs.vector_together import TogetherEnv
+from catheter_sim.envs.vector import OneByOneEnv, TogetherEnv
 from catheter_sim.errors import InputError
 from catheter_sim.units import si_factor
 

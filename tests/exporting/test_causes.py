@@ -8,7 +8,7 @@ import pytest
 import catheter_sim as cs
 from catheter_sim.core.effect import Stage
 from catheter_sim.effects import EFFECTS
-from catheter_sim.exporting.causes import (
+from catheter_sim.exporting.elements import (
     EXACT,
     FITTED,
     LEFT,

@@ -6,8 +6,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.exporting.elements import _STEEP_ARM, add_friction, add_springs, slope_of
-from catheter_sim.exporting.moments import HingeLaw, Rows, fit_laws
+from catheter_sim.exporting.elements import (
+    _STEEP_ARM,
+    HingeLaw,
+    Rows,
+    add_friction,
+    add_springs,
+    fit_laws,
+    slope_of,
+)
 from catheter_sim.mjcf.document import read
 
 HINGE = """<mujoco><compiler angle="radian"/>

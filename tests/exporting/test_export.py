@@ -14,11 +14,10 @@ import catheter_sim as cs
 from catheter_sim.core.inputs import Inputs, slice_inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
-from catheter_sim.exporting import loops
-from catheter_sim.exporting.causes import EXACT, FITTED, LEFT, without
+from catheter_sim.exporting import write as loops
+from catheter_sim.exporting.elements import EXACT, FITTED, LEFT, without
 from catheter_sim.exporting.judge import PERCENT, moving_loop
-from catheter_sim.exporting.plain import PlainRun
-from catheter_sim.exporting.write import Model, write_model
+from catheter_sim.exporting.write import Model, PlainRun, write_model
 from catheter_sim.simulation.replay import simulate
 
 # Robots with friction that are quick to replay; the whole ones are in the guide's table.

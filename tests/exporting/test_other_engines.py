@@ -6,10 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.exporting.elements import add_friction, add_shifts
-from catheter_sim.exporting.moments import HingeLaw
-from catheter_sim.exporting.other_engines import make_plainer
-from catheter_sim.exporting.paths import Shift
+from catheter_sim.exporting.elements import HingeLaw, Shift, add_friction, add_shifts
+from catheter_sim.exporting.write import make_plainer
 from catheter_sim.mjcf.document import read
 
 STEP_S = 0.0005

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.exporting.paths import find_shifts
+from catheter_sim.exporting.elements import find_shifts
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.robots import kind_of
 from catheter_sim.simulation.simulator import Simulator

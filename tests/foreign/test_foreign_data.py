@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.errors import InputError
-from catheter_sim.foreign.data import is_foreign, noise_of, read_foreign
-from catheter_sim.foreign.twin import Trial
+from catheter_sim.foreign.model import Trial, is_foreign, noise_of, read_foreign
 from tests.foreign.recorded import FILE, text_of, write_dataset
 
 

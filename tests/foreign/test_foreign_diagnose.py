@@ -12,11 +12,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.diagnosis.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
-from catheter_sim.foreign.causes import variants_of
-from catheter_sim.foreign.data import ForeignData
 from catheter_sim.foreign.diagnose import diagnose_foreign, diagnosed
-from catheter_sim.foreign.model import ForeignModel
-from catheter_sim.foreign.twin import Runner, Trial
+from catheter_sim.foreign.model import ForeignData, ForeignModel, Runner, Trial, variants_of
 from tests.foreign.recorded import OUTPUTS, write_dataset
 
 pytestmark = pytest.mark.slow

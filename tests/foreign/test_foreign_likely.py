@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from catheter_sim.foreign.likely import NONE, OUTSIDE, Tried, likely, outside, probabilities
+from catheter_sim.foreign.diagnose import NONE, OUTSIDE, Tried, likely, outside, probabilities
 
 BEFORE = Tried((), 0.0, 40.0)
 GAIN = Tried(("actuation_gain",), 300.0, 1.0)

@@ -9,10 +9,16 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from catheter_sim.foreign.causes import variants_of
-from catheter_sim.foreign.extended import extended_spec
-from catheter_sim.foreign.model import ForeignModel
-from catheter_sim.foreign.twin import Runner, Trial, add_mass, arriving_controls, changed
+from catheter_sim.foreign.diagnose import extended_spec
+from catheter_sim.foreign.model import (
+    ForeignModel,
+    Runner,
+    Trial,
+    add_mass,
+    arriving_controls,
+    changed,
+    variants_of,
+)
 from tests.foreign.recorded import FILE, OUTPUTS
 
 MODEL = ForeignModel(FILE, (0.0, 0.0, -9.81)).measured(OUTPUTS, "test")

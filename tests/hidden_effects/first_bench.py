@@ -9,6 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from catheter_sim.arrays import Array
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.fit import fit, robot_with
+from catheter_sim.diagnosis.noise import gain_interval, gain_percent, stretch_squares
+from catheter_sim.diagnosis.prepare import training_problem
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.trials import Trial, measured_of, split, unit_of
+from catheter_sim.diagnosis.workers import details
+from catheter_sim.errors import InputError
+from catheter_sim.lab.robots import BENCH_ROBOTS
 from hidden_effects.first_draws import (
     TOLD_APART,
     TRUTH,
@@ -33,19 +46,6 @@ from hidden_effects.running import (
     run_all,
     write_json,
 )
-
-from catheter_sim.arrays import Array
-from catheter_sim.catalogue import load_robot
-from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.dataset import load_dataset
-from catheter_sim.diagnosis.fit import fit, robot_with
-from catheter_sim.diagnosis.noise import gain_interval, gain_percent, stretch_squares
-from catheter_sim.diagnosis.prepare import training_problem
-from catheter_sim.diagnosis.problem import Problem
-from catheter_sim.diagnosis.trials import Trial, measured_of, split, unit_of
-from catheter_sim.diagnosis.workers import details
-from catheter_sim.errors import InputError
-from catheter_sim.lab.robots import BENCH_ROBOTS
 
 # ----------------------------------------------------------------------------------------------------
 # Scores one diagnosis against its answer: what was named, how sure, and what the gain is worth elsewhere.

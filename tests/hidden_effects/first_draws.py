@@ -11,16 +11,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hidden_effects.running import ANSWER, Folders, write_json, write_tables
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import read_toml, robot_toml
-from catheter_sim.channels import channel_inputs, drives_of, input_channels, read_inputs, tendon_inputs
-from catheter_sim.columns import posture_columns
-from catheter_sim.core.drive import Quantity, pulls_alone
+from catheter_sim.channels import (
+    channel_inputs,
+    drives_of,
+    input_channels,
+    posture_columns,
+    read_inputs,
+    tendon_inputs,
+)
 from catheter_sim.core.effect import Parameter
-from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.inputs import Inputs, Quantity, pulls_alone
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.fit import fit
@@ -34,9 +38,10 @@ from catheter_sim.lab.robots import BENCH_ROBOTS, BenchRobot, bench_robot
 from catheter_sim.robots.documents import complete_document, robot_from_document
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table, read_table, write_table
-from catheter_sim.theory.predict import twin_for
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.theory.twins import twin_for
 from catheter_sim.units import si_factor
+from hidden_effects.running import ANSWER, Folders, write_json, write_tables
 
 # ----------------------------------------------------------------------------------------------------
 # Inputs of the bench's trials: rich ones with loops inside loops, and poor ones that say little.

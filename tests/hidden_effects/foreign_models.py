@@ -14,14 +14,14 @@ from typing import Any
 import mujoco
 import numpy as np
 import tomli_w
-from hidden_effects.natural import commit, whole_code
-from hidden_effects.running import read_json, write_json
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.arrays import Array
 from catheter_sim.foreign.diagnose import ForeignDiagnosis, diagnose_foreign
 from catheter_sim.foreign.model import ForeignModel
 from catheter_sim.tables import Table, write_table
+from hidden_effects.natural import commit, whole_code
+from hidden_effects.running import read_json, write_json
 
 # ----------------------------------------------------------------------------------------------------
 # Recordings of foreign models with one hidden cause, made by other means than the diagnosis uses.

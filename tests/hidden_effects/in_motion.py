@@ -14,13 +14,10 @@ from typing import Any
 import mujoco
 import numpy as np
 import tomli_w
-from hidden_effects.natural import judging_code
-from hidden_effects.running import keep_settings, read_json, write_json
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import robot_toml
-from catheter_sim.channels import input_channels
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import input_channels, posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Dynamics, Friction, with_segments
@@ -29,6 +26,8 @@ from catheter_sim.simulation.friction import CapstanFriction
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table, write_table
+from hidden_effects.natural import judging_code
+from hidden_effects.running import keep_settings, read_json, write_json
 
 # ----------------------------------------------------------------------------------------------------
 # A robot in motion with something hidden in it, by a finer model than the diagnosis has.

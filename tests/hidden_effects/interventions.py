@@ -10,6 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from catheter_sim.arrays import Array
+from catheter_sim.lab.engine import LARGEST, SMALLEST, CannotMake, Ground, Planted, columns_of, looked_at, rms
+from catheter_sim.lab.forms import forms_for, outside_for
+from catheter_sim.lab.planting import Sized, clean_outputs, drawn_form, in_order, separate, sized
+from catheter_sim.lab.robots import BENCH_ROBOTS
+from catheter_sim.lab.specimen import TRAINING, Course, drawn_courses, drawn_kind, drawn_specimen, measured
 from hidden_effects import natural as deal
 from hidden_effects.natural import (
     NOT_MADE,
@@ -37,13 +44,6 @@ from hidden_effects.running import (
     write_json,
     write_tables,
 )
-
-from catheter_sim.arrays import Array
-from catheter_sim.lab.engine import LARGEST, SMALLEST, CannotMake, Ground, Planted, columns_of, looked_at, rms
-from catheter_sim.lab.forms import forms_for, outside_for
-from catheter_sim.lab.planting import Sized, clean_outputs, drawn_form, in_order, separate, sized
-from catheter_sim.lab.robots import BENCH_ROBOTS
-from catheter_sim.lab.specimen import TRAINING, Course, drawn_courses, drawn_kind, drawn_specimen, measured
 
 # ----------------------------------------------------------------------------------------------------
 # What changes in a draw, which commands the two recordings have, and whether both hide something unknown.

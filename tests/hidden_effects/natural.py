@@ -16,18 +16,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hidden_effects.running import (
-    ANSWER,
-    Diagnose,
-    Folders,
-    diagnose_elsewhere,
-    diagnosed,
-    keep_settings,
-    read_json,
-    run_all,
-    write_json,
-    write_tables,
-)
 from scipy.stats import binomtest
 
 from catheter_sim.arrays import Array
@@ -59,6 +47,18 @@ from catheter_sim.lab.specimen import (
 )
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
+from hidden_effects.running import (
+    ANSWER,
+    Diagnose,
+    Folders,
+    diagnose_elsewhere,
+    diagnosed,
+    keep_settings,
+    read_json,
+    run_all,
+    write_json,
+    write_tables,
+)
 
 # ----------------------------------------------------------------------------------------------------
 # Which code made a draw, and which diagnosed it: draws of other code do not count.

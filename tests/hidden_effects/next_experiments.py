@@ -10,24 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hidden_effects.natural import TOLD_APART, commit, distance, whole_code
-from hidden_effects.running import read_json, write_json
 
 from catheter_sim.channels import input_channels
-from catheter_sim.closed_loop.experiment import (
-    Recording,
-    dataset_from,
-    minutes_of,
-    plays_of,
-    recorded,
-    sure_causes,
-)
+from catheter_sim.closed_loop.loop import Recording, dataset_from, minutes_of, plays_of, recorded, sure_causes
 from catheter_sim.diagnosis.pipeline import Investigation, best_after, investigate
 from catheter_sim.diagnosis.programmes import Programme, bench_of, programmes_within
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError
 from catheter_sim.lab.simulated import RANDOM, SimulatedRig, stand_in
 from catheter_sim.tables import Table
+from hidden_effects.natural import TOLD_APART, commit, distance, whole_code
+from hidden_effects.running import read_json, write_json
 
 # ----------------------------------------------------------------------------------------------------
 # A draw: a stand-in with a hidden cause whose first data cannot tell which, and what one experiment brings.

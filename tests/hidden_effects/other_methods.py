@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hidden_effects.natural import judging_code, scored
-from hidden_effects.running import ANSWER, Folders, read_json, run_all, write_json
 from scipy.stats import chi2
 
 from catheter_sim.arrays import Array
@@ -28,6 +26,8 @@ from catheter_sim.diagnosis.problem import (
 )
 from catheter_sim.diagnosis.search import candidates_for
 from catheter_sim.errors import InputError
+from hidden_effects.natural import judging_code, scored
+from hidden_effects.running import ANSWER, Folders, read_json, run_all, write_json
 
 # ----------------------------------------------------------------------------------------------------
 # Three usual ways from a data set to what is wrong: fit everything, lasso, forward selection by BIC.

@@ -11,6 +11,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from catheter_sim.arrays import Array
+from catheter_sim.channels import input_channels
+from catheter_sim.errors import InputError
+from catheter_sim.lab.engine import CannotMake, Form, Ground, Planted, columns_of, looked_at, rms, simulated
+from catheter_sim.lab.forms import FORMS
+from catheter_sim.lab.robots import BENCH_ROBOTS
+from catheter_sim.lab.specimen import drawn_courses, drawn_specimen, measured
+from catheter_sim.tables import Table
+from catheter_sim.units import si_factor
 from hidden_effects.natural import CHANGED, accepted, code_of, commit, judging_code, making_code
 from hidden_effects.running import (
     ANSWER,
@@ -25,16 +35,6 @@ from hidden_effects.running import (
     write_tables,
 )
 from hidden_effects.spoiled_kinds import BY_NAME, KINDS, Kind, Recording, Trial
-
-from catheter_sim.arrays import Array
-from catheter_sim.channels import input_channels
-from catheter_sim.errors import InputError
-from catheter_sim.lab.engine import CannotMake, Form, Ground, Planted, columns_of, looked_at, rms, simulated
-from catheter_sim.lab.forms import FORMS
-from catheter_sim.lab.robots import BENCH_ROBOTS
-from catheter_sim.lab.specimen import drawn_courses, drawn_specimen, measured
-from catheter_sim.tables import Table
-from catheter_sim.units import si_factor
 
 # ----------------------------------------------------------------------------------------------------
 # Sound recordings to spoil: a robot of the bench, few rows, a known cause in every other one or none.

@@ -12,14 +12,12 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.channels import read_inputs
-from catheter_sim.columns import output_table
+from catheter_sim.channels import output_table, read_inputs
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
-from catheter_sim.importing.folder import import_files
-from catheter_sim.importing.propose import Asked, Proposal
+from catheter_sim.importing.propose import Asked, Proposal, import_files
 from catheter_sim.tables import Table
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 ROBOT = "mitral_transseptal"
 TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")

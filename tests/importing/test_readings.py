@@ -14,8 +14,7 @@ import pytest
 from catheter_sim.cli.main import main
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
-from catheter_sim.importing.folder import import_files
-from catheter_sim.importing.propose import Asked, Proposal
+from catheter_sim.importing.propose import Asked, Proposal, import_files
 
 LENGTH_MM, RADIUS_MM = 87.0, 4.0
 CLOCK = np.arange(60.0)

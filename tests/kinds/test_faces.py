@@ -16,8 +16,7 @@ import pytest
 from catheter_sim.catalogue import PUBLISHED, load_robot
 from catheter_sim.channels import output_channels
 from catheter_sim.core.document import number_at
-from catheter_sim.core.drive import Quantity, shares, sums
-from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.inputs import Inputs, Quantity, shares, sums
 from catheter_sim.core.kind import Kind
 from catheter_sim.core.law import Law, RobotInModel
 from catheter_sim.core.robot import RobotSpec

@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from solid_points import Array, surface, winding_number
 
-from catheter_sim.mjcf.holed_solids import Bore, bored
+from catheter_sim.mjcf.solids import Bore, bored
 
 RADIUS, TOP, CURVATURE = 3.0, 10.0, 0.15  # any unit of length; outlines are rounded to 1e-9 of it
 

@@ -11,9 +11,8 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.modelling import build
-from catheter_sim.modelling import model_cache as remembered
-from catheter_sim.modelling.build import build_mjcf
-from catheter_sim.modelling.model_cache import KEPT, remembered_mjcf
+from catheter_sim.modelling import build as remembered
+from catheter_sim.modelling.build import KEPT, build_mjcf, remembered_mjcf
 
 
 @pytest.fixture

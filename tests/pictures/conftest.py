@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.mjcf.parts import inline
-from catheter_sim.modelling.scene import View, views
+from catheter_sim.modelling.build import View, views
 from catheter_sim.robots.continuum import description as layout
 from catheter_sim.robots.continuum.picture import element_meshes, element_parts
 from catheter_sim.robots.continuum.spec import ContinuumRobot

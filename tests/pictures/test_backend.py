@@ -13,7 +13,7 @@ import pytest
 from gymnasium.vector import AsyncVectorEnv
 
 from catheter_sim.errors import InputError
-from catheter_sim.pictures.backend import open_renderer
+from catheter_sim.pictures.images import open_renderer
 
 # `mujoco` comes first, as in a program that has used it long before it draws.
 PROGRAM = """

@@ -13,11 +13,10 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import read_inputs
 from catheter_sim.core.posture import Posture
-from catheter_sim.pictures.centreline import centreline
-from catheter_sim.pictures.check import TOLERANCE_PX, check_render, compare
+from catheter_sim.pictures.images import TOLERANCE_PX, centreline, check_render, compare
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.tables import Table
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 Pose = Callable[[ContinuumRobot, np.ndarray], tuple[mujoco.MjModel, mujoco.MjData]]
 TEN_TENSIONS_N = np.linspace(0.04, 0.4, 10)

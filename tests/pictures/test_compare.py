@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from catheter_sim.pictures.check import compare
+from catheter_sim.pictures.images import compare
 
 
 @pytest.mark.parametrize("drawn_px", [360, 400, 440])

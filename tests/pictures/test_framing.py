@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.modelling.scene import FOVY_DEG, View
-from catheter_sim.pictures.framing import emptiest_corner, fitted_view, free_camera
-from catheter_sim.pictures.projection import PinholeCamera, project, projection_matrix
+from catheter_sim.modelling.build import FOVY_DEG, View
+from catheter_sim.pictures.images import PinholeCamera, project, projection_matrix
+from catheter_sim.pictures.offscreen import emptiest_corner, fitted_view, free_camera
 
 OBLIQUE = np.array([0.48, -0.8, 0.36])
 FROM_AFAR = View("any", np.zeros(3), OBLIQUE, 1.0)

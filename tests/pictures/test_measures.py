@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from catheter_sim.modelling.scene import View
-from catheter_sim.pictures.images import INK
-from catheter_sim.pictures.measures import (
+from catheter_sim.modelling.build import View
+from catheter_sim.pictures.images import (
+    INK,
     legend_size,
     round_length,
     scale_size,

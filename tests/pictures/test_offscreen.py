@@ -14,8 +14,8 @@ from catheter_sim.channels import read_inputs
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
 from catheter_sim.pictures import offscreen
-from catheter_sim.pictures.state import state_of
-from catheter_sim.pictures.tendon_paint import pulled_tendons
+from catheter_sim.pictures.images import pulled_tendons
+from catheter_sim.pictures.offscreen import state_of
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table
 

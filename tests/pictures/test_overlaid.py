@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.pictures.overlaid import FADED, overlaid
+from catheter_sim.pictures.curves import FADED, overlaid
 
 FAR = 10.0
 

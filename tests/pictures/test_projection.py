@@ -9,8 +9,13 @@ import numpy as np
 import pytest
 
 from catheter_sim.errors import InputError
-from catheter_sim.pictures.backend import open_renderer
-from catheter_sim.pictures.projection import PinholeCamera, model_camera, project, projection_matrix
+from catheter_sim.pictures.images import (
+    PinholeCamera,
+    model_camera,
+    open_renderer,
+    project,
+    projection_matrix,
+)
 
 POINTS = np.array(
     [(0.0, 0.0, 0.0), (0.3, 0.1, -0.2), (-0.35, 0.4, 0.25), (0.2, -0.5, 0.3), (-0.1, 0.6, -0.33)]

@@ -9,13 +9,18 @@ import pytest
 from PIL import Image
 
 from catheter_sim.cli.main import main
-from catheter_sim.modelling.scene import View
-from catheter_sim.pictures.centreline import centreline
-from catheter_sim.pictures.check import TOLERANCE_PX
-from catheter_sim.pictures.framing import emptiest_corner
+from catheter_sim.modelling.build import View
+from catheter_sim.pictures.images import TOLERANCE_PX, centreline
+from catheter_sim.pictures.offscreen import emptiest_corner
 from catheter_sim.robots.catheter.kinematics import pk
 from catheter_sim.validation.mitral import FOUR_DOF, TRANSSEPTAL, catheter, displaced
-from catheter_sim.validation.mitral_render import FOUR_DOF_MM, TRANSSEPTAL_MM, mean_distances_px
+from catheter_sim.validation.render import (
+    FOUR_DOF_MM,
+    TRANSSEPTAL_MM,
+)
+from catheter_sim.validation.render import (
+    catheter_distances_px as mean_distances_px,
+)
 
 pytestmark = pytest.mark.slow
 

@@ -17,12 +17,12 @@ from catheter_sim.cli.main import main
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.pictures import offscreen
-from catheter_sim.pictures.check import TOLERANCE_PX, RenderCheck, check_render
-from catheter_sim.pictures.state import put, state_of
+from catheter_sim.pictures.images import TOLERANCE_PX, RenderCheck, check_render
+from catheter_sim.pictures.offscreen import put, state_of
 from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.validation.render import CHEST_TUBE, mean_distances_px
 
 pytestmark = pytest.mark.slow

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.pictures.framing import swept_points
-from catheter_sim.pictures.state import put, state_of
+from catheter_sim.pictures.offscreen import put, state_of, swept_points
 from catheter_sim.simulation.simulator import Simulator
 
 SHORT_LINKS = ("segments.section.joints=3", "segments.section.length_mm=45", "friction.mu=0")

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.columns import posture_columns
-from catheter_sim.planning.drives import PlanDrives, inputs_at, plan_drives
-from catheter_sim.planning.inverse import inverse_kinematics
-from catheter_sim.planning.targets import Targets, targets_of
-from catheter_sim.planning.workspace import random_levels
+from catheter_sim.channels import posture_columns
+from catheter_sim.planning.inverse import Targets, inverse_kinematics, random_levels, targets_of
+from catheter_sim.planning.models import PlanDrives, inputs_at, plan_drives
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.planning.drives import plan_drives
+from catheter_sim.planning.models import plan_drives
 
 
 def test_points_are_where_a_static_model_puts_them() -> None:

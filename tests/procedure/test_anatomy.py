@@ -8,13 +8,15 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from catheter_sim.anatomy.wall import blocks, shell
-from catheter_sim.procedure import valve
-from catheter_sim.procedure.anatomy import (
+from catheter_sim.anatomy.anatomies import blocks, shell
+from catheter_sim.procedure import heart as valve
+from catheter_sim.procedure.heart import (
+    HOLE_RADIUS_M,
     LEAFLET_M,
     RANGES,
     WALL_M,
     Anatomy,
+    annulus_rim,
     centre_m,
     coaptation_axes,
     depth_m,
@@ -23,8 +25,8 @@ from catheter_sim.procedure.anatomy import (
     random_anatomy,
     semi_axes_m,
     septal_point,
+    wall,
 )
-from catheter_sim.procedure.atrium import HOLE_RADIUS_M, annulus_rim, wall
 
 SEEDS = range(12)
 

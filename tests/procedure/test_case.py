@@ -10,13 +10,30 @@ import pytest
 
 from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
-from catheter_sim.procedure.anatomy import coaptation_axes, median_anatomy, random_anatomy
-from catheter_sim.procedure.case import CROSSED_ROLL_RAD, random_case, ranges
-from catheter_sim.procedure.flow import EXPOSED_M, FLOW_N, PRINTED_FLOW_N, TILT_RAD, Flow, random_flow
-from catheter_sim.procedure.frames import DOWN, pose_error
-from catheter_sim.procedure.plan import REACHED, plan, plan_way, target_frame
-from catheter_sim.procedure.steps import displacements_m
-from catheter_sim.procedure.valve import free_edge_z_m
+from catheter_sim.procedure.heart import (
+    DOWN,
+    EXPOSED_M,
+    FLOW_N,
+    PRINTED_FLOW_N,
+    TILT_RAD,
+    Flow,
+    coaptation_axes,
+    free_edge_z_m,
+    median_anatomy,
+    pose_error,
+    random_anatomy,
+    random_flow,
+)
+from catheter_sim.procedure.plan import (
+    CROSSED_ROLL_RAD,
+    REACHED,
+    displacements_m,
+    plan,
+    plan_way,
+    random_case,
+    ranges,
+    target_frame,
+)
 from catheter_sim.robots.catheter.kinematics import tool_frame, within_limits
 from catheter_sim.robots.catheter.picture import hinge_place_m
 from catheter_sim.robots.catheter.published import mitral_4dof, mitral_transseptal, mitral_transseptal_tube

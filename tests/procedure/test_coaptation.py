@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.procedure.anatomy import coaptation_axes, median_anatomy
+from catheter_sim.procedure.heart import coaptation_axes, median_anatomy
 
 
 @pytest.mark.parametrize("turn_deg", [0.0, 30.0, -40.0])

@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 
 from catheter_sim.errors import SimulationDiverged
-from catheter_sim.procedure.anatomy import median_anatomy
-from catheter_sim.procedure.operate import Outcome, _Theatre, operate
+from catheter_sim.procedure.heart import median_anatomy
+from catheter_sim.procedure.operate import Outcome, _Theatre, build_scene, operate
 from catheter_sim.procedure.plan import plan
-from catheter_sim.procedure.scene import build_scene
 from catheter_sim.procedure.series import run_series, write_series
 from catheter_sim.robots.catheter.published import mitral_transseptal, mitral_transseptal_tube
-from catheter_sim.validation.mitral_motion import tortuous
-from catheter_sim.validation.mitral_procedure import validate_procedure
+from catheter_sim.validation.mitral import tortuous
+from catheter_sim.validation.mitral_control import validate_procedure
 
 pytestmark = pytest.mark.slow
 

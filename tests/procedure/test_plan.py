@@ -9,15 +9,17 @@ import numpy as np
 import pytest
 
 from catheter_sim.errors import InputError
-from catheter_sim.procedure.anatomy import (
+from catheter_sim.procedure.heart import (
     Anatomy,
+    base_frame,
     coaptation_axes,
     depth_m,
+    free_edge_z_m,
     inward,
     median_anatomy,
+    pose_error,
     random_anatomy,
 )
-from catheter_sim.procedure.frames import base_frame, pose_error
 from catheter_sim.procedure.plan import (
     CLEARANCE_M,
     GRASP_M,
@@ -27,7 +29,6 @@ from catheter_sim.procedure.plan import (
     target_frame,
     tip_to_end_m,
 )
-from catheter_sim.procedure.valve import free_edge_z_m
 from catheter_sim.robots.catheter import kinematics as closed_form
 from catheter_sim.robots.catheter.kinematics import within_limits
 from catheter_sim.robots.catheter.published import mitral_4dof, mitral_transseptal

@@ -6,11 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.modelling.surroundings import INSERTION
-from catheter_sim.procedure.anatomy import depth_m, median_anatomy
-from catheter_sim.procedure.contact import Contacts
+from catheter_sim.modelling.attach import INSERTION
+from catheter_sim.procedure.heart import depth_m, median_anatomy
+from catheter_sim.procedure.operate import Contacts, Scene, build_scene
 from catheter_sim.procedure.plan import plan
-from catheter_sim.procedure.scene import Scene, build_scene
 from catheter_sim.robots.catheter.picture import ACTUATOR
 from catheter_sim.robots.catheter.published import mitral_transseptal
 from catheter_sim.simulation.simulator import Simulator

@@ -10,12 +10,9 @@ import numpy as np
 import pytest
 
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.procedure.anatomy import median_anatomy
-from catheter_sim.procedure.feedback import Tracker, corrected, measured
-from catheter_sim.procedure.frames import pose_error
-from catheter_sim.procedure.operate import ideal, is_ideal
-from catheter_sim.procedure.plan import plan
-from catheter_sim.procedure.steps import Step, between, displacements_m, duration_s, steps
+from catheter_sim.procedure.heart import median_anatomy, pose_error
+from catheter_sim.procedure.operate import Tracker, corrected, ideal, is_ideal, measured
+from catheter_sim.procedure.plan import Step, between, displacements_m, duration_s, plan, steps
 from catheter_sim.robots.catheter.kinematics import pk, tool_frame
 from catheter_sim.robots.catheter.published import mitral_transseptal, mitral_transseptal_tube
 

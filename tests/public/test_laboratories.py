@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.closed_loop.folder import Found, Proposed, Step
-from catheter_sim.closed_loop.loop import Outcome
+from catheter_sim.closed_loop.loop import Found, Outcome, Proposed, Step
 from catheter_sim.lab.simulated import stand_in
 from catheter_sim.public.laboratories import FoundOut
 from catheter_sim.tables import Table

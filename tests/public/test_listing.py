@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.public.listing import Listing, listing_of
+from catheter_sim.public.data import Listing, listing_of
 
 ROWS = Listing(
     "Two <rows>",

@@ -16,7 +16,8 @@ import catheter_sim as cs
 from catheter_sim import progress
 from catheter_sim.cli.main import main
 from catheter_sim.pictures import offscreen
-from catheter_sim.simulation import commands, replay, simulator
+from catheter_sim.simulation import replay, simulator
+from catheter_sim.simulation import replay as commands
 from catheter_sim.tables import read_table
 
 PULL = {"time_s": [0.0, 1.0, 2.0], "tension_right_N": [0.0, 0.2, 0.4]}

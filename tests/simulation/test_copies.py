@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.envs.plant import Plant
+from catheter_sim.envs.robots import Plant
 from catheter_sim.simulation.copies import Copies, copied_together
 from catheter_sim.simulation.simulator import Simulator
 

@@ -15,7 +15,7 @@ from catheter_sim.diagnosis.verdict import replay
 from catheter_sim.errors import SimulationDiverged
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.simulation.copies import Copies
-from catheter_sim.simulation.divergence import LARGEST_INPUT
+from catheter_sim.simulation.motion import LARGEST_INPUT
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table

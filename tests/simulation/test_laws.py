@@ -10,7 +10,7 @@ import pytest
 from drive import rows_to_inputs
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.inputs import LinkForce
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.friction import CapstanFriction

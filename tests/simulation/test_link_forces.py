@@ -7,12 +7,12 @@ import pytest
 from drive import rows_to_inputs, tips_mm
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.inputs import LinkForce
 from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling.complete import complete
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.validation.chest_tube_loads import LINK_FORCES
+from catheter_sim.validation.chest_tube_full import LINK_FORCES
 
 pytestmark = pytest.mark.slow
 

@@ -19,12 +19,11 @@ from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.robots import kind_of
 from catheter_sim.robots.rolling.complete import elastic_moments, spans
 from catheter_sim.robots.rolling.description import rolling_chain
-from catheter_sim.simulation.commands import Commands
-from catheter_sim.simulation.replay import simulate
-from catheter_sim.simulation.servo_lag import ServoLag
+from catheter_sim.simulation.motion import ServoLag
+from catheter_sim.simulation.replay import Commands, simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.validation.rod import tpu_rod
 
 ZERO = np.zeros(3)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.inputs import LinkForce
 from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling.complete import loads
 from catheter_sim.robots.rolling.description import rolling_chain

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.inputs import LinkForce
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.simulator import Simulator
 

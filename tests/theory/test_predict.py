@@ -18,8 +18,8 @@ from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.robots import KINDS, kind_of
 from catheter_sim.robots.continuum.twin import arcs_of, in_parts
-from catheter_sim.theory.predict import by_static_model, twin_for
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.theory.twins import by_static_model, twin_for
 
 NO_GRAVITY = np.zeros(3)
 TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")

@@ -14,7 +14,7 @@ from catheter_sim.robots.catheter import measured as stretching
 from catheter_sim.robots.rolling import pcc as constant_curvature
 from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.robots.rolling.spec import RollingRobot
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 
 def test_rolling_joints_of_constant_curvature(monkeypatch: pytest.MonkeyPatch) -> None:

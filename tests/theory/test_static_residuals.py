@@ -29,7 +29,7 @@ from catheter_sim.robots.rolling import printed as rolling_printed
 from catheter_sim.robots.rolling.complete import solve_history, solve_loaded
 from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.robots.rolling.spec import RollingRobot
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 
 def section(*settings: str) -> RollingRobot:

@@ -12,7 +12,7 @@ import pytest
 from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.robots.continuum.spec import Tendon
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.theory.which_model import CANDIDATES, TIED, ModelError, best_of, pulled_sets, which_model
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("tdcr")]  # compiled once, half a minute

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from catheter_sim.validation import mitral_control, mitral_whole
+from catheter_sim.validation import mitral_control
+from catheter_sim.validation import mitral_control as mitral_whole
 
 SHARED = (
     (mitral_control, "joint_control"),

@@ -10,9 +10,8 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import leaves, to_document
 from catheter_sim.robots.rolling.complete import complete
-from catheter_sim.validation import chest_tube_repeats
-from catheter_sim.validation.chest_tube_calibration import model_error_percent
-from catheter_sim.validation.chest_tube_design import (
+from catheter_sim.validation import chest_tube_measured as chest_tube_repeats
+from catheter_sim.validation.chest_tube import (
     ALTERNATING,
     ONE_SIDED,
     STIFFNESS,
@@ -22,17 +21,18 @@ from catheter_sim.validation.chest_tube_design import (
     validate_design,
     zigzag_deg,
 )
-from catheter_sim.validation.chest_tube_printed_shapes import (
+from catheter_sim.validation.chest_tube_measured import (
     ARMS,
     FITTED_SET,
     SECTION,
     STAND_IN,
     fit_shapes,
+    model_error_percent,
     shapes_mm,
     stand_in_mm,
     validate_printed_shapes,
 )
-from catheter_sim.validation.drives import NO_GRAVITY, given
+from catheter_sim.validation.lines import NO_GRAVITY, given
 
 
 def test_the_fitted_set_has_the_printed_shapes_and_the_published_one_not() -> None:

@@ -12,13 +12,18 @@ from catheter_sim.core.robot import Friction
 from catheter_sim.robots.rolling.complete import complete
 from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.validation.chest_tube_coulomb import moment_left, violations
-from catheter_sim.validation.chest_tube_full import AGAINST
-from catheter_sim.validation.chest_tube_loads import in_outer_tube, tube_modulus_Pa
-from catheter_sim.validation.chest_tube_payload import pushed
-from catheter_sim.validation.chest_tube_requirements import requirements_table, table_markdown
-from catheter_sim.validation.chest_tube_terms import ALL, BUT_MOMENT, term_curves
-from catheter_sim.validation.drives import NO_GRAVITY, given, history, largest_distance, tips_mm
+from catheter_sim.validation.chest_tube import ALL, BUT_MOMENT, term_curves
+from catheter_sim.validation.chest_tube_full import (
+    AGAINST,
+    in_outer_tube,
+    moment_left,
+    pushed,
+    requirements_table,
+    table_markdown,
+    tube_modulus_Pa,
+    violations,
+)
+from catheter_sim.validation.lines import NO_GRAVITY, given, history, largest_distance, tips_mm
 
 
 def full_robot() -> RollingRobot:

@@ -11,9 +11,8 @@ import pytest
 from catheter_sim.core.robot import Friction
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
 from catheter_sim.robots.continuum.published import neuroendoscope_section
-from catheter_sim.validation.coulomb import violations
-from catheter_sim.validation.drives import history, loop_area
-from catheter_sim.validation.lines import KINDS, PREDICTED, Line, Validation
+from catheter_sim.validation.lines import KINDS, PREDICTED, Line, Validation, history, loop_area
+from catheter_sim.validation.neuroendoscope import violations
 
 
 def line(error: float, tolerance: float | None = 1.0) -> Line:

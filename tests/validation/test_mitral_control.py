@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from catheter_sim.controllers.feedforward import along, feedforward
-from catheter_sim.controllers.trajectories import through, ticks_s
+from catheter_sim.controllers.loop import along, feedforward, through, ticks_s
 from catheter_sim.robots.catheter.measured import PRINTED, SIMPLIFIED, stretching_joints, te
 from catheter_sim.robots.catheter.published import mitral_4dof, mitral_4dof_elongation, mitral_4dof_measured
 from catheter_sim.robots.catheter.statics import balance
-from catheter_sim.validation import mitral_control, mitral_whole
-from catheter_sim.validation.drives import NO_GRAVITY, given
+from catheter_sim.validation import mitral_control
+from catheter_sim.validation import mitral_control as mitral_whole
+from catheter_sim.validation.lines import NO_GRAVITY, given
 from catheter_sim.validation.mitral import joint_angles_deg
 
 pytestmark = [pytest.mark.long, pytest.mark.xdist_group("control")]  # one run for all

@@ -24,7 +24,8 @@ from catheter_sim.robots.catheter.published import (
     tendon_stiffness_N_per_m,
     tube_stiffness_N_m2,
 )
-from catheter_sim.validation import mitral_cycles, mitral_flow
+from catheter_sim.validation import mitral as mitral_cycles
+from catheter_sim.validation import mitral_control as mitral_flow
 
 
 def test_materials_give_the_printed_slope() -> None:

@@ -13,8 +13,8 @@ from catheter_sim.core.robot import Friction
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
 from catheter_sim.robots.continuum.kato import pcca
 from catheter_sim.robots.continuum.published import neuroendoscope_section
-from catheter_sim.validation.drives import NO_GRAVITY, given, tips_mm
-from catheter_sim.validation.neuroendoscope_figures import (
+from catheter_sim.validation.lines import NO_GRAVITY, given, tips_mm
+from catheter_sim.validation.neuroendoscope import (
     PEAK_N,
     TARGET_MM,
     Case,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from catheter_sim.errors import InputError
-from catheter_sim.validation.paper_items import (
+from catheter_sim.validation.report import (
     FOLDER,
     NEED_A_PLACE,
     NEED_A_REASON,

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from catheter_sim.validation.paper_items import checked_rows
-from catheter_sim.validation.run import CHECKS
+from catheter_sim.validation.report import CHECKS, checked_rows
 
 TRUTH = Path(__file__).resolve().parents[2] / "docs" / "truth"
 AS_IT_IS = "as it is"

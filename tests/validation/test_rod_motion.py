@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from catheter_sim.core.robot import Dynamics
-from catheter_sim.validation.rod import BENDING_N_M2, LENGTH_M, tpu_rod
-from catheter_sim.validation.rod_motion import (
+from catheter_sim.validation.rod import (
+    BENDING_N_M2,
     DAMPING_TIME_S,
+    LENGTH_M,
     cantilever_curvature,
     cantilever_frequency_hz,
     cantilever_root,
@@ -19,6 +20,7 @@ from catheter_sim.validation.rod_motion import (
     release_errors_percent,
     swing,
     tied_frequency_hz,
+    tpu_rod,
 )
 
 

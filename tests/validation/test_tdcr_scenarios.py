@@ -8,17 +8,18 @@ import math
 import numpy as np
 import pytest
 
-from catheter_sim.validation.tdcr_lines import guidelines
-from catheter_sim.validation.tdcr_scenarios import by_links, write_scores
-from catheter_sim.validation.tdcr_tips import (
+from catheter_sim.validation.spacer_disk import (
     SETS,
     SIMULATION,
     TIP_FORCES_N,
     Scores,
     Tips,
     benchmark_robot,
+    by_links,
+    guidelines,
     scores,
     tips,
+    write_scores,
 )
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("tdcr")]  # compiled once, half a minute

@@ -13,13 +13,20 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
 from catheter_sim.robots.continuum.published import neuroendoscope_section
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.validation.body_stages import body_stages
-from catheter_sim.validation.coulomb import violations
-from catheter_sim.validation.drives import NO_GRAVITY, given, history, largest_distance, loop_area, tips_mm
-from catheter_sim.validation.lines import Line, Validation
-from catheter_sim.validation.neuroendoscope import ANTAGONISTIC, PARTIAL, PUSHES_N
+from catheter_sim.validation.lines import (
+    NO_GRAVITY,
+    Line,
+    Validation,
+    given,
+    history,
+    largest_distance,
+    loop_area,
+    tips_mm,
+)
+from catheter_sim.validation.neuroendoscope import ANTAGONISTIC, PARTIAL, PUSHES_N, violations
+from catheter_sim.validation.pictures import body_stages
 from catheter_sim.validation.render import mean_distances_px
-from catheter_sim.validation.run import validate
+from catheter_sim.validation.report import validate
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from catheter_sim.validation.lines import Line
-from catheter_sim.validation.run import CHECKS, validate
+from catheter_sim.validation.report import CHECKS, validate
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "truth" / "validation.md").read_text(encoding="utf-8")
 

@@ -11,7 +11,7 @@ import pytest
 from page_checks import read_page
 from PIL import Image
 
-from catheter_sim.validation import run
+from catheter_sim.validation import report as run
 from catheter_sim.validation.lines import ASSUMED, PREDICTED, Line, Validation
 from catheter_sim.validation.report import CAPTIONS, caption, validation_html
 

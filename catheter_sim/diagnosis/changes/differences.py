@@ -58,7 +58,7 @@ from catheter_sim.diagnosis.trials import (
 from catheter_sim.diagnosis.words import listed
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table
-from catheter_sim.theory.predict import Prediction
+from catheter_sim.theory.twins import Prediction
 
 # ----------------------------------------------------------------------------------------------------
 # Which rows of two recordings pair: the same command, come to on the same way.

@@ -110,7 +110,7 @@ def series_document(series: Series) -> tuple[dict[str, Any], dict[str, str]]:
 
 def series_figure(series: Series, ax: Any = None) -> Figure:
     """Return a figure of every number over the recordings, with 95 % intervals, a panel for each."""
-    from catheter_sim.pictures.figures import panels_of
+    from catheter_sim.pictures.curves import panels_of
 
     count = max(len(series.numbers), 1)
     columns = min(count, 2)

@@ -1,4 +1,4 @@
-"""What the clinical tasks have in common: a robot pushed into an anatomy, and the forces on its tissue."""
+"""What the clinical tasks share: a robot pushed into an anatomy, forces on its tissue, resolved rates."""
 
 from __future__ import annotations
 
@@ -7,20 +7,34 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
+import mujoco
 import numpy as np
 
 from catheter_sim.arrays import Array
+from catheter_sim.channels import body_count
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.envs.arguments import checked_options
-from catheter_sim.envs.observation import Bounds, Observation
+from catheter_sim.envs.robots import change_toward
 from catheter_sim.envs.surroundings import Surround, Surroundings
-from catheter_sim.envs.tip import DIVERGED_REWARD, Action, TipEnv
+from catheter_sim.envs.tip import (
+    CONTROL_STEP_S,
+    DIVERGED_REWARD,
+    RATE_PER_S,
+    Action,
+    Bounds,
+    Observation,
+    TipEnv,
+    checked_options,
+)
 from catheter_sim.errors import InputError, shown
-from catheter_sim.modelling.scene import View
-from catheter_sim.modelling.surroundings import INSERTION
-from catheter_sim.pictures.framing import fitted_view
+from catheter_sim.mjcf.names import face as face_name
+from catheter_sim.modelling.attach import INSERTION
+from catheter_sim.modelling.build import View
 from catheter_sim.pictures.images import Picture
+from catheter_sim.pictures.offscreen import fitted_view
 from catheter_sim.simulation.tissue import Tissue
+
+# ----------------------------------------------------------------------------------------------------
+# What the clinical tasks have in common: a robot pushed into an anatomy, and the forces on its tissue.
 
 FORCE_WEIGHT = 0.1  # assumed: robot lengths that a step at the limit of force costs
 _FORCE_BOUND = 10.0  # limits
@@ -51,7 +65,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
 
     - `draw(rng)`: an anatomy, a value; `middle()`: the one in the middle of all ranges, used until `reset`;
     - `surround(anatomy, robot, actuation)`: the robot's model in it (`Surroundings`): the MJCF of
-      `build_mjcf`, its base carried (`modelling.surroundings.carry`), its elements made to touch
+      `build_mjcf`, its base carried (`modelling.attach.carry`), its elements made to touch
       (`surroundings.let_touch`), convex geoms `tissue_<region>_<k>`, and meshes to be seen; a region's force
       is stiffness times depth at rest, whatever the robot (`simulation.tissue`). The frame of all of it is
       the task's own: places in observations and `info` are in it;
@@ -225,3 +239,91 @@ class ClinicalEnv(TipEnv, Generic[A]):
         points = self.seen_points()
         seen = View("anatomy", points.mean(axis=0), np.array([0.0, -1.0, 0.0]), 0.1)
         return fitted_view(seen, points, *self._size)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Resolved rates of a robot in an anatomy: how its points move with its drives and its base.
+#
+# Slopes come from the simulated posture: MuJoCo's Jacobian of a point at the joints as they stand,
+# friction, load and contacts included, times what drives do to joints without them (`quick_model`). Joints
+# that a sheath still holds straight do not move; where the robot is pushed on, the joint that leaves it
+# bends.
+
+
+@dataclass(frozen=True)
+class Wish:
+    """That a point of the robot moves so.
+
+    Attributes:
+        element: whose far face the point is the middle of, from 1; the last one's is the tip.
+        way_m: wished motion, shape (3,) [m].
+        along: only these directions count, shape (k, 3), each as long as its weight.
+    """
+
+    element: int
+    way_m: Array
+    along: Array
+
+
+class Rates:
+    """A robot in a task, as its simulation stands now."""
+
+    def __init__(self, env: ClinicalEnv, out_m: float) -> None:
+        """Read the robot's state.
+
+        Args:
+            env: the task; its base slides along z.
+            out_m: z beyond which the robot is free to bend [m].
+        """
+        self._env, plant = env, env.plant
+        self._model, self._data = plant.simulator.model, plant.simulator.data
+        mujoco.mj_fwdPosition(self._model, self._data)
+        self.elements = body_count(plant.simulator.robot)
+        sites = [self._model.site(face_name(k)).id for k in range(1, self.elements + 1)]
+        self._sites = sites
+        self.p_w = self._data.site_xpos[sites].copy()
+        self._joints = self._joint_slopes(out_m)
+
+    def choose(self, wishes: list[Wish]) -> Action:
+        """Return the action that fulfils the wishes as well as one step can."""
+        env, plant = self._env, self._env.plant
+        slopes, ways = [], []
+        for wish in wishes:
+            jacobian = np.zeros((3, self._model.nv))
+            mujoco.mj_jacSite(self._model, self._data, jacobian, None, self._sites[wish.element - 1])
+            slopes.append(wish.along @ jacobian @ self._joints)
+            ways.append(wish.along @ wish.way_m)
+        ranges = np.array([motion.highest for motion in env.motions])
+        ends = np.array([(motion.lowest, motion.highest) for motion in env.motions])
+        rates = np.array([motion.rate_per_s for motion in env.motions]) / ranges
+        largest = CONTROL_STEP_S * np.concatenate([np.full(len(plant.level), RATE_PER_S), rates])
+        place = np.concatenate([plant.level, plant.carriage / ranges])
+        lowest = np.concatenate([plant.drives.lowest, ends[:, 0] / ranges])
+        least = np.clip(lowest - place, -largest, 0.0)
+        most = np.clip(1.0 - place, 0.0, largest)
+        change = change_toward(np.concatenate(ways), np.concatenate(slopes), env.length_m, least, most)
+        return (change / largest).astype(np.float32)
+
+    def _joint_slopes(self, out_m: float) -> Array:
+        """Return how the joints move with the levels and the base's shares of its ranges, (nv, d + c)."""
+        env, model, data = self._env, self._model, self._data
+        plant = env.plant
+        bend = plant.drives.bend
+        drives = len(plant.level)
+        slopes = np.zeros((model.nv, drives + len(env.motions)))
+        length = float(plant.segment_length.sum()) / self.elements
+        leaving = True
+        for index, place, count in plant.hinges:
+            if data.xanchor[index, 2] < out_m:
+                continue
+            dof = int(model.jnt_dofadr[index])
+            slopes[dof, :drives] = bend[place] / count
+            if leaving:  # the joint that has just left the sheath
+                natural = float(bend[place] @ plant.level) / count
+                slopes[dof, drives] = natural / length
+                leaving = False
+        for number, motion in enumerate(env.motions):
+            if motion.name == INSERTION:
+                slopes[:, drives + number] *= motion.highest
+            slopes[int(model.joint(motion.name).dofadr[0]), drives + number] = motion.highest
+        return slopes

@@ -1,40 +1,142 @@
-"""The task of bringing a clip under the leaflets of the mitral valve."""
+"""The task of bringing a clip under the leaflets of the mitral valve, and a controller for it."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, cast
 
 import numpy as np
 
 from catheter_sim.arrays import Array
+from catheter_sim.core.document import Settings
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.core.settings import Settings
-from catheter_sim.envs.arguments import checked_above_zero, checked_pair
 from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
-from catheter_sim.envs.clinical.heart import from_valve, implant_target, in_heart, stream, turned, waiting_m
-from catheter_sim.envs.observation import Bounds
 from catheter_sim.envs.surroundings import Surroundings
-from catheter_sim.envs.tip import CONTROL_STEP_S
+from catheter_sim.envs.tip import (
+    CONTROL_STEP_S,
+    RATE_PER_S,
+    Action,
+    Bounds,
+    Observation,
+    checked_above_zero,
+    checked_pair,
+)
 from catheter_sim.errors import InputError, shown
+from catheter_sim.mjcf.document import ALL_DIGITS, Element, read
 from catheter_sim.mjcf.names import TIP
-from catheter_sim.modelling.scene import View
-from catheter_sim.modelling.surroundings import INSERTION
-from catheter_sim.pictures.framing import fitted_view
-from catheter_sim.procedure.case import Case, median_case, random_case
-from catheter_sim.procedure.flow import BEATS_PER_S, FLOW_N
-from catheter_sim.procedure.frames import pose_error, transform
-from catheter_sim.procedure.operate import ANGLE_DEG, POSITION_MM
-from catheter_sim.procedure.plan import DELIVERING, implant_turn_rad
-from catheter_sim.procedure.scene import REGIONS
-from catheter_sim.procedure.steps import PUSH_M_PER_S
+from catheter_sim.modelling.attach import CARRIER, INSERTION, quaternion, text
+from catheter_sim.modelling.build import View
+from catheter_sim.pictures.offscreen import fitted_view
+from catheter_sim.procedure.heart import BEATS_PER_S, DOWN, FLOW_N, Flow, pose_error, transform
+from catheter_sim.procedure.operate import (
+    ANGLE_DEG,
+    POSITION_MM,
+    REGIONS,
+    WAITING_M,
+    WALL_N_PER_M,
+    build_scene,
+    corrected,
+    ideal,
+)
+from catheter_sim.procedure.plan import (
+    DELIVERING,
+    PUSH_M_PER_S,
+    Case,
+    Step,
+    displacements_m,
+    implant_turn_rad,
+    median_case,
+    random_case,
+    tip_to_end_m,
+)
 from catheter_sim.robots import kind_of
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.units import in_file_units
 
-if TYPE_CHECKING:
-    from catheter_sim.robots.catheter.spec import CatheterRobot
+# ----------------------------------------------------------------------------------------------------
+# A catheter in a heart as an environment drives it: the procedure's scene, seen from the sheath.
+
+LEAFLET_N_PER_M = WALL_N_PER_M  # assumed
+
+
+def in_heart(case: Case, robot: CatheterRobot) -> Surroundings:
+    """Return the robot's model in the heart, in the sheath's frame.
+
+    That is the robot's base frame at an insertion of zero: origin in the puncture, +z along the sheath into
+    the atrium, +x where the robot bends first.
+    """
+    root = read(build_scene(robot, case.plan, tissue=True).text)
+    root.part("statistic").set(center=(0.0, 0.0, 0.03))
+    world = root.part("worldbody")
+    there = from_valve(case)
+    heart = Element("body", name="heart", pos=text(there[:3, 3]), quat=quaternion(there[:3, :3]))
+    for child in list(world.children):
+        if child.get("name") == CARRIER:
+            child.set(pos=text((0.0, 0.0, waiting_m(robot))), quat=quaternion(np.eye(3)))
+        elif child.tag != "light":
+            heart.append(child)
+    world.append(heart)
+    stiffness = {region: WALL_N_PER_M if region == "wall" else LEAFLET_N_PER_M for region in REGIONS}
+    return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION,), stream(case))
+
+
+def waiting_m(robot: CatheterRobot) -> float:
+    """Return the insertion of the base at which the robot waits before the septum, < 0 [m]."""
+    return -sum(segment.length_m for segment in robot.segments) - tip_to_end_m(robot) - WAITING_M
+
+
+def from_valve(case: Case) -> Array:
+    """Return the valve's frame in the sheath's frame, shape (4, 4)."""
+    sheath = case.plan.base(0.0)
+    R = sheath[:3, :3].T
+    return transform(R, -R @ sheath[:3, 3])
+
+
+def stream(case: Case) -> Callable[[float, Array], Array]:
+    """Return the flow's force on the tip, shape (3,) [N], by time [s] and place [m]; sheath's frame."""
+    R = from_valve(case)[:3, :3]
+    flow = replace(case.flow, direction=R @ case.flow.direction)
+    return partial(_force_N, flow)  # which can be pickled, as a function made here cannot
+
+
+def _force_N(flow: Flow, time_s: float, tip_m: Array) -> Array:
+    return flow.force_N(time_s, float(tip_m[2]))
+
+
+def implant_target(case: Case, mount: Array) -> Array:
+    """Return where the implant is wanted under the leaflets, sheath's frame, shape (4, 4).
+
+    Its origin is the tool frame's, its x the way in which the arms open, its z the tool's.
+
+    Args:
+        case: the heart and the way.
+        mount: of the implant in the tool's frame, shape (4, 4): a turn about z (`plan.implant_turn_rad`).
+    """
+    tool = case.plan.target.copy()
+    tool[:3, 3] += case.plan.below_m * DOWN
+    return from_valve(case) @ tool @ mount
+
+
+def implant_frame(side: Array, direction: Array, place: Array) -> Array:
+    """Return the frame of which x and z were seen, not quite at right angles, shape (4, 4)."""
+    z = direction / np.linalg.norm(direction)
+    x = side - (side @ z) * z
+    x /= np.linalg.norm(x)
+    return transform(np.stack([x, np.cross(z, x), z], axis=1), place)
+
+
+def turned(angle_rad: float) -> Array:
+    """Return a turn about z, shape (4, 4)."""
+    cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
+    return transform(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]), np.zeros(3))
+
+
+# ----------------------------------------------------------------------------------------------------
+# The task of bringing a clip under the leaflets of the mitral valve.
 
 # Matsuda 2016, doi 10.1007/s00380-015-0763-0: of a catheter's tip on the atrium's wall, 40 g are excessive;
 # of leaflets assumed.
@@ -76,7 +178,7 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     ## The heart
 
-    `procedure.anatomy.RANGES`: atrium 25 to 30 by 24 to 29 mm (semi-axes) and 54 to 64 mm high, fossa 42 to
+    `procedure.heart.RANGES`: atrium 25 to 30 by 24 to 29 mm (semi-axes) and 54 to 64 mm high, fossa 42 to
     48 mm above the annulus, semi-axes of the annulus 16 to 20 and 14 to 17 mm, leaflets that meet 4 to 10 mm
     below it over 4 to 8 mm, their line turned by up to 40 degrees, sheath rolled by 20 to 40 degrees
     (`mitral_4dof`: 80 to 100). Sources stand there; most is assumed. Wall and leaflets press back by 200 N/m
@@ -84,7 +186,7 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     The flow shakes the tip by a sinusoidal force 70 times a minute (Nayar 2022, Section IV-F), 4.6 to 18.4 mN
     in amplitude: the paper's tip swung by 0.13 mm, which takes 9.2 mN; from half to twice of that is assumed.
-    Its line lies within 30 degrees of the valve's axis; both, and its phase, are drawn (`procedure.flow`).
+    Its line lies within 30 degrees of the valve's axis; both, and its phase, are drawn (`procedure.heart`).
 
     ## Observation
 
@@ -126,7 +228,7 @@ class DeliverEnv(ClinicalEnv[Case]):
     ## Reset
 
     `reset(seed=...)` draws a heart and a flow. `options={"anatomy": case}` sets them: a
-    `procedure.case.Case`, of `procedure.case.random_case`, which takes given numbers.
+    `procedure.plan.Case`, of `procedure.plan.random_case`, which takes given numbers.
 
     `info` of `reset` and `step`: that of the other tasks (`tip_mm`, `target_mm` and so on, true, sheath's
     frame), `force_N` and `peak_force_N` by region, `pressed_too_hard`, `insertion_mm`, and `centring_mm`,
@@ -281,3 +383,71 @@ def _amplitudes(bounds: Sequence[float]) -> tuple[float, float]:
     if low < 0.0:
         raise InputError(f"flow_N = {shown(bounds)}: {needed}")
     return low, high
+
+
+# ----------------------------------------------------------------------------------------------------
+# A controller that delivers the implant: the planned way, then resolved rates on the analytic Jacobian.
+#
+# It knows the plan and the nominal robot, taken for ideal (`procedure.operate.ideal`), and sees the rest in
+# the observation. It has no memory: in which part of the way it is follows from where the robot stands.
+
+GAIN = 0.5  # share of a joint's error that a step takes away on the way to the valve
+SHARE = 0.4  # the same of the implant's error under resolved rates
+BENT_RAD = math.radians(4.0)  # from the planned bend: near enough to go on by the implant's place
+OUT_M = 2e-3  # advance of the tube from which the way to the valve is over
+ASIDE_M, TILT_RAD = 2e-3, math.radians(5.0)  # off the valve's axis, within which the implant is advanced
+AHEAD_M = 5e-3  # of the next place on the axis, which the tube's share of the way is taken from
+_STRAIGHT_M = 0.5e-3  # before the end of the straight way
+_STILL = np.zeros(4)
+
+
+def deliver(env: DeliverEnv, observation: Observation) -> Action:
+    """Return the action that goes on with the delivery.
+
+    Straight in, as far as the opposite wall lets it, the torsions turned already; then bent, and pushed on
+    as it bends; then by the implant's place and turn, under the leaflets only once it stands above them.
+
+    Args:
+        env: for the robot's lengths and drives, the plan and the target; its state is not read.
+        observation: of `env`.
+    """
+    part = {name: observation[place].astype(float) for name, place in env.layout.items()}
+    way, known = env.anatomy.plan, ideal(env.known)
+    joints = part["bend"] * env.plant.quick.bend_unit
+    inserted = env.waiting_m + float(part["base"][0]) * env.motions[0].highest
+    asked = env.plant.quick.reach(part["level"][np.newaxis], _STILL)[1][0]
+    now = Step("", inserted, asked, 0.0)
+    on_the_way = joints[2] < OUT_M and abs(way.q[1] - joints[1]) > BENT_RAD
+    if not on_the_way:
+        step = _placed(env, part, now, joints)
+    elif inserted < way.straight_m - _STRAIGHT_M and joints[1] < BENT_RAD:
+        turns = known.segments[0].joint == "torsion"
+        goal = np.array([way.q[0] if turns else 0.0, 0.0, 0.0, way.q[3]])
+        step = Step("", way.straight_m, asked + GAIN * (goal - joints), 0.0)
+    else:
+        share = min(max(joints[1] / way.q[1], 0.0), 1.0)
+        goal = np.array([way.q[0], way.q[1], 0.0, way.q[3]])
+        inside = way.straight_m + share * (way.insertion_m - way.straight_m)
+        step = Step("", inside, asked + GAIN * (goal - joints), 0.0)
+    level = displacements_m(known, step.q, _STILL) / np.diag(env.drives.tendon)
+    change = (level - part["level"]) / (RATE_PER_S * CONTROL_STEP_S)
+    push = (step.insertion_m - inserted) / (PUSH_M_PER_S * CONTROL_STEP_S)
+    return np.clip(np.append(change, push), -1.0, 1.0).astype(np.float32)
+
+
+def _placed(env: DeliverEnv, part: dict[str, Array], now: Step, joints: Array) -> Step:
+    """Return the command that brings the implant to its place, or to the next one on the valve's axis."""
+    length = env.length_m
+    target, here = (
+        implant_frame(part[f"{name}_side"], part[axis], length * part[name])
+        for name, axis in (("target", "target_direction"), ("tip", "tip_direction"))
+    )
+    down, missing = target[:3, 2], target[:3, 3] - here[:3, 3]
+    ahead = float(missing @ down)
+    aside = float(np.linalg.norm(missing - ahead * down))
+    above = aside < ASIDE_M and float(here[:3, 2] @ down) > math.cos(TILT_RAD)
+    next_one = target.copy()
+    next_one[:3, 3] -= max(ahead - (AHEAD_M if above else 0.0), 0.0) * down
+    base = np.eye(4)
+    base[2, 3] = now.insertion_m
+    return corrected(env.known, base, Step("", now.insertion_m, joints, 0.0), now, here, next_one, SHARE)

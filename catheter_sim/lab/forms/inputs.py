@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.drive import Quantity
+from catheter_sim.core.inputs import Quantity
 from catheter_sim.lab.engine import (
     Acting,
     Form,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from catheter_sim.core.law import RobotInModel
-from catheter_sim.core.law_copies import CopiesControls, CopiesLaw, CopyArrays
+from catheter_sim.core.law import CopiesControls, CopiesLaw, CopyArrays, RobotInModel
 from catheter_sim.robots.catheter.description import bending_tubes
 from catheter_sim.robots.catheter.laws import (
     PairControls,

@@ -10,12 +10,26 @@ from functools import lru_cache, partial
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.bends import DAMPING, curvature_handle, tip_forces
-from catheter_sim.core.drive import Drive, Outputs, Quantity
-from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
-from catheter_sim.core.remembered import by_identity
-from catheter_sim.core.requirements import MAX_LINKS, check_counts, check_name, need, positive
-from catheter_sim.core.shared_checks import check_shared
+from catheter_sim.core.effect import (
+    DAMPING,
+    Handle,
+    Mover,
+    Role,
+    Sizes,
+    curvature_handle,
+    sizes_of_softest,
+    tip_forces,
+)
+from catheter_sim.core.inputs import Drive, Outputs, Quantity
+from catheter_sim.core.robot import (
+    MAX_LINKS,
+    by_identity,
+    check_counts,
+    check_name,
+    check_shared,
+    need,
+    positive,
+)
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.catheter.spec import (
     RESISTANCES,

@@ -14,7 +14,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import has_mount_slide
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.arcs import arc_end, arc_functions
 from catheter_sim.mechanics.hysteresis import play

@@ -10,8 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from catheter_sim.arrays import Array, Index
-from catheter_sim.core.law import Law, RobotInModel, Step, TendonPaths
-from catheter_sim.core.law_copies import CopiesLaw, CopyArrays
+from catheter_sim.core.law import CopiesLaw, CopyArrays, Law, RobotInModel, Step, TendonPaths
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mechanics.hysteresis import play_step, played

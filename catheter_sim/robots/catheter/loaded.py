@@ -12,7 +12,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.robot import has_mount_slide
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.robots.catheter.description import (

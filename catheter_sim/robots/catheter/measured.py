@@ -13,7 +13,7 @@ from scipy.optimize import brentq, least_squares, nnls
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import plays
 from catheter_sim.robots.catheter.description import bent_by, drives, moved_segment

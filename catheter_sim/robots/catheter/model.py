@@ -9,12 +9,19 @@ from catheter_sim.core.motion import IMPLICIT_SPRINGS, Integration
 from catheter_sim.core.robot import has_mount_slide
 from catheter_sim.errors import InputError
 from catheter_sim.mjcf import names
-from catheter_sim.mjcf.colours import NITI, tendon_colour
 from catheter_sim.mjcf.document import Element
-from catheter_sim.mjcf.mount import add_mount
 from catheter_sim.mjcf.names import tendon
-from catheter_sim.mjcf.parts import add_parts
-from catheter_sim.mjcf.tendons import FEED_LENGTH_M, add_feed, add_puller, add_site, add_spatial, pass_feed
+from catheter_sim.mjcf.parts import (
+    FEED_LENGTH_M,
+    add_feed,
+    add_mount,
+    add_parts,
+    add_puller,
+    add_site,
+    add_spatial,
+    pass_feed,
+)
+from catheter_sim.mjcf.solids import NITI, tendon_colour
 from catheter_sim.robots.catheter import picture
 from catheter_sim.robots.catheter.description import (
     ACTUATIONS,

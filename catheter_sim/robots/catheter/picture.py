@@ -13,12 +13,23 @@ import trimesh
 from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
 from catheter_sim.mechanics.arcs import arc_end
-from catheter_sim.mjcf.colours import FIXED, NITI, PEEK, PEEK_NEXT, Colour, tendon_colour
 from catheter_sim.mjcf.document import Element
 from catheter_sim.mjcf.names import link
-from catheter_sim.mjcf.parts import SEEN, Part, add_mesh
-from catheter_sim.mjcf.solids import across_y, box, circle, domed_rod, prism, together
-from catheter_sim.mjcf.tendons import add_site
+from catheter_sim.mjcf.parts import SEEN, Part, add_mesh, add_site
+from catheter_sim.mjcf.solids import (
+    FIXED,
+    NITI,
+    PEEK,
+    PEEK_NEXT,
+    Colour,
+    across_y,
+    box,
+    circle,
+    domed_rod,
+    prism,
+    tendon_colour,
+    together,
+)
 from catheter_sim.robots.catheter.description import (
     elements,
     hinge_counts,

@@ -8,8 +8,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.static_run import StaticRun
-from catheter_sim.core.statics import StaticModel, unless
+from catheter_sim.core.statics import StaticModel, StaticRun, unless
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import play
 from catheter_sim.robots.catheter.description import (

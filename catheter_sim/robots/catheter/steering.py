@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.quick_model import DriveLevels, InputLimits, SpeedCase, bends_nothing
+from catheter_sim.core.published import DriveLevels, InputLimits, SpeedCase, bends_nothing
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.description import (
     drives,
@@ -43,7 +43,7 @@ _LEAST_ARM_M = 1e-5  # a tendon that is all unwound has no arm: its angle would 
 
 @dataclass(frozen=True)
 class CatheterModel:
-    """A `core.quick_model.QuickModel` of torsion, bending and prismatic joints; see there.
+    """A `core.published.QuickModel` of torsion, bending and prismatic joints; see there.
 
     Bends are the joint values, shape (m,) [rad, m], in the order of `catheter_layout.moving`.
 
@@ -102,7 +102,7 @@ class CatheterModel:
 
 
 def catheter_model(robot: CatheterRobot, largest_bend_rad: float | None) -> CatheterModel:
-    """Return the quick model of `robot`; arguments and errors as in `envs.quick_model.quick_model`."""
+    """Return the quick model of `robot`; arguments and errors as in `envs.robots.quick_model`."""
     if largest_bend_rad is not None:
         raise InputError(
             f"{robot.name}: largest_bend_rad = {largest_bend_rad:g}: does not apply to catheters, whose "

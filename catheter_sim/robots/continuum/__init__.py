@@ -11,8 +11,7 @@ KIND = Kind("continuum", ContinuumRobot, __name__)
 
 if TYPE_CHECKING:  # mypy holds the faces to their protocols
     from catheter_sim.core.kind import Checks, Drives, Model, Picture, Steering
-    from catheter_sim.core.law import Laws
-    from catheter_sim.core.law_copies import Batched
+    from catheter_sim.core.law import Batched, Laws
     from catheter_sim.core.published import Robots
     from catheter_sim.gpu import continuum as gpu
     from catheter_sim.gpu.device import Gpu

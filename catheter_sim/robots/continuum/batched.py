@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from catheter_sim.core.law import RobotInModel
-from catheter_sim.core.law_copies import CopiesControls, CopiesLaw, CopyArrays, StraightCopies
+from catheter_sim.core.law import CopiesControls, CopiesLaw, CopyArrays, RobotInModel, StraightCopies
 from catheter_sim.robots.continuum.laws import ElasticCopies, ElasticRemainder
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 

@@ -29,7 +29,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.arcs import points_on_arcs
 from catheter_sim.robots.continuum.arcs import ArcLoads, ArcRobots, ArcStates, solve_rows

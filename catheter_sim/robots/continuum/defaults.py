@@ -10,7 +10,7 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
-from catheter_sim.core.requirements import MAX_LINKS
+from catheter_sim.core.robot import MAX_LINKS
 from catheter_sim.robots.continuum.description import disks, hinge_places, is_centred
 from catheter_sim.robots.continuum.spec import ContinuumRobot, with_stiffness
 

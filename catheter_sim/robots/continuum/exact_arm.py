@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
-from catheter_sim.core.static_run import NoEquilibrium, StaticRun
+from catheter_sim.core.statics import NoEquilibrium, StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import tensions_behind
 from catheter_sim.robots.continuum.planar import (

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.robot import Friction
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import tensions_behind
 from catheter_sim.robots.continuum.planar import (
@@ -224,7 +224,7 @@ def _bend_angle(chain: PlanarChain, cell: int, moment: float) -> float:
 # in arching leave 0.26 to 0.34 to `fkm`, and with such a mu both openings need a start from less bending,
 # 0.56 N and 0.70 N. The openings fit either way. Fig. 13 does not: its distance between mapping and
 # constant curvature falls at the turn and peaks again at 0.3 N, which it does with the friction of the
-# arching distances and not with that of full reversal (`validation/neuroendoscope_figures.py`).
+# arching distances and not with that of full reversal (`validation/neuroendoscope.py`).
 
 _Solve = Callable[[ContinuumRobot, Inputs, Array], StaticRun]
 

@@ -8,6 +8,8 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.law import (
     Controls,
+    CopiesLaw,
+    CopyArrays,
     FrictionLaw,
     Law,
     RobotInModel,
@@ -15,7 +17,6 @@ from catheter_sim.core.law import (
     StraightControls,
     TendonPaths,
 )
-from catheter_sim.core.law_copies import CopiesLaw, CopyArrays
 from catheter_sim.mechanics import tendons as turns_kernel
 from catheter_sim.mechanics.capstan import add_pull
 from catheter_sim.mechanics.tendons import TendonRows

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.mechanics.eight import LANES
 from catheter_sim.robots.continuum.lumped_kernels import (
     ARC,

@@ -7,12 +7,11 @@ from functools import partial
 
 from catheter_sim.core.motion import IMPLICIT_SPRINGS, Integration, of_springs_and_masses
 from catheter_sim.mjcf import names
-from catheter_sim.mjcf.colours import tendon_colour
 from catheter_sim.mjcf.document import Element
-from catheter_sim.mjcf.mount import add_mount
-from catheter_sim.mjcf.parts import add_parts
-from catheter_sim.mjcf.tendons import (
+from catheter_sim.mjcf.parts import (
     add_feed,
+    add_mount,
+    add_parts,
     add_puller,
     add_site,
     add_spatial,
@@ -20,6 +19,7 @@ from catheter_sim.mjcf.tendons import (
     pass_feed,
     rest_lengths,
 )
+from catheter_sim.mjcf.solids import tendon_colour
 from catheter_sim.robots.continuum import picture
 from catheter_sim.robots.continuum.defaults import BEND_RAD, tip_error_m
 from catheter_sim.robots.continuum.description import (

@@ -13,9 +13,22 @@ import trimesh
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
-from catheter_sim.mjcf.colours import DISK, DISK_NEXT, FIXED, NITI, PEEK, PEEK_NEXT
 from catheter_sim.mjcf.parts import Part
-from catheter_sim.mjcf.solids import across_y, box, circle, domed_rod, prism, raised, together
+from catheter_sim.mjcf.solids import (
+    DISK,
+    DISK_NEXT,
+    FIXED,
+    NITI,
+    PEEK,
+    PEEK_NEXT,
+    across_y,
+    box,
+    circle,
+    domed_rod,
+    prism,
+    raised,
+    together,
+)
 from catheter_sim.robots.continuum.description import disks, hinge_places
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.posture import Posture
-from catheter_sim.core.static_run import StaticRun, require_tensions
+from catheter_sim.core.statics import StaticRun, require_tensions
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import counts_where_alone
 from catheter_sim.robots.continuum.description import face_masses, is_centred, last_disk, links, outputs

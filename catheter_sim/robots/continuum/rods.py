@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.posture import Posture
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.eight import LANES
 from catheter_sim.robots.continuum import rod_sections as columns

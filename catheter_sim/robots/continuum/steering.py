@@ -10,8 +10,8 @@ from functools import partial
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.drive import Drive, shares, sums
-from catheter_sim.core.quick_model import (
+from catheter_sim.core.inputs import Drive, shares, sums
+from catheter_sim.core.published import (
     LARGEST_BEND_RAD,
     DriveLevels,
     InputLimits,
@@ -48,7 +48,7 @@ _FOLLOWS = 1e-3  # of the largest way: what a tendon may be off its channel's ga
 
 @dataclass(frozen=True)
 class ArcModel:
-    """A `core.quick_model.QuickModel` of arcs; see there."""
+    """A `core.published.QuickModel` of arcs; see there."""
 
     drives: DriveLevels
     segment_length: Array
@@ -81,7 +81,7 @@ class ArcModel:
 
 
 def arc_model(robot: ContinuumRobot, actuation: str, largest_bend_rad: float) -> ArcModel:
-    """Return the quick model of `robot`; arguments and errors as in `envs.quick_model.quick_model`."""
+    """Return the quick model of `robot`; arguments and errors as in `envs.robots.quick_model`."""
     ends = np.cumsum([disks(robot, segment) for segment in robot.segments])
     return ArcModel(
         drives=_drives(robot, actuation, largest_bend_rad),

@@ -11,8 +11,7 @@ KIND = Kind("notched_tube", NotchedTubeRobot, __name__)
 
 if TYPE_CHECKING:  # mypy holds the faces to their protocols
     from catheter_sim.core.kind import Checks, Drives, Model, Picture, Steering
-    from catheter_sim.core.law import Laws
-    from catheter_sim.core.law_copies import Batched
+    from catheter_sim.core.law import Batched, Laws
     from catheter_sim.core.published import Robots
     from catheter_sim.robots.notched_tube import (
         batched,

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from catheter_sim.core.law import RobotInModel, StraightControls
-from catheter_sim.core.law_copies import CopiesControls, CopiesLaw, CopyArrays, StraightCopies
+from catheter_sim.core.law import (
+    CopiesControls,
+    CopiesLaw,
+    CopyArrays,
+    RobotInModel,
+    StraightControls,
+    StraightCopies,
+)
 from catheter_sim.robots.notched_tube.laws import NotchCopies, Notches, span_ends
 from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot
 

@@ -7,11 +7,18 @@ import operator
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
-from catheter_sim.core.bends import DAMPING, curvature_handles, tip_forces
-from catheter_sim.core.drive import Drive, Outputs, of_tendons
-from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
-from catheter_sim.core.requirements import MAX_LINKS, check_counts, check_name, need, positive
-from catheter_sim.core.shared_checks import check_shared
+from catheter_sim.core.effect import (
+    DAMPING,
+    Handle,
+    Mover,
+    Role,
+    Sizes,
+    curvature_handles,
+    sizes_of_softest,
+    tip_forces,
+)
+from catheter_sim.core.inputs import Drive, Outputs, of_tendons
+from catheter_sim.core.robot import MAX_LINKS, check_counts, check_name, check_shared, need, positive
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.notched_tube.section import closing_angle, section
 from catheter_sim.robots.notched_tube.spec import NotchedSegment, NotchedTubeRobot, Superelastic, WallTendon

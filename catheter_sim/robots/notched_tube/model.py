@@ -9,12 +9,11 @@ import numpy as np
 
 from catheter_sim.core.motion import IMPLICIT_SPRINGS, Integration
 from catheter_sim.mjcf import names
-from catheter_sim.mjcf.colours import tendon_colour
 from catheter_sim.mjcf.document import Element
-from catheter_sim.mjcf.mount import add_mount
-from catheter_sim.mjcf.parts import add_parts
-from catheter_sim.mjcf.tendons import (
+from catheter_sim.mjcf.parts import (
     add_feed,
+    add_mount,
+    add_parts,
     add_puller,
     add_site,
     add_spatial,
@@ -22,6 +21,7 @@ from catheter_sim.mjcf.tendons import (
     pass_feed,
     rest_lengths,
 )
+from catheter_sim.mjcf.solids import tendon_colour
 from catheter_sim.robots.notched_tube import description as layout
 from catheter_sim.robots.notched_tube import laws as notch_kernel
 from catheter_sim.robots.notched_tube import picture

@@ -11,9 +11,8 @@ import trimesh
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
-from catheter_sim.mjcf.colours import FIXED, NITI
 from catheter_sim.mjcf.parts import Part
-from catheter_sim.mjcf.solids import circle, prism
+from catheter_sim.mjcf.solids import FIXED, NITI, circle, prism
 from catheter_sim.robots.notched_tube.description import notches
 from catheter_sim.robots.notched_tube.section import half_angle
 from catheter_sim.robots.notched_tube.spec import NotchedSegment, NotchedTubeRobot

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.posture import Posture
-from catheter_sim.core.static_run import StaticRun
-from catheter_sim.core.statics import StaticModel, unless
+from catheter_sim.core.statics import StaticModel, StaticRun, unless
 from catheter_sim.errors import InputError
 from catheter_sim.robots.notched_tube import kernels as columns
 from catheter_sim.robots.notched_tube.description import Notch, notches

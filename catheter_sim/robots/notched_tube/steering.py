@@ -9,7 +9,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.quick_model import (
+from catheter_sim.core.published import (
     LARGEST_BEND_RAD,
     DriveLevels,
     InputLimits,
@@ -45,7 +45,7 @@ _DIFFERENCE_N = 1e-9  # by which tensions along the curve grow at least: they st
 
 @dataclass(frozen=True)
 class NotchModel:
-    """A `core.quick_model.QuickModel` of notches; see there.
+    """A `core.published.QuickModel` of notches; see there.
 
     Attributes:
         curve_level: of the drive, rising, shape (p,).

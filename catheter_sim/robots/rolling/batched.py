@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catheter_sim.core.law import RobotInModel
-from catheter_sim.core.law_copies import CopiesControls, CopiesLaw, CopyArrays, StraightCopies
+from catheter_sim.core.law import CopiesControls, CopiesLaw, CopyArrays, RobotInModel, StraightCopies
 from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.robots.rolling.laws import RodElasticity, Rolling, RollingCopies
 from catheter_sim.robots.rolling.spec import RollingRobot

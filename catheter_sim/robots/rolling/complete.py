@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.inputs import Inputs, row_name
-from catheter_sim.core.loads import LinkForce, check_links
+from catheter_sim.core.inputs import Inputs, LinkForce, check_links, row_name
 from catheter_sim.core.posture import Posture
-from catheter_sim.core.static_run import NoEquilibrium, StaticRun, require_tensions
+from catheter_sim.core.statics import NoEquilibrium, StaticRun, require_tensions
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import counts_where_alone
 from catheter_sim.robots.rolling import joint as geometry

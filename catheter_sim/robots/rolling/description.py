@@ -11,12 +11,26 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.bends import DAMPING, curvature_handles, tip_forces
-from catheter_sim.core.drive import Drive, Outputs, of_tendons
-from catheter_sim.core.effect import Handle, Mover, Role, Sizes, sizes_of_softest
-from catheter_sim.core.remembered import by_identity
-from catheter_sim.core.requirements import MAX_LINKS, check_counts, check_name, need, positive
-from catheter_sim.core.shared_checks import check_shared
+from catheter_sim.core.effect import (
+    DAMPING,
+    Handle,
+    Mover,
+    Role,
+    Sizes,
+    curvature_handles,
+    sizes_of_softest,
+    tip_forces,
+)
+from catheter_sim.core.inputs import Drive, Outputs, of_tendons
+from catheter_sim.core.robot import (
+    MAX_LINKS,
+    by_identity,
+    check_counts,
+    check_name,
+    check_shared,
+    need,
+    positive,
+)
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.rolling import joint as geometry
 from catheter_sim.robots.rolling.spec import Rod, RollingRobot, RollingSegment

@@ -9,8 +9,16 @@ import mujoco
 import numpy as np
 
 from catheter_sim.arrays import Array, Index
-from catheter_sim.core.law import Controls, Law, RobotInModel, Step, StraightControls, TendonPaths
-from catheter_sim.core.law_copies import CopiesLaw, CopyArrays
+from catheter_sim.core.law import (
+    Controls,
+    CopiesLaw,
+    CopyArrays,
+    Law,
+    RobotInModel,
+    Step,
+    StraightControls,
+    TendonPaths,
+)
 from catheter_sim.mechanics.compiled import compiled_in_place
 from catheter_sim.robots.rolling.description import (
     RollingChain,

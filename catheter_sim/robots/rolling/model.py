@@ -9,11 +9,17 @@ import numpy as np
 from catheter_sim.core.motion import IMPLICIT_SPRINGS, Integration
 from catheter_sim.errors import InputError
 from catheter_sim.mjcf import names
-from catheter_sim.mjcf.colours import tendon_colour
 from catheter_sim.mjcf.document import Element
-from catheter_sim.mjcf.mount import add_mount
-from catheter_sim.mjcf.parts import add_parts
-from catheter_sim.mjcf.tendons import add_feed, add_site, add_spatial, add_tension_actuators, pass_feed
+from catheter_sim.mjcf.parts import (
+    add_feed,
+    add_mount,
+    add_parts,
+    add_site,
+    add_spatial,
+    add_tension_actuators,
+    pass_feed,
+)
+from catheter_sim.mjcf.solids import tendon_colour
 from catheter_sim.robots.rolling import picture
 from catheter_sim.robots.rolling.description import (
     ACTUATIONS,

@@ -13,7 +13,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.posture import Posture
-from catheter_sim.core.static_run import StaticRun, require_tensions
+from catheter_sim.core.statics import StaticRun, require_tensions
 from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling import complete as rods
 from catheter_sim.robots.rolling.complete import NotBalanced, balanced

@@ -13,11 +13,9 @@ import trimesh
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
-from catheter_sim.mjcf.colours import FIXED, Colour
-from catheter_sim.mjcf.holed_solids import Bore, bored
 from catheter_sim.mjcf.names import face
 from catheter_sim.mjcf.parts import Part
-from catheter_sim.mjcf.solids import together
+from catheter_sim.mjcf.solids import FIXED, Bore, Colour, bored, together
 from catheter_sim.robots.rolling.description import (
     RollingJoint,
     hole_position,

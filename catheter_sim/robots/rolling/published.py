@@ -52,7 +52,7 @@ PROTOTYPE_SMALLER_RADIUS_M = 3.80e-3
 PROTOTYPE_LINK_MODULUS_PA = 25e6  # the area that it goes with is assumed: the section less the lumen
 
 # Fitted so that the complete balance gives the shapes of the printed one with that calibration, at the
-# thirteen measured tensions (`validation/chest_tube_printed_shapes.py`): 1.9 % of a point's distance from
+# thirteen measured tensions (`validation/chest_tube_measured.py`): 1.9 % of a point's distance from
 # the base. Both holes' distance from the axis, the clearance and the larger radius end at their bounds.
 PRINTED_SHAPES_STIFFNESS_N_M2 = 57.58e-6
 PRINTED_SHAPES_MU = 0.0599

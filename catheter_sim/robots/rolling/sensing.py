@@ -17,7 +17,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.document import from_document, leaves, override, to_document
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.posture import Posture
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots.rolling.complete import March, complete_sliding, frames, stretches
 from catheter_sim.robots.rolling.description import check, rolling_chain

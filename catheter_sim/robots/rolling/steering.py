@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.quick_model import (
+from catheter_sim.core.published import (
     LARGEST_BEND_RAD,
     DriveLevels,
     InputLimits,
@@ -19,7 +19,7 @@ from catheter_sim.core.quick_model import (
     tension_shares,
 )
 from catheter_sim.core.robot import Friction
-from catheter_sim.mjcf.tendons import MAX_TENSION_N
+from catheter_sim.mjcf.parts import MAX_TENSION_N
 from catheter_sim.robots.rolling.complete import Frames, Solved, frames, solve_loaded, spans
 from catheter_sim.robots.rolling.description import RollingChain, drives, rolling_chain
 from catheter_sim.robots.rolling.spec import RollingRobot
@@ -38,7 +38,7 @@ _NO_GRAVITY = np.zeros(3)
 
 @dataclass(frozen=True)
 class RollingModel:
-    """A `core.quick_model.QuickModel` of rolling joints; see there.
+    """A `core.published.QuickModel` of rolling joints; see there.
 
     Attributes:
         chain: the robot without friction.
@@ -107,7 +107,7 @@ class RollingModel:
 
 
 def rolling_model(robot: RollingRobot, actuation: str, largest_bend_rad: float) -> RollingModel:
-    """Return the quick model of `robot`; arguments and errors as in `envs.quick_model.quick_model`."""
+    """Return the quick model of `robot`; arguments and errors as in `envs.robots.quick_model`."""
     chain = rolling_chain(replace(robot, friction=Friction(0.0)))
     segment = np.repeat(np.arange(len(robot.segments)), [item.joints for item in robot.segments])
     numbers = np.arange(len(robot.segments))[:, np.newaxis, np.newaxis]

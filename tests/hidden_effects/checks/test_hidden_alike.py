@@ -15,7 +15,7 @@ from catheter_sim.diagnosis.problem import Problem
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.tables import Table
-from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.twins import twin_for
 
 pytestmark = pytest.mark.slow
 COLUMNS = ("tip_x_mm", "tip_z_mm")

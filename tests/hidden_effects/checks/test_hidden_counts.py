@@ -32,7 +32,7 @@ from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.lab.robots import BENCH_ROBOTS, bench_robot
 from catheter_sim.tables import Table, read_table, write_table
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 
 @pytest.fixture

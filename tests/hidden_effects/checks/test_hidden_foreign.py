@@ -19,9 +19,7 @@ from hidden_effects.foreign_models import (
     summary,
 )
 
-from catheter_sim.foreign.causes import SUMMARIES, variants_of
-from catheter_sim.foreign.model import ForeignModel
-from catheter_sim.foreign.twin import Runner, Trial
+from catheter_sim.foreign.model import SUMMARIES, ForeignModel, Runner, Trial, variants_of
 
 MODELS = Path(__file__).parents[2] / "assets" / "foreign"
 

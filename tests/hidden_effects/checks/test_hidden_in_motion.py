@@ -14,7 +14,7 @@ from hidden_effects import in_motion as run
 from hidden_effects.in_motion import CAUSES, HANGING, Specimen, arriving, measured
 
 from catheter_sim.arrays import Array
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import posture_columns
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.effects import EFFECTS
 from catheter_sim.simulation.replay import simulate

@@ -8,7 +8,7 @@ from hidden_effects.first_draws import OUTSIDE, EccentricPulley, KinkedCell, Ran
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 SLIP = {"seed": 3.0, "again": 0.0, "pulled": 1}
 NUMBERS = {

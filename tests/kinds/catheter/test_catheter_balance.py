@@ -17,7 +17,7 @@ from catheter_sim.robots.catheter.kinematics import angle_rad, arm_m, pk, pulled
 from catheter_sim.robots.catheter.measured import te
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.robots.catheter.statics import balance
-from catheter_sim.validation.drives import given
+from catheter_sim.validation.lines import given
 from catheter_sim.validation.mitral import joint_angles_deg
 
 STILL = np.zeros(3)

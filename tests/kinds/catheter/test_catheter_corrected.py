@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter import measured as modified
@@ -24,7 +24,7 @@ from catheter_sim.robots.catheter.measured import (
     training_loop,
 )
 from catheter_sim.robots.catheter.spec import CatheterRobot
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 ROBOT = load_robot("mitral_transseptal")
 assert isinstance(ROBOT, CatheterRobot)

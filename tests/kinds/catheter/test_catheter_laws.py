@@ -13,7 +13,7 @@ from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.robots.catheter.statics import balance
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.validation.drives import given
+from catheter_sim.validation.lines import given
 from catheter_sim.validation.mitral import joint_angles_deg
 
 pytestmark = pytest.mark.slow

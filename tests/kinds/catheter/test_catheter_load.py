@@ -30,7 +30,7 @@ from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.robots.catheter.statics import balance
 from catheter_sim.robots.catheter.twin import twin
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 NO_GRAVITY = np.zeros(3)
 DOWN = np.array([0.0, 0.0, -9.81])

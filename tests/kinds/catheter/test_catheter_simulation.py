@@ -11,7 +11,7 @@ from drive import rows_to_inputs
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.cli.main import main
-from catheter_sim.core.loads import LinkForce
+from catheter_sim.core.inputs import LinkForce
 from catheter_sim.core.posture import Posture
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter import kinematics as closed_form

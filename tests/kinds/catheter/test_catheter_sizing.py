@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from catheter_sim.controllers.lead_screw import BENDING_GEAR, LeadScrew
+from catheter_sim.controllers.motors import BENDING_GEAR, LeadScrew
 from catheter_sim.robots.catheter.measured import (
     PRINTED,
     SIMPLIFIED,

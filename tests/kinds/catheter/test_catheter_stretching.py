@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.kinematics import pulled_m
@@ -23,7 +23,7 @@ from catheter_sim.robots.catheter.measured import (
     stretching_joints,
 )
 from catheter_sim.robots.catheter.spec import CatheterRobot
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 ROBOT = load_robot("mitral_4dof")
 assert isinstance(ROBOT, CatheterRobot)

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot, robots_of
-from catheter_sim.channels import input_channels
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import input_channels, posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter import kinematics as tendons
 from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 ROBOTS = {name: make() for name, make in robots_of("catheter").items()}
 JOINTS = {

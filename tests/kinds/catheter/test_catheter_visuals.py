@@ -10,8 +10,7 @@ import pytest
 from solid_points import winding_number
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.modelling.build import build_mjcf
-from catheter_sim.modelling.scene import robot_length, views
+from catheter_sim.modelling.build import build_mjcf, robot_length, views
 from catheter_sim.robots.catheter.description import ring_length_m
 from catheter_sim.robots.catheter.picture import body_meshes, body_parts, pieces
 from catheter_sim.robots.catheter.spec import CatheterRobot

@@ -16,12 +16,10 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.nuisance import calibration_numbers
-from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
-from catheter_sim.effects.steps import Commands
-from catheter_sim.envs.plant import Plant
-from catheter_sim.envs.quick_model import quick_model
+from catheter_sim.effects.apply import Commands, arriving_inputs, embodied, with_effects
+from catheter_sim.envs.robots import Plant, quick_model
 from catheter_sim.errors import InputError
-from catheter_sim.exporting.causes import EXACT, find_causes
+from catheter_sim.exporting.elements import EXACT, find_causes
 from catheter_sim.exporting.write import write_model
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.robots import check_robot, kind_of
@@ -30,8 +28,8 @@ from catheter_sim.robots.continuum.rods import drive as rods_drive
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
-from catheter_sim.theory.predict import twin_for
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.theory.twins import twin_for
 
 NO_GRAVITY = np.zeros(3)
 WAY_MM = np.array([0.0, 1.5, 3.0, -2.0, 0.0])

@@ -13,7 +13,7 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.columns import posture_columns
+from catheter_sim.channels import posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction, Mount
 from catheter_sim.mechanics.arcs import arc_end, arc_functions, points_on_arcs, segment_frames
@@ -22,7 +22,7 @@ from catheter_sim.robots.continuum.constant_curvature import arc_robots, constan
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.robots.continuum.twin import arcs_of
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.theory.predict import twin_for
+from catheter_sim.theory.twins import twin_for
 
 PUBLISHED = Path(__file__).resolve().parents[2] / "data" / "spacer_disk_cc_tip_poses.csv"
 NO_GRAVITY = np.zeros(3)

@@ -9,7 +9,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.robots.continuum.constant_curvature import drive_stiffness
 from catheter_sim.robots.continuum.spec import ContinuumRobot
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 
 def bench(*settings: str) -> ContinuumRobot:

@@ -20,8 +20,8 @@ from catheter_sim.robots.continuum.picture import element_meshes
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.theory.predict import twin_for
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.theory.twins import twin_for
 
 EI_N_M2, GJ_N_M2 = 0.00424, 0.00326
 

@@ -6,7 +6,7 @@ import mujoco
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.requirements import MAX_LINKS
+from catheter_sim.core.robot import MAX_LINKS
 from catheter_sim.modelling.build import build_mjcf
 
 

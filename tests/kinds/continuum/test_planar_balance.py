@@ -12,7 +12,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Mount
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.robots.continuum import exact_arm, kato
 from catheter_sim.robots.continuum import exact_arm as sliding
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding

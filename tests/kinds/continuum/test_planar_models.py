@@ -7,7 +7,7 @@ from planar_cases import NO_GRAVITY, section, single, tensions, tips_mm
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import joint_names
 from catheter_sim.errors import InputError
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 pytestmark = pytest.mark.slow
 

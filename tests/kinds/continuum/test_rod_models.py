@@ -8,7 +8,7 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 RIGIDITY = 211e9 * np.pi * 0.4e-3**4 / 4.0  # [N m^2]
 

@@ -9,7 +9,7 @@ import pytest
 from lumped_cases import FULL_PULL_N, LENGTH, NO_GRAVITY, benchmark
 
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum import lumped, rods
 from catheter_sim.robots.continuum.constant_curvature import drive_stiffness
@@ -17,8 +17,8 @@ from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDL
 from catheter_sim.robots.continuum.rods import _taut, load, problem, straight_lengths
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.theory.run import STATIC_MODELS
-from catheter_sim.validation.drives import given
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.validation.lines import given
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("tdcr")]  # compiled once, half a minute
 

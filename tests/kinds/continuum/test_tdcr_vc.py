@@ -21,7 +21,7 @@ from catheter_sim.robots.continuum.lumped_kernels import LINKS
 from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.robots.continuum.rods import Equilibria, Load, Problem, equilibria, load, problem
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("tdcr")]  # compiled once, half a minute
 

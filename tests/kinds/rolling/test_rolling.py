@@ -11,7 +11,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.validation.chest_tube import REFERENCE_MM, REFERENCE_N
 
 NO_GRAVITY = np.zeros(3)

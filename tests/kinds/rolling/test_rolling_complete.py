@@ -12,8 +12,8 @@ from scipy.optimize import minimize
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import joint_names
-from catheter_sim.core.loads import LinkForce
-from catheter_sim.core.static_run import StaticRun
+from catheter_sim.core.inputs import LinkForce
+from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling import complete as history
 from catheter_sim.robots.rolling import complete as rods
@@ -32,7 +32,7 @@ from catheter_sim.robots.rolling.complete import (
 )
 from catheter_sim.robots.rolling.description import RollingChain, rolling_chain
 from catheter_sim.robots.rolling.kernels import evaluate, pack, workspace
-from catheter_sim.theory.run import STATIC_MODELS
+from catheter_sim.theory.static_models import STATIC_MODELS
 
 ROBOTS = ("chest_tube_section", "chest_tube_section@prototype", "chest_tube")
 TENSIONS = [row[0] for row in SHAPE_TABLE]

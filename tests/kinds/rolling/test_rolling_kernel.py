@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import LinkForce
 from catheter_sim.core.law import Pulls, RobotInModel, Step
-from catheter_sim.core.loads import LinkForce
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.robots.rolling import complete as rods
 from catheter_sim.robots.rolling.complete import compressions, frames, loads

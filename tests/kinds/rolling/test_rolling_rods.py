@@ -12,8 +12,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
 from catheter_sim.robots.rolling.complete import complete
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.validation.chest_tube_full import ACROSS, SETS_N
-from catheter_sim.validation.chest_tube_loads import in_outer_tube
+from catheter_sim.validation.chest_tube_full import ACROSS, SETS_N, in_outer_tube
 
 pytestmark = pytest.mark.slow
 

@@ -20,8 +20,8 @@ from catheter_sim.robots.rolling.complete import (
 )
 from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.validation.chest_tube_coulomb import moment_left, violations
-from catheter_sim.validation.drives import history
+from catheter_sim.validation.chest_tube_full import moment_left, violations
+from catheter_sim.validation.lines import history
 
 ALONE_MM = 0.02  # 1e-4 of the length; the section comes within 0.001, the prototype within 0.014
 
