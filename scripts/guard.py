@@ -687,7 +687,7 @@ def speeds() -> dict[str, float]:
     for item in bench(TURNS):
         ratios = {key: item[key] for key in _RATIOS if item.get(key) is not None}
         found |= {f"bench/{item['robot']}/{key}": float(value) for key, value in ratios.items()}
-    model = mujoco.MjModel.from_xml_string(model_text("neuroendoscope_section", "tension"))
+    model = mujoco.MjModel.from_xml_string(build_mjcf(_load("neuroendoscope_section", ()), "tension"))
     data = mujoco.MjData(model)
     for reference in (name for name in ROBOTS if "@" not in name):
         drive = ROBOTS[reference]

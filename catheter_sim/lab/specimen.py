@@ -249,8 +249,8 @@ def drawn_courses(specimen: Specimen, generator: np.random.Generator) -> tuple[C
     each = max(9, round(rows / (TRAINING + HELDOUT + 1)))
     styles = ["loops", *(str(generator.choice(["pull", "loops", "walk", "holds"])) for _ in range(5))]
     found: list[Course] = []
-    for number, style in enumerate(styles[:TRAINING]):
-        found.append(_course(specimen, generator, number, style, each))
+    for index, style in enumerate(styles[:TRAINING]):
+        found.append(_course(specimen, generator, index, style, each))
     used = np.any([course.commands.any(axis=0) for course in found], axis=0)
     found.append(replace(found[0], number=TRAINING, repeats=0))
     for style in styles[TRAINING : TRAINING + HELDOUT]:

@@ -419,7 +419,8 @@ def _finding(item: TermCurves) -> str:
     lowest, at = _lowest(item.complete)
     missed = float(np.abs(item.balances[ALL] - item.complete).max())
     return (
-        f"{SECTION}, {item.weight}, {TERMS_TENSIONS_N[-1]:g} N at most: least median bend of the even joints. "
+        f"{SECTION}, {item.weight}, {TERMS_TENSIONS_N[-1]:g} N at most: "
+        "least median bend of the even joints. "
         f"{'; '.join(told)}; complete balance: {lowest:.2f} deg at {at:g} N. What makes them buckle is the "
         f"moment that the next joint's rods put on a link, missing in Eq. 9: without it they bend back by "
         f"{-_lowest(item.balances[BUT_MOMENT])[0]:.2f} deg even where all else is put right. The balance "

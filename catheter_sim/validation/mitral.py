@@ -528,9 +528,9 @@ def _rmse_deg(item: JointLoops, modelled: Array, rows: np.ndarray | None = None)
 
 def _joints_finding() -> str:
     return (
-        f"{NAME_MITRAL_JOINTS}: a Prandtl-Ishlinskii model cannot follow the bending joint with the tube, which is slack "
-        "about zero and comes back without a loop beyond; with dead zones before its plays it can. The paper "
-        "says as much of its own PI model in Fig. 8(a)."
+        f"{NAME_MITRAL_JOINTS}: a Prandtl-Ishlinskii model cannot follow the bending joint with the tube, "
+        "which is slack about zero and comes back without a loop beyond; with dead zones before its plays it "
+        "can. The paper says as much of its own PI model in Fig. 8(a)."
     )
 
 

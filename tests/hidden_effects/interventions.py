@@ -539,7 +539,7 @@ def scoring_code() -> str:
 
 
 def _making_code() -> str:
-    return making_code("blind_bench/interventions")
+    return making_code("interventions.py")
 
 
 def _make(draw: Draw, code: str, bare: bool = False) -> None:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
+import catheter_sim
 from catheter_sim.arrays import Array
 from catheter_sim.channels import input_channels
 from catheter_sim.lab.engine import (
@@ -63,35 +64,24 @@ from hidden_effects.running import (
 # ----------------------------------------------------------------------------------------------------
 # Which code made a draw, and which diagnosed it: draws of other code do not count.
 
-PACKAGE = Path(__file__).parents[2]
-# What data are made by, besides this folder: robots and their simulation, and how files are written.
+PACKAGE = Path(catheter_sim.__file__).parent
+BENCH = Path(__file__).parent
+# What data are made by: the bench, robots and their simulation, and how files are written.
 _MAKERS = (
-    "blind_bench/nature",
-    "lab/robots.py",
-    "tests/hidden_effects/running.py",
     "channels.py",
-    "columns.py",
     "core",
-    "kinds",
+    "lab",
     "mechanics",
     "mjcf",
     "modelling",
+    "robots",
     "simulation",
     "tables.py",
 )
-_JUDGES = (
-    "score.py",
-    "table.py",
-    "run.py",
-    "code.py",
-    "rivals.py",
-    "listing.py",
-)  # of this folder: they make no data
 # What neither a diagnosis nor its score imports: a change there leaves draws as they are.
 NOT_JUDGED = (
     "anatomy",
     "closed_loop",
-    "comparison.py",
     "controllers",
     "envs",
     "examples.py",
@@ -100,33 +90,33 @@ NOT_JUDGED = (
     "lab",
     "procedure",
     "public",
-    "signals.py",
-    "skeletons.py",
     "speed",
     "validation",
     "viewer.py",
 )
-COMPARING = ("interventions", "since")  # folders: of a diagnosis with --since alone, and of its bench
-_NOT_SIMULATED = ("theory", "twin.py", "statics.py", "warp", "gpu", "picture.py")
+COMPARING = ("changes",)  # folders: of a diagnosis with --since alone
+_NOT_SIMULATED = ("theory", "twin.py", "statics.py", "gpu", "picture.py")
 
 
-def code_of(parts: tuple[str, ...] = ("",), without: tuple[str, ...] = ()) -> str:
-    """Return a short digest of the package's Python files below some parts of it."""
+def code_of(
+    parts: tuple[str, ...] = ("",), without: tuple[str, ...] = (), bench: tuple[str, ...] = ()
+) -> str:
+    """Return a short digest of Python files: below parts of the package, and of the bench's."""
     found = hashlib.sha256()
     files: set[Path] = set()
     for part in parts:
         place = PACKAGE / part
         files |= set(place.rglob("*.py")) if place.is_dir() else {place}
-    for path in sorted(files):
-        name = path.relative_to(PACKAGE)
+    names = {path.relative_to(PACKAGE): path for path in files}
+    for name, path in sorted((names | {Path(name): BENCH / name for name in bench}).items()):
         if set(name.parts).isdisjoint(without):
             found.update(str(name).encode() + b"\0" + path.read_bytes())
     return found.hexdigest()[:12]
 
 
 def making_code(*more: str) -> str:
-    """Return the digest of what makes data; `more`: further parts of the package that do."""
-    return code_of((*_MAKERS, *more), (*_JUDGES, *_NOT_SIMULATED))
+    """Return the digest of what makes data; `more`: further files of the benches that do."""
+    return code_of(_MAKERS, _NOT_SIMULATED, ("natural.py", "running.py", *more))
 
 
 def judging_code(comparing: bool = False) -> str:
@@ -135,7 +125,8 @@ def judging_code(comparing: bool = False) -> str:
     `comparing`: and of what compares two recordings, which a diagnosis of one does not import.
     """
     parts = tuple(path.name for path in PACKAGE.iterdir() if path.name not in NOT_JUDGED)
-    return code_of(parts, () if comparing else COMPARING)
+    bench = ("natural.py", "running.py", *(("interventions.py",) if comparing else ()))
+    return code_of(parts, () if comparing else COMPARING, bench)
 
 
 def whole_code() -> str:

@@ -317,7 +317,7 @@ _STEPS = 12  # recordings tried for one that a kind can spoil
 
 def making() -> str:
     """Return the digest of what makes and spoils recordings."""
-    return f"{making_code()}-{code_of(('blind_bench/spoiled',), ('run.py', 'score.py', 'table.py'))}"
+    return f"{making_code()}-{code_of((), (), ('spoiled.py', 'spoiled_kinds.py'))}"
 
 
 def spoiled_draw(seed: int, name: str, draw: int, root: Path) -> dict[str, Any]:
