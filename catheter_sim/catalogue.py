@@ -64,7 +64,7 @@ def load_robot(
 
     Args:
         reference: a robot id, the path of a robot `.toml`, or of an MJCF `.xml` of a chain of hinges
-            (`kinds/<kind>/from_mjcf`), or a robot.
+            (`robots/<kind>/from_mjcf`), or a robot.
         settings: a text `KEY=VALUE` with a key of the robot's `.toml` form, several, or a mapping of keys
             to values.
         said: what errors call the settings.

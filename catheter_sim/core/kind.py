@@ -1,9 +1,9 @@
 """What a kind of robot answers for itself, so that nothing outside its folder asks which kind it is.
 
-A kind is a folder under `kinds/`. Each of its faces is a module with a fixed name (`drives.py`, `model.py`)
-that is held to one of the protocols below: the module's functions are the protocol's methods. A face is
-imported when it is first used. Some may be missing (`steering.py` and all that have no protocol as cached
-property below); whoever needs one then says so in one line (`kinds.face_of`).
+A kind is a folder under `robots/`. Each of its faces is a module with a fixed name (`description.py`,
+`model.py`) that is held to one of the protocols below, or to several: the module's functions are the
+protocol's methods. A face is imported when it is first used. Some may be missing (`steering.py` and all that
+have no protocol as cached property below); whoever needs one then says so in one line (`robots.face_of`).
 """
 
 from __future__ import annotations
@@ -203,7 +203,7 @@ class Kind(Generic[S]):
 
     @cached_property
     def steering(self) -> Steering[S]:
-        """How do environments drive me? Where there is no such face, `kinds.face_of` says so to users."""
+        """How do environments drive me? Where there is no such face, `robots.face_of` says so to users."""
         return importlib.import_module(f"{self.package}.steering")
 
     @cached_property

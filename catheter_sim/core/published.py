@@ -17,7 +17,7 @@ from catheter_sim.errors import InputError
 # ----------------------------------------------------------------------------------------------------
 # What the package knows of a published robot besides its numbers: tasks, trials, uncertain numbers.
 #
-# A published robot is a file `kinds/<kind>/robots/<name>.py`; lists and registrations are made of what
+# A published robot is a file `robots/<kind>/published.py`; lists and registrations are made of what
 # stands there as `PUBLISHED`.
 
 

@@ -125,7 +125,7 @@ def check_counts(segments: Sequence[Any], tendons: Sequence[Any], where: str) ->
 # ----------------------------------------------------------------------------------------------------
 # What every robot is, of whatever kind: a value of frozen data, SI units, no behaviour.
 #
-# A kind adds its own numbers (`kinds/<kind>/spec.py`). Statics, MJCF and effects read the same value, so
+# A kind adds its own numbers (`robots/<kind>/spec.py`). Statics, MJCF and effects read the same value, so
 # that they cannot disagree about a number. The unit stands at the end of each field's name; where a number
 # comes from stands in `RobotSpec.sources` under the field's dotted file name (`segments.distal.length_mm`).
 

@@ -1,7 +1,7 @@
 """The robots of the hidden-effect bench: how each is driven, what is measured, who makes its data.
 
 The data come from the MuJoCo simulation, of the spacer-disk robot from a Cosserat rod where that knows what
-is hidden; the diagnosis fits an analytic twin (`kinds/<kind>/twin.py`). They share no code that solves for
+is hidden; the diagnosis fits an analytic twin (`robots/<kind>/twin.py`). They share no code that solves for
 equilibrium. Where the twin bends in arcs, the simulated chain has other links than the robot's own
 simulation, too, with which a diagnosis confirms what it found. What is done with a robot, its kind says
 (`core.published.Trials`).

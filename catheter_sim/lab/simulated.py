@@ -1,6 +1,6 @@
 """A bench that is simulated: a specimen with hidden causes, its tracker's noise, and limits.
 
-The hidden causes are `blind_bench.nature`'s: laws written a second time, that know nothing of the effects
+The hidden causes are `lab.forms`'s: laws written a second time, that know nothing of the effects
 which a diagnosis fits. A stand-in made by `effects/` would answer every proposal exactly as the proposal's
 own arithmetic expects, so that it would show nothing. The specimen's uncertain numbers are drawn in their
 ranges, as a real specimen's are.

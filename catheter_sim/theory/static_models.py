@@ -1,6 +1,6 @@
 """The static models of all kinds by name: the one list that command line, validation and tests read.
 
-A kind's own models (`kinds/<kind>/statics.py`) know no effects. These are put around here, once for all.
+A kind's own models (`robots/<kind>/statics.py`) know no effects. These are put around here, once for all.
 """
 
 from __future__ import annotations

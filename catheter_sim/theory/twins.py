@@ -1,7 +1,7 @@
 """What fits go by: outputs of many robots with effects along commanded inputs, in file units, fast.
 
 A diagnosis asks for the outputs of many robots that differ in a few numbers. A kind's twin
-(`kinds/<kind>/twin.py`) says where the robots are; their effects and the output columns are put around it
+(`robots/<kind>/twin.py`) says where the robots are; their effects and the output columns are put around it
 here, once for all kinds.
 """
 
