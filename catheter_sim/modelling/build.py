@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import re
 import warnings
@@ -125,6 +126,8 @@ _LOAD_RADIUS_M = 1e-4  # of gyration of a load at the tip: nothing beside its di
 _LEAST_KG = float(mujoco.mjMINVAL)  # MuJoCo takes no body of less mass
 _LEAST_KG_M2 = 10.0 * float(mujoco.mjMINVAL)  # it takes a tenth, but does not move it
 _NOTE = re.compile(r'<text name="raised" data="([^"]*)"')
+# On its own MuJoCo would write warnings into a file in the folder where the user works.
+mujoco.set_mju_user_warning(logging.getLogger("mujoco").warning)
 
 
 def build_mjcf(
