@@ -302,7 +302,7 @@ def to_pymjcf(robot: RobotSpec | str | os.PathLike[str]) -> Any:
         >>> arena = mjcf.RootElement(model="arena")
         >>> frame = arena.attach(cs.to_pymjcf("neuroendoscope_section"))
         >>> arena.find("actuator", "neuroendoscope_section/tendon_right").tag
-        'general'
+        'motor'
     """
     try:
         with warnings.catch_warnings():
