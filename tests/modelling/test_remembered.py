@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import threading
 from dataclasses import replace
 
 import pytest
@@ -11,7 +9,6 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.modelling import build
-from catheter_sim.modelling import build as remembered
 from catheter_sim.modelling.build import KEPT, build_mjcf, remembered_mjcf
 
 
@@ -24,8 +21,8 @@ def built(monkeypatch: pytest.MonkeyPatch) -> list[tuple[RobotSpec, str, bool, b
         calls.append((robot, actuation, friction_tails, motion))
         return f"model {len(calls)}"
 
-    monkeypatch.setattr(remembered, "build_mjcf", write)
-    monkeypatch.setattr(remembered, "_written", [])
+    monkeypatch.setattr(build, "build_mjcf", write)
+    monkeypatch.setattr(build, "_written", [])
     return calls
 
 
@@ -66,7 +63,7 @@ def test_what_is_used_is_kept_and_the_oldest_goes(built: list[tuple[RobotSpec, s
 
 
 def test_what_another_thread_writes_in_the_meantime_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """While one model is written, another one is, and both are remembered."""
+    """While one model is written, another one is, and both are build."""
     first = load_robot("neuroendoscope_section")
     second = replace(first, friction=Friction(0.01))
     calls = []
@@ -77,35 +74,8 @@ def test_what_another_thread_writes_in_the_meantime_is_kept(monkeypatch: pytest.
             remembered_mjcf(second)
         return f"model {len(calls)}"
 
-    monkeypatch.setattr(remembered, "build_mjcf", write)
-    monkeypatch.setattr(remembered, "_written", [])
+    monkeypatch.setattr(build, "build_mjcf", write)
+    monkeypatch.setattr(build, "_written", [])
     remembered_mjcf(first)
     remembered_mjcf(second)
     assert calls == [first, second]
-
-
-def test_threads_leave_the_limit_of_calls_as_it_was() -> None:
-    """One that goes on when another has ended still has a deep enough limit; then it is as before."""
-    before, seen = sys.getrecursionlimit(), []
-    entered, second_entered, first_out = threading.Event(), threading.Event(), threading.Event()
-
-    def first() -> None:
-        with build._deep_enough():
-            entered.set()
-            second_entered.wait(0.1)
-        first_out.set()
-
-    def second() -> None:
-        entered.wait()
-        with build._deep_enough():
-            second_entered.set()
-            first_out.wait()
-            seen.append(sys.getrecursionlimit())
-
-    both = [threading.Thread(target=each) for each in (first, second)]
-    for each in both:
-        each.start()
-    for each in both:
-        each.join()
-    assert seen == [build._DEEPEST_CALLS]
-    assert sys.getrecursionlimit() == before < build._DEEPEST_CALLS
