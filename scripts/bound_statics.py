@@ -36,11 +36,11 @@ from catheter_sim.mechanics import eight
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.robots.continuum import (
     lumped,
+    lumped_kernels,
+    rod_balance,
     rod_sections,
     rods,
 )
-from catheter_sim.robots.continuum import lumped_kernels as subsegments
-from catheter_sim.robots.continuum import rod_balance as rod_newton
 from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.robots.continuum.rod_sections import TENDONS
 from catheter_sim.robots.continuum.rods import Load, load, problem
@@ -161,8 +161,8 @@ def _one_by_one(*arguments: Any) -> None:
 def count_all() -> None:
     """Print every model's operations as JSON; without compilation."""
     math.sqrt = _root  # type: ignore[assignment]
-    subsegments.sine_cosine = _sine_cosine
-    rod_newton.sections = _one_by_one
+    lumped_kernels.sine_cosine = _sine_cosine
+    rod_balance.sections = _one_by_one
     print(json.dumps({name: count(name) for name in (*LUMPED, *RODS)}))
 
 

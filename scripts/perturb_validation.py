@@ -41,16 +41,11 @@ from catheter_sim.robots.catheter import measured as modified
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.theory.static_models import STATIC_MODELS, TheoryModel
 from catheter_sim.validation import (
-    mitral as mitral_elongation,
-)
-from catheter_sim.validation import (
-    rod as rod_motion,
-)
-from catheter_sim.validation import (
+    mitral,
     tdcr_readings,
 )
 from catheter_sim.validation import (
-    tdcr_readings as tdcr_times,
+    rod as rod_motion,
 )
 from catheter_sim.validation.lines import Line
 from catheter_sim.validation.report import CHECKS
@@ -143,7 +138,7 @@ def changed_simulation(change: Change) -> Iterator[None]:
     def build_changed(robot: Any, **kwargs: Any) -> str:
         return build(_with(change, robot), **kwargs)
 
-    class ChangedTendon(mitral_elongation.StretchingTendon):
+    class ChangedTendon(mitral.StretchingTendon):
         """A tendon by itself, drawn by too much or too little."""
 
         def at(self, stretch_m: float) -> Any:
@@ -164,7 +159,7 @@ def changed_simulation(change: Change) -> Iterator[None]:
         patch.object(Simulator, "__init__", init),
         patch.object(Simulator, "put_inputs", put_inputs),
         patch.object(rod_motion, "build_mjcf", build_changed),
-        patch.object(mitral_elongation, "StretchingTendon", ChangedTendon),
+        patch.object(mitral, "StretchingTendon", ChangedTendon),
     ):
         yield
 
@@ -202,15 +197,19 @@ def changed_statics(change: Change, names: Sequence[str], called: list[str]) -> 
         yield
 
 
-def of_the_next_model(times: Mapping[int, tdcr_times.Times]) -> dict[int, tdcr_times.Times]:
+def of_the_next_model(times: Mapping[int, tdcr_readings.Times]) -> dict[int, tdcr_readings.Times]:
     """Return solvers' times by numbers of disks, each model with the next one's, the last the first's."""
     following = dict(
-        zip(tdcr_times.TIMED_MODELS, (*tdcr_times.TIMED_MODELS[1:], tdcr_times.TIMED_MODELS[0]), strict=True)
+        zip(
+            tdcr_readings.TIMED_MODELS,
+            (*tdcr_readings.TIMED_MODELS[1:], tdcr_readings.TIMED_MODELS[0]),
+            strict=True,
+        )
     )
     return {disks: {model: found[following[model]] for model in found} for disks, found in times.items()}
 
 
-def in_opposite_order(times: Mapping[int, tdcr_times.Times]) -> dict[int, tdcr_times.Times]:
+def in_opposite_order(times: Mapping[int, tdcr_readings.Times]) -> dict[int, tdcr_readings.Times]:
     """Return solvers' times in which the most disks have those of the fewest, and so on."""
     return dict(zip(times, reversed(list(times.values())), strict=True))
 
@@ -218,8 +217,8 @@ def in_opposite_order(times: Mapping[int, tdcr_times.Times]) -> dict[int, tdcr_t
 @contextmanager
 def changed_times(change: Callable[[Any], Any]) -> Iterator[None]:
     """Let the times that are told be changed ones."""
-    measured = tdcr_times.times_by_disks
-    with patch.object(tdcr_times, "times_by_disks", lambda: change(measured())):
+    measured = tdcr_readings.times_by_disks
+    with patch.object(tdcr_readings, "times_by_disks", lambda: change(measured())):
         yield
 
 
@@ -328,7 +327,7 @@ def perturb(robot: str, check: Callable[[Path], Any], results: Results, every: b
         made = still_green() and once(f"{models}: {what}", changed_statics(CHANGES[what], names, called))
         return not made or bool(called)
 
-    if check is tdcr_times.validate_solver_times:
+    if check is tdcr_readings.validate_solver_times:
         once("times: of the next model", changed_times(of_the_next_model))
         once("times: disks in the opposite order", changed_times(in_opposite_order))
         return

@@ -9,7 +9,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.exporting import write as loops
+from catheter_sim.exporting import write
 from catheter_sim.exporting.elements import EXACT, Cause, without
 from catheter_sim.exporting.write import Model, PlainRun
 from catheter_sim.modelling.build import robot_length
@@ -81,7 +81,7 @@ def judge(model: Model, progress: bool = False) -> Judgement:
     Held rows leave out what needs a clock; where a cause does, a loop in motion is replayed besides.
     """
     robot, drives = model.robot, model.drives
-    alone, together = loops.judged_loops(drives)
+    alone, together = write.judged_loops(drives)
     seen = held_robot(robot, model.causes)
     with Stages("judging", progress) as stages:
         stages.say("replaying loops")

@@ -12,11 +12,10 @@ import warp as wp
 
 from catheter_sim.core.law import RobotInModel
 from catheter_sim.gpu.device import Copies, DeviceLaw, DevicePulls, TurnsKernel, vec10
-from catheter_sim.robots.catheter import kinematics as tube
+from catheter_sim.robots.catheter import kinematics, measured
 from catheter_sim.robots.catheter import laws as catheter_stretch
 from catheter_sim.robots.catheter import laws as catheter_tube
 from catheter_sim.robots.catheter import laws as law
-from catheter_sim.robots.catheter import measured as elongation
 from catheter_sim.robots.catheter.description import bending_tubes
 from catheter_sim.robots.catheter.laws import (
     JointResistance,
@@ -227,9 +226,9 @@ Law = wp.types.vector(length=9, dtype=wp.float64)
 # Its history: strain, tension, phase, cycle, most (strain, tension), anchor (strain, tension).
 State = wp.types.vector(length=8, dtype=wp.float64)
 
-_LARGEST_STRAIN = wp.constant(wp.float64(elongation.LARGEST_STRAIN))
-_UNTOUCHED = wp.constant(wp.float64(elongation.UNTOUCHED))
-_TOUCH = wp.constant(wp.float64(elongation.TOUCH))
+_LARGEST_STRAIN = wp.constant(wp.float64(measured.LARGEST_STRAIN))
+_UNTOUCHED = wp.constant(wp.float64(measured.UNTOUCHED))
+_TOUCH = wp.constant(wp.float64(measured.TOUCH))
 _SHAKE = wp.constant(wp.float64(catheter_stretch.SHAKE))
 _STRAIN_DIFFERENCE = wp.constant(wp.float64(catheter_stretch.DIFFERENCE))
 _SEARCHED = wp.constant(wp.float64(catheter_stretch.LARGEST_STRAIN))
@@ -540,9 +539,9 @@ _EXIT_X, _EXIT_Y = wp.constant(EXIT_X), wp.constant(EXIT_Y)
 _INLET_X, _INLET_Y = wp.constant(INLET_X), wp.constant(INLET_Y)
 _SLIDE, _TWIST, _SLIDE_DOF = wp.constant(SLIDE), wp.constant(TWIST), wp.constant(SLIDE_DOF)
 _DRIVE, _BEND, _SKEW = wp.constant(DRIVE), wp.constant(BEND), wp.constant(SKEW)
-_SKEW_STIFFNESS = wp.constant(wp.float64(tube.SKEW_STIFFNESS))
-_SKEW_SHORTENING = wp.constant(wp.float64(tube.SKEW_SHORTENING))
-_SMALL = wp.constant(wp.float64(tube.SMALL_RAD))
+_SKEW_STIFFNESS = wp.constant(wp.float64(kinematics.SKEW_STIFFNESS))
+_SKEW_SHORTENING = wp.constant(wp.float64(kinematics.SKEW_SHORTENING))
+_SMALL = wp.constant(wp.float64(kinematics.SMALL_RAD))
 _SHORTEST = wp.constant(wp.float64(catheter_tube.SHORTEST_M))
 _SIX = wp.constant(wp.float64(6.0))
 _TWELVE = wp.constant(wp.float64(12.0))

@@ -29,7 +29,7 @@ from catheter_sim.modelling.attach import (
     touching,
 )
 from catheter_sim.modelling.build import remembered_mjcf
-from catheter_sim.procedure import heart as valve
+from catheter_sim.procedure import heart
 from catheter_sim.procedure.heart import pose_error, transform, wall
 from catheter_sim.procedure.plan import (
     HOLD_S,
@@ -242,7 +242,7 @@ WAITING_M = 3e-3  # of the implant before the septum at the start
 HINGE_N_M_PER_RAD = {"scallop": 1e-3, "margin": 2e-4}
 # What a scene of tissue is made of; every plate of a leaflet is felt for itself.
 FOUND_M = 0.5e-3  # before it presses a contact with tissue is known: more than the way of a step
-REGIONS = ("wall", *(f"{plate}_{side}" for plate in HINGE_N_M_PER_RAD for side in valve.SIDES))
+REGIONS = ("wall", *(f"{plate}_{side}" for plate in HINGE_N_M_PER_RAD for side in heart.SIDES))
 _WALL_RGBA, _LEAFLET_RGBA = "0.86 0.47 0.45 0.18", "0.93 0.72 0.60 1"
 _FOUND_ONLY = {"margin": -0.05, "gap": 0.05}  # MuJoCo finds these contacts; `contact` has their forces
 
@@ -288,7 +288,7 @@ def build_scene(robot: CatheterRobot, plan: Plan, tissue: bool = False) -> Scene
             touched_block(root, f"{TISSUE}wall_{number}", corners, facing, margin=FOUND_M)
         else:
             touched_block(root, f"wall_{number}", corners, None, **_FOUND_ONLY)
-    for side, sign in valve.SIDES.items():
+    for side, sign in heart.SIDES.items():
         if tissue:
             _add_leaflet(robot, plan, root, side, sign, f"{TISSUE}{{}}_0", FOUND_M)
         else:
@@ -349,7 +349,7 @@ def _add_leaflet(
 ) -> None:
     """Add a leaflet: its middle scallop on hinges, its geoms so named, and what lies beside it."""
     carrier, place, R = root.part("worldbody"), np.zeros(3), np.eye(3)
-    for name, plate in zip(HINGE_N_M_PER_RAD, valve.scallop(plan.anatomy, sign), strict=True):
+    for name, plate in zip(HINGE_N_M_PER_RAD, heart.scallop(plan.anatomy, sign), strict=True):
         stiffness = HINGE_N_M_PER_RAD[name]
         carrier = carrier.add(
             "body",
@@ -378,7 +378,7 @@ def _add_leaflet(
             rgba=_LEAFLET_RGBA,
             margin=margin,
         ).set(group=GROUP)
-    for number, mesh in enumerate(valve.beside(plan.anatomy, sign)):
+    for number, mesh in enumerate(heart.beside(plan.anatomy, sign)):
         add_mesh(root, f"leaflet_{side}_{number}", mesh, _LEAFLET_RGBA)
 
 

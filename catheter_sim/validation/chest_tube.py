@@ -21,8 +21,7 @@ from catheter_sim.robots.rolling.published import SYMMETRIC_ARM_M, SYMMETRIC_RAD
 from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.static_models import STATIC_MODELS
-from catheter_sim.validation import pictures as paper_plots
-from catheter_sim.validation import pictures as plots
+from catheter_sim.validation import pictures
 from catheter_sim.validation.lines import (
     FITTED,
     NO_GRAVITY,
@@ -222,7 +221,7 @@ def validate_design(folder: Path) -> Validation:
     """Check the profiles and the rods against tendons; the picture goes into `folder`."""
     found = {name: profile(robot) for name, robot in profiles().items()}
     back = {stiffness: zigzag_deg(stiffness) for stiffness in STIFFNESS}
-    paper_plots.design(DESIGN_TENSIONS_N, found, PULLED_N, back, folder / f"{SECTION}_design.png")
+    pictures.design(DESIGN_TENSIONS_N, found, PULLED_N, back, folder / f"{SECTION}_design.png")
     lines = [*_lever_lines(found), *_bend_lines(found), *_zigzag_lines(back)]
     return Validation(tuple(lines), (_profile_finding(found), _rods_finding(back)))
 
@@ -380,7 +379,7 @@ def term_curves(weight: str) -> TermCurves:
 def validate_terms(folder: Path) -> Validation:
     """Show what each missing term changes; the picture goes into `folder`."""
     curves = [term_curves(weight) for weight in TERMS_WEIGHTS]
-    plots.missing_terms(curves, TERMS_TENSIONS_N, TERMS_SIMULATED_N, folder / f"{SECTION}_terms.png")
+    pictures.missing_terms(curves, TERMS_TENSIONS_N, TERMS_SIMULATED_N, folder / f"{SECTION}_terms.png")
     lines = [line for item in curves for line in _lines(item)]
     return Validation(tuple(lines), tuple(_finding(item) for item in curves))
 
@@ -495,7 +494,7 @@ def validate_section(folder: Path) -> Validation:
     """Check the measured section; plots go into `folder`."""
     lines = _reference_lines() + _complete_lines()
     printed_lines, tensions, printed, complete = _buckling()
-    plots.joint_angles(tensions, printed, complete, folder / f"{SECTION}_buckling.png")
+    pictures.joint_angles(tensions, printed, complete, folder / f"{SECTION}_buckling.png")
     return Validation(tuple(lines + printed_lines), (_buckling_finding(tensions, printed, complete),))
 
 

@@ -15,7 +15,7 @@ from catheter_sim.core.inputs import Inputs, LinkForce
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
 from catheter_sim.robots.rolling import complete as rods
-from catheter_sim.robots.rolling import description as layout
+from catheter_sim.robots.rolling import description
 from catheter_sim.robots.rolling.complete import (
     complete,
     loads,
@@ -29,7 +29,7 @@ from catheter_sim.robots.rolling.spec import Rod, RollingRobot, Sleeve
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import replaced_when_whole
-from catheter_sim.validation import pictures as plots
+from catheter_sim.validation import pictures
 from catheter_sim.validation.chest_tube import (
     MOST_TENSION_N,
     Bend,
@@ -511,7 +511,7 @@ def _sizes(robot: RollingRobot) -> list[Requirement]:
     length = sum(segment.length_m for segment in robot.segments) * 1e3
     outer = 2e3 * max(segment.outer_radius_m for segment in robot.segments)
     inner = 2e3 * robot.channel_radius_m
-    free = 2e3 * min(_free_radius(robot, rod) for rod in layout.rods(robot))
+    free = 2e3 * min(_free_radius(robot, rod) for rod in description.rods(robot))
     whole = "" if len(robot.segments) > 1 else "; the base section alone"
     return [
         Requirement(
@@ -537,7 +537,10 @@ def _sizes(robot: RollingRobot) -> list[Requirement]:
 def _free_radius(robot: RollingRobot, rod: Rod) -> float:
     """Return the distance from the axis to the nearest edge of a rod's holes [m]."""
     hole = rod.rod_radius_m + robot.clearance_m
-    return min(float(np.linalg.norm(layout.hole_position(rod, segment))) for segment in robot.segments) - hole
+    return (
+        min(float(np.linalg.norm(description.hole_position(rod, segment))) for segment in robot.segments)
+        - hole
+    )
 
 
 def _freedom(bends: Sequence[Bend]) -> Requirement:
@@ -693,7 +696,7 @@ def validate_full(folder: Path) -> Validation:
     histories = [_against(name, np.array(corners, dtype=float)) for name, corners in AGAINST.items()]
     lines = _frictionless_lines() + _alone_lines()
     lines += [line for item in histories for line in _against_lines(item)]
-    plots.histories(histories, folder / f"{FULL}_friction.png")
+    pictures.histories(histories, folder / f"{FULL}_friction.png")
     return Validation(tuple(lines), tuple(_finding(item) for item in histories))
 
 

@@ -33,7 +33,7 @@ from catheter_sim.tables import Table, write_table
 from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.theory.twins import by_static_model
 from catheter_sim.theory.which_model import interleaved_s
-from catheter_sim.validation import pictures as paper_plots
+from catheter_sim.validation import pictures
 from catheter_sim.validation.lines import ASSUMED, FITTED, NO_GRAVITY, OUT_OF_REACH, Line, Validation, given
 
 # ----------------------------------------------------------------------------------------------------
@@ -371,7 +371,7 @@ def validate_printed_shapes(folder: Path) -> Validation:
     without = fit_shapes("complete", wanted, kept)
     held = np.array(HELD_OUT) - 1
     pcc = fit_shapes("pcc", wanted)
-    paper_plots.printed_shapes(wanted, simulated, pcc.shapes_mm, folder / f"{SECTION}_printed_shapes.png")
+    pictures.printed_shapes(wanted, simulated, pcc.shapes_mm, folder / f"{SECTION}_printed_shapes.png")
     what = "shapes of the printed balance (@prototype) at thirteen measured tensions"
     paper = (
         f"chest_tube_2025, Section IV-A: {PRINTED_PERCENT} % of the measured shapes, which are not published"
@@ -502,7 +502,7 @@ def validate_repeats(folder: Path) -> Validation:
     """Show the spread of five drawn tests; the picture goes into `folder`."""
     found = repeats()
     along = found.over_distance.mean(axis=(0, 1))
-    paper_plots.repeats(found, TENSIONS_N, folder / f"{SECTION}_repeats.png")
+    pictures.repeats(found, TENSIONS_N, folder / f"{SECTION}_repeats.png")
     source = "chest_tube_2025, Fig. 14; what differs from test to test is assumed"
     lines = []
     for which, printed in PRINTED.items():

@@ -13,8 +13,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.controllers.motors import ADVANCE_GEAR, BENDING_GEAR, LeadScrew
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
-from catheter_sim.robots.catheter import kinematics as closed_form
-from catheter_sim.robots.catheter import kinematics as tendons
+from catheter_sim.robots.catheter import kinematics
 from catheter_sim.robots.catheter import measured as modified
 from catheter_sim.robots.catheter.description import (
     hinge_counts,
@@ -42,7 +41,7 @@ from catheter_sim.robots.catheter.measured import (
 from catheter_sim.robots.catheter.published import mitral_4dof, mitral_transseptal, mitral_transseptal_tube
 from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.simulation.replay import simulate
-from catheter_sim.validation import pictures as mitral_plots
+from catheter_sim.validation import pictures
 from catheter_sim.validation.lines import (
     ASSUMED,
     FITTED,
@@ -129,10 +128,10 @@ def closed_form_tips_mm(robot: CatheterRobot, q: Array) -> Array:
         q: joint values, base to tip, shape (r, 4).
     """
     if robot.name == TRANSSEPTAL:
-        tool = closed_form.transseptal_tool(closed_form.transseptal_lengths(robot), q)
+        tool = kinematics.transseptal_tool(kinematics.transseptal_lengths(robot), q)
     else:
-        tool = closed_form.four_dof_tool(closed_form.four_dof_lengths(robot), q)
-    return closed_form.in_base_frame(*tool)[0] * 1e3
+        tool = kinematics.four_dof_tool(kinematics.four_dof_lengths(robot), q)
+    return kinematics.in_base_frame(*tool)[0] * 1e3
 
 
 def displacements_mm(robot: CatheterRobot, q: Array) -> Array:
@@ -142,7 +141,7 @@ def displacements_mm(robot: CatheterRobot, q: Array) -> Array:
     for pair in range(len(robot.tendons)):
         index = moved_segment(robot, pair)
         value, segment = q[:, order.index(index)], robot.segments[index]
-        columns.append(value if segment.joint == "prismatic" else tendons.pulled_m(segment, value))
+        columns.append(value if segment.joint == "prismatic" else kinematics.pulled_m(segment, value))
     return np.stack(columns, axis=1) * 1e3
 
 
@@ -183,7 +182,7 @@ def _tension_line(
 ) -> Line:
     pair = [item.moves for item in robot.tendons].index(segment.name)
     tension = np.array([posture.actuator_tension[pair] for posture in postures])
-    expected = segment.bending_stiffness_N_m_per_rad * np.abs(bend) / tendons.arm_m(segment, bend)
+    expected = segment.bending_stiffness_N_m_per_rad * np.abs(bend) / kinematics.arm_m(segment, bend)
     error = float(np.abs(tension - expected).max() / expected.max() * 100.0)
     what = f"{segment.name}, the same: tension, largest error over largest tension"
     return Line(
@@ -239,8 +238,8 @@ def _hinges_finding(robot: CatheterRobot) -> str:
 
 def _antagonist_finding(robot: CatheterRobot) -> str:
     segment = robot.segments[0]
-    slack = float(tendons.slack_m(segment, segment.limit_rad)) * 1e3
-    pull = float(tendons.pulled_m(segment, segment.limit_rad)) * 1e3
+    slack = float(kinematics.slack_m(segment, segment.limit_rad)) * 1e3
+    pull = float(kinematics.pulled_m(segment, segment.limit_rad)) * 1e3
     return (
         f"{robot.name}: by Eq. 6 the antagonist of {segment.name} needs {-slack:.2f} mm more than the common "
         f"pulley lets go ({pull:.2f} mm) at {math.degrees(segment.limit_rad):g} deg; the simulation lets it "
@@ -391,7 +390,7 @@ def validate_joints(folder: Path) -> Validation:
     tube = mitral_transseptal_tube()
     loops = {joint: loops_of(tube, joint) for joint in JOINTS}
     lines = [*_figure_8(tube, loops), *_halves(tube, loops)]
-    mitral_plots.joint_loops(_drawn(tube, loops), folder / "mitral_loops_tube.png")
+    pictures.joint_loops(_drawn(tube, loops), folder / "mitral_loops_tube.png")
     return Validation(tuple(lines), (_joints_finding(),))
 
 
@@ -571,7 +570,7 @@ def validate_cycles(folder: Path) -> Validation:
         for joint, bare in found.items()
         for name, item in (("springs", bare.sprung), ("no springs", bare.slack))
     ]
-    mitral_plots.joint_loops(shown, folder / "mitral_loops_bare.png")
+    pictures.joint_loops(shown, folder / "mitral_loops_bare.png")
     return Validation(tuple(lines), (_cycles_finding(),))
 
 
@@ -783,7 +782,7 @@ def validate_motion(folder: Path) -> Validation:
             lines += _ratios(where, error, table[advance], source)
             shown.append((where, found))
         along_straight = models
-    mitral_plots.motions([shown[2], shown[5]], MODELS, folder / "mitral_motion.png")
+    pictures.motions([shown[2], shown[5]], MODELS, folder / "mitral_motion.png")
     return Validation(tuple(lines), (_motion_finding(),))
 
 
@@ -865,7 +864,7 @@ def validate_elongation(folder: Path) -> Validation:
         shown.append((f"{way} mm", strain * SAMPLE_M * 1e3, tension))
     what = "simulated tendon against Algorithm 1, all cycles: tension, largest"
     lines.append(Line(ELONGATION, what, "N", apart, 1e-6, "Nayar 2023, Algorithm 1, printed parameters"))
-    mitral_plots.elongations(shown, folder / "mitral_elongation.png")
+    pictures.elongations(shown, folder / "mitral_elongation.png")
     return Validation(tuple(lines), ())
 
 

@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.controllers import loop
-from catheter_sim.controllers import motors as motor
+from catheter_sim.controllers import loop, motors
 from catheter_sim.controllers.loop import ToolTracker, along, feedforward, through, ticks_s
 from catheter_sim.controllers.motors import FEEDBACK_HZ as RATE_HZ
 from catheter_sim.controllers.motors import Pid
@@ -35,7 +34,7 @@ from catheter_sim.robots.catheter.published import (
 )
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.validation import pictures as control_plots
+from catheter_sim.validation import pictures
 from catheter_sim.validation.lines import (
     ASSUMED,
     FITTED,
@@ -434,7 +433,7 @@ def validate_control_4dof(folder: Path) -> Validation:
     """Check the control of the catheter of Nayar 2023; draws `mitral_control_4dof.png`."""
     robot = mitral_4dof_measured()
     control = joint_control(robot)
-    control_plots.joint_control(control.runs, BENDING, folder / "mitral_control_4dof.png")
+    pictures.joint_control(control.runs, BENDING, folder / "mitral_control_4dof.png")
     lines = [line for joint in BENDING for line in joint_lines(control, joint)]
     return Validation(tuple(lines), (_trajectory_finding(robot),))
 
@@ -484,8 +483,8 @@ def bend_control(observes: bool) -> loop.ControlRun:
     desired = np.zeros((len(ticks), len(robot.tendons)))
     desired[:, 0] = np.radians(through((0.0, SERVO_DEG, SERVO_DEG), SERVO_LEGS_S, ticks))
     way = along(feedforward(robot, "pk"), desired)
-    own = motor.Motor(gain=WEAKER * motor.NOMINAL.gain)
-    servos = {"bending": motor.servo(own, observes)}
+    own = motors.Motor(gain=WEAKER * motors.NOMINAL.gain)
+    servos = {"bending": motors.servo(own, observes)}
     return loop.run(Simulator(robot), desired, way, servos=servos)
 
 
@@ -497,19 +496,19 @@ def given_way_mm(robot: CatheterRobot, bend_rad: float) -> float:
     """
     joint = robot.segments[1]
     tension_N = joint.bending_stiffness_N_m_per_rad * bend_rad / float(arm_m(joint, bend_rad))
-    shaft_rad = motor.LOAD_V_PER_NM * tension_N * motor.PULLEY_RADIUS_M / motor.pd_gains()[0]
-    return shaft_rad * motor.GEAR * motor.PULLEY_RADIUS_M * 1e3
+    shaft_rad = motors.LOAD_V_PER_NM * tension_N * motors.PULLEY_RADIUS_M / motors.pd_gains()[0]
+    return shaft_rad * motors.GEAR * motors.PULLEY_RADIUS_M * 1e3
 
 
 def validate_control_transseptal(folder: Path) -> Validation:
     """Check the servo of the catheter of Nayar 2022; draws `mitral_control_transseptal.png`."""
     runs = {"PD": bend_control(False), "PD + observer": bend_control(True)}
-    control_plots.servo(runs, folder / "mitral_control_transseptal.png")
+    pictures.servo(runs, folder / "mitral_control_transseptal.png")
     alone, observed = (float(run.model_m[-1, 0] - run.displaced_m[-1, 0]) * 1e3 for run in runs.values())
     expected = given_way_mm(mitral_transseptal(), float(runs["PD"].reached[-1, 0]))
     bend_deg = SERVO_DEG - math.degrees(runs["PD"].reached[-1, 0])
     peak = max(
-        1.0 / motor.modulus_margin(motor.servo(_mismatched(*factors)))
+        1.0 / motors.modulus_margin(motors.servo(_mismatched(*factors)))
         for factors in itertools.product(MISMATCH, repeat=3)
     )
     held = f"bending held at {SERVO_DEG:g} deg by a motor of {WEAKER:g} times the nominal gain"
@@ -560,9 +559,9 @@ def _line(
     return Line(FOUR_DOF, what, unit, error, tolerance, source, ours, None, published, kind)
 
 
-def _mismatched(gain: float, inertia: float, damping: float) -> motor.Motor:
-    nominal = motor.NOMINAL
-    return motor.Motor(gain * nominal.gain, inertia * nominal.inertia, damping * nominal.damping)
+def _mismatched(gain: float, inertia: float, damping: float) -> motors.Motor:
+    nominal = motors.NOMINAL
+    return motors.Motor(gain * nominal.gain, inertia * nominal.inertia, damping * nominal.damping)
 
 
 def _trajectory_finding(robot: CatheterRobot) -> str:
@@ -669,7 +668,7 @@ def validate_whole(folder: Path) -> Validation:
     """Show Tables I and II beside ours; draws `mitral_whole_robot.png` (Fig. 7)."""
     robot = mitral_4dof_measured()
     runs = {row: whole_robot(robot, advance) for row, advance in ADVANCES_MM.items()}
-    control_plots.whole_robot(
+    pictures.whole_robot(
         {row: (runs[row].alone, runs[row].controlled) for row in ("20 mm", "variable")},
         DRIVEN,
         folder / "mitral_whole_robot.png",

@@ -33,8 +33,7 @@ from catheter_sim.robots.continuum.published import (
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.validation import pictures as paper_plots
-from catheter_sim.validation import pictures as plots
+from catheter_sim.validation import pictures
 from catheter_sim.validation.lines import (
     ASSUMED,
     FITTED,
@@ -170,9 +169,9 @@ def validate_section(folder: Path) -> Validation:
     lines += _stage_lines(stages)
     tension_lines, profiles = _profile_lines(robot)
     lines += tension_lines
-    plots.loops(loops, folder / f"{SECTION}_loops.png")
-    plots.profiles(profiles, folder / f"{SECTION}_tension.png")
-    plots.stages(stages, folder / f"{SECTION}_body_stages.png")
+    pictures.loops(loops, folder / f"{SECTION}_loops.png")
+    pictures.profiles(profiles, folder / f"{SECTION}_tension.png")
+    pictures.stages(stages, folder / f"{SECTION}_body_stages.png")
     return Validation(tuple(lines), (_printed_finding(loops[0]), _history_finding(loops[1])))
 
 
@@ -487,7 +486,7 @@ def validate_full(folder: Path) -> Validation:
     ours = simulate(robot, inputs, NO_GRAVITY).postures
     nested = simulate(robot, inputs, NO_GRAVITY, friction="nested").postures
     sliding = fkm_sliding(robot, inputs, NO_GRAVITY).postures
-    plots.shapes(ours, sliding, folder / "neuroendoscope_shapes.png")
+    pictures.shapes(ours, sliding, folder / "neuroendoscope_shapes.png")
     what = "five C and S shapes, distal tendons slipping through the proximal section"
     lines = (
         Line(
@@ -636,9 +635,9 @@ def constant_curvature_range_N(robot: ContinuumRobot, layout: str, within_mm: fl
 def validate_figures(folder: Path) -> Validation:
     """Check Figs 10, 11, 13 and 15 of the section; pictures go into `folder`."""
     found = [distances(case) for case in cases()]
-    paper_plots.kato_postures(found[:2], folder / f"{SECTION}_postures.png")
-    paper_plots.kato_distances(found, folder / f"{SECTION}_constant_curvature.png")
-    paper_plots.kato_tensions(found[0], _even(found[0]), folder / f"{SECTION}_tensions.png")
+    pictures.kato_postures(found[:2], folder / f"{SECTION}_postures.png")
+    pictures.kato_distances(found, folder / f"{SECTION}_constant_curvature.png")
+    pictures.kato_tensions(found[0], _even(found[0]), folder / f"{SECTION}_tensions.png")
     lines = [line for item in found for line in _lines(item)]
     lines += [_range_line(item.case) for item in found]
     return Validation(tuple(lines), (_finding(found),))

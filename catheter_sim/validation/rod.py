@@ -21,7 +21,7 @@ from catheter_sim.robots.continuum.description import links
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.validation import pictures as plots
+from catheter_sim.validation import pictures
 from catheter_sim.validation.lines import Line, Validation
 
 # ----------------------------------------------------------------------------------------------------
@@ -343,7 +343,7 @@ def energies_of(model: mujoco.MjModel, robot: ContinuumRobot, seconds: float) ->
 def validate_rod_motion(folder: Path) -> Validation:
     """Check the chain of hinges as a rod in motion; pictures go into `folder`."""
     errors, taken = zip(*(release_errors_percent(release_case(number)) for number in RELEASES), strict=True)
-    plots.releases(errors[0], release_case(1).time_s, folder / "rod_release.png")
+    pictures.releases(errors[0], release_case(1).time_s, folder / "rod_release.png")
     means = [float(item.mean()) for item in errors]
     source = "SoRoSim (OpenCR-MuJoCo project, MIT)"
     what = f"TPU rod let go, {LINKS} links, mid-length and tip over 3 s"

@@ -23,8 +23,7 @@ from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import replaced_when_whole
 from catheter_sim.theory.static_models import STATIC_MODELS
-from catheter_sim.validation import pictures as plots
-from catheter_sim.validation import pictures as tdcr_plots
+from catheter_sim.validation import pictures
 from catheter_sim.validation.lines import (
     ASSUMED,
     NO_GRAVITY,
@@ -333,8 +332,8 @@ def validate_scenarios(folder: Path) -> Validation:
     why = "Rao 2021 reports such failures; shown, not judged: no model that is wrong by a fifth fails"
     lines.append(Line(NAME, what, "-", float(sum(unsolved)), None, why, ours=float(sum(unsolved))))
     write_scores(by_disks, by_stiffness, folder / "tdcr_scores.csv")
-    tdcr_plots.scenario_1(by_disks, folder / "tdcr_scenario_1.png")
-    tdcr_plots.scenario_2(by_stiffness, folder / "tdcr_scenario_2.png")
+    pictures.scenario_1(by_disks, folder / "tdcr_scenario_1.png")
+    pictures.scenario_2(by_stiffness, folder / "tdcr_scenario_2.png")
     return Validation(tuple(lines), (_one_disk(by_disks), *guidelines(by_disks, by_stiffness)))
 
 
@@ -562,7 +561,7 @@ def validate_spacer_disk(folder: Path) -> Validation:
             "the same solver; CC takes the tendons for fully constrained",
         )
     )
-    plots.convergence(means, folder / "spacer_disk_convergence.png")
+    pictures.convergence(means, folder / "spacer_disk_convergence.png")
     return Validation(tuple(lines), ())
 
 

@@ -22,7 +22,7 @@ from catheter_sim.robots.continuum.solvers import solver_call
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.theory.static_models import STATIC_MODELS
-from catheter_sim.validation import pictures as tdcr_plots
+from catheter_sim.validation import pictures
 from catheter_sim.validation.lines import (
     ASSUMED,
     FITTED,
@@ -357,7 +357,7 @@ _RELATIVE = 1e-9  # of the largest moment: rounding
 def validate_readings(folder: Path) -> Validation:
     """Check and show what the Discussion leaves open; draws `tdcr_shapes.png` (Fig. 9)."""
     lines = [*one_disk_lines(), *lumen_lines(), *force_lines(), *calibrated_lines(), *helix_lines()]
-    tdcr_plots.model_shapes(shapes(), folder / "tdcr_shapes.png")
+    pictures.model_shapes(shapes(), folder / "tdcr_shapes.png")
     return Validation(tuple(lines), ())
 
 

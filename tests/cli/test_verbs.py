@@ -221,7 +221,6 @@ def test_validate_exits_1_where_a_line_is_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The exit status follows the lines: undefined never passes, what only informs never fails."""
-    from catheter_sim.validation import report as validation_run
     from catheter_sim.validation.lines import Line, Validation
 
     def check(_: Path) -> Validation:

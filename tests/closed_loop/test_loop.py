@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.closed_loop import loop as loop_module
+from catheter_sim.closed_loop import loop
 from catheter_sim.closed_loop.loop import (
     NO_MORE,
     NOTHING,
@@ -77,14 +77,14 @@ def diagnosed(monkeypatch: pytest.MonkeyPatch) -> list[float]:
         )
         if found.sure:
             return Step(len(recordings), found, None, SURE)
-        if loop_module._spent(steps, budget):
+        if loop._spent(steps, budget):
             return Step(len(recordings), found, None, NO_MORE)
         made = sum(step.proposed is not None and step.found is not None for step in steps) + 1
         clock, pull = np.arange(3.0), np.array([0.0, 1.0, 0.0])
         kept.keep_programme(f"experiment_{made}", Table(clock, {COLUMN: pull}))
         return Step(len(recordings), found, Proposed(f"experiment_{made}", "a pull", 0.1))
 
-    monkeypatch.setattr(loop_module, "_next_step", next_step)
+    monkeypatch.setattr(loop, "_next_step", next_step)
     return said
 
 

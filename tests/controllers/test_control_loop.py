@@ -10,8 +10,7 @@ import pytest
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.controllers import loop
-from catheter_sim.controllers import motors as motor
+from catheter_sim.controllers import loop, motors
 from catheter_sim.controllers.loop import along, feedforward, through, ticks_s
 from catheter_sim.controllers.motors import Pid
 from catheter_sim.errors import InputError
@@ -190,11 +189,11 @@ def test_a_motor_gives_way_under_its_load_unless_it_observes_it(observes: bool) 
     desired = np.zeros((len(ticks), 4))
     desired[:, 0] = np.radians(through((0.0, 60.0, 60.0), (2.0, 2.0), ticks))
     way = along(feedforward(robot, "pk"), desired)
-    servo = motor.servo(motor.Motor(gain=0.8 * 156.14), observes)
+    servo = motors.servo(motors.Motor(gain=0.8 * 156.14), observes)
     simulator = Simulator(robot)
     run = loop.run(simulator, desired, way, servos={"bending": servo})
     tension = 5.6e-3 * run.reached[-1, 0] / 1.8e-3  # the arm is 0.7 % larger here
-    expected = 6.0 / 0.245 * tension * 7.19e-3 / motor.pd_gains()[0] / 380.0 * 7.19e-3
+    expected = 6.0 / 0.245 * tension * 7.19e-3 / motors.pd_gains()[0] / 380.0 * 7.19e-3
     left = run.model_m[-1, 0] - run.displaced_m[-1, 0]
     if observes:
         assert abs(left) < 0.01 * expected
@@ -210,7 +209,7 @@ def test_a_tip_force_that_starts_late_is_observed_too() -> None:
     way = along(feedforward(robot, "pk"), desired)
     left = {}
     for observes in (False, True):
-        servos = {"bending": motor.servo(observes=observes)}
+        servos = {"bending": motors.servo(observes=observes)}
         run = loop.run(Simulator(robot), desired, way, servos=servos, force_tip_N=(-0.1, 0.0, 0.0))
         left[observes] = abs(run.model_m[-1, 0] - run.displaced_m[-1, 0])
     assert left[True] < 0.02 * left[False]
@@ -222,7 +221,7 @@ def test_a_tip_force_that_starts_late_is_observed_too() -> None:
         ({"feedback": {"tip": Pid()}}, "unknown pair 'tip'; choices: bending_proximal"),
         ({"rate_hz": 30.0}, "a tick at 30 Hz is 33.3333 ms: must be a whole number of 5 ms"),
         ({"model_m": np.zeros((3, 4))}, r"both must be \(rows, 4\)"),
-        ({"servos": {"torsion": motor.servo(rate_hz=300.0)}}, "must be a whole number of 3.33333 ms"),
+        ({"servos": {"torsion": motors.servo(rate_hz=300.0)}}, "must be a whole number of 3.33333 ms"),
     ],
 )
 def test_what_does_not_fit_is_refused(arguments: dict[str, object], message: str) -> None:

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from catheter_sim.controllers import motors as pid
+from catheter_sim.controllers import motors
 from catheter_sim.robots.catheter.kinematics import arm_m
 from catheter_sim.robots.catheter.published import mitral_4dof
 
 
 def closed(slope_deg_per_mm: float, ticks: int, disturbance_deg: float = 1.0) -> np.ndarray:
     """Return the angle of a joint that answers within a tick to the controller alone [deg]."""
-    controller, angle = pid.Pid(limit_m=1.0), []
+    controller, angle = motors.Pid(limit_m=1.0), []
     now = disturbance_deg
     for _ in range(ticks):
         angle.append(now)
@@ -24,24 +24,24 @@ def closed(slope_deg_per_mm: float, ticks: int, disturbance_deg: float = 1.0) ->
 
 def test_printed_gains_in_mm_and_deg() -> None:
     """A constant error of 10 deg for a second: 0.1 mm by P, 2 mm by I, none by D."""
-    controller = pid.Pid(rate_hz=40.0)
+    controller = motors.Pid(rate_hz=40.0)
     corrections = [controller.correction_m(math.radians(10.0)) for _ in range(40)]
     assert corrections[-1] * 1e3 == pytest.approx(0.01 * 10.0 + 0.2 * 10.0 * 1.0)
 
 
 def test_derivative_acts_on_the_change() -> None:
     """An error that grows by 1 deg in a period of 25 ms adds 0.0001 * 40 mm."""
-    gains = pid.Gains(0.0, 0.0, pid.PRINTED.D_m_s_per_rad)
-    controller = pid.Pid(gains, rate_hz=40.0)
+    gains = motors.Gains(0.0, 0.0, motors.PRINTED.D_m_s_per_rad)
+    controller = motors.Pid(gains, rate_hz=40.0)
     assert controller.correction_m(0.0) == 0.0
     assert controller.correction_m(math.radians(1.0)) * 1e3 == pytest.approx(0.0001 * 40.0)
 
 
 def test_critical_slope_is_where_the_loop_turns_unstable() -> None:
     """Just below it all roots lie inside the unit circle, just above one does not; so does a run."""
-    critical = pid.critical_slope_deg_per_mm()
-    assert np.abs(pid.characteristic_roots(0.99 * critical)).max() < 1.0
-    assert np.abs(pid.characteristic_roots(1.01 * critical)).max() > 1.0
+    critical = motors.critical_slope_deg_per_mm()
+    assert np.abs(motors.characteristic_roots(0.99 * critical)).max() < 1.0
+    assert np.abs(motors.characteristic_roots(1.01 * critical)).max() > 1.0
     assert abs(closed(0.9 * critical, 400)[-1]) < 1e-3
     assert abs(closed(1.1 * critical, 400)[-1]) > 1e3
 
@@ -55,15 +55,15 @@ def test_gains_in_mm_and_deg_are_stable_on_every_joint_and_in_m_and_rad_are_not(
         if segment.joint in ("bending", "torsion")
     ]
     assert max(slopes) == pytest.approx(math.degrees(1.0) / 2.1, rel=1e-6)
-    assert pid.critical_slope_deg_per_mm() > 1.5 * max(slopes)
-    in_m_and_rad = pid.Gains(0.01, 0.2, 0.0001)
-    assert pid.critical_slope_deg_per_mm(in_m_and_rad) < min(slopes)
+    assert motors.critical_slope_deg_per_mm() > 1.5 * max(slopes)
+    in_m_and_rad = motors.Gains(0.01, 0.2, 0.0001)
+    assert motors.critical_slope_deg_per_mm(in_m_and_rad) < min(slopes)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_correction_stops_at_its_limit_and_does_not_wind_up(sign: float) -> None:
     """After a long error of one sign the correction leaves its limit within a tick of the error's turn."""
-    controller = pid.Pid(limit_m=1e-3)
+    controller = motors.Pid(limit_m=1e-3)
     for _ in range(4000):
         stuck = controller.correction_m(sign * math.radians(20.0))
     assert stuck == pytest.approx(sign * 1e-3)
@@ -72,7 +72,7 @@ def test_the_correction_stops_at_its_limit_and_does_not_wind_up(sign: float) -> 
 
 def test_reset_forgets() -> None:
     """After a reset the first correction is that of a new controller."""
-    controller = pid.Pid()
+    controller = motors.Pid()
     first = controller.correction_m(0.1)
     controller.correction_m(0.3)
     controller.reset()

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.controllers import loop
-from catheter_sim.controllers import motors as motor
+from catheter_sim.controllers import loop, motors
 from catheter_sim.controllers.loop import through, ticks_s
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
@@ -57,5 +56,5 @@ def test_motor_feels_the_tension_of_where_the_joint_is_now(bend_deg: float, side
         simulator.data.qpos[joint.qposadr[0]] = side * math.radians(bend_deg) / gaps
     phi = math.radians(bend_deg) / (2 * gaps)
     drawn = 2 * gaps * (segment.half_gap_m * (1.0 - math.cos(phi)) + segment.arm_m * math.sin(phi))
-    expected = side * motor.PULLEY_RADIUS_M * 20e3 * (2e-3 - drawn)
+    expected = side * motors.PULLEY_RADIUS_M * 20e3 * (2e-3 - drawn)
     assert loop._load_Nm(simulator, 0, way) == pytest.approx(expected, rel=1e-3)

@@ -12,8 +12,6 @@ import pytest
 import catheter_sim as cs
 from catheter_sim.cli.main import main
 from catheter_sim.diagnosis import prepare
-from catheter_sim.diagnosis import prepare as calibrate
-from catheter_sim.diagnosis import prepare as pose
 from catheter_sim.diagnosis.prepare import readings_of
 from catheter_sim.diagnosis.trials import split
 
@@ -49,8 +47,8 @@ def no_model(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("a model was asked for")
 
     monkeypatch.setattr(prepare, "twin_of", asked)
-    monkeypatch.setattr(pose, "fit", asked)
-    monkeypatch.setattr(calibrate, "fit", asked)
+    monkeypatch.setattr(prepare, "fit", asked)
+    monkeypatch.setattr(prepare, "fit", asked)
 
 
 @pytest.mark.parametrize("rows", [1, 2, 3, 14])

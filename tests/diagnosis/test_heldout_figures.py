@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis import verdict as heldout_figures
+from catheter_sim.diagnosis import verdict
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
@@ -21,9 +21,9 @@ def test_fitted_series_have_the_files_stamps(monkeypatch: pytest.MonkeyPatch) ->
         np.array([0.0, 0.5, 1.25]), "tension", np.zeros((3, 2)), np.zeros((3, 3)), np.zeros((3, 3))
     )
     trial = Trial("a.csv", "train", inputs, Table(stamps, {"tip_x_mm": np.zeros(3)}, "a.csv"))
-    monkeypatch.setattr(heldout_figures, "outputs_of", lambda problem, trial, fit: np.ones((3, 1)))
+    monkeypatch.setattr(verdict, "outputs_of", lambda problem, trial, fit: np.ones((3, 1)))
     problem: Any = SimpleNamespace(columns=("tip_x_mm",))
     nothing: Any = None
-    (fit,) = heldout_figures.trial_fits(problem, [trial], nothing, nothing)
+    (fit,) = verdict.trial_fits(problem, [trial], nothing, nothing)
     for times in (fit.time_s, fit.before.time_s, fit.after.time_s):
         np.testing.assert_array_equal(times, stamps)

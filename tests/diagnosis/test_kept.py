@@ -20,7 +20,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from catheter_sim.core.effect import Parameter
-from catheter_sim.diagnosis import workers as kept
+from catheter_sim.diagnosis import workers
 from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.intervals import profile_interval
 from catheter_sim.diagnosis.next_experiment import _refitted
@@ -184,8 +184,8 @@ def test_the_answer_to_another_question_is_refused() -> None:
 def forged(skeleton: Any, arrays: Mapping[str, np.ndarray], compress: bool = False) -> bytes:
     """Return a file with a right checksum around any content."""
     text = skeleton if isinstance(skeleton, str) else json.dumps(skeleton)
-    checksum = kept._checksum(ASKED, text, arrays)
-    members = {**arrays, "skeleton": kept._bytes_array(text.encode()), "checksum": checksum}
+    checksum = workers._checksum(ASKED, text, arrays)
+    members = {**arrays, "skeleton": workers._bytes_array(text.encode()), "checksum": checksum}
     buffer = io.BytesIO()
     (np.savez_compressed if compress else np.savez)(buffer, **members)
     return buffer.getvalue()

@@ -9,7 +9,7 @@ import pytest
 from planted import small_robot
 
 from catheter_sim.core.effect import Parameter
-from catheter_sim.diagnosis import comparison as heldout_choice_module
+from catheter_sim.diagnosis import comparison
 from catheter_sim.diagnosis.comparison import as_good, choose_on_heldout, pays
 from catheter_sim.diagnosis.fit import Fit
 from catheter_sim.diagnosis.noise import chance_of_gain
@@ -125,7 +125,7 @@ def test_rival_among_many_must_be_better_beyond_chance_among_so_many(others, mon
     assert PAYS_CHANCE / 8 < chance < PAYS_CHANCE
     better, equal = fit_with(sizes, 1, "stiffness"), fit_with(1.0, 1, "twist")
     rivals = [better, *([equal] * (others - 1))]
-    monkeypatch.setattr(heldout_choice_module, "map_calls", lambda pool, function, arguments: rivals)
-    monkeypatch.setattr(heldout_choice_module, "with_heldout_residuals", lambda test, item: item)
+    monkeypatch.setattr(comparison, "map_calls", lambda pool, function, arguments: rivals)
+    monkeypatch.setattr(comparison, "with_heldout_residuals", lambda test, item: item)
     taken, _ = choose_on_heldout(NOBODY_LOOKS, NOBODY_LOOKS, chosen, rivals)
     assert taken is (better if others == 1 else chosen)

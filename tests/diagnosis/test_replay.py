@@ -10,7 +10,7 @@ import pytest
 from planted import as_inputs
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis import verdict as module
+from catheter_sim.diagnosis import verdict
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 
@@ -41,13 +41,13 @@ def test_longer_steps_lead_to_the_same_places(
         steps.append(built.dynamics.timestep_s)
         return simulate(built, *others, **named)
 
-    simulate = module.simulate
-    monkeypatch.setattr(module, "simulate", noted)
+    simulate = verdict.simulate
+    monkeypatch.setattr(verdict, "simulate", noted)
     specified = load_robot("neuroendoscope_section", settings)
-    found = module.replay(specified, trial(actuation), COLUMNS, NO_GRAVITY)
+    found = verdict.replay(specified, trial(actuation), COLUMNS, NO_GRAVITY)
     for name in ("SMOOTH_STRIDE", "SMOOTH_DRIVEN_STRIDE", "DRY_STRIDE"):
-        monkeypatch.setattr(module, name, 1)
-    own = module.replay(specified, trial(actuation), COLUMNS, NO_GRAVITY)
+        monkeypatch.setattr(verdict, name, 1)
+    own = verdict.replay(specified, trial(actuation), COLUMNS, NO_GRAVITY)
     assert steps[0] > steps[1] == specified.dynamics.timestep_s
     assert len(steps) == 2
     assert np.ptp(own.outputs[:, 0]) > 2.0
@@ -69,10 +69,10 @@ def test_a_run_that_does_not_rest_is_made_anew_in_the_robot_s_own_steps(
         moving = np.zeros(len(run.at_rest), bool)
         return replace(run, failure="it fell") if trouble == "failure" else replace(run, at_rest=moving)
 
-    simulate = module.simulate
-    monkeypatch.setattr(module, "simulate", spoiled)
+    simulate = verdict.simulate
+    monkeypatch.setattr(verdict, "simulate", spoiled)
     robot = load_robot("neuroendoscope_section")
-    found = module.replay(robot, trial("tension"), COLUMNS, NO_GRAVITY)
+    found = verdict.replay(robot, trial("tension"), COLUMNS, NO_GRAVITY)
     assert steps[1] == robot.dynamics.timestep_s
     assert found.failure is None
     assert found.restless == 0

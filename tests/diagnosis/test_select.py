@@ -11,10 +11,7 @@ import numpy as np
 import pytest
 from planted import as_inputs, small_robot
 
-from catheter_sim.diagnosis import search as near_module
-from catheter_sim.diagnosis import search as search_module
-from catheter_sim.diagnosis import search as select_module
-from catheter_sim.diagnosis import workers as workers_module
+from catheter_sim.diagnosis import search, workers
 from catheter_sim.diagnosis.comparison import as_good, pays, settled
 from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.noise import chance_of_gain
@@ -130,7 +127,7 @@ def test_two_causes_are_found_that_do_not_pay_alone(monkeypatch):
     problem = made(opposed, "scale", (3.0, 3.0, 0.0), seed=1)
     candidates = ("stiffness", *UNITS)
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
-    monkeypatch.setattr(select_module, "PATIENCE", 0)
+    monkeypatch.setattr(search, "PATIENCE", 0)
     assert select(problem, candidates).chosen.causes == ()
 
 
@@ -142,7 +139,7 @@ def test_when_time_is_up_the_best_so_far_is_chosen(looks: int, monkeypatch):
     assert whole.chosen.causes == ("nonlinear_stiffness",)
     assert not whole.unfinished
     ticks = count()
-    for module in (search_module, workers_module):
+    for module in (search, workers):
         monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: float(next(ticks))))
     found = select(problem, tuple(UNITS), deadline=float(looks))
     assert found.unfinished
@@ -154,19 +151,19 @@ def test_when_time_is_up_the_best_so_far_is_chosen(looks: int, monkeypatch):
 
 def test_two_causes_are_found_beside_one_that_imitates_them(monkeypatch):
     """The third cause takes most of the error alone, so that no step from it leads to the other two."""
-    monkeypatch.setattr(select_module, "BEAM", 1)
+    monkeypatch.setattr(search, "BEAM", 1)
     problem = made(multiplied, "upper", (0.5, 0.5, 0.0), seed=1)
     candidates = ("stiffness", *UNITS)
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
-    monkeypatch.setattr(search_module, "PAIRS", 0)
-    monkeypatch.setattr(near_module, "NEAR_SETS", 0)
+    monkeypatch.setattr(search, "PAIRS", 0)
+    monkeypatch.setattr(search, "NEAR_SETS", 0)
     assert set(select(problem, candidates).chosen.causes) == {"stiffness"}
 
 
 def test_a_search_that_ended_wrongly_is_left_by_exchanging_causes(monkeypatch):
     """Where sets of two are not tried at first, one cause is exchanged for the two that it imitates."""
-    monkeypatch.setattr(select_module, "BEAM", 1)
-    monkeypatch.setattr(search_module, "PAIRS", 0)
+    monkeypatch.setattr(search, "BEAM", 1)
+    monkeypatch.setattr(search, "PAIRS", 0)
     problem = made(multiplied, "upper", (0.5, 0.5, 0.0), seed=1)
     assert set(select(problem, ("stiffness", *UNITS)).chosen.causes) == set(UNITS)
 
@@ -237,7 +234,7 @@ def test_in_motion_little_is_fitted_where_nothing_is_wrong():
     candidates = ("stiffness", *UNITS, "actuation_gain", "backlash", "payload")
     found = select(pulled_in_turn((1.0, 1.0, 1.0), 1, moving=True), candidates)
     assert found.chosen.causes == ()
-    assert 0 < len(found.tried) <= search_module.FINALISTS
+    assert 0 < len(found.tried) <= search.FINALISTS
 
 
 def test_a_lag_is_sought_from_hundredths_of_a_second_in_motion():
@@ -283,7 +280,7 @@ def test_a_cause_in_another_form_comes_before_two_causes(monkeypatch):
     found = select(problem, candidates)
     assert [term.free for term in found.chosen.terms] == [("quintic_mm4",)]
     assert max(len(item.terms) for item in found.tried) == 2
-    monkeypatch.setattr(search_module, "FIRST_IN_ALL_FORMS", 0)
+    monkeypatch.setattr(search, "FIRST_IN_ALL_FORMS", 0)
     assert [term.free for term in select(problem, candidates).chosen.terms] != [("quintic_mm4",)]
 
 

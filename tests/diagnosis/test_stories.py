@@ -11,8 +11,7 @@ from printed_twin import printed_twin
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import output_channels
-from catheter_sim.diagnosis import choose as choose_causes
-from catheter_sim.diagnosis import workers as twins
+from catheter_sim.diagnosis import choose, workers
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 
 
@@ -85,8 +84,8 @@ def test_printed_balance_is_not_mended_by_a_friction(monkeypatch):
     columns = [f"{point}_{axis}_mm" for point in ("tip", "body_4") for axis in "xz"]
     data = data_set(robot, robot.name, {}, histories, columns, solver="complete")
     twin = printed_twin(robot, columns, [trial.inputs for trial in data.trials])
-    monkeypatch.setattr(twins, "twin_for", lambda *_: twin)
-    monkeypatch.setattr(choose_causes, "candidates_for", lambda _: PRINTED_RIVALS)
+    monkeypatch.setattr(workers, "twin_for", lambda *_: twin)
+    monkeypatch.setattr(choose, "candidates_for", lambda _: PRINTED_RIVALS)
     found = diagnose_dataset(data, simulation=False)
     assert (found.verdict, found.causes) == ("unexplained", ())
     (said,) = (note.text for note in found.notes if note.code == "causes_leave_structure")

@@ -20,7 +20,6 @@ from test_wrist import ARM_M, COLUMN, JAW, recording
 
 from catheter_sim.core.inputs import Inputs, slice_inputs
 from catheter_sim.diagnosis import prepare
-from catheter_sim.diagnosis import prepare as pose
 from catheter_sim.diagnosis.changes.compare import Comparison, Earlier
 from catheter_sim.diagnosis.changes.series import compare_series
 from catheter_sim.diagnosis.trials import Dataset, Trial
@@ -58,7 +57,7 @@ def joint(robots: Sequence[ContinuumRobot], inputs: Inputs, every: int) -> np.nd
 @pytest.fixture(autouse=True)
 def fitted_by_the_joint(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The joint is no robot of this project: its model stands here."""
-    for stage in (prepare, pose):
+    for stage in (prepare, prepare):
         monkeypatch.setattr(stage, "twin_of", lambda dataset, train: ChosenTwin(joint))
     return
 

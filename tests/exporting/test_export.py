@@ -14,7 +14,7 @@ import catheter_sim as cs
 from catheter_sim.core.inputs import Inputs, slice_inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
-from catheter_sim.exporting import write as loops
+from catheter_sim.exporting import write
 from catheter_sim.exporting.elements import EXACT, FITTED, LEFT, without
 from catheter_sim.exporting.judge import PERCENT, moving_loop
 from catheter_sim.exporting.write import Model, PlainRun, write_model
@@ -62,7 +62,7 @@ def test_the_file_alone_is_within_two_percent_on_other_loops(name: str, engine: 
     model = write_model(robot, engine)
     path = tmp_path / "model.xml"
     path.write_text(model.text, encoding="utf-8")
-    inputs, _ = loops.judged_loops(model.drives)
+    inputs, _ = write.judged_loops(model.drives)
     inputs = slice_inputs(inputs, slice(0, 18))
     truth = package(robot, inputs)
     length_mm = 1e3 * truth[0, -1, 2]
@@ -91,7 +91,7 @@ def test_each_cause_alone_travels_or_is_listed(
     effect: str, form: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Either the file goes where the package goes with the cause, or the list has it, and it costs."""
-    monkeypatch.setattr(loops, "ROWS_A_WAY", 10)
+    monkeypatch.setattr(write, "ROWS_A_WAY", 10)
     small = cs.load_robot("neuroendoscope_section", SMALL)
     item = next(own for own in EFFECTS[effect].forms if own.name == form).parameters(small)[0]
     value = item.start + 4.0 * item.scale if np.isfinite(item.null) else 0.05 / item.scale
@@ -117,7 +117,7 @@ def test_each_cause_alone_travels_or_is_listed(
 
 def loop_for(model: Model, timed: bool) -> tuple[Inputs, float]:
     """Return a loop of the first drive, with a clock where one is needed, and how far it goes [mm]."""
-    inputs, _ = loops.judged_loops(model.drives)
+    inputs, _ = write.judged_loops(model.drives)
     inputs = slice_inputs(inputs, slice(0, 12))
     path = package(cs.load_robot("neuroendoscope_section", SMALL), inputs)
     return (moving_loop(inputs) if timed else inputs), apart_mm(path[:1], path[5:6])

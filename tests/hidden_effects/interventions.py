@@ -17,7 +17,7 @@ from catheter_sim.lab.forms import forms_for, outside_for
 from catheter_sim.lab.planting import Sized, clean_outputs, drawn_form, in_order, separate, sized
 from catheter_sim.lab.robots import BENCH_ROBOTS
 from catheter_sim.lab.specimen import TRAINING, Course, drawn_courses, drawn_kind, drawn_specimen, measured
-from hidden_effects import natural as deal
+from hidden_effects import natural
 from hidden_effects.natural import (
     NOT_MADE,
     Draw,
@@ -58,27 +58,27 @@ _STORY, _ROBOT, _CONTENT, _COMMANDS, _SHARED = 21, 22, 23, 24, 25
 
 def story_of(purpose: str, seed: int, index: int) -> str:
     """Return how much changes: "single", "pair" or "none"."""
-    return deal.dealt(_STORY, purpose, seed, index, STORIES)
+    return natural.dealt(_STORY, purpose, seed, index, STORIES)
 
 
 def commands_of(purpose: str, seed: int, index: int) -> str:
     """Return whether the later recording has the earlier one's commands: "same", "partly" or "other"."""
-    return deal.dealt(_COMMANDS, purpose, seed, index, COMMANDS)
+    return natural.dealt(_COMMANDS, purpose, seed, index, COMMANDS)
 
 
 def shares_unknown(purpose: str, seed: int, index: int) -> bool:
     """Return whether both recordings hide one and the same thing that no diagnosis knows."""
-    return bool(deal.dealt(_SHARED, purpose, seed, index, SHARED))
+    return bool(natural.dealt(_SHARED, purpose, seed, index, SHARED))
 
 
 def robot_of(purpose: str, seed: int, index: int, names: Sequence[str] = tuple(BENCH_ROBOTS)) -> str:
     """Return which of the bench's robots a draw is about."""
-    return deal.dealt(_ROBOT, purpose, seed, index, names)
+    return natural.dealt(_ROBOT, purpose, seed, index, names)
 
 
 def generator_of(purpose: str, seed: int, index: int, attempt: int) -> np.random.Generator:
     """Return what draws the rest of a draw."""
-    return deal.generator_of(purpose, seed, index, attempt, _CONTENT)
+    return natural.generator_of(purpose, seed, index, attempt, _CONTENT)
 
 
 # ----------------------------------------------------------------------------------------------------

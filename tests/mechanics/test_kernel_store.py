@@ -12,7 +12,7 @@ from types import ModuleType
 
 import pytest
 
-from catheter_sim.mechanics import compiled as kernel_store
+from catheter_sim.mechanics import compiled
 
 _COMPILED = "from catheter_sim.mechanics.compiled import compiled"
 INNER = f"{_COMPILED}\n\nFACTOR = {{}}\n\n\n@compiled\ndef scaled(x):\n    return FACTOR * x\n"
@@ -28,20 +28,20 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "catheter_sim"
     folder.mkdir()
     (folder / "outer_of_test.py").write_text(OUTER)
-    monkeypatch.setattr(kernel_store, "_SOURCES", tmp_path)
+    monkeypatch.setattr(compiled, "_SOURCES", tmp_path)
     # Python's own store tells files by size and second: of two within a second it would load the first.
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "store"))
-    kernel_store._store.cache_clear()
+    compiled._store.cache_clear()
     yield folder
-    kernel_store._store.cache_clear()
-    kernel_store.state_of.cache_clear()
+    compiled._store.cache_clear()
+    compiled.state_of.cache_clear()
     sys.modules.pop("catheter_sim.inner_of_test", None)
 
 
 def load(file: Path) -> ModuleType:
     """Return the module in `file`, loaded anew, as part of the package."""
-    kernel_store.state_of.cache_clear()
+    compiled.state_of.cache_clear()
     name = f"catheter_sim.{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None
@@ -76,7 +76,7 @@ def test_sources_are_followed_through_other_files(package: Path) -> None:
     (package / "deep").mkdir()
     (package / "deep" / "b.py").write_text("")
     (package / "deep" / "c.py").write_text("")
-    found = kernel_store.sources_of(package / "outer_of_test.py")
+    found = compiled.sources_of(package / "outer_of_test.py")
     assert [file.name for file in found if "_of_test" in file.name or file.parent.name == "deep"] == [
         "b.py",
         "inner_of_test.py",
@@ -120,9 +120,9 @@ def test_a_tree_forgets_its_own_states_alone(tmp_path: Path, monkeypatch: pytest
         file = tmp_path / tree / "catheter_sim" / "kernel.py"
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
-        monkeypatch.setattr(kernel_store, "_SOURCES", tmp_path / tree)
-        kernel_store.state_of.cache_clear()
-        locator = kernel_store._Locator(store, file, kept)
+        monkeypatch.setattr(compiled, "_SOURCES", tmp_path / tree)
+        compiled.state_of.cache_clear()
+        locator = compiled._Locator(store, file, kept)
         locator.ensure_cache_path()
         time.sleep(0.002)  # files are told apart by when they were changed
         return Path(locator.get_cache_path()).name
@@ -133,7 +133,7 @@ def test_a_tree_forgets_its_own_states_alone(tmp_path: Path, monkeypatch: pytest
     assert kept("other", "4") == mine[3]  # in both trees
     mine += [kept("mine", str(number)) for number in range(8, 12)]
     assert states(store) == {other, mine[3], *mine[-4:]}
-    long_ago = time.time() - 86400.0 * (kernel_store._USED_DAYS + 1.0)
+    long_ago = time.time() - 86400.0 * (compiled._USED_DAYS + 1.0)
     for mark in (store / other).iterdir():
         os.utime(mark, (long_ago, long_ago))
     mine.append(kept("mine", "12"))
@@ -144,11 +144,11 @@ def test_what_another_version_has_kept_stays_for_a_while(tmp_path: Path) -> None
     """Without marks the folder's own time counts."""
     file = tmp_path / "kernel.py"
     file.write_text("")
-    for name, days in (("new", 1.0), ("old", kernel_store._USED_DAYS + 1.0)):
+    for name, days in (("new", 1.0), ("old", compiled._USED_DAYS + 1.0)):
         folder = tmp_path / f"{tmp_path.name}.kernel-{name}"
         folder.mkdir()
         os.utime(folder, (time.time() - 86400.0 * days,) * 2)
-    locator = kernel_store._Locator(tmp_path, file, states)
+    locator = compiled._Locator(tmp_path, file, states)
     locator.ensure_cache_path()
     left = {item for item in states(tmp_path) if item.startswith(tmp_path.name)}
     assert left == {f"{tmp_path.name}.kernel-new", Path(locator.get_cache_path()).name}

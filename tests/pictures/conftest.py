@@ -10,7 +10,7 @@ import pytest
 
 from catheter_sim.mjcf.parts import inline
 from catheter_sim.modelling.build import View, views
-from catheter_sim.robots.continuum import description as layout
+from catheter_sim.robots.continuum import description
 from catheter_sim.robots.continuum.picture import element_meshes, element_parts
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 
@@ -38,7 +38,7 @@ def planar_chain_xml(robot: ContinuumRobot) -> str:
         vertex, face = inline(mesh)
         assets += f'<mesh name="{key}" vertex="{vertex}" face="{face}"/>'
     opened, below = geoms(0), 0.0
-    chain = layout.links(robot)
+    chain = description.links(robot)
     for link in chain:
         opened += (
             f'<body pos="0 0 {link.hinge_z_m - below}"><joint name="x{link.index}" axis="0 1 0"/>'

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.anatomy.anatomies import blocks, shell
-from catheter_sim.procedure import heart as valve
+from catheter_sim.procedure import heart
 from catheter_sim.procedure.heart import (
     HOLE_RADIUS_M,
     LEAFLET_M,
@@ -108,25 +108,25 @@ def test_leaflets_coapt_below_the_annulus(seed: int) -> None:
     """Margins lie against each other over the stated length at the stated depth; parts are closed."""
     anatomy = drawn(seed)
     _, across = coaptation_axes(anatomy)
-    for sign in valve.SIDES.values():
-        for part in valve.beside(anatomy, sign):
+    for sign in heart.SIDES.values():
+        for part in heart.beside(anatomy, sign):
             assert part.is_watertight
             assert part.volume > 0.0
-        first, margin = valve.scallop(anatomy, sign)
+        first, margin = heart.scallop(anatomy, sign)
         assert first.hinge == pytest.approx(sign * anatomy.annulus_across_m * across)
         assert first.hinge + first.length_m * first.R[:, 0] == pytest.approx(margin.hinge)
         assert margin.hinge[2] == pytest.approx(-anatomy.coaptation_depth_m)
         assert sign * margin.hinge @ across == pytest.approx(0.5 * LEAFLET_M)
         end = margin.hinge + margin.length_m * margin.R[:, 0]
-        assert end[2] == pytest.approx(valve.free_edge_z_m(anatomy))
-        assert valve.leaflet(anatomy, sign).bounds[0, 2] == pytest.approx(end[2], abs=1e-9)
+        assert end[2] == pytest.approx(heart.free_edge_z_m(anatomy))
+        assert heart.leaflet(anatomy, sign).bounds[0, 2] == pytest.approx(end[2], abs=1e-9)
 
 
 def test_rod_between_the_leaflets_lowers_their_edges() -> None:
     """By nothing where it has no room to take; by what plates of fixed length turn down otherwise."""
     anatomy = replace(median_anatomy(), annulus_across_m=15.6e-3, coaptation_depth_m=8e-3)
-    rest = valve.free_edge_z_m(anatomy)
-    assert valve.pushed_edge_z_m(anatomy, 0.0) == pytest.approx(rest)
+    rest = heart.free_edge_z_m(anatomy)
+    assert heart.pushed_edge_z_m(anatomy, 0.0) == pytest.approx(rest)
     # plates of 17 mm (8, 15, 17) whose ends are moved from 15 to 10.2 mm off the annulus
     expected = -13.6e-3 - anatomy.coaptation_length_m
-    assert valve.pushed_edge_z_m(anatomy, 4.8e-3) == pytest.approx(expected)
+    assert heart.pushed_edge_z_m(anatomy, 4.8e-3) == pytest.approx(expected)

@@ -29,7 +29,7 @@ from catheter_sim.procedure.plan import (
     target_frame,
     tip_to_end_m,
 )
-from catheter_sim.robots.catheter import kinematics as closed_form
+from catheter_sim.robots.catheter import kinematics
 from catheter_sim.robots.catheter.kinematics import within_limits
 from catheter_sim.robots.catheter.published import mitral_4dof, mitral_transseptal
 
@@ -45,8 +45,8 @@ def planned(request: pytest.FixtureRequest) -> Plan:
 
 def test_printed_closed_form_reaches_the_target(planned: Plan) -> None:
     """Nayar 2022, Eqs 14-15, at the planned values: the whole pose to 1e-7 m and rad."""
-    tool = closed_form.transseptal_tool(closed_form.transseptal_lengths(ROBOT), planned.q[np.newaxis])
-    place, R = closed_form.in_base_frame(*tool)
+    tool = kinematics.transseptal_tool(kinematics.transseptal_lengths(ROBOT), planned.q[np.newaxis])
+    place, R = kinematics.in_base_frame(*tool)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = R[0], place[0]
     reached = planned.base(planned.insertion_m) @ pose

@@ -17,7 +17,6 @@ from catheter_sim import progress
 from catheter_sim.cli.main import main
 from catheter_sim.pictures import offscreen
 from catheter_sim.simulation import replay, simulator
-from catheter_sim.simulation import replay as commands
 from catheter_sim.tables import read_table
 
 PULL = {"time_s": [0.0, 1.0, 2.0], "tension_right_N": [0.0, 0.2, 0.4]}
@@ -248,13 +247,13 @@ def test_a_motion_of_too_many_steps_is_refused_before_any_work(
 def test_a_long_way_holds_a_second_of_its_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
     """However far two rows are apart; all steps between them are taken, each once and in order."""
     asked: list[np.ndarray] = []
-    means = commands.Commands.means
+    means = replay.Commands.means
 
     def noted(self: Any, at_s: np.ndarray, width_s: float) -> Any:
         asked.append(at_s)
         return means(self, at_s, width_s)
 
-    monkeypatch.setattr(commands.Commands, "means", noted)
+    monkeypatch.setattr(replay.Commands, "means", noted)
     monkeypatch.setattr(simulator.Simulator, "step", lambda self, count=1: None)
     cs.simulate(SECTION, {"time_s": [0.0, 7.3], "tension_right_N": [0.0, 0.1]}, dynamic=True)
     assert max(map(len, asked)) == 2000

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear, minimize
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.mechanics import tendons as turns_kernel
+from catheter_sim.mechanics import tendons
 from catheter_sim.mechanics.capstan import (
     capstan_factors,
     slip_as_before,
@@ -220,11 +220,11 @@ def test_turns_in_space_are_those_in_the_plane():
     simulator.posture()
     angles = simulator.data.qpos.copy()
     turn = np.zeros((1, 30))
-    turns_kernel.planar_turns(angles, np.arange(30), turn)
+    tendons.planar_turns(angles, np.arange(30), turn)
     sites = np.array([[simulator.model.site(f"hole_right_{k}").id for k in range(31)]])
     spatial = np.zeros((1, 30))
     along = np.array([0.0, 0.0, 1.0])
-    turns_kernel.spatial_turns(simulator.data.site_xpos, sites, np.array([30]), along, spatial)
+    tendons.spatial_turns(simulator.data.site_xpos, sites, np.array([30]), along, spatial)
     assert spatial == pytest.approx(turn, abs=1e-7)
 
 

@@ -14,18 +14,15 @@ from rolling_cases import HANGING, NO_GRAVITY, pulls
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catheter import kinematics as pure
+from catheter_sim.robots.catheter import kinematics
 from catheter_sim.robots.catheter.kinematics import arm_m
 from catheter_sim.robots.catheter.spec import CatheterRobot
-from catheter_sim.robots.continuum import arcs as arc_equilibrium
-from catheter_sim.robots.continuum import lumped
+from catheter_sim.robots.continuum import arcs, lumped
 from catheter_sim.robots.continuum import rods as rod_models
 from catheter_sim.robots.continuum.constant_curvature import arc_robots
 from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
 from catheter_sim.robots.continuum.rods import load, problem
-from catheter_sim.robots.rolling import complete as rods
-from catheter_sim.robots.rolling import complete as rolling_complete
-from catheter_sim.robots.rolling import printed as rolling_printed
+from catheter_sim.robots.rolling import complete, printed
 from catheter_sim.robots.rolling.complete import solve_history, solve_loaded
 from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.robots.rolling.spec import RollingRobot
@@ -47,7 +44,7 @@ def test_residual_of_rolling_joints_is_the_largest_moment_left(
 ) -> None:
     """Row by row, of either sign, at any joint: what the solver leaves over is what the run says."""
     name = {"complete": "solve_history", "virtual_work": "solve_history_by_virtual_work"}[model]
-    solve = getattr(rolling_complete, name)
+    solve = getattr(complete, name)
     inputs = pulls([5.0, 20.0])
     clean = STATIC_MODELS[model].solve(section(), inputs, HANGING)
     assert clean.residual.max() < 1e-12
@@ -59,7 +56,7 @@ def test_residual_of_rolling_joints_is_the_largest_moment_left(
         left[0, 3], left[1, 14] = 2e-4, -7e-4
         return replace(solved, unbalanced=left)
 
-    monkeypatch.setattr(rolling_complete, name, short_of_it)
+    monkeypatch.setattr(complete, name, short_of_it)
     assert STATIC_MODELS[model].solve(section(), inputs, HANGING).residual == pytest.approx([2e-4, 7e-4])
 
 
@@ -70,8 +67,8 @@ def test_solved_moments_are_those_at_the_solution() -> None:
     theta = solved.theta
 
     def left(angles: np.ndarray) -> np.ndarray:
-        spans = rods.spans(chain, angles)
-        elastic, _ = rods.elastic_moments(chain, angles, spans)
+        spans = complete.spans(chain, angles)
+        elastic, _ = complete.elastic_moments(chain, angles, spans)
         return -elastic - 20.0 * spans.slope[..., 0, :]
 
     assert np.abs(left(theta)).max() < 1e-10
@@ -81,10 +78,10 @@ def test_solved_moments_are_those_at_the_solution() -> None:
 
 def test_printed_residual_is_the_largest_moment_left(monkeypatch: pytest.MonkeyPatch) -> None:
     """Bend angles that are off by 1 mrad leave what the elastic moments' slope says, and no less."""
-    balanced = rolling_printed.balanced
+    balanced = printed.balanced
     clean = STATIC_MODELS["printed"].solve(section(), pulls([5.0]), NO_GRAVITY)
     assert clean.residual.max() < 1e-10
-    monkeypatch.setattr(rolling_printed, "balanced", lambda *arguments: balanced(*arguments) + 1e-3)
+    monkeypatch.setattr(printed, "balanced", lambda *arguments: balanced(*arguments) + 1e-3)
     spoiled = STATIC_MODELS["printed"].solve(section(), pulls([5.0]), NO_GRAVITY)
     slope = float(rolling_chain(section()).rest_stiffness.min())
     assert spoiled.residual[0] > 0.2e-3 * slope
@@ -123,15 +120,15 @@ def test_residual_of_arcs_is_in_newton_meters_row_by_row(monkeypatch: pytest.Mon
     """What the solver leaves over, in radians of the stiffest segment, times that segment's EI / L."""
     robots = arc_robots([load_robot("spacer_disk")])
     commands = np.zeros((1, 2, 4))
-    solve = arc_equilibrium.solve_histories
+    solve = arcs.solve_histories
 
     def short_of_it(*arguments: object) -> None:
         solve(*arguments)
         arguments[-1][3][:] = [[1e-3, 4e-3]]  # type: ignore[index]
 
-    assert arc_equilibrium.solve_rows(robots, commands, True).residual.max() < 1e-9
-    monkeypatch.setattr(arc_equilibrium, "solve_histories", short_of_it)
-    left = arc_equilibrium.solve_rows(robots, commands, True).residual
+    assert arcs.solve_rows(robots, commands, True).residual.max() < 1e-9
+    monkeypatch.setattr(arcs, "solve_histories", short_of_it)
+    left = arcs.solve_rows(robots, commands, True).residual
     stiffness = 211e9 * np.pi * 0.4e-3**4 / 4.0 / 0.05
     assert left == pytest.approx(stiffness * np.array([[1e-3, 4e-3]]), rel=1e-9)
 
@@ -191,15 +188,15 @@ def test_residual_of_pure_kinematics_is_the_displacement_left(monkeypatch: pytes
     assert isinstance(robot, CatheterRobot)
     rows = np.array([(1e-3, 0.0, 0.0, 0.0), (-2e-3, 0.0, 0.0, 0.0)])
     inputs = Inputs(np.arange(2.0), "displacement", rows, np.zeros((2, 3)), np.zeros((2, 3)))
-    run = pure.pk(robot, inputs, np.zeros(3))
+    run = kinematics.pk(robot, inputs, np.zeros(3))
     assert run.residual.max() < 1e-15
-    invert = pure.elastic_angle_rad
+    invert = kinematics.elastic_angle_rad
 
     def too_large(segment: object, *arguments: object) -> np.ndarray:
         angle = invert(segment, *arguments)  # type: ignore[arg-type]
         return angle + 1e-3 * np.sign(angle) if segment.joint == "bending" else angle  # type: ignore[attr-defined]
 
-    monkeypatch.setattr(pure, "elastic_angle_rad", too_large)
+    monkeypatch.setattr(kinematics, "elastic_angle_rad", too_large)
     bend = np.array([posture.joint_angles[1:12].sum() for posture in run.postures])
     expected = 1e-3 * arm_m(robot.segments[1], bend)
-    assert pure.pk(robot, inputs, np.zeros(3)).residual == pytest.approx(expected, rel=1e-3)
+    assert kinematics.pk(robot, inputs, np.zeros(3)).residual == pytest.approx(expected, rel=1e-3)

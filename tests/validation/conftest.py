@@ -8,12 +8,11 @@ from typing import Any
 import pytest
 
 from catheter_sim.validation import mitral_control
-from catheter_sim.validation import mitral_control as mitral_whole
 
 SHARED = (
     (mitral_control, "joint_control"),
     (mitral_control, "bend_control"),
-    (mitral_whole, "whole_robot"),
+    (mitral_control, "whole_robot"),
 )
 
 

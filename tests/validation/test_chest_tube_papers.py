@@ -10,7 +10,7 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import leaves, to_document
 from catheter_sim.robots.rolling.complete import complete
-from catheter_sim.validation import chest_tube_measured as chest_tube_repeats
+from catheter_sim.validation import chest_tube_measured
 from catheter_sim.validation.chest_tube import (
     ALTERNATING,
     ONE_SIDED,
@@ -107,7 +107,7 @@ def test_design_is_drawn_and_judged(tmp_path: Path) -> None:
 def test_repeats_without_any_difference_are_one_loading(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing assumed, no spread: what is left is the distance of the two balances."""
     for name in ("FRICTION_SHARE", "TENSION_SHARE", "NOISE_MM"):
-        monkeypatch.setattr(chest_tube_repeats, name, 0.0)
-    found = chest_tube_repeats.repeats(2)
+        monkeypatch.setattr(chest_tube_measured, name, 0.0)
+    found = chest_tube_measured.repeats(2)
     assert np.ptp(found.away_mm, axis=0).max() < 1e-9
     assert found.over_distance[0, 1:].mean() == pytest.approx(1.90, abs=0.05)

@@ -12,7 +12,6 @@ from catheter_sim.robots.catheter.measured import PRINTED, SIMPLIFIED, stretchin
 from catheter_sim.robots.catheter.published import mitral_4dof, mitral_4dof_elongation, mitral_4dof_measured
 from catheter_sim.robots.catheter.statics import balance
 from catheter_sim.validation import mitral_control
-from catheter_sim.validation import mitral_control as mitral_whole
 from catheter_sim.validation.lines import NO_GRAVITY, given
 from catheter_sim.validation.mitral import joint_angles_deg
 
@@ -98,20 +97,20 @@ def test_on_the_robot_that_it_knows_te_needs_no_controller() -> None:
 def test_without_weight_and_tracker_the_advance_changes_no_angle() -> None:
     """The tube passes through both joints at every advance: rows of Table I would be one, to 0.02 deg."""
     robot = mitral_4dof_elongation()
-    moved = mitral_whole.whole_robot(robot, mitral_whole.ADVANCES_MM["variable"], False)
-    still = mitral_whole.whole_robot(robot, mitral_whole.ADVANCES_MM["0 mm"], False)
+    moved = mitral_control.whole_robot(robot, mitral_control.ADVANCES_MM["variable"], False)
+    still = mitral_control.whole_robot(robot, mitral_control.ADVANCES_MM["0 mm"], False)
     for one, other in ((moved.alone, still.alone), (moved.controlled, still.controlled)):
         assert np.abs(np.degrees(one.reached - other.reached)[:, :3]).max() < 0.02
         assert np.ptp(one.reached[:, 3]) > 0.014
 
 
 @pytest.fixture(scope="module")
-def rows() -> dict[str, mitral_whole.WholeRun]:
+def rows() -> dict[str, mitral_control.WholeRun]:
     robot = mitral_4dof_measured()
-    return {row: mitral_whole.whole_robot(robot, way) for row, way in mitral_whole.ADVANCES_MM.items()}
+    return {row: mitral_control.whole_robot(robot, way) for row, way in mitral_control.ADVANCES_MM.items()}
 
 
-def test_the_tool_droops_with_the_advance(rows: dict[str, mitral_whole.WholeRun]) -> None:
+def test_the_tool_droops_with_the_advance(rows: dict[str, mitral_control.WholeRun]) -> None:
     """From 0 to 20 mm what the tracker sees beyond the proximal joint's own angle grows as a cantilever's end
     turns, to a tenth.
     """
@@ -120,20 +119,22 @@ def test_the_tool_droops_with_the_advance(rows: dict[str, mitral_whole.WholeRun]
         run = rows[row].alone
         assert run.measured is not None
         beyond.append(np.degrees((run.measured - run.reached)[-40:, 0].mean()))  # at the last corner
-    turned = mitral_whole.droop_deg(mitral_4dof_measured(), 20e-3)
+    turned = mitral_control.droop_deg(mitral_4dof_measured(), 20e-3)
     assert beyond[0] - beyond[1] == pytest.approx(turned, rel=0.1)
 
 
 def test_sets_are_fitted_to_what_they_say() -> None:
     """The dead-bands give Table I's errors of the model alone, variable advance, to 0.1 deg."""
-    found = mitral_whole.whole_robot(mitral_whole.fitted_to_table_1(), mitral_whole.ADVANCES_MM["variable"])
-    printed = [alone for alone, _ in mitral_whole.TABLE_1_DEG["variable"]]
+    found = mitral_control.whole_robot(
+        mitral_control.fitted_to_table_1(), mitral_control.ADVANCES_MM["variable"]
+    )
+    printed = [alone for alone, _ in mitral_control.TABLE_1_DEG["variable"]]
     assert found.alone.seen_rmse_deg()[:3] == pytest.approx(printed, abs=0.1)
 
 
-def test_no_share_that_misses_the_table_is_called_met(rows: dict[str, mitral_whole.WholeRun]) -> None:
+def test_no_share_that_misses_the_table_is_called_met(rows: dict[str, mitral_control.WholeRun]) -> None:
     """Every line of the controller's share stands beside print, unjudged, with the gap as its error."""
-    lines = [line for line in mitral_whole.measured_lines(rows) if "share" in line.quantity]
+    lines = [line for line in mitral_control.measured_lines(rows) if "share" in line.quantity]
     assert len(lines) == 12
     for line in lines:
         assert line.published is not None

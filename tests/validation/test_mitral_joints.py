@@ -24,8 +24,7 @@ from catheter_sim.robots.catheter.published import (
     tendon_stiffness_N_per_m,
     tube_stiffness_N_m2,
 )
-from catheter_sim.validation import mitral as mitral_cycles
-from catheter_sim.validation import mitral_control as mitral_flow
+from catheter_sim.validation import mitral, mitral_control
 
 
 def test_materials_give_the_printed_slope() -> None:
@@ -54,7 +53,7 @@ def test_the_printed_deflection_asks_for_a_tendon_that_cannot_be() -> None:
 def test_levers_are_the_hinges_ways_of_the_tip() -> None:
     """Their mean is the tip's way across the tool per bend: the arc's, to 1 %."""
     robot, bend = mitral_transseptal(), math.radians(90.0)
-    lever = mitral_flow.levers_m(robot, bend)
+    lever = mitral_control.levers_m(robot, bend)
     assert len(lever) == 11
     J = tool_jacobian(robot, np.array([0.0, bend, 0.0, 0.0]))
     across = np.array([math.cos(bend), 0.0, -math.sin(bend)])
@@ -64,7 +63,7 @@ def test_levers_are_the_hinges_ways_of_the_tip() -> None:
 def test_pulling_back_more_leaves_less() -> None:
     """Nothing pulled back leaves all; a share leaves more than the uneven bend that no tendon holds."""
     robot = mitral_transseptal_tube()
-    left = [mitral_flow.compensated_share(robot, share) for share in (0.0, 0.4, 0.8, 0.999)]
+    left = [mitral_control.compensated_share(robot, share) for share in (0.0, 0.4, 0.8, 0.999)]
     assert left[0] == pytest.approx(1.0)
     assert left == sorted(left, reverse=True)
     assert 0.1 < left[-1] < 0.25
@@ -74,21 +73,21 @@ def test_pulling_back_more_leaves_less() -> None:
 def test_flow_is_sensed_and_compensated() -> None:
     """Friction off: the deflection is told to 5 % of its amplitude, and what is left is what statics say."""
     robot = replace(mitral_transseptal_tube(), friction=Friction(0.0))
-    found = mitral_flow.held(robot)
+    found = mitral_control.held(robot)
     assert found.slope_m_per_N == pytest.approx(DEFLECTION_M_PER_N, rel=0.02)
     assert found.sensed_rmse_m < 0.05 * found.tip_m
-    line = mitral_flow.compensation_lines(robot, found, found)[0]
+    line = mitral_control.compensation_lines(robot, found, found)[0]
     assert line.tolerance is not None
     assert line.passed
     blind = replace(found, compensated_m=found.tip_m)
-    assert not mitral_flow.compensation_lines(robot, blind, found)[0].passed
+    assert not mitral_control.compensation_lines(robot, blind, found)[0].passed
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("joint", mitral_cycles.FIGURE_6)
+@pytest.mark.parametrize("joint", mitral.FIGURE_6)
 def test_dead_bands_are_fitted_to_figure_6(joint: str) -> None:
     """Both R^2 without springs come out to 0.002; with springs there is no loop."""
-    lines = mitral_cycles.bare_lines(joint, mitral_cycles.bare_loops(joint))
+    lines = mitral.bare_lines(joint, mitral.bare_loops(joint))
     fitted = [line for line in lines if line.kind == "fitted to it"]
     assert len(fitted) == 2
     assert all(line.error < 0.002 for line in fitted)
@@ -99,15 +98,15 @@ def test_dead_bands_are_fitted_to_figure_6(joint: str) -> None:
 def test_ten_cycles_repeat_and_a_drift_would_show() -> None:
     """The second to tenth cycle of the bending joint lie together; a drift of 0.02 deg a cycle
     shows."""
-    angle = mitral_cycles.ten_cycles("bending")
+    angle = mitral.ten_cycles("bending")
     assert angle.shape[0] == 10
-    assert mitral_cycles.repeat_line("bending", angle).error < 1e-5
+    assert mitral.repeat_line("bending", angle).error < 1e-5
     drifted = angle + 0.02 * np.arange(10)[:, None]
-    assert mitral_cycles.repeat_line("bending", drifted).error > 0.1
+    assert mitral.repeat_line("bending", drifted).error > 0.1
 
 
 @pytest.mark.long
 def test_loops_are_drawn(tmp_path: Path) -> None:
     """Fig. 6's, with and without springs."""
-    assert mitral_cycles.validate_cycles(tmp_path).passed
+    assert mitral.validate_cycles(tmp_path).passed
     assert (tmp_path / "mitral_loops_bare.png").stat().st_size > 5000

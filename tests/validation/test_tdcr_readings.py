@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from catheter_sim.validation import tdcr_readings
-from catheter_sim.validation import tdcr_readings as tdcr_times
 from catheter_sim.validation.spacer_disk import (
     SETS,
     TIP_FORCES_N,
@@ -75,9 +74,9 @@ def test_claims_about_times_can_fail() -> None:
     """Of made-up times in which CC is slow and PRB fast every claim fails."""
     turned = {
         disks: {"CC": 1.0, "CC_sub": 1.0, "PRB": 1.0 / disks, "VC": 1.0, "VC_ref": float(disks)}
-        for disks in tdcr_times.TIMED_DISKS
+        for disks in tdcr_readings.TIMED_DISKS
     }
-    lines = tdcr_times.claim_lines(turned)
+    lines = tdcr_readings.claim_lines(turned)
     assert len(lines) == 4
     assert not any(line.passed for line in lines)
 
@@ -85,10 +84,10 @@ def test_claims_about_times_can_fail() -> None:
 def test_times_are_of_every_model_at_every_number_of_disks() -> None:
     """All that carry the load, above nothing. Whether the claims hold on a clock, `validate` says: a test on
     a machine that does other things as well could not."""
-    found = tdcr_times.times_by_disks()
-    assert tuple(found) == tdcr_times.TIMED_DISKS
+    found = tdcr_readings.times_by_disks()
+    assert tuple(found) == tdcr_readings.TIMED_DISKS
     for spent in found.values():
-        assert set(spent) == set(tdcr_times.TIMED_MODELS)
+        assert set(spent) == set(tdcr_readings.TIMED_MODELS)
         assert all(seconds > 0.0 for seconds in spent.values())
 
 

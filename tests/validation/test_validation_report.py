@@ -11,14 +11,14 @@ import pytest
 from page_checks import read_page
 from PIL import Image
 
-from catheter_sim.validation import report as run
+from catheter_sim.validation import report
 from catheter_sim.validation.lines import ASSUMED, PREDICTED, Line, Validation
 from catheter_sim.validation.report import CAPTIONS, caption, validation_html
 
 NEAR = Line("chest_tube_section", "tip_x_mm at 5 N", "mm", 0.3, 0.4, "Eq. 9 (fkm_sliding)", 1.0, 1.3, None)
 FAR = Line("mitral_4dof", "bend <in degrees>", "deg", 0.1, 1.0, "Table III", 2.0, None, 2.1)
 TOLD = replace(FAR, quantity="mass", tolerance=None, kind=ASSUMED)
-SOURCES = Path(run.__file__).parent
+SOURCES = Path(report.__file__).parent
 
 
 def test_the_page_is_read_on_a_telephone_and_says_what_agrees(tmp_path: Path) -> None:
@@ -56,8 +56,8 @@ def test_pictures_of_an_earlier_run_are_left_out(tmp_path: Path, monkeypatch: py
         Image.new("RGB", (5, 5)).save(folder / "new_shapes.png")
         return Validation((replace(NEAR, kind=PREDICTED),), ())
 
-    monkeypatch.setattr(run, "CHECKS", {"chest_tube_section": (check,)})
-    run.validate(["chest_tube_section"], tmp_path)
+    monkeypatch.setattr(report, "CHECKS", {"chest_tube_section": (check,)})
+    report.validate(["chest_tube_section"], tmp_path)
     page = (tmp_path / "report.html").read_text()
     assert "Backbones in the bending plane" in page
     assert page.count("data:image/png;base64,") == 1

@@ -11,8 +11,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Mount, RobotSpec
 from catheter_sim.errors import InputError
-from catheter_sim.lab import memory as lateness
-from catheter_sim.lab import memory as operators
+from catheter_sim.lab import memory
 from catheter_sim.lab.engine import Acting, Form, Numbers, Scale, Shapes, shortened
 from catheter_sim.lab.forms.hysteresis import bends_joints
 from catheter_sim.lab.specimen import Course, Specimen
@@ -61,25 +60,25 @@ def _lost(acting: Acting, u: Array, share: Array) -> Array:
     """Return `u` less what its pulled tendons are longer by, in shares of `u`'s percents, where they bend."""
     lost = _PERCENT * acting.size * share
     if acting.specimen.jointed:  # a pair: either tendon may be the one that pulls
-        return np.where(_bends(acting), operators.slack(u, lost), u)
+        return np.where(_bends(acting), memory.slack(u, lost), u)
     return u - lost
 
 
 def _set(acting: Acting, course: Course, u: Array) -> Array:
-    up, down = operators.largest_so_far(u), operators.largest_so_far(-u)
+    up, down = memory.largest_so_far(u), memory.largest_so_far(-u)
     return _lost(acting, u, np.where(u >= 0.0, up, down) if acting.specimen.jointed else up)
 
 
 def _bedded(acting: Acting, course: Course, u: Array) -> Array:
     reach = acting.specimen.reach
-    up, down = operators.largest_so_far(u), operators.largest_so_far(-u)
+    up, down = memory.largest_so_far(u), memory.largest_so_far(-u)
     most = np.where(u >= 0.0, up, down) if acting.specimen.jointed else up
     return _lost(acting, u, reach * (1.0 - np.exp(-most / (0.3 * reach))))
 
 
 def _crept(acting: Acting, course: Course, u: Array) -> Array:
     pulled = u if acting.specimen.jointed else np.maximum(u, 0.0)
-    share = np.abs(lateness.log_creep(course.time_s, pulled, acting.numbers["shortest_s"]))
+    share = np.abs(memory.log_creep(course.time_s, pulled, acting.numbers["shortest_s"]))
     return _lost(acting, u, share)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction, RobotSpec
-from catheter_sim.lab import memory as operators
+from catheter_sim.lab import memory
 from catheter_sim.lab.engine import (
     Acting,
     Form,
@@ -32,26 +32,26 @@ _LEAST_MU = 0.1  # of the specified one: no tendon runs without friction
 
 
 def _played(acting: Acting, course: Course, u: Array) -> Array:
-    return operators.play(u, acting.size * per_channel(acting))
+    return memory.play(u, acting.size * per_channel(acting))
 
 
 def _smooth(acting: Acting, course: Course, u: Array) -> Array:
-    return operators.smooth_play(u, acting.size * per_channel(acting))
+    return memory.smooth_play(u, acting.size * per_channel(acting))
 
 
 def _soft(acting: Acting, course: Course, u: Array) -> Array:
-    return operators.soft_play(u, acting.size * per_channel(acting), acting.numbers["through"])
+    return memory.soft_play(u, acting.size * per_channel(acting), acting.numbers["through"])
 
 
 def _narrowing(acting: Acting, course: Course, u: Array) -> Array:
     """What hangs loose at rest is pressed together by the pull."""
     share = 1.0 - 0.7 * np.clip(np.abs(u) / acting.specimen.reach, 0.0, 1.0)
     half = 0.5 * acting.size * per_channel(acting) * share
-    return operators.within(u - half, u + half)
+    return memory.within(u - half, u + half)
 
 
 def _uneven(acting: Acting, course: Course, u: Array) -> Array:
-    return operators.play(u, acting.size * per_channel(acting) * np.array(acting.numbers["shares"]))
+    return memory.play(u, acting.size * per_channel(acting) * np.array(acting.numbers["shares"]))
 
 
 def _at_the_joints(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
@@ -59,12 +59,12 @@ def _at_the_joints(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     width = np.radians(acting.size * 0.02)
     return rebent(
         shapes,
-        lambda bends: operators.play(bends.reshape(len(bends), -1), width).reshape(bends.shape),
+        lambda bends: memory.play(bends.reshape(len(bends), -1), width).reshape(bends.shape),
     )
 
 
 def _slackened(acting: Acting, course: Course, u: Array) -> Array:
-    return operators.slack(u, acting.size * per_channel(acting))
+    return memory.slack(u, acting.size * per_channel(acting))
 
 
 def _through(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
@@ -139,18 +139,18 @@ def _mu(acting: Acting) -> Mapping[str, float]:
 
 
 def _turned(acting: Acting, course: Course, u: Array) -> Array:
-    return operators.capstan(u, 0.01 * acting.size)
+    return memory.capstan(u, 0.01 * acting.size)
 
 
 def _rusted(acting: Acting, course: Course, u: Array) -> Array:
     loss = 0.01 * acting.size * (1.0 + np.maximum(u, 0.0) / acting.specimen.reach)
-    return operators.within(u * np.exp(-loss), u * np.exp(loss))
+    return memory.within(u * np.exp(-loss), u * np.exp(loss))
 
 
 def _pressed(acting: Acting, course: Course, u: Array) -> Array:
     knee = acting.numbers["knee"]
     parts = [
-        operators.pressed(u[:, [k]], 0.01 * acting.size, knee * reach)
+        memory.pressed(u[:, [k]], 0.01 * acting.size, knee * reach)
         for k, reach in enumerate(acting.specimen.reach)
     ]
     return np.concatenate(parts, axis=1)
@@ -173,7 +173,7 @@ def _held_back(acting: Acting, course: Course, u: Array) -> tuple[tuple[int, ...
     """
     specimen = acting.specimen
     loss = acting.size * 0.01 * u.max() / _FIFTHS
-    behind = operators.hole_tensions(u, loss, _FIFTHS)  # (fifths, r, c)
+    behind = memory.hole_tensions(u, loss, _FIFTHS)  # (fifths, r, c)
     moments: dict[int, Array] = {}
     for channel, drive in enumerate(specimen.drives):
         radius = specimen.bench.robot.tendons[drive.tendons[0]].radius_m

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.lab import memory as operators
+from catheter_sim.lab import memory
 from catheter_sim.lab.engine import Acting, Form, Numbers, Scale, Shapes, of_cells, one_channel, rebent
 from catheter_sim.lab.specimen import Course, Specimen
 
@@ -47,7 +47,7 @@ def _loose(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
 
     def late(bends: Array) -> Array:
         found = np.array(bends)
-        behind = bends[:, cell] - operators.play(bends[:, cell], 2.0 * turn)
+        behind = bends[:, cell] - memory.play(bends[:, cell], 2.0 * turn)
         found[:, cell] += np.radians(0.1 * acting.size) * behind / turn
         return found
 

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.lab import memory as lateness
-from catheter_sim.lab import memory as operators
+from catheter_sim.lab import memory
 from catheter_sim.lab.engine import (
     Acting,
     Form,
@@ -34,19 +33,19 @@ _PERCENT = 0.01
 
 
 def _lagged(acting: Acting, course: Course, u: Array) -> Array:
-    return lateness.lag(course.time_s, u, _TENTH_S * acting.size)
+    return memory.lag(course.time_s, u, _TENTH_S * acting.size)
 
 
 def _delayed(acting: Acting, course: Course, u: Array) -> Array:
-    return lateness.delay(course.time_s, u, _TENTH_S * acting.size)
+    return memory.delay(course.time_s, u, _TENTH_S * acting.size)
 
 
 def _seen_lagged(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     tau = _TENTH_S * acting.size
     return replace(
         shapes,
-        p=lateness.lag(course.time_s, shapes.p, tau),
-        angles=lateness.lag(course.time_s, shapes.angles, tau),
+        p=memory.lag(course.time_s, shapes.p, tau),
+        angles=memory.lag(course.time_s, shapes.angles, tau),
     )
 
 
@@ -54,27 +53,27 @@ def _seen_delayed(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     by = _TENTH_S * acting.size
     return replace(
         shapes,
-        p=lateness.delay(course.time_s, shapes.p, by),
-        angles=lateness.delay(course.time_s, shapes.angles, by),
+        p=memory.delay(course.time_s, shapes.p, by),
+        angles=memory.delay(course.time_s, shapes.angles, by),
     )
 
 
 def _heavy(acting: Acting, course: Course, u: Array) -> Array:
-    return lateness.two_lags(course.time_s, u, _TENTH_S * acting.size)
+    return memory.two_lags(course.time_s, u, _TENTH_S * acting.size)
 
 
 def _slow(acting: Acting, course: Course, u: Array) -> Array:
     """The speed limit falls with the size: four times the usual speed at one."""
     most = 4.0 * acting.scale.speed / max(acting.size, 1e-9)
     parts = [
-        lateness.slew(course.time_s, u[:, [k]], most * reach) for k, reach in enumerate(acting.specimen.reach)
+        memory.slew(course.time_s, u[:, [k]], most * reach) for k, reach in enumerate(acting.specimen.reach)
     ]
     return np.concatenate(parts, axis=1)
 
 
 def _oiled(acting: Acting, course: Course, u: Array) -> Array:
     parts = [
-        lateness.viscous_loss(course.time_s, u[:, [k]], _TENTH_S * acting.size, acting.scale.speed * reach)
+        memory.viscous_loss(course.time_s, u[:, [k]], _TENTH_S * acting.size, acting.scale.speed * reach)
         for k, reach in enumerate(acting.specimen.reach)
     ]
     return np.concatenate(parts, axis=1)
@@ -83,7 +82,7 @@ def _oiled(acting: Acting, course: Course, u: Array) -> Array:
 def _stribeck(acting: Acting, course: Course, u: Array) -> Array:
     width = acting.size * per_channel(acting)
     parts = [
-        lateness.stribeck(course.time_s, u[:, [k]], width[k], acting.scale.speed * reach)
+        memory.stribeck(course.time_s, u[:, [k]], width[k], acting.scale.speed * reach)
         for k, reach in enumerate(acting.specimen.reach)
     ]
     return np.concatenate(parts, axis=1)
@@ -101,7 +100,7 @@ def _zero_rate(acting: Acting) -> Mapping[str, float]:
 
 
 def _creeping(acting: Acting, course: Course, u: Array) -> Array:
-    return u + _PERCENT * acting.size * lateness.creep(course.time_s, u, [acting.numbers["time_s"]])
+    return u + _PERCENT * acting.size * memory.creep(course.time_s, u, [acting.numbers["time_s"]])
 
 
 def _creep_time(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
@@ -116,7 +115,7 @@ def _responding(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     """What bends bends on: every element's turn creeps, by a logarithm of time."""
 
     def crept(bends: Array) -> Array:
-        more = lateness.log_creep(course.time_s, bends, acting.numbers["shortest_s"])
+        more = memory.log_creep(course.time_s, bends, acting.numbers["shortest_s"])
         return bends + _PERCENT * acting.size * more
 
     return rebent(shapes, crept)
@@ -126,7 +125,7 @@ def _responding_once(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     """The same with a single time constant."""
 
     def crept(bends: Array) -> Array:
-        more = lateness.creep(course.time_s, bends, [acting.numbers["time_s"]])
+        more = memory.creep(course.time_s, bends, [acting.numbers["time_s"]])
         return bends + _PERCENT * acting.size * more
 
     return rebent(shapes, crept)
@@ -151,7 +150,7 @@ def _weather(specimen: Specimen, scale: Scale, generator: np.random.Generator) -
 
 
 def _clamped(acting: Acting, course: Course, u: Array) -> Array:
-    return u - 0.2 * acting.size * per_channel(acting) * operators.turning_points(u)
+    return u - 0.2 * acting.size * per_channel(acting) * memory.turning_points(u)
 
 
 _LATE = Form(cause="rate", name="", law="", known=True, purpose="both", start=3.0, most=_LONGEST)

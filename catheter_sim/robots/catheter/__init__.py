@@ -13,31 +13,24 @@ if TYPE_CHECKING:  # mypy holds the faces to their protocols
     from catheter_sim.core.kind import Checks, Drives, Model, Picture, Steering
     from catheter_sim.core.law import Batched, Laws
     from catheter_sim.core.published import Robots
-    from catheter_sim.gpu import catheter as gpu
+    from catheter_sim.gpu import catheter
     from catheter_sim.gpu.device import Gpu
     from catheter_sim.robots.catheter import (
         batched,
+        description,
         laws,
         model,
         picture,
+        published,
         steering,
     )
-    from catheter_sim.robots.catheter import (
-        description as checks,
-    )
-    from catheter_sim.robots.catheter import (
-        description as drives,
-    )
-    from catheter_sim.robots.catheter import (
-        published as robots,
-    )
 
-    _checks: Checks[CatheterRobot] = checks
-    _drives: Drives[CatheterRobot] = drives
+    _checks: Checks[CatheterRobot] = description
+    _drives: Drives[CatheterRobot] = description
     _model: Model[CatheterRobot] = model
     _picture: Picture[CatheterRobot] = picture
     _steering: Steering[CatheterRobot] = steering
-    _robots: Robots = robots
+    _robots: Robots = published
     _laws: Laws[CatheterRobot] = laws
     _batched: Batched[CatheterRobot] = batched
-    _gpu: Gpu[CatheterRobot] = gpu
+    _gpu: Gpu[CatheterRobot] = catheter

@@ -13,31 +13,24 @@ if TYPE_CHECKING:  # mypy holds the faces to their protocols
     from catheter_sim.core.kind import Checks, Drives, Model, Picture, Steering
     from catheter_sim.core.law import Batched, Laws
     from catheter_sim.core.published import Robots
-    from catheter_sim.gpu import continuum as gpu
+    from catheter_sim.gpu import continuum
     from catheter_sim.gpu.device import Gpu
     from catheter_sim.robots.continuum import (
         batched,
+        description,
         laws,
         model,
         picture,
+        published,
         steering,
     )
-    from catheter_sim.robots.continuum import (
-        description as checks,
-    )
-    from catheter_sim.robots.continuum import (
-        description as drives,
-    )
-    from catheter_sim.robots.continuum import (
-        published as robots,
-    )
 
-    _checks: Checks[ContinuumRobot] = checks
-    _drives: Drives[ContinuumRobot] = drives
+    _checks: Checks[ContinuumRobot] = description
+    _drives: Drives[ContinuumRobot] = description
     _model: Model[ContinuumRobot] = model
     _picture: Picture[ContinuumRobot] = picture
     _steering: Steering[ContinuumRobot] = steering
-    _robots: Robots = robots
+    _robots: Robots = published
     _laws: Laws[ContinuumRobot] = laws
     _batched: Batched[ContinuumRobot] = batched
-    _gpu: Gpu[ContinuumRobot] = gpu
+    _gpu: Gpu[ContinuumRobot] = continuum

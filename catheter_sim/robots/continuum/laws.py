@@ -17,7 +17,7 @@ from catheter_sim.core.law import (
     StraightControls,
     TendonPaths,
 )
-from catheter_sim.mechanics import tendons as turns_kernel
+from catheter_sim.mechanics import tendons
 from catheter_sim.mechanics.capstan import add_pull
 from catheter_sim.mechanics.tendons import TendonRows
 from catheter_sim.robots.continuum.description import (
@@ -166,23 +166,23 @@ class HoleTurns:
             for k in range(self._ends[index] + 1):
                 self.sites[index, k] = place.site(f"hole_{tendon.name}_{k}").id
 
-    def __call__(self, data: mujoco.MjData, ends: turns_kernel.Index | None = None) -> Array:
+    def __call__(self, data: mujoco.MjData, ends: tendons.Index | None = None) -> Array:
         """Return the turn at the hole before each span; see `core.law.Turns`."""
         if self.planar:
-            turns_kernel.planar_turns(data.qpos, self.joints, self._turn)
+            tendons.planar_turns(data.qpos, self.joints, self._turn)
         else:
             if self._base is not None:
                 self._axis[:] = data.xmat[self._base, 2::3]
             last = self._ends if ends is None else ends
-            turns_kernel.spatial_turns(data.site_xpos, self.sites, last, self._axis, self._turn)
+            tendons.spatial_turns(data.site_xpos, self.sites, last, self._axis, self._turn)
         return self._turn
 
-    def of_copies(self, copies: turns_kernel.Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
+    def of_copies(self, copies: tendons.Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
         """Write the turns of some copies into `turn`; see `core.law.Turns`."""
         if self.planar:
-            turns_kernel.planar_turns_of(copies, qpos, self.joints, turn)
+            tendons.planar_turns_of(copies, qpos, self.joints, turn)
         else:
-            turns_kernel.spatial_turns_of(copies, site_xpos, self.sites, self._ends, self._axis, turn)
+            tendons.spatial_turns_of(copies, site_xpos, self.sites, self._ends, self._axis, turn)
 
 
 def paths(robot: ContinuumRobot, place: RobotInModel) -> TendonPaths:

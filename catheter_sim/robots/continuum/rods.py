@@ -18,7 +18,7 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.eight import LANES
-from catheter_sim.robots.continuum import rod_sections as columns
+from catheter_sim.robots.continuum import rod_sections
 from catheter_sim.robots.continuum.constant_curvature import drive_stiffness
 from catheter_sim.robots.continuum.description import disk_masses, disks, last_disk
 from catheter_sim.robots.continuum.rod_balance import NEAR_RAD, follow, follow_together
@@ -538,10 +538,10 @@ def straight_lengths(found: Solved, rod: Problem) -> Array:
 # friction, rows far from the one before are solved eight at once, where one step from rest leads there.
 
 PATHS = {
-    "continuous": columns.CONTINUOUS,
-    "projected": columns.PROJECTED,
-    "eyelets": columns.EYELETS,
-    "lumens": columns.LUMENS,
+    "continuous": rod_sections.CONTINUOUS,
+    "projected": rod_sections.PROJECTED,
+    "eyelets": rod_sections.EYELETS,
+    "lumens": rod_sections.LUMENS,
 }
 # Steps of the integration along the whole robot: the tip is then within 2e-7 of the length.
 STEPS = {"continuous": 40, "projected": 80, "eyelets": 80, "lumens": 40}

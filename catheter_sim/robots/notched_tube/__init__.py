@@ -15,26 +15,19 @@ if TYPE_CHECKING:  # mypy holds the faces to their protocols
     from catheter_sim.core.published import Robots
     from catheter_sim.robots.notched_tube import (
         batched,
+        description,
         laws,
         model,
         picture,
+        published,
         steering,
     )
-    from catheter_sim.robots.notched_tube import (
-        description as checks,
-    )
-    from catheter_sim.robots.notched_tube import (
-        description as drives,
-    )
-    from catheter_sim.robots.notched_tube import (
-        published as robots,
-    )
 
-    _checks: Checks[NotchedTubeRobot] = checks
-    _drives: Drives[NotchedTubeRobot] = drives
+    _checks: Checks[NotchedTubeRobot] = description
+    _drives: Drives[NotchedTubeRobot] = description
     _model: Model[NotchedTubeRobot] = model
     _picture: Picture[NotchedTubeRobot] = picture
     _steering: Steering[NotchedTubeRobot] = steering
-    _robots: Robots = robots
+    _robots: Robots = published
     _laws: Laws[NotchedTubeRobot] = laws
     _batched: Batched[NotchedTubeRobot] = batched

@@ -18,7 +18,7 @@ from catheter_sim.core.law import (
     StraightControls,
     TendonPaths,
 )
-from catheter_sim.mechanics import tendons as turns_kernel
+from catheter_sim.mechanics import tendons
 from catheter_sim.mechanics.compiled import compiled_in_place
 from catheter_sim.robots.notched_tube.description import HINGES, notches, rest_angles
 from catheter_sim.robots.notched_tube.section import (
@@ -552,17 +552,17 @@ class EdgeTurns:
         self._turn = np.zeros((1, spans))
         self._base, self._axis = place.base, np.array([0.0, 0.0, 1.0])
 
-    def __call__(self, data: mujoco.MjData, ends: turns_kernel.Index | None = None) -> Array:
+    def __call__(self, data: mujoco.MjData, ends: tendons.Index | None = None) -> Array:
         """Return the turn at the edge before each span; see `core.law.Turns`."""
         if self._base is not None:
             self._axis[:] = data.xmat[self._base, 2::3]
         last = self._ends if ends is None else ends
-        turns_kernel.spatial_turns(data.site_xpos, self._sites, last, self._axis, self._turn)
+        tendons.spatial_turns(data.site_xpos, self._sites, last, self._axis, self._turn)
         return self._turn
 
-    def of_copies(self, copies: turns_kernel.Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
+    def of_copies(self, copies: tendons.Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
         """Write the turns of some copies into `turn`; see `core.law.Turns`."""
-        turns_kernel.spatial_turns_of(copies, site_xpos, self._sites, self._ends, self._axis, turn)
+        tendons.spatial_turns_of(copies, site_xpos, self._sites, self._ends, self._axis, turn)
 
 
 def span_ends(robot: NotchedTubeRobot) -> np.ndarray:

@@ -22,9 +22,7 @@ from catheter_sim.mjcf.parts import (
     rest_lengths,
 )
 from catheter_sim.mjcf.solids import tendon_colour
-from catheter_sim.robots.notched_tube import description as layout
-from catheter_sim.robots.notched_tube import laws as notch_kernel
-from catheter_sim.robots.notched_tube import picture
+from catheter_sim.robots.notched_tube import description, laws, picture
 from catheter_sim.robots.notched_tube.description import HINGES, Notch, notches, rest_angles
 from catheter_sim.robots.notched_tube.laws import (
     bending_seen_from_tendon,
@@ -112,7 +110,7 @@ def _places(
     angles = np.array([rest_angles(notch)[:axes] for notch in row]).ravel()
     jnt_pos, jnt_axis = np.zeros((count * axes, 3)), np.zeros((count * axes, 3))
     body_pos, body_quat = np.zeros((count, 3)), np.zeros((count, 4))
-    notch_kernel.place(
+    laws.place(
         angles,
         hinge,
         notch_table(robot),
@@ -123,7 +121,7 @@ def _places(
         jnt_axis,
         body_pos,
         body_quat,
-        np.zeros(notch_kernel.SCRATCH),
+        np.zeros(laws.SCRATCH),
     )
     shape = (count, axes, 3)
     return jnt_pos.reshape(shape) + 0.0, jnt_axis.reshape(shape) + 0.0, body_pos + 0.0, body_quat + 0.0
@@ -192,12 +190,12 @@ def integration(robot: NotchedTubeRobot, actuation: str) -> Integration:
 
 def length_m(robot: NotchedTubeRobot) -> float:
     """Return the length of the straight tube from its lowest notch to its tip [m]."""
-    return layout.length_m(robot)
+    return description.length_m(robot)
 
 
 def close_up(robot: NotchedTubeRobot) -> tuple[float, float]:
     """Return the height of the close-up's middle, and how much of the base it shows [m]."""
-    size = min(_CLOSE_UP * layout.notches(robot)[0].pitch_m, length_m(robot))
+    size = min(_CLOSE_UP * description.notches(robot)[0].pitch_m, length_m(robot))
     return 0.45 * size, size
 
 

@@ -14,7 +14,7 @@ from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.statics import StaticModel, StaticRun, unless
 from catheter_sim.errors import InputError
-from catheter_sim.robots.notched_tube import kernels as columns
+from catheter_sim.robots.notched_tube import kernels
 from catheter_sim.robots.notched_tube.description import Notch, notches
 from catheter_sim.robots.notched_tube.kernels import faces, march, spans
 from catheter_sim.robots.notched_tube.section import (
@@ -69,12 +69,12 @@ def chains(robots: Sequence[NotchedTubeRobot], axes: int) -> Chains:
     """
     rows = [notches(robot) for robot in robots]
     notch = np.array([_notch_table(robot, row) for robot, row in zip(robots, rows, strict=True)])
-    arm = notch[:, :, columns.TENDON] + notch[:, :, columns.CENTROID]
+    arm = notch[:, :, kernels.TENDON] + notch[:, :, kernels.CENTROID]
     pairs = list(zip(robots, rows, strict=True))
     bending = np.array([[_bending_stiffness(robot, item) for item in row] for robot, row in pairs])
     drive = np.full((len(robots), 4), math.nan)
-    drive[:, [columns.COMPLIANCE, columns.PRETENSION]] = [_spring(robot) for robot in robots]
-    drive[:, columns.SCALE] = 1.0 / (arm**2 / bending).sum(axis=1)
+    drive[:, [kernels.COMPLIANCE, kernels.PRETENSION]] = [_spring(robot) for robot in robots]
+    drive[:, kernels.SCALE] = 1.0 / (arm**2 / bending).sum(axis=1)
     return Chains(
         axes=axes,
         spatial=robots[0].bending_axes == "xy",
@@ -138,7 +138,7 @@ def _notch_table(robot: NotchedTubeRobot, row: Sequence[Notch]) -> Array:
             for item in row
         ]
     )
-    table[:, columns.SPAN] = spans(table, table[:, columns.REST : columns.REST + 3].copy())
+    table[:, kernels.SPAN] = spans(table, table[:, kernels.REST : kernels.REST + 3].copy())
     return table
 
 
@@ -248,7 +248,7 @@ def solve_rows(
     axes = 1 if planar else 3
     made = chains(robots, axes)
     if inputs[0].actuation == "displacement":
-        made.drive[:, columns.DISPLACEMENT] = 0.0
+        made.drive[:, kernels.DISPLACEMENT] = 0.0
     count, rows = made.mass.shape[1], len(inputs[0])
     element, force, moment = _face_loads(inputs, loads, count)
     drives = np.array([np.concatenate([[0.0], item.tendon[:, 0]]) for item in inputs])
@@ -306,13 +306,13 @@ def _steps(
 ) -> NDArray[np.int64]:
     """Return how many steps each row takes, the weight's first, shape (r + 1,); the same for all robots."""
     notch = made.notch
-    arm = float((notch[:, :, columns.TENDON] + notch[:, :, columns.CENTROID]).max())
-    by_length = not math.isnan(made.drive[0, columns.DISPLACEMENT])
-    softness = (1.0 / made.drive[:, columns.SCALE]).max() / arm**2  # [rad/(N m)]
+    arm = float((notch[:, :, kernels.TENDON] + notch[:, :, kernels.CENTROID]).max())
+    by_length = not math.isnan(made.drive[0, kernels.DISPLACEMENT])
+    softness = (1.0 / made.drive[:, kernels.SCALE]).max() / arm**2  # [rad/(N m)]
     per_drive = 1.0 / arm if by_length else arm * softness
     bend = (
         per_drive * np.abs(np.diff(drives, axis=1))
-        + notch[:, :, columns.PITCH].sum(axis=1).max()
+        + notch[:, :, kernels.PITCH].sum(axis=1).max()
         * softness
         * np.linalg.norm(np.diff(force, axis=1), axis=3).sum(axis=2)
         + softness * np.linalg.norm(np.diff(moment, axis=1), axis=3).sum(axis=2)

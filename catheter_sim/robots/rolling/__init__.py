@@ -13,31 +13,24 @@ if TYPE_CHECKING:  # mypy holds the faces to their protocols
     from catheter_sim.core.kind import Checks, Drives, Model, Picture, Steering
     from catheter_sim.core.law import Batched, Laws
     from catheter_sim.core.published import Robots
-    from catheter_sim.gpu import rolling as gpu
+    from catheter_sim.gpu import rolling
     from catheter_sim.gpu.device import Gpu
     from catheter_sim.robots.rolling import (
         batched,
+        description,
         laws,
         model,
         picture,
+        published,
         steering,
     )
-    from catheter_sim.robots.rolling import (
-        description as checks,
-    )
-    from catheter_sim.robots.rolling import (
-        description as drives,
-    )
-    from catheter_sim.robots.rolling import (
-        published as robots,
-    )
 
-    _checks: Checks[RollingRobot] = checks
-    _drives: Drives[RollingRobot] = drives
+    _checks: Checks[RollingRobot] = description
+    _drives: Drives[RollingRobot] = description
     _model: Model[RollingRobot] = model
     _picture: Picture[RollingRobot] = picture
     _steering: Steering[RollingRobot] = steering
-    _robots: Robots = robots
+    _robots: Robots = published
     _laws: Laws[RollingRobot] = laws
     _batched: Batched[RollingRobot] = batched
-    _gpu: Gpu[RollingRobot] = gpu
+    _gpu: Gpu[RollingRobot] = rolling

@@ -14,7 +14,7 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.statics import NoEquilibrium, StaticRun, require_tensions
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import counts_where_alone
-from catheter_sim.robots.rolling import joint as geometry
+from catheter_sim.robots.rolling import joint
 from catheter_sim.robots.rolling.description import RollingChain, rolling_chain
 from catheter_sim.robots.rolling.joint import Span, active_radius
 from catheter_sim.robots.rolling.kernels import (
@@ -72,8 +72,8 @@ def frames(chain: RollingChain, theta: Array, link_length: Array | None = None) 
     """
     batch = theta.shape[:-1]
     length = np.broadcast_to(chain.link_length if link_length is None else link_length, theta.shape)
-    radius = geometry.active_radius(theta, chain.radius_positive, chain.radius_negative)
-    across, rise = geometry.line_position(theta, radius)
+    radius = joint.active_radius(theta, chain.radius_positive, chain.radius_negative)
+    across, rise = joint.line_position(theta, radius)
     turn_w = _turns(chain, theta)
     R = np.broadcast_to(np.eye(3), (*batch, 3, 3))
     face = np.zeros((*batch, 3))
@@ -480,19 +480,17 @@ class Tensions:
     slope: Array
 
 
-def spans(chain: RollingChain, theta: Array) -> geometry.Span:
+def spans(chain: RollingChain, theta: Array) -> joint.Span:
     """Return every rod's free span at every joint."""
-    radius = geometry.active_radius(theta, chain.radius_positive, chain.radius_negative)
-    return geometry.span(
-        theta[..., None, :], radius[..., None, :], chain.offset, chain.mouth, chain.countersink
-    )
+    radius = joint.active_radius(theta, chain.radius_positive, chain.radius_negative)
+    return joint.span(theta[..., None, :], radius[..., None, :], chain.offset, chain.mouth, chain.countersink)
 
 
 def turns(chain: RollingChain, theta: Array) -> tuple[Array, Array]:
     """Return every rod's turn in every link, signed, and its derivative, shapes (..., m, n) [rad]."""
-    radius = geometry.active_radius(theta, chain.radius_positive, chain.radius_negative)
+    radius = joint.active_radius(theta, chain.radius_positive, chain.radius_negative)
     below = np.concatenate([chain.link_length[:1], chain.link_length[:-1]])
-    return geometry.turn(
+    return joint.turn(
         theta[..., None, :],
         radius[..., None, :],
         chain.offset,
@@ -503,13 +501,13 @@ def turns(chain: RollingChain, theta: Array) -> tuple[Array, Array]:
     )
 
 
-def elastic_moments(chain: RollingChain, theta: Array, span: geometry.Span) -> tuple[Array, Array]:
+def elastic_moments(chain: RollingChain, theta: Array, span: joint.Span) -> tuple[Array, Array]:
     """Return the moment with which rods and sleeve resist at each joint, and its slope, (..., n).
 
     chest_tube_2025, Eq. 8, summed over the rods that pass, with cubic and quintic terms and the rest
     angle where the robot has them.
     """
-    curvature, slope = geometry.rod_curvature(theta[..., None, :], span.along, span.along_slope)
+    curvature, slope = joint.rod_curvature(theta[..., None, :], span.along, span.along_slope)
     bent = curvature - chain.rest_curvature
     stiffness = np.where(chain.passes, chain.stiffness[:, None], 0.0)
     mean = (theta - chain.rest_angle) / chain.link_length

@@ -15,7 +15,7 @@ from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.statics import StaticRun, require_tensions
 from catheter_sim.errors import InputError
-from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling import complete
 from catheter_sim.robots.rolling.complete import NotBalanced, balanced
 from catheter_sim.robots.rolling.description import RollingChain, rolling_chain
 from catheter_sim.robots.rolling.spec import RollingRobot
@@ -74,8 +74,8 @@ def _bend(chain: RollingChain, member: Array, drive: Array) -> tuple[Array, Arra
         def moments(angle: Array, part: float = part) -> tuple[Array, Array]:
             nonlocal left
             theta = angle @ member
-            span = rods.spans(chain, theta)
-            elastic, stiffness = rods.elastic_moments(chain, theta, span)
+            span = complete.spans(chain, theta)
+            elastic, stiffness = complete.elastic_moments(chain, theta, span)
             pulls = np.where(chain.passes[:t], part * drive[:, :, None], 0.0)
             left = (-(pulls * span.slope[:, :t]).sum(axis=1) - elastic) @ member.T
             slope = (-(pulls * span.second[:, :t]).sum(axis=1) - stiffness) @ member.T

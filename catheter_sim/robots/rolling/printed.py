@@ -12,7 +12,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, row_name
 from catheter_sim.core.statics import StaticRun, require_tensions
 from catheter_sim.errors import InputError
-from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling import complete
 from catheter_sim.robots.rolling.complete import (
     Frames,
     NotBalanced,
@@ -46,7 +46,7 @@ class RodTensions:
 def rod_tensions(chain: RollingChain, theta: Array, drive: Array) -> RodTensions:
     """Return the rods' tensions and normal forces under loading, at the bend angles `theta` (b, n) [rad]."""
     b, n, t = len(theta), chain.joints, chain.pulled
-    turn, turn_slope = (item[:, :t] for item in rods.turns(chain, theta))
+    turn, turn_slope = (item[:, :t] for item in complete.turns(chain, theta))
     # Toward the rod's own side; in the neutral plane toward the side to which the rod turns.
     side = np.where(chain.side[:t] == 0.0, np.where(turn < 0.0, -1.0, 1.0), chain.side[:t])
     phi, phi_slope = side * turn, side * turn_slope
@@ -262,7 +262,7 @@ def printed_balance(
     """
     n, b = chain.joints, len(theta)
     links = frames(chain, theta)
-    elastic, elastic_slope = rods.elastic_moments(chain, theta, rods.spans(chain, theta))
+    elastic, elastic_slope = complete.elastic_moments(chain, theta, complete.spans(chain, theta))
     tension = rod_tensions(chain, theta, drive)
     taut = [r for r in range(chain.pulled) if drive[:, r].any()]
     nothing = Varied(np.zeros(b), np.zeros((b, n)))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hidden_effects import first_bench as score_module
+from hidden_effects import first_bench
 from hidden_effects.first_bench import _coverage, score, summary
 from hidden_effects.first_draws import (
     MISSING,
@@ -39,15 +39,15 @@ from catheter_sim.theory.static_models import STATIC_MODELS
 def scored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Return a function that scores an answer and a diagnosis; a rival stays as far as `apart` from it."""
     folders = Folders(tmp_path, 0)
-    monkeypatch.setattr(score_module, "_problem", lambda folders: (None, ()))
-    monkeypatch.setattr(score_module, "_refused", lambda path: "")
-    monkeypatch.setattr(score_module, "robot_as_written", lambda path: None)
+    monkeypatch.setattr(first_bench, "_problem", lambda folders: (None, ()))
+    monkeypatch.setattr(first_bench, "_refused", lambda path: "")
+    monkeypatch.setattr(first_bench, "robot_as_written", lambda path: None)
 
     def run(
         story: str, true: list[str], verdict: str, named: list[str], apart: float = 99.0, alike: Any = ()
     ) -> dict[str, Any]:
-        monkeypatch.setattr(score_module, "distance", lambda *arguments: (apart, apart / 10.0))
-        monkeypatch.setattr(score_module, "_gains", lambda *arguments: {"inside": True})
+        monkeypatch.setattr(first_bench, "distance", lambda *arguments: (apart, apart / 10.0))
+        monkeypatch.setattr(first_bench, "_gains", lambda *arguments: {"inside": True})
         answer = {
             "index": 0,
             "story": story,

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hidden_effects import first_draws as draw
-from hidden_effects import first_draws as make
+from hidden_effects import first_draws
 from hidden_effects.first_bench import miss_text, run_draw
 
 from catheter_sim.diagnosis.pipeline import diagnose
@@ -32,7 +31,7 @@ def _diagnose(dataset: Path, output: Path, limit_s: float) -> str:
 def test_what_is_hidden_is_found(index, tmp_path, monkeypatch):
     """The effect is named first, both of a pair; nothing for nothing, nor for what is not in the list."""
     for name, count in TRIALS.items():
-        monkeypatch.setattr(draw, name, count)
-    monkeypatch.setattr(make, "TRAINING", TRIALS["TRAINING"])
+        monkeypatch.setattr(first_draws, name, count)
+    monkeypatch.setattr(first_draws, "TRAINING", TRIALS["TRAINING"])
     score = run_draw(SEED, index, tmp_path, QUICK, diagnose=_diagnose)
     assert score["right"], miss_text(score)

@@ -8,9 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden_effects import in_motion as draw
-from hidden_effects import in_motion as finer
-from hidden_effects import in_motion as run
+from hidden_effects import in_motion
 from hidden_effects.in_motion import CAUSES, HANGING, Specimen, arriving, measured
 
 from catheter_sim.arrays import Array
@@ -24,7 +22,7 @@ COLUMNS = ("tip_x_mm", "tip_z_mm")
 PLAIN = Specimen(replace(swinging(), links_per_subsegment=3, hinges="rod"), 0.01)
 
 
-@pytest.mark.parametrize("module", [draw, finer])
+@pytest.mark.parametrize("module", [in_motion, in_motion])
 def test_what_makes_the_data_imports_neither_effects_nor_diagnosis(module: object) -> None:
     tree = ast.parse(Path(str(module.__file__)).read_text())  # type: ignore[attr-defined]
     names = [
@@ -80,7 +78,7 @@ def test_a_lag_a_delay_and_a_play_do_to_a_ramp_what_they_must() -> None:
 
 def test_a_draw_is_written_read_and_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is hidden is not in the data set; a scored draw is taken over."""
-    one = draw.Draw(
+    one = in_motion.Draw(
         swinging(),
         "rate",
         "lag",
@@ -91,25 +89,25 @@ def test_a_draw_is_written_read_and_not_made_again(tmp_path: Path, monkeypatch: 
         (pulled(0, 0.1), pulled(1, 0.1)),
         (np.zeros((11, 2)), np.ones((11, 2))),
     )
-    run.write_data(one, tmp_path / "data")
+    in_motion.write_data(one, tmp_path / "data")
     read = load_dataset(tmp_path / "data")
     assert read.motion.moving
     assert [trial.role for trial in read.trials] == ["train", "heldout"]
     assert np.allclose(read.trials[1].inputs.tendon, one.trials[1].tendon)
     assert read.robot == one.robot  # as specified: the lag is in no file
-    score = {"index": 3, "right": True, "code": run.judging_code()}
-    run.write_json(score, tmp_path / "scores" / "draw_003.json")
-    monkeypatch.setattr(run, "drawn", lambda *_: pytest.fail("made again"))
-    assert run.run_draw(1, 3, tmp_path, 2, 0.1, 1, 1.0) == score
-    monkeypatch.setattr(run, "judging_code", lambda: "other")
+    score = {"index": 3, "right": True, "code": in_motion.judging_code()}
+    in_motion.write_json(score, tmp_path / "scores" / "draw_003.json")
+    monkeypatch.setattr(in_motion, "drawn", lambda *_: pytest.fail("made again"))
+    assert in_motion.run_draw(1, 3, tmp_path, 2, 0.1, 1, 1.0) == score
+    monkeypatch.setattr(in_motion, "judging_code", lambda: "other")
     with pytest.raises(pytest.fail.Exception, match="made again"):
-        run.run_draw(1, 3, tmp_path, 2, 0.1, 1, 1.0)
+        in_motion.run_draw(1, 3, tmp_path, 2, 0.1, 1, 1.0)
 
 
 def test_the_seed_decides_the_draw(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(draw, "measured", lambda specimen, inputs, *_: np.zeros((len(inputs), 4)))
-    monkeypatch.setattr(draw, "_gap_mm", lambda *_: 0.0)
-    first, again, other = (draw.drawn(seed, 1, "none", 2, 0.2) for seed in (7, 7, 8))
+    monkeypatch.setattr(in_motion, "measured", lambda specimen, inputs, *_: np.zeros((len(inputs), 4)))
+    monkeypatch.setattr(in_motion, "_gap_mm", lambda *_: 0.0)
+    first, again, other = (in_motion.drawn(seed, 1, "none", 2, 0.2) for seed in (7, 7, 8))
     assert first.robot == again.robot != other.robot
     assert np.array_equal(first.trials[0].tendon, again.trials[0].tendon)
     assert (first.cause, first.size) == ("", 0.0)

@@ -7,8 +7,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from hidden_effects import first_draws as draw
-from hidden_effects import first_draws as make_module
+from hidden_effects import first_draws
 from hidden_effects.first_draws import (
     GAP_SHARE,
     OUTSIDE,
@@ -44,7 +43,12 @@ SINGLE = next(index for index in range(20) if story_of(SEED, index) == "single")
 
 def few_trials(patch: pytest.MonkeyPatch) -> None:
     """Make data sets of three trials, one of them held out, and a third set of one."""
-    for module, name in ((draw, "TRAINING"), (make_module, "TRAINING"), (draw, "HELDOUT"), (draw, "ASIDE")):
+    for module, name in (
+        (first_draws, "TRAINING"),
+        (first_draws, "TRAINING"),
+        (first_draws, "HELDOUT"),
+        (first_draws, "ASIDE"),
+    ):
         patch.setattr(module, name, 1)
 
 
@@ -130,10 +134,10 @@ def test_pair_that_one_alone_explains_is_refused(effects, shown):
     """Of the catheter's springs and tendons only the ratio of the stiffnesses shows: that is no pair."""
     setting = setting_of((1, 0, 0), "mitral_transseptal", False)
     if shown:
-        make_module._require_all_shown(setting, effects)
+        first_draws._require_all_shown(setting, effects)
     else:
         with pytest.raises(CannotMake, match="alone does the same"):
-            make_module._require_all_shown(setting, effects)
+            first_draws._require_all_shown(setting, effects)
 
 
 @pytest.mark.parametrize(("scale", "shown"), [(0.99, False), (0.85, True)])
@@ -142,10 +146,10 @@ def test_effect_that_a_calibration_does_as_well_is_refused(scale, shown):
     setting = setting_of((1, 0, 0), "chest_tube_section", False)
     effects = {"actuation_gain": {"scale": scale}}
     if shown:
-        make_module._require_all_shown(setting, effects)
+        first_draws._require_all_shown(setting, effects)
     else:
         with pytest.raises(CannotMake, match="calibrated numbers do the same"):
-            make_module._require_all_shown(setting, effects)
+            first_draws._require_all_shown(setting, effects)
 
 
 @pytest.mark.parametrize(

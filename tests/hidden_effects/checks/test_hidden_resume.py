@@ -11,8 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from hidden_effects import first_bench as bench
-from hidden_effects import running as elsewhere
+from hidden_effects import first_bench, running
 from hidden_effects.first_draws import CannotMake
 from hidden_effects.running import ANSWER, Folders, read_json, write_json
 
@@ -25,9 +24,9 @@ class Steps:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.made = self.diagnosed = self.scored = 0
         self.killed_in = ""
-        monkeypatch.setattr(bench, "make", self.make)
-        monkeypatch.setattr(bench, "write_draw", self.write)
-        monkeypatch.setattr(bench, "score", self.score)
+        monkeypatch.setattr(first_bench, "make", self.make)
+        monkeypatch.setattr(first_bench, "write_draw", self.write)
+        monkeypatch.setattr(first_bench, "score", self.score)
 
     def make(self, seed, index, robots):
         self.made += 1
@@ -58,7 +57,7 @@ class Steps:
             raise KeyboardInterrupt
 
     def run(self, root: Path) -> dict:
-        return bench.run_draw(1, 3, root, diagnose=self.diagnose)
+        return first_bench.run_draw(1, 3, root, diagnose=self.diagnose)
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -80,21 +79,21 @@ def test_scored_draw_is_not_run_again(steps, tmp_path):
 def test_a_draw_of_other_code_is_made_again(steps, tmp_path, monkeypatch):
     """Whole, from its data on; also where that code was stopped on its way."""
     steps.run(tmp_path)
-    monkeypatch.setattr(bench, "judging_code", lambda: "other")
+    monkeypatch.setattr(first_bench, "judging_code", lambda: "other")
     assert steps.run(tmp_path)["code"] == "other"
     assert steps.counts == (2, 2, 2)
     steps.killed_in = "score"
-    monkeypatch.setattr(bench, "judging_code", lambda: "third")
+    monkeypatch.setattr(first_bench, "judging_code", lambda: "third")
     with pytest.raises(KeyboardInterrupt):
         steps.run(tmp_path)
     steps.killed_in = ""
-    monkeypatch.setattr(bench, "judging_code", lambda: "fourth")
+    monkeypatch.setattr(first_bench, "judging_code", lambda: "fourth")
     steps.run(tmp_path)
     assert steps.counts == (4, 4, 4)
 
 
 def threads() -> dict[str, str | None]:
-    return {name: os.environ.get(name) for name in elsewhere._THREADS}
+    return {name: os.environ.get(name) for name in running._THREADS}
 
 
 def threads_of_draw(index: int) -> dict[str, str | None]:
@@ -108,7 +107,7 @@ def test_workers_alone_are_told_to_use_one_thread(monkeypatch):
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
     before, told = threads(), []
-    (found,) = elsewhere.run_all(threads_of_draw, [(0,)], 2, told.append)
+    (found,) = running.run_all(threads_of_draw, [(0,)], 2, told.append)
     assert found == {"OPENBLAS_NUM_THREADS": "3", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
     assert threads() == before
 
@@ -143,37 +142,37 @@ def test_draw_that_cannot_be_made_is_said_and_missed(steps, tmp_path, monkeypatc
     def refuse(seed, index, robots):
         raise CannotMake("no size fits")
 
-    monkeypatch.setattr(bench, "make", refuse)
+    monkeypatch.setattr(first_bench, "make", refuse)
     found = steps.run(tmp_path)
     assert (found["verdict"], found["failure"], found["right"]) == ("not made", "no size fits", False)
 
 
 def test_folder_of_another_seed_is_refused(tmp_path):
     """Draws of two seeds do not mix in one folder."""
-    bench.run_bench(1, 0, tmp_path)
-    bench.run_bench(1, 0, tmp_path)
+    first_bench.run_bench(1, 0, tmp_path)
+    first_bench.run_bench(1, 0, tmp_path)
     with pytest.raises(InputError, match="another folder"):
-        bench.run_bench(2, 0, tmp_path)
+        first_bench.run_bench(2, 0, tmp_path)
 
 
 def test_diagnosis_out_of_time_is_a_failure(tmp_path):
     """A diagnosis that takes longer than allowed is ended, and said to have been."""
-    assert "out of time" in elsewhere.diagnose_elsewhere(tmp_path, tmp_path / "out", 0.05)
+    assert "out of time" in running.diagnose_elsewhere(tmp_path, tmp_path / "out", 0.05)
 
 
 @pytest.mark.parametrize("status", [-signal.SIGTERM, 128 + signal.SIGTERM])
 def test_diagnosis_that_somebody_ended_is_none(tmp_path, monkeypatch, status):
     """Whether the signal ended it or it ended itself at a signal: that is no answer, and is asked again."""
     ended = subprocess.CompletedProcess([], status, "", "catheter-sim: error: stopped by SIGTERM\n")
-    monkeypatch.setattr(elsewhere.subprocess, "run", lambda *_, **__: ended)
+    monkeypatch.setattr(running.subprocess, "run", lambda *_, **__: ended)
     with pytest.raises(InterruptedError, match="ended by signal 15"):
-        elsewhere.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
+        running.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
 
 
 @pytest.mark.slow
 def test_bad_data_set_is_a_failure(tmp_path):
     """What the command line refuses is a failure with its line."""
-    assert "dataset.toml" in elsewhere.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
+    assert "dataset.toml" in running.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
 
 
 POOL = """

@@ -14,8 +14,7 @@ from catheter_sim.cli.main import main
 from catheter_sim.core.inputs import LinkForce
 from catheter_sim.core.posture import Posture
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catheter import kinematics as closed_form
-from catheter_sim.robots.catheter import kinematics as tendons
+from catheter_sim.robots.catheter import kinematics
 from catheter_sim.robots.catheter.description import hinge_counts, moved_segment, moving, turning
 from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.simulation.replay import simulate
@@ -102,10 +101,10 @@ def test_tip_is_where_the_closed_form_has_it(name: str) -> None:
     rows = np.stack([drawn(segments[joint], q[:, joint]) for joint in order], axis=1)
     run = simulate(robot, rows_to_inputs(rows, "displacement"), NO_GRAVITY)
     if name == "mitral_transseptal":
-        tool = closed_form.transseptal_tool(closed_form.transseptal_lengths(robot), q)
+        tool = kinematics.transseptal_tool(kinematics.transseptal_lengths(robot), q)
     else:
-        tool = closed_form.four_dof_tool(closed_form.four_dof_lengths(robot), q)
-    place, R = closed_form.in_base_frame(*tool)
+        tool = kinematics.four_dof_tool(kinematics.four_dof_lengths(robot), q)
+    place, R = kinematics.in_base_frame(*tool)
     ours = np.array([posture.p_w[-1] for posture in run.postures])
     assert np.linalg.norm(ours - place, axis=1).max() < 5e-5
     turned = np.array([posture.R_w[-1] for posture in run.postures]) @ R.swapaxes(-1, -2)
@@ -178,7 +177,7 @@ def test_moment_against_the_pull_tightens_the_tendon_and_moves_nothing(name: str
     loaded = at_rest(robot, displacement, moment_tip=(0.0, -4e-3, 0.0))
     bend = angles(robot, free)[segment.name]
     assert np.degrees(angles(robot, loaded)[segment.name] - bend) == pytest.approx(0.0, abs=0.05)
-    arm = float(tendons.arm_m(segment, bend))
+    arm = float(kinematics.arm_m(segment, bend))
     more = loaded.actuator_tension[index] - free.actuator_tension[index]
     assert more == pytest.approx(4e-3 / arm, rel=2e-3)
 
@@ -190,9 +189,9 @@ def test_moment_with_the_pull_bends_on_until_the_antagonist_is_taut() -> None:
     segment = robot.segments[1]
     loaded = at_rest(robot, (2.0, 0.0, 0.0, 0.0), moment_tip=(0.0, 0.05, 0.0))
     bend = angles(robot, loaded)["bending"]
-    free = float(tendons.angle_rad(segment, 2e-3))
+    free = float(kinematics.angle_rad(segment, 2e-3))
     assert bend > free + np.radians(0.5)
-    assert float(tendons.released_m(segment, bend)) == pytest.approx(2e-3, rel=2e-3)
+    assert float(kinematics.released_m(segment, bend)) == pytest.approx(2e-3, rel=2e-3)
     balance = 0.05 - segment.bending_stiffness_N_m_per_rad * bend
     phi = bend / (2 * (segment.rings + 1))
     arm = segment.arm_m * np.cos(phi) - segment.half_gap_m * np.sin(phi)
@@ -222,7 +221,7 @@ def test_elastic_pair_stretches_by_its_tension() -> None:
     robot = catheter("mitral_transseptal", "tendons.bending.stiffness_N_per_mm=20")
     posture = at_rest(robot, (3.0, 0.0, 0.0, 0.0))
     bend = angles(robot, posture)["bending"]
-    tension = 5.6e-3 * bend / float(tendons.arm_m(robot.segments[1], bend))
+    tension = 5.6e-3 * bend / float(kinematics.arm_m(robot.segments[1], bend))
     assert posture.actuator_tension[0] == pytest.approx(tension, rel=1e-4)
     assert float(drawn(robot.segments[1], np.array(bend))) + tension / 20e3 == pytest.approx(3e-3, abs=1e-8)
     assert np.degrees(bend) < 88.0

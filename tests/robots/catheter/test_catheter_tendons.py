@@ -12,7 +12,7 @@ from catheter_sim.catalogue import load_robot, robots_of
 from catheter_sim.channels import input_channels, posture_columns
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catheter import kinematics as tendons
+from catheter_sim.robots.catheter import kinematics
 from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 from catheter_sim.theory.static_models import STATIC_MODELS
 
@@ -54,28 +54,28 @@ def gap_lengths_m(segment: CatheterSegment, bend: float) -> tuple[float, float]:
 def test_bending_lengths_are_those_of_hinged_rings(name: str) -> None:
     """Nayar 2022, Eqs 3-4: pull and release are the straight tendon's changes between turned rings."""
     segment = JOINTS[name]
-    for bend in np.linspace(0.0, tendons.largest_angle_rad(segment), 9):
+    for bend in np.linspace(0.0, kinematics.largest_angle_rad(segment), 9):
         pulled, released = gap_lengths_m(segment, bend)
         gaps = segment.rings + 1
         rest = 2.0 * segment.half_gap_m
-        assert tendons.pulled_m(segment, bend) == pytest.approx(gaps * (rest - pulled), abs=1e-15)
-        assert tendons.released_m(segment, bend) == pytest.approx(gaps * (released - rest), abs=1e-15)
+        assert kinematics.pulled_m(segment, bend) == pytest.approx(gaps * (rest - pulled), abs=1e-15)
+        assert kinematics.released_m(segment, bend) == pytest.approx(gaps * (released - rest), abs=1e-15)
 
 
 @pytest.mark.parametrize("name", JOINTS)
 def test_angle_of_displacement_of_angle_is_the_angle(name: str) -> None:
     """Over the whole range, both ways, to 1e-12 rad; beyond the range there is no angle."""
     segment = JOINTS[name]
-    largest = tendons.largest_angle_rad(segment)
+    largest = kinematics.largest_angle_rad(segment)
     angles = np.linspace(-largest, largest, 401)
-    back = tendons.angle_rad(segment, tendons.pulled_m(segment, angles))
+    back = kinematics.angle_rad(segment, kinematics.pulled_m(segment, angles))
     # the last tenth of a torsion joint's range is a square root's end
     inner = np.abs(angles) < (0.999 * largest)
     np.testing.assert_allclose(back[inner], angles[inner], atol=1e-12)
     np.testing.assert_allclose(back, angles, atol=1e-7)
-    most = float(tendons.pulled_m(segment, largest))
-    assert np.isnan(tendons.angle_rad(segment, [1.0001 * most, -1.0001 * most])).all()
-    assert tendons.angle_rad(segment, 0.0) == 0.0
+    most = float(kinematics.pulled_m(segment, largest))
+    assert np.isnan(kinematics.angle_rad(segment, [1.0001 * most, -1.0001 * most])).all()
+    assert kinematics.angle_rad(segment, 0.0) == 0.0
 
 
 def test_bending_inverse_is_equation_5() -> None:
@@ -87,7 +87,7 @@ def test_bending_inverse_is_equation_5() -> None:
         B = t - displacement / (2 * (n + 1))
         C, D, E = t**2 + a**2, 2.0 * B * t, B**2 - a**2
         printed = 2 * (n + 1) * math.acos((D + math.sqrt(D * D - 4.0 * C * E)) / (2.0 * C))
-        assert tendons.angle_rad(segment, displacement) == pytest.approx(printed, abs=1e-10)
+        assert kinematics.angle_rad(segment, displacement) == pytest.approx(printed, abs=1e-10)
 
 
 def test_torsion_inverse_is_equation_7() -> None:
@@ -96,28 +96,30 @@ def test_torsion_inverse_is_equation_7() -> None:
     r, a, h = segment.tendon_radius_m, segment.wrap_rad, segment.wrap_height_m
     for displacement in np.linspace(0.0, 3.5e-3, 20):
         printed = a - math.sqrt((math.hypot(r * a, h) - displacement) ** 2 - h * h) / r
-        assert tendons.angle_rad(segment, displacement) == pytest.approx(printed, abs=1e-12)
+        assert kinematics.angle_rad(segment, displacement) == pytest.approx(printed, abs=1e-12)
     drum = ROBOTS["mitral_4dof"].segments[-1]
-    assert tendons.pulled_m(drum, 0.7) == pytest.approx(2.1e-3 * 0.7)
-    assert tendons.released_m(drum, 0.7) == pytest.approx(2.1e-3 * 0.7)
+    assert kinematics.pulled_m(drum, 0.7) == pytest.approx(2.1e-3 * 0.7)
+    assert kinematics.released_m(drum, 0.7) == pytest.approx(2.1e-3 * 0.7)
 
 
 @pytest.mark.parametrize("name", JOINTS)
 def test_arm_is_the_slope(name: str) -> None:
     """The moment arm is the derivative of the pulled length; at rest a bending joint's is a_b."""
     segment = JOINTS[name]
-    angles = np.linspace(0.0, 0.95 * tendons.largest_angle_rad(segment), 20)
+    angles = np.linspace(0.0, 0.95 * kinematics.largest_angle_rad(segment), 20)
     step = 1e-6
-    slope = (tendons.pulled_m(segment, angles + step) - tendons.pulled_m(segment, angles - step)) / (2 * step)
-    np.testing.assert_allclose(tendons.arm_m(segment, angles), slope, atol=1e-11)
+    slope = (kinematics.pulled_m(segment, angles + step) - kinematics.pulled_m(segment, angles - step)) / (
+        2 * step
+    )
+    np.testing.assert_allclose(kinematics.arm_m(segment, angles), slope, atol=1e-11)
     if segment.joint == "bending":
-        assert tendons.arm_m(segment, 0.0) == segment.arm_m
+        assert kinematics.arm_m(segment, 0.0) == segment.arm_m
 
 
 def test_arm_changes_little_within_the_limits() -> None:
     """Within 120 deg the pulled tendon's arm is at most 2.5 % above a_b (2022 robot)."""
     segment = ROBOTS["mitral_transseptal"].segments[1]
-    ratio = tendons.arm_m(segment, segment.limit_rad) / segment.arm_m
+    ratio = kinematics.arm_m(segment, segment.limit_rad) / segment.arm_m
     assert 1.0 < ratio < 1.025
 
 
@@ -125,7 +127,7 @@ def test_arm_changes_little_within_the_limits() -> None:
 def test_the_antagonist(name: str) -> None:
     """A bending joint leaves slack, 4 (n + 1) t (1 - cos phi); a wrapped one must stretch its tendon."""
     segment = JOINTS[name]
-    slack = tendons.slack_m(segment, segment.limit_rad)
+    slack = kinematics.slack_m(segment, segment.limit_rad)
     if segment.joint == "bending":
         phi = segment.limit_rad / (2 * (segment.rings + 1))
         assert slack == pytest.approx(4 * (segment.rings + 1) * segment.half_gap_m * (1.0 - math.cos(phi)))
@@ -134,13 +136,13 @@ def test_the_antagonist(name: str) -> None:
         assert slack < -0.2e-3
     else:
         assert slack == pytest.approx(0.0, abs=1e-18)
-    assert tendons.slack_m(segment, 0.0) == pytest.approx(0.0, abs=1e-18)
+    assert kinematics.slack_m(segment, 0.0) == pytest.approx(0.0, abs=1e-18)
 
 
 def test_rims_meet_at_the_printed_bend() -> None:
     """The 2022 robot's gaps close at 264 deg (Section II-A), and displacement ends there."""
     segment = ROBOTS["mitral_transseptal"].segments[1]
-    assert math.degrees(tendons.largest_angle_rad(segment)) == pytest.approx(264.0)
+    assert math.degrees(kinematics.largest_angle_rad(segment)) == pytest.approx(264.0)
 
 
 def test_nominal_table() -> None:
@@ -192,7 +194,7 @@ def test_elastic_tendons_take_their_share() -> None:
         columns = solve(soft, (displacement, 0, 0, 0))
         angle = np.radians(columns["angle_bending_deg"])
         stretched = np.sign(displacement) * columns["tension_bending_N"] / 10.0
-        taken = 1e3 * tendons.pulled_m(soft.segments[1], angle) + stretched
+        taken = 1e3 * kinematics.pulled_m(soft.segments[1], angle) + stretched
         assert taken == pytest.approx(displacement, abs=1e-12)
         assert abs(angle[0]) < abs(np.radians(solve(plain, (displacement, 0, 0, 0))["angle_bending_deg"][0]))
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_bvp
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.posture import Posture
-from catheter_sim.robots.catheter import kinematics as tendons
+from catheter_sim.robots.catheter import kinematics
 from catheter_sim.robots.catheter.kinematics import pk
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.replay import simulate
@@ -178,7 +178,7 @@ def test_tube_that_is_bent_with_the_joint_adds_to_its_tension() -> None:
     )
     posture, joint = run.postures[0], robot.segments[1]
     bend = float(posture.joint_angles[1:12].sum())
-    expected = (5.6e-3 + EI_N_M2 / joint.length_m) * bend / float(tendons.arm_m(joint, bend))
+    expected = (5.6e-3 + EI_N_M2 / joint.length_m) * bend / float(kinematics.arm_m(joint, bend))
     assert posture.actuator_tension[0] == pytest.approx(expected, rel=1e-3)
 
 

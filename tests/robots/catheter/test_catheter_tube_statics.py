@@ -14,7 +14,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.robots.catheter import kinematics as tendons
+from catheter_sim.robots.catheter import kinematics
 from catheter_sim.robots.catheter.description import bending_tubes, joint_stiffness, moving
 from catheter_sim.robots.catheter.kinematics import (
     chord_share,
@@ -171,20 +171,24 @@ def test_displacement_from_a_rest_bend_and_back(rest: float) -> None:
         return gaps * (t * (1 - math.cos(angle / gaps)) + a * math.sin(angle / gaps))
 
     home = math.radians(rest)
-    assert float(tendons.pulled_m(segment, home)) == 0.0
+    assert float(kinematics.pulled_m(segment, home)) == 0.0
     for angle in np.radians([-110.0, -30.0, -5.0, 4.0, 25.0, 110.0]):
         side = 1.0 if angle > home else -1.0
-        moved = float(tendons.pulled_m(segment, angle))
+        moved = float(kinematics.pulled_m(segment, angle))
         assert moved == pytest.approx(side * (wound(side * angle) - wound(side * home)), abs=1e-15)
-        assert float(tendons.angle_rad(segment, moved)) == pytest.approx(angle, abs=1e-13)
+        assert float(kinematics.angle_rad(segment, moved)) == pytest.approx(angle, abs=1e-13)
         stretched = moved + 2e-4 * (angle - home)
-        assert float(tendons.elastic_angle_rad(segment, stretched, 2e-4)) == pytest.approx(angle, abs=1e-12)
-        slope = (tendons.pulled_m(segment, angle + 1e-6) - tendons.pulled_m(segment, angle - 1e-6)) / 2e-6
-        assert float(tendons.arm_m(segment, angle)) == pytest.approx(float(slope), rel=1e-8)
+        assert float(kinematics.elastic_angle_rad(segment, stretched, 2e-4)) == pytest.approx(
+            angle, abs=1e-12
+        )
+        slope = (
+            kinematics.pulled_m(segment, angle + 1e-6) - kinematics.pulled_m(segment, angle - 1e-6)
+        ) / 2e-6
+        assert float(kinematics.arm_m(segment, angle)) == pytest.approx(float(slope), rel=1e-8)
         other = wound(-side * home) - wound(-side * angle)
-        assert float(tendons.released_m(segment, angle)) == pytest.approx(other, abs=1e-15)
-    most = float(tendons.pulled_m(segment, tendons.largest_angle_rad(segment)))
-    assert math.isnan(float(tendons.angle_rad(segment, most * 1.01)))
+        assert float(kinematics.released_m(segment, angle)) == pytest.approx(other, abs=1e-15)
+    most = float(kinematics.pulled_m(segment, kinematics.largest_angle_rad(segment)))
+    assert math.isnan(float(kinematics.angle_rad(segment, most * 1.01)))
 
 
 def test_pure_kinematics_rests_bent_and_without_tension() -> None:

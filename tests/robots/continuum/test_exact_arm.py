@@ -8,7 +8,7 @@ from planar_cases import NO_GRAVITY, SIDEWAYS, cell_angles, eyelets, section, si
 from scipy.optimize import brentq, minimize
 
 from catheter_sim.core.robot import Mount
-from catheter_sim.robots.continuum import planar as planar_chain
+from catheter_sim.robots.continuum import planar
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
 from catheter_sim.robots.continuum.kato import fkm, pcca
 from catheter_sim.robots.continuum.published import CELL_MASS_KG, CELL_STIFFNESS_N_M_PER_RAD
@@ -195,7 +195,7 @@ def test_number_of_rows_does_not_matter():
 @pytest.mark.parametrize("gravity", [NO_GRAVITY, pytest.param(SIDEWAYS, marks=pytest.mark.slow)])
 def test_steps_between_rows_have_converged(gravity, nominal_runs, monkeypatch):
     """Halving the steps moves the tip by at most 5 um over the nominal rows."""
-    monkeypatch.setattr(planar_chain, "STEP_BEND_RAD", planar_chain.STEP_BEND_RAD / 2)
+    monkeypatch.setattr(planar, "STEP_BEND_RAD", planar.STEP_BEND_RAD / 2)
     finer = fkm_exact_arm(section(), tensions(NOMINAL[:, :2]), gravity)
     np.testing.assert_allclose(tips_mm(finer), tips_mm(nominal_runs[int(gravity.any())]), atol=5e-3)
 

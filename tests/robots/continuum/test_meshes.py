@@ -18,9 +18,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.robot import Friction
 from catheter_sim.mjcf.parts import inline
 from catheter_sim.robots import check_robot
-from catheter_sim.robots.continuum import description as layout
-from catheter_sim.robots.continuum import picture as cells
-from catheter_sim.robots.continuum import picture as meshes
+from catheter_sim.robots.continuum import description, picture
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 ROBOTS = ("neuroendoscope", "neuroendoscope_section", "spacer_disk")
@@ -35,14 +33,14 @@ def turned_about_hinge(mesh: trimesh.Trimesh, angle_rad: float, raised: float = 
     )
 
 
-def shape_of(name: str, segment: int = 0) -> cells.CellShape:
-    return cells.cell_shape(load_robot(name), segment)
+def shape_of(name: str, segment: int = 0) -> picture.CellShape:
+    return picture.cell_shape(load_robot(name), segment)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_mesh_is_a_closed_solid_of_few_faces(name: str) -> None:
     """All meshes are watertight, wound outward, of positive volume, and small enough to write inline."""
-    for key, mesh in meshes.element_meshes(load_robot(name)).items():
+    for key, mesh in picture.element_meshes(load_robot(name)).items():
         assert mesh.is_watertight, key
         assert mesh.is_winding_consistent, key
         assert mesh.volume > 0, key
@@ -53,11 +51,11 @@ def test_every_mesh_is_a_closed_solid_of_few_faces(name: str) -> None:
 def test_every_part_names_a_mesh_and_every_mesh_is_used(name: str) -> None:
     """Links from the base to the tip show exactly the meshes that are written."""
     robot = load_robot(name)
-    links = sum(cells.links_of(robot, segment) for segment in robot.segments)
-    parts = [part for link in range(links + 1) for part in meshes.element_parts(robot, link)]
-    assert {part.mesh_key for part in parts} == set(meshes.element_meshes(robot))
+    links = sum(picture.links_of(robot, segment) for segment in robot.segments)
+    parts = [part for link in range(links + 1) for part in picture.element_parts(robot, link)]
+    assert {part.mesh_key for part in parts} == set(picture.element_meshes(robot))
     with pytest.raises(IndexError):
-        meshes.element_parts(robot, links + 1)
+        picture.element_parts(robot, links + 1)
 
 
 def test_segment_names_cannot_collide_with_the_ends() -> None:
@@ -73,15 +71,15 @@ def test_segment_names_cannot_collide_with_the_ends() -> None:
             for item in robot.tendons
         ),
     )
-    assert len(meshes.element_meshes(renamed)) == len(meshes.element_meshes(robot))
+    assert len(picture.element_meshes(renamed)) == len(picture.element_meshes(robot))
 
 
 def test_eyelets_are_free_at_the_tendons_and_nowhere_else() -> None:
     """A guide is open along each tendon, and solid just beside the hole."""
     robot = load_robot("neuroendoscope")
     for index, count in ((0, 6), (1, 2)):
-        shape = cells.cell_shape(robot, index)
-        guide = cells.wire_guide(shape, shape)
+        shape = picture.cell_shape(robot, index)
+        guide = picture.wire_guide(shape, shape)
         names = [item.name for item in robot.segments]
         expected = [
             (item.radius_m * math.cos(item.angle_rad), item.radius_m * math.sin(item.angle_rad))
@@ -104,7 +102,7 @@ def test_tool_channel_is_free_from_base_to_tip() -> None:
     """No part reaches into the channel of the printed 1.4 mm diameter (Kato 2016)."""
     robot = load_robot("neuroendoscope")
     assert robot.channel_radius_m == pytest.approx(0.7e-3)
-    for key, mesh in meshes.element_meshes(robot).items():
+    for key, mesh in picture.element_meshes(robot).items():
         # The channel's outline is a polygon inside of the circle: its edges' middles come nearest.
         nearest = np.hypot(surface(mesh)[:, 0], surface(mesh)[:, 1]).min()
         assert nearest > robot.channel_radius_m * 0.98, key
@@ -113,7 +111,7 @@ def test_tool_channel_is_free_from_base_to_tip() -> None:
 def test_projections_meet_in_a_line_at_the_hinge() -> None:
     """The curved projection's lowest points are a line along y at the hinge; the flat top is level."""
     shape = shape_of("neuroendoscope")
-    guide = cells.wire_guide(shape, shape)
+    guide = picture.wire_guide(shape, shape)
     lowest = guide.vertices[guide.vertices[:, 2] < 1e-9]
     assert np.abs(lowest[:, 0]).max() < 1e-12
     assert lowest[:, 1].min() < -shape.bore_radius
@@ -128,7 +126,7 @@ def test_projections_meet_in_a_line_at_the_hinge() -> None:
 def test_neighbouring_guides_touch_but_do_not_run_into_one_another(angle_deg: float) -> None:
     """From -8 to 8 deg the two projections sink into one another by less than 8 um, and stay in touch."""
     shape = shape_of("neuroendoscope")
-    below, above = cells.base_guide(shape), cells.wire_guide(shape, shape)
+    below, above = picture.base_guide(shape), picture.wire_guide(shape, shape)
     angle = math.radians(angle_deg)
 
     axis = np.array([math.sin(angle), 0.0, math.cos(angle)])  # of the upper guide
@@ -147,7 +145,7 @@ def test_neighbouring_guides_touch_but_do_not_run_into_one_another(angle_deg: fl
 def test_flexures_are_thin_and_stand_on_the_bending_axis() -> None:
     """Near a hinge the backbone is two strips beside the channel, thin across the bending axis."""
     shape = shape_of("neuroendoscope")
-    backbone = cells.backbone_cell(shape, shape)
+    backbone = picture.backbone_cell(shape, shape)
     z = backbone.vertices[:, 2]
     for here in (z < 0.2 * shape.length, z > 0.8 * shape.length):
         strips = backbone.vertices[here]
@@ -162,15 +160,15 @@ def test_flexures_are_thin_and_stand_on_the_bending_axis() -> None:
 def test_backbone_is_unbroken_from_the_base_face_to_the_tip(name: str) -> None:
     """Stacked on the straight robot, the backbone's parts reach from z = 0 to the full length."""
     robot = load_robot(name)
-    solids = meshes.element_meshes(robot)
+    solids = picture.element_meshes(robot)
     hinges, z = [0.0], 0.0  # frame of link 0: the base
     for segment in robot.segments:
-        count = cells.links_of(robot, segment)
+        count = picture.links_of(robot, segment)
         hinges += [z + (i + 0.5) * segment.length_m / count for i in range(count)]
         z += segment.length_m
     spans = []
     for link, hinge in enumerate(hinges):
-        for part in meshes.element_parts(robot, link):
+        for part in picture.element_parts(robot, link):
             if part.is_backbone:
                 heights = solids[part.mesh_key].vertices[:, 2] + part.z_offset + hinge
                 spans.append((heights.min(), heights.max()))
@@ -187,7 +185,7 @@ def test_spacer_disks_stand_at_every_fourth_link() -> None:
     link_length = robot.segments[0].length_m / 40
     with_disk = {}
     for link in range(81):
-        for part in meshes.element_parts(robot, link):
+        for part in picture.element_parts(robot, link):
             if part.name_prefix == "disk":
                 with_disk[link] = part.z_offset
     assert list(with_disk) == list(range(0, 81, 4))
@@ -206,24 +204,24 @@ def test_disks_are_turned_so_that_their_holes_lie_on_the_tendons() -> None:
         ),
     )
     tendon = robot.tendons[2]  # reaches the tip
-    for link in layout.links(robot):
+    for link in description.links(robot):
         turns = [
-            part.z_turn for part in meshes.element_parts(robot, link.index) if part.name_prefix == "disk"
+            part.z_turn for part in picture.element_parts(robot, link.index) if part.name_prefix == "disk"
         ]
-        expected = layout.hole_angle_rad(robot, tendon, link.face_z_m) - tendon.angle_rad
+        expected = description.hole_angle_rad(robot, tendon, link.face_z_m) - tendon.angle_rad
         assert turns == ([pytest.approx(expected)] if link.disk else [])
 
 
 def test_a_robot_written_twice_is_the_same_text() -> None:
     """Meshes depend on the specification alone."""
-    first, second = (meshes.element_meshes(load_robot("neuroendoscope")) for _ in range(2))
+    first, second = (picture.element_meshes(load_robot("neuroendoscope")) for _ in range(2))
     assert {k: inline(m) for k, m in first.items()} == {k: inline(m) for k, m in second.items()}
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_mujoco_takes_the_meshes_and_keeps_them_in_place(name: str) -> None:
     """MuJoCo finds trimesh's volume, and its recentring of a mesh leaves every vertex where it was."""
-    for key, mesh in meshes.element_meshes(load_robot(name)).items():
+    for key, mesh in picture.element_meshes(load_robot(name)).items():
         vertex, face = inline(mesh)
         model = mujoco.MjModel.from_xml_string(
             f"""<mujoco>
@@ -274,6 +272,6 @@ def test_any_robot_that_passes_the_checks_can_be_drawn(
         channel_radius_m=channel * tendon * radius,
     )
     check_robot(robot, "any")
-    for key, mesh in meshes.element_meshes(robot).items():
+    for key, mesh in picture.element_meshes(robot).items():
         assert mesh.is_watertight, key
         assert mesh.volume > 0, key

@@ -13,8 +13,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
 from catheter_sim.errors import InputError
-from catheter_sim.robots.continuum import planar as planar_chain
-from catheter_sim.robots.continuum import planar_batch
+from catheter_sim.robots.continuum import planar, planar_batch
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
 from catheter_sim.robots.continuum.planar import hinge_faces
 from catheter_sim.robots.continuum.published import neuroendoscope
@@ -40,7 +39,7 @@ def loop(robot, rows=LOOP):
 
 def use_steps(monkeypatch, bend_rad):
     """Make the models and the batch go from row to row in the same steps."""
-    monkeypatch.setattr(planar_chain, "STEP_BEND_RAD", bend_rad)
+    monkeypatch.setattr(planar, "STEP_BEND_RAD", bend_rad)
     monkeypatch.setattr(planar_batch, "STEP_BEND_RAD", bend_rad)
     monkeypatch.setattr(planar_batch, "ALONE_STEP_BEND_RAD", None)
 
@@ -48,7 +47,7 @@ def use_steps(monkeypatch, bend_rad):
 def tips_of_batch_mm(robot, inputs, gravity):
     """Return the tip's x and z by the batch, shape (r, 2) [mm]."""
     angles, shift = planar_batch.solve_planar([robot], [inputs], gravity)
-    faces = hinge_faces(angles, planar_chain.planar_chain(robot, "test").cell_length)[0, :, -1]
+    faces = hinge_faces(angles, planar.planar_chain(robot, "test").cell_length)[0, :, -1]
     faces[:, 2] += shift[0]
     return 1e3 * faces[:, [0, 2]]
 
@@ -106,7 +105,7 @@ def test_same_steps_same_angles(name, seed, monkeypatch):
     expected = np.array([posture.joint_angles for posture in run.postures])
     np.testing.assert_allclose(angles[0], expected, rtol=0, atol=1e-9)
     tips = np.array([posture.p_w[-1, 2] for posture in run.postures])
-    faces = hinge_faces(expected, planar_chain.planar_chain(robot, "test").cell_length)
+    faces = hinge_faces(expected, planar.planar_chain(robot, "test").cell_length)
     np.testing.assert_allclose(shift[0], tips - faces[:, -1, 2], atol=1e-12)
 
 

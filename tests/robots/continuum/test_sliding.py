@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from planar_cases import NO_GRAVITY, SIDEWAYS, cell_angles, eyelets, section, single, tensions, tips_mm
 
-from catheter_sim.robots.continuum import exact_arm as sliding
+from catheter_sim.robots.continuum import exact_arm
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
 from catheter_sim.robots.continuum.published import CELL_STIFFNESS_N_M_PER_RAD, neuroendoscope
 
@@ -25,7 +25,7 @@ def test_motion_and_tension_rules_agree_for_one_tendon(monkeypatch):
     inputs = single(0.2, 0.5, 0.35, 0.45, 0.3, 0.1, 0.4, 0.0)
     tension = tips_mm(fkm_exact_arm(section(), inputs, NO_GRAVITY))
     np.testing.assert_allclose(tips_mm(fkm_sliding(section(), inputs, NO_GRAVITY)), tension, atol=1e-2)
-    monkeypatch.setattr(sliding, "PRE_SLIDING_RAD", sliding.PRE_SLIDING_RAD / 10)
+    monkeypatch.setattr(exact_arm, "PRE_SLIDING_RAD", exact_arm.PRE_SLIDING_RAD / 10)
     np.testing.assert_allclose(tips_mm(fkm_sliding(section(), inputs, NO_GRAVITY)), tension, atol=1e-3)
 
 
@@ -137,7 +137,7 @@ def test_loop_area_is_the_friction_s_heat():
 def test_pre_sliding_is_small_enough(monkeypatch):
     """A slip three times softer moves the tip by less than 20 um on a pair's partial loop."""
     usual = tips_mm(fkm_sliding(section(), tensions(LOOP), NO_GRAVITY))
-    monkeypatch.setattr(sliding, "PRE_SLIDING_RAD", 3 * sliding.PRE_SLIDING_RAD)
+    monkeypatch.setattr(exact_arm, "PRE_SLIDING_RAD", 3 * exact_arm.PRE_SLIDING_RAD)
     softer = tips_mm(fkm_sliding(section(), tensions(LOOP), NO_GRAVITY))
     np.testing.assert_allclose(softer, usual, atol=0.02)
 

@@ -12,8 +12,7 @@ from notched_cases import changed, inputs
 
 from catheter_sim.core.document import number_at
 from catheter_sim.core.effect import Role
-from catheter_sim.robots.notched_tube import description as handles
-from catheter_sim.robots.notched_tube import statics
+from catheter_sim.robots.notched_tube import description, statics
 from catheter_sim.robots.notched_tube.description import length_m
 from catheter_sim.robots.notched_tube.published import notched_wrist
 from catheter_sim.robots.notched_tube.statics import solve_rows
@@ -79,8 +78,10 @@ def test_twin_of_no_elements_and_by_displacement() -> None:
 
 def test_handles_are_numbers_of_the_robot() -> None:
     """Places are numbers of the robot's file; a planar tube neither twists nor bends aside."""
-    found = handles.handles(replace(ROBOT, actuation="displacement"))
-    assert [item for item in found if item.role is not Role.TENDON_STIFFNESS] == list(handles.handles(ROBOT))
+    found = description.handles(replace(ROBOT, actuation="displacement"))
+    assert [item for item in found if item.role is not Role.TENDON_STIFFNESS] == list(
+        description.handles(ROBOT)
+    )
     for item in found:
         if item.key:
             assert math.isfinite(number_at(ROBOT, item.key)) or item.role in (
@@ -89,7 +90,7 @@ def test_handles_are_numbers_of_the_robot() -> None:
             )
     roles = {item.role for item in found}
     assert {Role.CUBIC, Role.HOLE_TWIST, Role.REST_CURVATURE, Role.TIP_FORCE, Role.FRICTION} <= roles
-    planar = handles.handles(replace(ROBOT, bending_axes="x"))
+    planar = description.handles(replace(ROBOT, bending_axes="x"))
     assert Role.HOLE_TWIST not in {item.role for item in planar}
     assert [item.parameter for item in planar if item.role is Role.REST_CURVATURE] == ["curvature_x_per_m"]
     assert [item.parameter for item in planar if item.role is Role.TIP_FORCE] == ["force_x_N", "force_z_N"]
@@ -97,13 +98,13 @@ def test_handles_are_numbers_of_the_robot() -> None:
 
 def test_movers_bend_the_last_segment_toward_the_notches() -> None:
     """One tendon, one channel, one side."""
-    (mover,) = handles.movers(ROBOT)
+    (mover,) = description.movers(ROBOT)
     assert (mover.channel, mover.part, mover.toward, mover.advances) == ("tendon", "wrist", (1.0, 0.0), False)
 
 
 def test_sizes_bend_the_tube_by_about_a_radian() -> None:
     """Tension and tip force of that size bend a linear tube by half a radian to two."""
-    found = handles.sizes(ROBOT)
+    found = description.sizes(ROBOT)
     assert found.length_m == length_m(ROBOT)
     linear = changed(ROBOT, mu=0.0, metal=replace(ROBOT.material, plateau_slope=1.0))
     for drive, force in ((found.tension_N, 0.0), (0.0, found.tip_force_N)):

@@ -11,12 +11,12 @@ from notched_cases import WRIST, changed
 
 from catheter_sim.core.document import from_document, leaves, number_at, to_document
 from catheter_sim.errors import InputError
-from catheter_sim.robots.notched_tube import published as module
+from catheter_sim.robots.notched_tube import published
 from catheter_sim.robots.notched_tube.description import check, joint_names, length_m, notches
 from catheter_sim.robots.notched_tube.section import section
 from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot
 
-DESIGNS = (module.notched_wrist, module.notched_wrist_script, module.notched_wrist_design)
+DESIGNS = (published.notched_wrist, published.notched_wrist_script, published.notched_wrist_design)
 
 
 @pytest.mark.parametrize("design", DESIGNS)
@@ -48,12 +48,12 @@ def test_file_and_back(design) -> None:
 
 def test_numbers_to_calibrate_exist() -> None:
     """What may be calibrated are numbers of the robot."""
-    assert all(math.isfinite(number_at(WRIST, key)) for item in module.UNCERTAIN for key in item.keys)
+    assert all(math.isfinite(number_at(WRIST, key)) for item in published.UNCERTAIN for key in item.keys)
 
 
 def test_area_of_the_mass_is_the_section() -> None:
     """The area that the mass is computed with is what the notches leave."""
-    assert section(WRIST.segments[0]).area_m2 == pytest.approx(module.AREA_M2, rel=1e-3)
+    assert section(WRIST.segments[0]).area_m2 == pytest.approx(published.AREA_M2, rel=1e-3)
 
 
 def test_layout_stacks_notches_and_uncut_tube() -> None:

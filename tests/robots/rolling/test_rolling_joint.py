@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rolling_cases import JOINT_TABLE
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling import complete
 from catheter_sim.robots.rolling import joint as geometry
 from catheter_sim.robots.rolling.complete import frames
 from catheter_sim.robots.rolling.description import rolling_chain
@@ -45,9 +45,9 @@ def span_of(case: tuple[float, float, float], theta: float, countersink: float =
 def test_table_of_the_section(theta: float) -> None:
     """dl/dtheta, theta (1/s_l + 1/s_r) and phi of odd and even joints meet the reference to 1e-4."""
     angles = np.full(SECTION.joints, theta)
-    span = rods.spans(SECTION, angles)
-    turn, _ = rods.turns(SECTION, angles)
-    moment, _ = rods.elastic_moments(SECTION, angles, span)
+    span = complete.spans(SECTION, angles)
+    turn, _ = complete.turns(SECTION, angles)
+    moment, _ = complete.elastic_moments(SECTION, angles, span)
     for joint, expected in enumerate(JOINT_TABLE[theta]):
         per_stiffness = moment[joint] / SECTION.stiffness[0] * 1e-3
         ours = (span.slope[0, joint] * 1e3, per_stiffness, turn[0, joint])

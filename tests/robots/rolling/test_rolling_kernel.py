@@ -12,7 +12,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import LinkForce
 from catheter_sim.core.law import Pulls, RobotInModel, Step
 from catheter_sim.modelling.build import build_mjcf
-from catheter_sim.robots.rolling import complete as rods
+from catheter_sim.robots.rolling import complete
 from catheter_sim.robots.rolling.complete import compressions, frames, loads
 from catheter_sim.robots.rolling.description import rolling_chain
 from catheter_sim.robots.rolling.laws import RodElasticity, RodTurns, Rolling
@@ -76,7 +76,7 @@ def step_of(data):
 
 def moments(chain, theta):
     """Return the statics' elastic moments, shape (n,) [N m]."""
-    return rods.elastic_moments(chain, theta, rods.spans(chain, theta))[0]
+    return complete.elastic_moments(chain, theta, complete.spans(chain, theta))[0]
 
 
 def test_elastic_moments_are_the_statics(parts):
@@ -120,7 +120,7 @@ def test_turns_are_the_statics(parts, share):
     for theta in postures(chain, share):
         data.qpos[:] = theta
         expected = np.zeros((chain.pulled, chain.joints))
-        expected[:, 1:] = np.abs(rods.turns(chain, theta)[0][: chain.pulled, :-1])
+        expected[:, 1:] = np.abs(complete.turns(chain, theta)[0][: chain.pulled, :-1])
         expected[~chain.passes[: chain.pulled]] = 0.0
         assert turns(data) == pytest.approx(expected, rel=0.0, abs=1e-13)
         assert share < 3.0 or expected.max() > 0.2, "turns for which the series is not enough"
@@ -153,7 +153,7 @@ def test_links_stand_where_the_statics_puts_them(parts):
         rolling.place(data)
         mujoco.mj_kinematics(model, data)
 
-        tension = rods.Tensions(at_joint, above, np.zeros(0))
+        tension = complete.Tensions(at_joint, above, np.zeros(0))
         acting = loads(chain, GRAVITY, tip, others=[LinkForce(pushed + 1, (0.0, 0.0, 0.0), tuple(push))])
         pressed = compressions(chain, frames(chain, theta), tension, acting)
         length = chain.link_length - pressed / chain.link_stiffness

@@ -18,7 +18,7 @@ from catheter_sim.mjcf.parts import inline
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.robots import check_robot
 from catheter_sim.robots.rolling import joint as geometry
-from catheter_sim.robots.rolling import picture as rolling_links
+from catheter_sim.robots.rolling import picture
 from catheter_sim.robots.rolling.description import last_joint, rods, rolling_chain, rolling_joints
 from catheter_sim.robots.rolling.spec import Rod, RollingRobot, RollingSegment
 from catheter_sim.simulation.simulator import Simulator
@@ -57,7 +57,7 @@ def lowest(vertices: Array, axis: int, u: float) -> float:
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_mesh_is_a_closed_solid_of_few_faces(name: str) -> None:
     """All meshes are watertight, wound outward, of positive volume, and small enough to write inline."""
-    for key, mesh in rolling_links.link_meshes(rolling(name)).items():
+    for key, mesh in picture.link_meshes(rolling(name)).items():
         assert mesh.is_watertight, key
         assert mesh.is_winding_consistent, key
         assert mesh.volume > 0, key
@@ -68,10 +68,8 @@ def test_like_links_share_their_meshes_and_every_mesh_is_used() -> None:
     """Two mirrored variants for the asymmetric segment, one for each plane of the others, and the base."""
     for name, count in (("chest_tube_section", 3), ("chest_tube", 6), ("chest_tube_section@prototype", 5)):
         robot = rolling(name)
-        parts = [
-            part for k in range(len(rolling_joints(robot)) + 1) for part in rolling_links.link_parts(robot, k)
-        ]
-        assert {part.mesh_key for part in parts} == set(rolling_links.link_meshes(robot))
+        parts = [part for k in range(len(rolling_joints(robot)) + 1) for part in picture.link_parts(robot, k)]
+        assert {part.mesh_key for part in parts} == set(picture.link_meshes(robot))
         assert len({part.mesh_key for part in parts}) == count
 
 
@@ -79,9 +77,9 @@ def test_like_links_share_their_meshes_and_every_mesh_is_used() -> None:
 def test_lower_face_is_where_the_statics_have_the_contact(name: str) -> None:
     """The mesh's border of every strip lies at Eq. 17's contact for some bend; all else lies above it."""
     robot = rolling(name)
-    solids = rolling_links.link_meshes(robot)
+    solids = picture.link_meshes(robot)
     for joint in rolling_joints(robot):
-        vertices = solids[rolling_links.link_parts(robot, joint.index)[0].mesh_key].vertices
+        vertices = solids[picture.link_parts(robot, joint.index)[0].mesh_key].vertices
         outer = joint.segment.outer_radius_m
         for radius, sign in ((joint.radius_positive_m, 1.0), (joint.radius_negative_m, -1.0)):
             edge = math.asin(min((outer - sign * joint.line_m) / radius, 1.0))
@@ -99,9 +97,9 @@ def test_lower_face_is_where_the_statics_have_the_contact(name: str) -> None:
 def test_alternate_links_are_mirror_images() -> None:
     """Link 2's lower face at x is link 1's at -x."""
     robot = rolling("chest_tube_section")
-    solids = rolling_links.link_meshes(robot)
+    solids = picture.link_meshes(robot)
     first, second = (
-        surface(solids[rolling_links.link_parts(robot, k)[0].mesh_key]) * (sign, 1.0, 1.0)
+        surface(solids[picture.link_parts(robot, k)[0].mesh_key]) * (sign, 1.0, 1.0)
         for k, sign in ((1, 1.0), (2, -1.0))
     )
     for u in first[first[:, 2] < 0.5e-3][::7, 0]:
@@ -117,18 +115,18 @@ def polygon(sections: int, radius: float) -> float:
 def test_volume_is_that_between_profile_and_flat(name: str) -> None:
     """Outline less lumen and bores, times their length: between circles for polygons and the reverse."""
     robot = rolling(name)
-    solids = rolling_links.link_meshes(robot)
+    solids = picture.link_meshes(robot)
     for joint in rolling_joints(robot):
         outer = joint.segment.outer_radius_m
         u = np.linspace(-outer, outer, 2001)
         chord = 2.0 * np.sqrt(outer**2 - u**2)
-        length = joint.link_length_m - np.average(rolling_links.arc_height(joint, u), weights=chord)
+        length = joint.link_length_m - np.average(picture.arc_height(joint, u), weights=chord)
         passing = [rod for rod in rods(robot) if last_joint(robot, rod) >= joint.index]
         bore, lumen = passing[0].rod_radius_m + robot.clearance_m, robot.channel_radius_m
         sunk = sum(2.0 * rod.countersink_m for rod in passing) * 1.6 * math.pi * bore**2
         least = (polygon(32, outer) - math.pi * (lumen**2 + len(passing) * bore**2)) * length - sunk
         most = (math.pi * outer**2 - polygon(16, lumen) - len(passing) * polygon(8, 0.97 * bore)) * length
-        volume = solids[rolling_links.link_parts(robot, joint.index)[0].mesh_key].volume
+        volume = solids[picture.link_parts(robot, joint.index)[0].mesh_key].volume
         assert 0.995 * least < volume < 1.005 * most
         assert most < 1.25 * least
 
@@ -138,10 +136,10 @@ def test_holes_are_free_between_the_models_mouths_and_solid_beside(name: str) ->
     """Rod and clearance wide (up to 3 % less where rods run side by side), from mouth to mouth."""
     robot = rolling(name)
     chain = rolling_chain(robot)
-    solids = rolling_links.link_meshes(robot)
+    solids = picture.link_meshes(robot)
     angle = np.linspace(0.1, 2.0 * math.pi, 9)
     for joint in {(item.segment.name, item.axis): item for item in rolling_joints(robot)}.values():
-        solid = solids[rolling_links.link_parts(robot, joint.index)[0].mesh_key]
+        solid = solids[picture.link_parts(robot, joint.index)[0].mesh_key]
         k = joint.index - 1
         for index, rod in enumerate(rods(robot)):
             if last_joint(robot, rod) < joint.index:
@@ -162,15 +160,15 @@ def test_countersunk_holes_widen_toward_both_faces() -> None:
     """At the tip of the full robot the mouths are wider than the holes, and end at the mouths' depth."""
     robot = rolling("chest_tube")
     segment = robot.segments[-1]
-    for hole in rolling_links.holes(robot, segment):
+    for hole in picture.holes(robot, segment):
         assert hole.face_radius > 1.1 * hole.radius
         assert hole.countersink == robot.tendons[-1].countersink_m
         assert math.hypot(*hole.place) - hole.face_radius > robot.channel_radius_m
         assert math.hypot(*hole.place) + hole.face_radius < segment.outer_radius_m
         joint = next(item for item in rolling_joints(robot) if item.segment == segment)
-        solid = rolling_links.link_meshes(robot)[rolling_links.link_parts(robot, joint.index)[0].mesh_key]
+        solid = picture.link_meshes(robot)[picture.link_parts(robot, joint.index)[0].mesh_key]
         (x, y), top = hole.place, joint.link_length_m
-        bottom = float(rolling_links.arc_height(joint, np.array(hole.place[joint.axis])))
+        bottom = float(picture.arc_height(joint, np.array(hole.place[joint.axis])))
         beside = 0.5 * (hole.radius + 0.9 * hole.face_radius)
         for depth, expected in ((0.1, 0.0), (1.1, 1.0)):
             for z in (bottom + depth * hole.countersink, top - depth * hole.countersink):
@@ -179,14 +177,14 @@ def test_countersunk_holes_widen_toward_both_faces() -> None:
                 points = np.column_stack([around, np.full(9, z)])
                 assert winding_number(solid, points) == pytest.approx(expected, abs=1e-6)
     plain = rolling("chest_tube_section")
-    for hole in rolling_links.holes(plain, plain.segments[0]):
+    for hole in picture.holes(plain, plain.segments[0]):
         assert hole.face_radius == hole.radius
 
 
 def test_lumen_is_free_from_the_base_to_the_tip() -> None:
     """No mesh reaches into the channel."""
     robot = rolling("chest_tube")
-    for key, mesh in rolling_links.link_meshes(robot).items():
+    for key, mesh in picture.link_meshes(robot).items():
         nearest = np.hypot(surface(mesh)[:, 0], surface(mesh)[:, 1]).min()
         assert nearest > robot.channel_radius_m * math.cos(math.pi / 16) - 1e-9, key
 
@@ -244,10 +242,10 @@ def test_mujoco_keeps_the_meshes_in_place(name: str) -> None:
     """In the straight model every drawn vertex is where its mesh and link have it."""
     robot = rolling(name)
     simulator = Simulator(robot)
-    solids = rolling_links.link_meshes(robot)
+    solids = picture.link_meshes(robot)
     height = [0.0, *(joint.face_z_m - joint.link_length_m for joint in rolling_joints(robot))]
     for k, z in enumerate(height):
-        for part in rolling_links.link_parts(robot, k):
+        for part in picture.link_parts(robot, k):
             vertices = drawn_vertices(simulator, f"{part.name_prefix}_{k}")
             # MuJoCo reorders nothing that is not repeated; it keeps single precision.
             assert np.abs(vertices - solids[part.mesh_key].vertices - (0.0, 0.0, z)).max() < 3e-8
@@ -321,7 +319,7 @@ def test_any_rolling_robot_that_passes_the_checks_can_be_drawn(
         check_robot(robot, "any")
     except InputError:
         assume(False)
-    for key, mesh in rolling_links.link_meshes(robot).items():
+    for key, mesh in picture.link_meshes(robot).items():
         assert mesh.is_watertight, key
         assert mesh.volume > 0, key
 
@@ -335,6 +333,6 @@ def test_segment_names_cannot_collide_with_the_base() -> None:
         tendons=tuple(replace(rod, ends_at="base") for rod in robot.tendons),
         passive_rods=tuple(replace(rod, ends_at="base") for rod in robot.passive_rods),
     )
-    assert len(rolling_links.link_meshes(renamed)) == len(rolling_links.link_meshes(robot))
-    first = {inline(mesh) for mesh in rolling_links.link_meshes(renamed).values()}
-    assert first == {inline(mesh) for mesh in rolling_links.link_meshes(robot).values()}
+    assert len(picture.link_meshes(renamed)) == len(picture.link_meshes(robot))
+    first = {inline(mesh) for mesh in picture.link_meshes(renamed).values()}
+    assert first == {inline(mesh) for mesh in picture.link_meshes(robot).values()}

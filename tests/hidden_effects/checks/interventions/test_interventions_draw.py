@@ -8,15 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden_effects import interventions as deal
-from hidden_effects import interventions as run
+from hidden_effects import interventions
 from hidden_effects.interventions import NEW, OLD, Recordings, drawn_recordings, make
 from hidden_effects.natural import Draw, scored_draw
 from hidden_effects.running import ANSWER, Folders, read_json
 
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
-from catheter_sim.lab import specimen as courses
+from catheter_sim.lab import specimen
 from catheter_sim.lab.engine import Planted
 from catheter_sim.lab.forms import BY_KEY
 from catheter_sim.lab.planting import clean_outputs
@@ -28,14 +27,18 @@ ROBOTS = ("mitral_transseptal",)
 def few_rows():
     """Trials of some nine rows."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(courses, "_MANY_ROWS", 60.0)
-        patch.setattr(courses, "_SPREAD", 0.0)
+        patch.setattr(specimen, "_MANY_ROWS", 60.0)
+        patch.setattr(specimen, "_SPREAD", 0.0)
         yield
 
 
 def first_draw(**asked: object) -> int:
     """Return the first draw of seed 3 that is dealt so."""
-    dealers = {"story": deal.story_of, "commands": deal.commands_of, "shares": deal.shares_unknown}
+    dealers = {
+        "story": interventions.story_of,
+        "commands": interventions.commands_of,
+        "shares": interventions.shares_unknown,
+    }
     return next(
         index
         for index in range(1000)
@@ -59,11 +62,11 @@ def says(verdict: str, *changes: str):
 
 def test_shares_are_as_said() -> None:
     """Of 200 draws of any seed: one thing changes in 100, two in 20, nothing in 80; half hide something."""
-    stories = [deal.story_of("judge", 9, index) for index in range(200)]
+    stories = [interventions.story_of("judge", 9, index) for index in range(200)]
     assert [stories.count(story) for story in ("single", "pair", "none")] == [100, 20, 80]
-    commands = [deal.commands_of("judge", 9, index) for index in range(200)]
+    commands = [interventions.commands_of("judge", 9, index) for index in range(200)]
     assert [commands.count(name) for name in ("same", "partly", "other")] == [70, 70, 60]
-    assert sum(deal.shares_unknown("judge", 9, index) for index in range(200)) == 100
+    assert sum(interventions.shares_unknown("judge", 9, index) for index in range(200)) == 100
 
 
 @pytest.mark.parametrize(("commands", "least", "most"), [("same", 7, 7), ("partly", 1, 6), ("other", 0, 0)])
@@ -105,7 +108,7 @@ def test_draw_is_two_data_sets_and_an_answer(tmp_path: Path) -> None:
     """Both are read by the package; nothing in them says what changed; the change is as large as asked."""
     index = first_draw(story="single", commands="other", shares=True)
     score = scored_draw(
-        run.STEPS, Draw("tune", 3, index, tmp_path, ROBOTS), 900.0, says("changed", "no_such")
+        interventions.STEPS, Draw("tune", 3, index, tmp_path, ROBOTS), 900.0, says("changed", "no_such")
     )
     folders = Folders(tmp_path, index)
     old, new = (load_dataset(folders.data / name) for name in (OLD, NEW))
@@ -126,7 +129,7 @@ def test_nothing_changed_differs_by_noise_alone(tmp_path: Path) -> None:
     """With the same commands and nothing changed the two recordings differ by the root of two noises."""
     index = first_draw(story="none", commands="same", shares=True)
     score = scored_draw(
-        run.STEPS, Draw("tune", 3, index, tmp_path, ROBOTS), 900.0, says("changed", "stiffness")
+        interventions.STEPS, Draw("tune", 3, index, tmp_path, ROBOTS), 900.0, says("changed", "stiffness")
     )
     folders = Folders(tmp_path, index)
     noise = read_json(folders.answer / ANSWER)["noise"]["mm"]
@@ -145,9 +148,9 @@ def test_nothing_changed_differs_by_noise_alone(tmp_path: Path) -> None:
 
 def test_folder_of_other_draws_is_refused(tmp_path: Path) -> None:
     """Draws of another seed do not mix with these."""
-    run.run_bench("tune", 1, (), tmp_path)
+    interventions.run_bench("tune", 1, (), tmp_path)
     with pytest.raises(InputError, match="another folder"):
-        run.run_bench("tune", 2, (), tmp_path)
+        interventions.run_bench("tune", 2, (), tmp_path)
 
 
 @pytest.mark.slow
@@ -175,6 +178,6 @@ def test_a_control_has_a_folder_of_its_own(tmp_path: Path) -> None:
     """Its draws are not those of the bench, whichever came first."""
     for first in (False, True):
         root = tmp_path / str(first)
-        run.run_bench("tune", 3, [], root, bare=first)
+        interventions.run_bench("tune", 3, [], root, bare=first)
         with pytest.raises(InputError, match="other"):
-            run.run_bench("tune", 3, [], root, bare=not first)
+            interventions.run_bench("tune", 3, [], root, bare=not first)

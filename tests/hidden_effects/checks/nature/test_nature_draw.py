@@ -10,21 +10,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden_effects import interventions
-from hidden_effects import natural as run
+from hidden_effects import interventions, natural
 from hidden_effects.natural import generator_of
 from hidden_effects.running import ANSWER, Folders, read_json
 
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
-from catheter_sim.lab import specimen as courses
+from catheter_sim.lab import specimen
 from catheter_sim.lab.engine import LARGEST, SMALLEST, Ground, Planted, rms
 from catheter_sim.lab.forms import BY_KEY
 
 ROBOTS = ("mitral_transseptal",)
 SEED = 3
 SINGLE, NOTHING = (
-    next(index for index in range(45) if run.story_of("tune", SEED, index) == story)
+    next(index for index in range(45) if natural.story_of("tune", SEED, index) == story)
     for story in ("single", "none")
 )
 
@@ -33,8 +32,8 @@ SINGLE, NOTHING = (
 def few_rows():
     """Trials of some nine rows."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(courses, "_MANY_ROWS", 60.0)
-        patch.setattr(courses, "_SPREAD", 0.0)
+        patch.setattr(specimen, "_MANY_ROWS", 60.0)
+        patch.setattr(specimen, "_SPREAD", 0.0)
         yield
 
 
@@ -42,7 +41,7 @@ def few_rows():
 def drawn(few_rows, tmp_path_factory) -> Path:
     """Return a bench's folder in which the draw is made."""
     root = tmp_path_factory.mktemp("made")
-    run.made(run.STEPS, run.Draw("tune", SEED, NOTHING, root, ROBOTS))
+    natural.made(natural.STEPS, natural.Draw("tune", SEED, NOTHING, root, ROBOTS))
     return root
 
 
@@ -68,13 +67,15 @@ def says(verdict: str, *names: str):
 
 def scored(root: Path, index: int, diagnose) -> dict:
     """Return the score of a draw."""
-    return run.scored_draw(run.STEPS, run.Draw("tune", SEED, index, root, ROBOTS), 900.0, diagnose)
+    return natural.scored_draw(
+        natural.STEPS, natural.Draw("tune", SEED, index, root, ROBOTS), 900.0, diagnose
+    )
 
 
 @pytest.mark.slow
 def test_seed_and_number_decide_everything(drawn, tmp_path):
     """Made again, a data set is the same to the last digit, and so is the answer."""
-    run.made(run.STEPS, run.Draw("tune", SEED, NOTHING, tmp_path, ROBOTS))
+    natural.made(natural.STEPS, natural.Draw("tune", SEED, NOTHING, tmp_path, ROBOTS))
     one, other = Folders(drawn, NOTHING), Folders(tmp_path, NOTHING)
     for path in sorted(one.data.iterdir()):
         assert path.read_bytes() == (other.data / path.name).read_bytes()
@@ -111,23 +112,23 @@ def test_only_draws_of_this_code_count(root, monkeypatch):
     first = scored(root, NOTHING, says("unexplained"))
     assert scored(root, NOTHING, says("no_discrepancy")) == first
     data = (Folders(root, NOTHING).data / "trial_01.csv").stat().st_mtime_ns
-    monkeypatch.setattr(run, "judging_code", lambda: "another")
-    assert run.scores_in(root) == []
+    monkeypatch.setattr(natural, "judging_code", lambda: "another")
+    assert natural.scores_in(root) == []
     second = scored(root, NOTHING, says("no_discrepancy"))
     assert (second["verdict"], second["code"]) == ("no_discrepancy", "another")
-    assert run.scores_in(root) == [second]
+    assert natural.scores_in(root) == [second]
     assert (Folders(root, NOTHING).data / "trial_01.csv").stat().st_mtime_ns == data
 
 
 def test_code_that_changes_under_a_diagnosis_does_not_count(root, monkeypatch):
     """Its draw belongs to neither."""
     digests = iter(["before", "after"])
-    monkeypatch.setattr(run, "judging_code", lambda: next(digests))
+    monkeypatch.setattr(natural, "judging_code", lambda: next(digests))
     found = scored(root, NOTHING, says("unexplained"))
-    assert found["code"] == run.CHANGED
+    assert found["code"] == natural.CHANGED
 
 
-@pytest.mark.parametrize("steps", [run.STEPS, interventions.STEPS])
+@pytest.mark.parametrize("steps", [natural.STEPS, interventions.STEPS])
 def test_a_bench_s_steps_go_to_other_processes(steps):
     """Draws are scored several at a time."""
     assert pickle.loads(pickle.dumps(steps)) == steps
@@ -135,9 +136,9 @@ def test_a_bench_s_steps_go_to_other_processes(steps):
 
 def test_folder_of_another_purpose_is_refused(tmp_path):
     """Draws for tuning and for judging do not mix."""
-    run.run_bench("tune", 1, (), tmp_path)
+    natural.run_bench("tune", 1, (), tmp_path)
     with pytest.raises(InputError, match="another folder"):
-        run.run_bench("judge", 1, (), tmp_path)
+        natural.run_bench("judge", 1, (), tmp_path)
 
 
 def test_calibration_takes_what_it_can(pulled_ground):
