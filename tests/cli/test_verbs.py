@@ -221,6 +221,7 @@ def test_validate_exits_1_where_a_line_is_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The exit status follows the lines: undefined never passes, what only informs never fails."""
+    from catheter_sim.validation import report
     from catheter_sim.validation.lines import Line, Validation
 
     def check(_: Path) -> Validation:
@@ -228,7 +229,7 @@ def test_validate_exits_1_where_a_line_is_out(
             (Line(ROBOT, "planted quantity", "mm", error, tolerance, "a test"),), ("a finding",)
         )
 
-    monkeypatch.setattr(validation_run, "CHECKS", {ROBOT: (check,)})
+    monkeypatch.setattr(report, "CHECKS", {ROBOT: (check,)})
     ran = run("validate", "-o", "deep/out")
     assert ran.status == status
     assert ran.err == ""

@@ -43,13 +43,8 @@ SINGLE = next(index for index in range(20) if story_of(SEED, index) == "single")
 
 def few_trials(patch: pytest.MonkeyPatch) -> None:
     """Make data sets of three trials, one of them held out, and a third set of one."""
-    for module, name in (
-        (first_draws, "TRAINING"),
-        (first_draws, "TRAINING"),
-        (first_draws, "HELDOUT"),
-        (first_draws, "ASIDE"),
-    ):
-        patch.setattr(module, name, 1)
+    for name in ("TRAINING", "HELDOUT", "ASIDE"):
+        patch.setattr(first_draws, name, 1)
 
 
 @pytest.fixture(scope="module")
