@@ -5,18 +5,11 @@ from __future__ import annotations
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
-import warp as wp
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.law import RobotInModel
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
-
-# ----------------------------------------------------------------------------------------------------
-# Types of MuJoCo Warp's fields that Warp has no name for.
-
-vec10 = wp.types.vector(length=10, dtype=float)  # parameters of an actuator's gain or bias
-
 
 # ----------------------------------------------------------------------------------------------------
 # Warp and a device: what the laws on it need to place their arrays and launch their kernels.

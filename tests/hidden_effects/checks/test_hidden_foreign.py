@@ -21,7 +21,7 @@ from hidden_effects.foreign_models import (
 
 from catheter_sim.foreign.model import SUMMARIES, ForeignModel, Runner, Trial, variants_of
 
-MODELS = Path(__file__).parents[2] / "assets" / "foreign"
+MODELS = Path(__file__).parents[3] / "assets" / "foreign"
 
 
 def draw(hidden: str | None, *named: str, alike: tuple[str, ...] = ()) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hidden_effects.natural import forms_table
 
-PAGE = Path(__file__).parents[3] / "docs" / "truth" / "independent_bench.md"
+PAGE = Path(__file__).parents[4] / "docs" / "truth" / "independent_bench.md"
 
 
 def test_documentation_lists_every_form():
