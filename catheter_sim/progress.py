@@ -124,7 +124,7 @@ def counted(
 
 
 @dataclass
-class _Compilations:
+class _CompilationNotice:
     """Compilations since somebody wants to know of them; one may lie inside another."""
 
     kernels: int = 0
@@ -150,7 +150,7 @@ class _Compilations:
             self.seconds += time.monotonic() - began
 
 
-_WANTED: list[_Compilations] = []  # by whom compilations are to be told; `compiled` reports them
+_WANTED: list[_CompilationNotice] = []  # by whom compilations are to be told; `compiled` reports them
 
 
 @contextmanager
@@ -159,7 +159,7 @@ def compilations_told() -> Iterator[None]:
 
     Nothing is said where all kernels are kept on disk. What ends in an error ends with the error's line.
     """
-    told = _Compilations()
+    told = _CompilationNotice()
     _WANTED.append(told)
     try:
         yield

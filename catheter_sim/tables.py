@@ -245,7 +245,7 @@ class Apart:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class TableComparison:
     """Two tables at the same moments.
 
     Attributes:
@@ -304,7 +304,7 @@ class Comparison:
         return figure
 
 
-def compare_tables(first: Table, second: Table, columns: Sequence[str] | None = None) -> Comparison:
+def compare_tables(first: Table, second: Table, columns: Sequence[str] | None = None) -> TableComparison:
     """Return two tables at the moments of the first's rows; each clock starts at its own first row.
 
     Args:
@@ -336,7 +336,7 @@ def compare_tables(first: Table, second: Table, columns: Sequence[str] | None = 
     one = {name: first.columns[name][inside] for name in names}
     other = {name: np.interp(times, b, second.columns[name]) for name in names}
     apart = tuple(_apart(name, first.time_s[inside], one[name], other[name]) for name in names)
-    return Comparison(
+    return TableComparison(
         Table(times, one, first.where),
         Table(times, other, second.where),
         matched,
@@ -347,7 +347,7 @@ def compare_tables(first: Table, second: Table, columns: Sequence[str] | None = 
 
 def compare_files(
     first: str | os.PathLike[str], second: str | os.PathLike[str], columns: Sequence[str] | None = None
-) -> Comparison:
+) -> TableComparison:
     """Return two CSV files at the same moments, as `compare_tables` does."""
 
     return compare_tables(read_table(first), read_table(second), columns)

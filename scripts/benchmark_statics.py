@@ -22,7 +22,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.robots.continuum import cc, lumped, rods
 from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
 from catheter_sim.robots.continuum.published import spacer_disk
-from catheter_sim.robots.continuum.rods import Problem, load, problem
+from catheter_sim.robots.continuum.rods import RodProblem, load, problem
 from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.validation.lines import given
 
@@ -43,7 +43,7 @@ def best_s(call: Callable[[], object], runs: int, clock: Callable[[], float] = t
     return min(times)
 
 
-def solver_of(name: str, body: Problem, inputs: Inputs, threads: int) -> Callable[[], object]:
+def solver_of(name: str, body: RodProblem, inputs: Inputs, threads: int) -> Callable[[], object]:
     """Return a model's solver, ready to be called: arrays in, arrays out."""
     if name == "CC":
         per_tension, tension = cc.bend_per_tension(body), inputs.tendon

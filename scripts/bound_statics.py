@@ -43,7 +43,7 @@ from catheter_sim.robots.continuum import (
 )
 from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.robots.continuum.rod_sections import TENDONS
-from catheter_sim.robots.continuum.rods import Load, load, problem
+from catheter_sim.robots.continuum.rods import RodLoad, load, problem
 from catheter_sim.validation.lines import given
 
 SINE_COSINE = 38  # operations of both together: `eight.sine_cosine`
@@ -119,7 +119,7 @@ def counted(values: Any) -> Any:
     return result
 
 
-def rows_of(rows: int) -> tuple[Any, Load]:
+def rows_of(rows: int) -> tuple[Any, RodLoad]:
     """Return the robot and the first rows of the batch of `benchmark_statics`."""
     robot = problem(spacer_disk())
     batch = given(np.random.default_rng(0).uniform(0.0, FULL_PULL_N, (ROWS, 4))[:rows])
@@ -143,7 +143,7 @@ def count(name: str) -> float:
     setattr(where, solver, solve)
     Counted.total = 0
     for k in range(COUNTED_ROWS):
-        row = Load(*(values[k : k + 1] for values in (rows.tension_N, rows.force_N, rows.moment_N_m)))
+        row = RodLoad(*(values[k : k + 1] for values in (rows.tension_N, rows.force_N, rows.moment_N_m)))
         if name in LUMPED:
             lumped.equilibria(body, row, LUMPED[name])
         else:

@@ -29,7 +29,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.files import placed_when_whole
 from catheter_sim.planning.inverse import (
     CORRECTIONS,
-    Plan,
+    InputPlan,
     Targets,
     inverse_kinematics,
     random_levels,
@@ -123,7 +123,7 @@ def round_trips_of_a_file(robot_id: str, rng: np.random.Generator) -> list[dict[
     ]
 
 
-def said_unreachable(robot_id: str, count: int, seed: int) -> tuple[int, Plan]:
+def said_unreachable(robot_id: str, count: int, seed: int) -> tuple[int, InputPlan]:
     """Return how many of so many points beyond the robot's length are called unreachable, and their plan."""
     robot = load_robot(robot_id)
     drives = plan_drives(robot)

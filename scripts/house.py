@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import itertools
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -107,7 +108,10 @@ class House:
             for file in self.files.values()
             for node in ast.walk(file.tree)
             if (isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in outside)
-            or (isinstance(node, ast.Import) and any(item.name.split(".")[0] in outside for item in node.names))
+            or (
+                isinstance(node, ast.Import)
+                and any(item.name.split(".")[0] in outside for item in node.names)
+            )
         ]
 
     @property
@@ -197,8 +201,8 @@ class House:
 
 def returns(walk: list[tuple[File, Function]]) -> int:
     """Return how often a walk comes back to a folder that it had left."""
-    count, left = 0, set()
-    for (before, _), (after, _) in zip(walk, walk[1:], strict=False):
+    count, left = 0, set[str]()
+    for (before, _), (after, _) in itertools.pairwise(walk):
         if before.folder != after.folder:
             left.add(before.folder)
             count += after.folder in left
@@ -224,7 +228,9 @@ def main() -> int:
     )
     private, kernels = house.long_signatures
     print(f"files {len(house.files)}, lines {house.lines}, of all Python files {whole}")
-    print(f"lines of imports {100.0 * house.import_lines / house.lines:.1f} %, levels of folders {house.depth}")
+    print(
+        f"lines of imports {100.0 * house.import_lines / house.lines:.1f} %, levels of folders {house.depth}"
+    )
     print(f"circles {house.circles or 'none'}, files that import tests {house.imports_tests or 'none'}")
     print(f"class names defined more than once: {len(house.classes_twice)}")
     print(f"private functions of more than {MOST_PRIVATE_ARGUMENTS} arguments: {len(private)}")

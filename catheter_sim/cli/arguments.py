@@ -254,7 +254,7 @@ _ROW = re.compile(r"row (\d+) \(time_s = [^)]*\)")  # as models and the simulati
 
 
 @dataclass(frozen=True)
-class Drive:
+class DrivenRobot:
     """What a verb drives.
 
     Attributes:
@@ -286,7 +286,7 @@ def load(reference: str, settings: Sequence[str]) -> tuple[RobotSpec, RobotSpec]
     return specified, built_in(specified, reference)
 
 
-def drive(options: argparse.Namespace) -> Drive:
+def drive(options: argparse.Namespace) -> DrivenRobot:
     """Return what the arguments ROBOT, --set, --inputs, --gravity and --columns name.
 
     Raises:
@@ -300,7 +300,7 @@ def drive(options: argparse.Namespace) -> Drive:
     table = read_table(options.inputs)
     commanded = read_inputs(specified, table)
     acting = in_force(specified, commanded, options.robot)
-    return Drive(
+    return DrivenRobot(
         specified=acting.specified,
         robot=acting.robot,
         table=table,
@@ -311,7 +311,7 @@ def drive(options: argparse.Namespace) -> Drive:
     )
 
 
-def inputs_until(driven: Drive, row: int | None, time_s: float | None) -> Inputs:
+def inputs_until(driven: DrivenRobot, row: int | None, time_s: float | None) -> Inputs:
     """Return what arrives at the robot up to a row of the file, or up to a time of its clock.
 
     Args:
@@ -373,7 +373,7 @@ def with_lines(message: str, table: Table) -> str:
     return f"{table.where}: {changed}" if count else message
 
 
-def warn_of_limits(driven: Drive) -> None:
+def warn_of_limits(driven: DrivenRobot) -> None:
     """Say on standard error which inputs are beyond what the robot can follow, a line for each column."""
     from catheter_sim.planning.bounded import beyond_limits
 
@@ -381,11 +381,11 @@ def warn_of_limits(driven: Drive) -> None:
         print(f"catheter-sim: warning: {with_lines(line, driven.table)}", file=sys.stderr)
 
 
-def outputs(driven: Drive, postures: Sequence[Posture]) -> Table:
+def outputs(driven: DrivenRobot, postures: Sequence[Posture]) -> Table:
     """Return the output columns of `postures`, the first rows of the drive as they are observed."""
     return output_table(driven.specified, driven.table.time_s, postures, driven.columns)
 
 
-def write_outputs(driven: Drive, postures: Sequence[Posture], path: str) -> None:
+def write_outputs(driven: DrivenRobot, postures: Sequence[Posture], path: str) -> None:
     """Write the output columns of `postures` to the CSV file `path`."""
     write_table(outputs(driven, postures), path)

@@ -51,7 +51,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.files import check_output_folder
 
 if TYPE_CHECKING:
-    from catheter_sim.diagnosis.result import Cause, Diagnosis
+    from catheter_sim.diagnosis.result import Cause, DiagnosisResult
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -169,7 +169,7 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
     return 0
 
 
-def _lines(diagnosis: Diagnosis, noun: str = "cause") -> Iterator[str]:
+def _lines(diagnosis: DiagnosisResult, noun: str = "cause") -> Iterator[str]:
     """Yield the verdict in words, then the figures behind it; `noun`: what its causes are called."""
     from catheter_sim.diagnosis.document import tip_mm
     from catheter_sim.diagnosis.report import sentence

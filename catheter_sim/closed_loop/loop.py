@@ -116,7 +116,7 @@ _ROBOT_FILE = "robot.toml"
 
 
 @dataclass(frozen=True)
-class Found:
+class LoopFinding:
     """What a diagnosis said.
 
     Attributes:
@@ -165,7 +165,7 @@ class Proposed:
 
 
 @dataclass(frozen=True)
-class Step:
+class LoopStep:
     """A diagnosis, and what was proposed after it.
 
     Attributes:
@@ -176,7 +176,7 @@ class Step:
     """
 
     recordings: int
-    found: Found | None
+    found: LoopFinding | None
     proposed: Proposed | None
     end: str = ""
 
@@ -210,7 +210,7 @@ class LoopFolder:
         self.programme_file(name).parent.mkdir(parents=True, exist_ok=True)
         write_table(table, self.programme_file(name))
 
-    def steps(self, about: Mapping[str, Any]) -> list[Step]:
+    def steps(self, about: Mapping[str, Any]) -> list[LoopStep]:
         """Return the steps so far.
 
         Args:
@@ -235,7 +235,7 @@ class LoopFolder:
                 )
         return steps
 
-    def keep(self, steps: Sequence[Step], about: Mapping[str, Any]) -> None:
+    def keep(self, steps: Sequence[LoopStep], about: Mapping[str, Any]) -> None:
         """Write the steps so far."""
         self.root.mkdir(parents=True, exist_ok=True)
         document = {"about": dict(about), "steps": [_document_of(step) for step in steps]}
@@ -306,7 +306,7 @@ def recordings_of(dataset: Dataset) -> list[Recording]:
     return found
 
 
-def _document_of(step: Step) -> dict[str, Any]:
+def _document_of(step: LoopStep) -> dict[str, Any]:
     """Return a step as JSON holds it: an end without bound in words, as JSON has no infinity."""
     document = asdict(step)
     if step.found is not None:
@@ -317,14 +317,14 @@ def _document_of(step: Step) -> dict[str, Any]:
     return document
 
 
-def _step_of(document: Mapping[str, Any]) -> Step:
+def _step_of(document: Mapping[str, Any]) -> LoopStep:
     found, proposed = document["found"], document["proposed"]
     if found is not None:
         numbers = [(cause, name, *map(float, parts)) for cause, name, *parts in found["numbers"]]
         found = found | {"numbers": numbers}
-    return Step(
+    return LoopStep(
         document["recordings"],
-        None if found is None else Found(**found),
+        None if found is None else LoopFinding(**found),
         None if proposed is None else Proposed(**proposed),
         document["end"],
     )
@@ -357,7 +357,7 @@ class Budget:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class LoopOutcome:
     """How a loop ended, or where it waits.
 
     Attributes:
@@ -368,7 +368,7 @@ class Outcome:
         words: what it waits for, or why it ended.
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[LoopStep, ...]
     end: str
     causes: tuple[str, ...]
     words: str
@@ -382,7 +382,7 @@ def run_loop(
     place: Workers = SERIAL,
     progress: bool = False,
     say: Callable[[str], None] = lambda line: None,
-) -> Outcome:
+) -> LoopOutcome:
     """Run a closed loop, or go on with one whose folder is given.
 
     Args:
@@ -409,7 +409,7 @@ def run_loop(
         if first:
             kept.keep_recordings(rig, first)
         else:
-            steps.append(Step(0, None, _first_experiment(rig, kept)))
+            steps.append(LoopStep(0, None, _first_experiment(rig, kept)))
             kept.keep(steps, about)
     while True:
         if steps and steps[-1].end:
@@ -419,12 +419,12 @@ def run_loop(
         if steps and steps[-1].proposed is not None:
             waits = _measure(rig, kept, steps[-1].proposed, spend.wait_s, say)
             if waits:
-                return Outcome(tuple(steps), WAITING, (), waits)
+                return LoopOutcome(tuple(steps), WAITING, (), waits)
         steps.append(_next_step(rig, kept, steps, spend, place, progress, say))
         kept.keep(steps, about)
 
 
-def _outcome(steps: Sequence[Step], end: str) -> Outcome:
+def _outcome(steps: Sequence[LoopStep], end: str) -> LoopOutcome:
     found = steps[-1].found
     words = {
         SURE: f"one cause stands at {SURE_BELIEF:g} or more",
@@ -432,10 +432,10 @@ def _outcome(steps: Sequence[Step], end: str) -> Outcome:
         SUSPECT: "the data look wrong",
         NOTHING: "no programme that the bench can play would tell more",
     }
-    return Outcome(tuple(steps), end, tuple(found.sure) if found is not None else (), words[end])
+    return LoopOutcome(tuple(steps), end, tuple(found.sure) if found is not None else (), words[end])
 
 
-def _spent(steps: Sequence[Step], budget: Budget) -> bool:
+def _spent(steps: Sequence[LoopStep], budget: Budget) -> bool:
     """Return whether no further experiment may be made."""
     made = [step.proposed for step in steps if step.proposed is not None and step.found is not None]
     return len(made) >= budget.experiments or sum(item.minutes for item in made) >= budget.minutes
@@ -484,12 +484,12 @@ def _measure(
 def _next_step(
     rig: Rig,
     kept: LoopFolder,
-    steps: Sequence[Step],
+    steps: Sequence[LoopStep],
     budget: Budget,
     place: Workers,
     progress: bool,
     say: Callable[[str], None],
-) -> Step:
+) -> LoopStep:
     """Diagnose all that was recorded; return what was found and what to do next."""
     recordings = kept.recordings()
     say(f"diagnosing {len(recordings)} recordings")
@@ -498,20 +498,25 @@ def _next_step(
     told = _told(found)
     say(f"{found.diagnosis.verdict}: {_open_words(told)}")
     if told.sure:
-        return Step(len(recordings), told, None, SURE)
+        return LoopStep(len(recordings), told, None, SURE)
     if found.diagnosis.verdict == DATA_SUSPECT:
-        return Step(len(recordings), told, None, SUSPECT)
+        return LoopStep(len(recordings), told, None, SUSPECT)
     if _spent(steps, budget):
-        return Step(len(recordings), told, None, NO_MORE)
+        return LoopStep(len(recordings), told, None, NO_MORE)
     proposed = _propose(rig, kept, found, steps, budget, place)
     if proposed is None:
-        return Step(len(recordings), told, None, NOTHING)
+        return LoopStep(len(recordings), told, None, NOTHING)
     say(f"proposed {proposed.name}, {proposed.minutes:.3g} min: {proposed.words}")
-    return Step(len(recordings), told, proposed)
+    return LoopStep(len(recordings), told, proposed)
 
 
 def _propose(
-    rig: Rig, kept: LoopFolder, found: Investigation, steps: Sequence[Step], budget: Budget, place: Workers
+    rig: Rig,
+    kept: LoopFolder,
+    found: Investigation,
+    steps: Sequence[LoopStep],
+    budget: Budget,
+    place: Workers,
 ) -> Proposed | None:
     best = best_after(found, rig.limits.inputs, rig.limits.duration_s, budget.price, place)
     spent = sum(
@@ -543,7 +548,7 @@ def _propose(
     )
 
 
-def _told(found: Investigation) -> Found:
+def _told(found: Investigation) -> LoopFinding:
     diagnosis = found.diagnosis
     beliefs = diagnosis.probabilities
     numbers = [
@@ -551,7 +556,7 @@ def _told(found: Investigation) -> Found:
         for cause in diagnosis.causes
         for name, item in cause.parameters.items()
     ]
-    return Found(
+    return LoopFinding(
         diagnosis.verdict,
         {name: float(value) for name, value in beliefs.items()},
         sentence(diagnosis),
@@ -561,6 +566,6 @@ def _told(found: Investigation) -> Found:
     )
 
 
-def _open_words(found: Found) -> str:
+def _open_words(found: LoopFinding) -> str:
     shown = sorted(found.believed.items(), key=lambda item: -item[1])
     return ", ".join(f"{name} {value:.2f}" for name, value in shown if value >= 0.1) or "nothing above 0.1"

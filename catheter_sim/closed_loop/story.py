@@ -12,10 +12,10 @@ from catheter_sim.closed_loop.loop import (
     SURE,
     SUSPECT,
     WAITING,
-    Found,
-    Outcome,
+    LoopFinding,
+    LoopOutcome,
+    LoopStep,
     Proposed,
-    Step,
 )
 from catheter_sim.diagnosis.words import listed, number_words, spoken, words
 from catheter_sim.files import placed_when_whole
@@ -27,7 +27,7 @@ _LEAST_SAID = 0.1  # probability below which a cause is not spoken of
 _FIRST = "first"
 
 
-def write_story(outcome: Outcome, robot: str, folder: Path) -> None:
+def write_story(outcome: LoopOutcome, robot: str, folder: Path) -> None:
     """Write `story.md` and `story.html` into a loop's folder.
 
     Raises:
@@ -48,7 +48,7 @@ def write_story(outcome: Outcome, robot: str, folder: Path) -> None:
         path.write_text(page, encoding="utf-8")
 
 
-def title_of(outcome: Outcome, robot: str) -> str:
+def title_of(outcome: LoopOutcome, robot: str) -> str:
     """Return the outcome in one line."""
     made = _made(outcome.steps)
     after = f"after {_counted(made, 'experiment')}" if made else "from the first data"
@@ -59,13 +59,13 @@ def title_of(outcome: Outcome, robot: str) -> str:
     return f"What is wrong with {robot} is not settled {after}"
 
 
-def paragraphs_of(outcome: Outcome) -> list[str]:
+def paragraphs_of(outcome: LoopOutcome) -> list[str]:
     """Return the story, a paragraph a step."""
     found = [text for place, _ in enumerate(outcome.steps) for text in _step_words(outcome.steps, place)]
     return [*found, _ending(outcome)]
 
 
-def rows_of(steps: Sequence[Step]) -> list[dict[str, str]]:
+def rows_of(steps: Sequence[LoopStep]) -> list[dict[str, str]]:
     """Return a row for each diagnosis: what was played before it, and what was believed then."""
     rows, before = [], "the first data"
     for step in steps:
@@ -83,14 +83,14 @@ def rows_of(steps: Sequence[Step]) -> list[dict[str, str]]:
     return rows
 
 
-def _made(steps: Sequence[Step]) -> int:
+def _made(steps: Sequence[LoopStep]) -> int:
     return sum(
         step.proposed is not None and step.found is not None and place + 1 < len(steps)
         for place, step in enumerate(steps)
     )
 
 
-def _step_words(steps: Sequence[Step], place: int) -> list[str]:
+def _step_words(steps: Sequence[LoopStep], place: int) -> list[str]:
     step, texts = steps[place], []
     if step.found is not None:
         earlier = [item.found for item in steps[:place] if item.found is not None]
@@ -100,7 +100,7 @@ def _step_words(steps: Sequence[Step], place: int) -> list[str]:
     return texts
 
 
-def _found_words(found: Found, recordings: int, before: Found | None) -> str:
+def _found_words(found: LoopFinding, recordings: int, before: LoopFinding | None) -> str:
     begin = f"{_counted(recordings, 'recording').capitalize()} were diagnosed. " if before is None else ""
     begin = begin or f"Together with what was known, {_counted(recordings, 'recording')} in all: "
     text = begin + found.sentence
@@ -145,7 +145,7 @@ def _rival(about: str) -> str:
     return "no cause at all" if about == "none" else listed([words(name) for name in about.split("+")])
 
 
-def _ending(outcome: Outcome) -> str:
+def _ending(outcome: LoopOutcome) -> str:
     last = outcome.steps[-1].found if outcome.steps else None
     if outcome.end == SURE and last is not None:
         numbers = [
@@ -172,11 +172,11 @@ def _likely(believed: Mapping[str, float]) -> list[tuple[str, float]]:
     return sorted(found, key=lambda item: -item[1])
 
 
-def _believed(found: Found) -> str:
+def _believed(found: LoopFinding) -> str:
     return ", ".join(f"{words(name)} {value:.2f}" for name, value in _likely(found.believed))
 
 
-def _top(found: Found) -> float:
+def _top(found: LoopFinding) -> float:
     return min((found.believed[name] for name in found.sure), default=math.nan)
 
 

@@ -357,7 +357,7 @@ class ControlRun:
         return np.divide(controller, whole, out=np.full(whole.shape, np.nan), where=whole > 0.0)
 
 
-class Sensor(Protocol):
+class AngleSensor(Protocol):
     """What gives the controller the joint values at a tick."""
 
     def seen(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
@@ -412,7 +412,7 @@ def run(
     model_m: Array,
     rate_hz: float = RATE_HZ,
     feedback: Mapping[str, Pid] | None = None,
-    tracker: Sensor | None = None,
+    tracker: AngleSensor | None = None,
     servos: Mapping[str, motor.Servo] | None = None,
     force_tip_N: Sequence[float] = (0.0, 0.0, 0.0),
     progress: str = "",

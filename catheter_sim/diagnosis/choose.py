@@ -11,7 +11,7 @@ from catheter_sim.diagnosis.faults_of_columns import errors_in_noise
 from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.intervals import cause_intervals
 from catheter_sim.diagnosis.noise import errors_of, rmse_by_unit, times_noise
-from catheter_sim.diagnosis.prepare import Calibrated, Faults, Posed, Run, data_faults, noise_beside
+from catheter_sim.diagnosis.prepare import Calibrated, DiagnosisRun, Faults, Posed, data_faults, noise_beside
 from catheter_sim.diagnosis.problem import Term
 from catheter_sim.diagnosis.result import Cause, Unproved
 from catheter_sim.diagnosis.search import (
@@ -61,7 +61,7 @@ class Choice:
     fit: Fit
 
 
-def choose_causes(run: Run, posed: Posed, faults: Faults, most: int = MOST_CAUSES) -> Choice:
+def choose_causes(run: DiagnosisRun, posed: Posed, faults: Faults, most: int = MOST_CAUSES) -> Choice:
     """Return the causes that explain the training trials, at most so many; none where the data look wrong."""
     run.say("choosing causes")
     candidates = () if faults.found else candidates_for(posed.train)
@@ -107,7 +107,7 @@ class Settled:
         return (*self.weighed.after.terms, *(Term(item.name, tuple(item.parameters)) for item in self.soaked))
 
 
-def nothing_settled(run: Run, posed: Posed, before: Calibrated) -> Settled:
+def nothing_settled(run: DiagnosisRun, posed: Posed, before: Calibrated) -> Settled:
     """Return the calibrated model without causes, where none could be decided on."""
     train, heldout = posed.train, posed.heldout
     by_unit = held_out(train, heldout, before.fit, before.fit, before.noise)
@@ -116,7 +116,7 @@ def nothing_settled(run: Run, posed: Posed, before: Calibrated) -> Settled:
     return Settled(scales, Weighed(before.fit, by_unit, ()), (), ())
 
 
-def decide_on_heldout(run: Run, posed: Posed, before: Calibrated, choice: Choice) -> Settled:
+def decide_on_heldout(run: DiagnosisRun, posed: Posed, before: Calibrated, choice: Choice) -> Settled:
     """Return what the held-out trials leave of the chosen causes."""
     train, heldout = posed.train, posed.heldout
     after, equals = choose_on_heldout(
@@ -133,7 +133,7 @@ def decide_on_heldout(run: Run, posed: Posed, before: Calibrated, choice: Choice
 
 
 def with_plausible_causes(
-    run: Run,
+    run: DiagnosisRun,
     posed: Posed,
     choice: Choice,
     scales: Scales,
@@ -204,7 +204,7 @@ def _best_tried(posed: Posed, choice: Choice) -> Fit:
 # robot in motion, where each fit costs minutes.
 
 
-def acquit_trials(run: Run, posed: Posed, before: Calibrated, faults: Faults) -> Faults:
+def acquit_trials(run: DiagnosisRun, posed: Posed, before: Calibrated, faults: Faults) -> Faults:
     """Return `faults`, or none where they are of some trials and a single cause accounts for all trials."""
     heldout, trials = posed.heldout.trials, (*posed.train.trials, *posed.heldout.trials)
     named = {item.where for item in faults.found}

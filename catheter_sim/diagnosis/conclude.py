@@ -18,7 +18,7 @@ from catheter_sim.diagnosis.intervals import cause_intervals, model_margin, shif
 from catheter_sim.diagnosis.next_experiment import next_experiment
 from catheter_sim.diagnosis.noise import repeat_noise, times_noise
 from catheter_sim.diagnosis.notes import Attempts, Note
-from catheter_sim.diagnosis.prepare import Calibrated, Faults, Posed, Prepared, Run
+from catheter_sim.diagnosis.prepare import Calibrated, DiagnosisRun, Faults, Posed, Prepared
 from catheter_sim.diagnosis.probabilities import (
     NONE,
     OUTSIDE,
@@ -39,7 +39,7 @@ from catheter_sim.diagnosis.result import (
     NO_DISCREPANCY,
     UNEXPLAINED,
     Cause,
-    Diagnosis,
+    DiagnosisResult,
     FittedParameter,
     NextExperiment,
     Remainder,
@@ -164,7 +164,7 @@ class Scores:
 
 
 def score_hypotheses(
-    run: Run, posed: Posed, choice: Choice, settled: Settled, examined: Examined, faults: Faults
+    run: DiagnosisRun, posed: Posed, choice: Choice, settled: Settled, examined: Examined, faults: Faults
 ) -> Scores:
     """Return what every hypothesis predicts, and how probable every cause is."""
     run.say("scoring the hypotheses")
@@ -283,7 +283,7 @@ class Replayed:
     shift: Array | None = None
 
 
-def replay_in_mujoco(run: Run, posed: Posed, verdict: Verdict, simulation: bool) -> Replayed:
+def replay_in_mujoco(run: DiagnosisRun, posed: Posed, verdict: Verdict, simulation: bool) -> Replayed:
     """Return the held-out trials replayed with the reported hypothesis.
 
     Args:
@@ -305,7 +305,9 @@ def replay_in_mujoco(run: Run, posed: Posed, verdict: Verdict, simulation: bool)
     return Replayed(found, shift_by_model(posed.heldout, shown, [item.outputs for item in found]))
 
 
-def weigh_again(run: Run, posed: Posed, choice: Choice, settled: Settled, replayed: Replayed) -> Settled:
+def weigh_again(
+    run: DiagnosisRun, posed: Posed, choice: Choice, settled: Settled, replayed: Replayed
+) -> Settled:
     """Return the hypothesis with its causes weighed by the intervals that the simulation widens."""
     if replayed.shift is None or not settled.weighed.after.terms:
         return settled
@@ -503,7 +505,9 @@ def nothing_planned() -> NextExperiment:
     return NextExperiment("No next experiment could be planned.")
 
 
-def plan_next_experiment(run: Run, posed: Posed, conclusion: Conclusion, simulation: bool) -> NextExperiment:
+def plan_next_experiment(
+    run: DiagnosisRun, posed: Posed, conclusion: Conclusion, simulation: bool
+) -> NextExperiment:
     """Return what to measure next, tried in the twin, and in the simulation if `simulation`."""
     run.say("looking for what to measure next")
     return next_experiment(
@@ -539,7 +543,7 @@ class Numbers:
 
 
 def widen_intervals(
-    run: Run, posed: Posed, conclusion: Conclusion, replayed: Replayed, more_is_wrong: bool = False
+    run: DiagnosisRun, posed: Posed, conclusion: Conclusion, replayed: Replayed, more_is_wrong: bool = False
 ) -> Numbers:
     """Return the numbers of the reported hypothesis with the intervals that are printed.
 
@@ -575,7 +579,7 @@ def assemble(
     numbers: Numbers,
     scores: Scores,
     attempt: Attempts,
-) -> Diagnosis:
+) -> DiagnosisResult:
     """Return the diagnosis from what the stages found.
 
     `attempt`: has notes on the stages that failed.
@@ -587,7 +591,7 @@ def assemble(
         lambda: remainders(posed.dataset, conclusion.fits, conclusion.by_unit),
         dict,
     )
-    return Diagnosis(
+    return DiagnosisResult(
         dataset=posed.dataset,
         verdict=verdict.name,
         unit=unit,

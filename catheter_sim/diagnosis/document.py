@@ -17,7 +17,7 @@ from catheter_sim.catalogue import read_toml
 from catheter_sim.diagnosis.result import (
     NEXT_EXPERIMENT_FILE,
     Cause,
-    Diagnosis,
+    DiagnosisResult,
     FittedParameter,
     Provenance,
     UnitResult,
@@ -29,7 +29,7 @@ from catheter_sim.errors import InputError
 # Where a report comes from: version, time, command, and a digest of the data.
 
 
-def stamped(diagnosis: Diagnosis, command: str = "") -> Diagnosis:
+def stamped(diagnosis: DiagnosisResult, command: str = "") -> DiagnosisResult:
     """Return a diagnosis with its provenance; one that has it already keeps it.
 
     `made` is the time now, or that of the environment variable `SOURCE_DATE_EPOCH`, by which two runs can be
@@ -95,7 +95,7 @@ def _tables(dataset: Dataset) -> Iterator[tuple[str, bytes]]:
 # why. Undefined never passes a check.
 
 
-def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
+def to_json(diagnosis: DiagnosisResult) -> dict[str, Any]:
     """Return `diagnosis` as the document of `diagnosis.json`.
 
     Every number has six significant digits. One that is not finite is None, and its dotted key
@@ -152,7 +152,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
     return finite
 
 
-def tip_mm(diagnosis: Diagnosis) -> dict[str, Any] | None:
+def tip_mm(diagnosis: DiagnosisResult) -> dict[str, Any] | None:
     """Return the tip's distance in space, root mean square over held-out rows; None: it was not measured."""
     before, after, aligned_before, aligned_after = (
         diagnosis.extra.get(f"heldout_tip_distance_rmse{aligned}_{stage}_mm")
@@ -192,7 +192,7 @@ def _causes(causes: Sequence[Cause]) -> list[dict[str, Any]]:
     ]
 
 
-def _ranked(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+def _ranked(diagnosis: DiagnosisResult) -> list[dict[str, Any]]:
     return [
         {
             "causes": list(candidate.causes),
@@ -203,7 +203,7 @@ def _ranked(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     ]
 
 
-def _residual_tests(diagnosis: Diagnosis) -> dict[str, list[dict[str, Any]]]:
+def _residual_tests(diagnosis: DiagnosisResult) -> dict[str, list[dict[str, Any]]]:
     return {
         stage: [
             {

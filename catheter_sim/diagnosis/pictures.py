@@ -23,7 +23,7 @@ from catheter_sim.diagnosis.residuals import (
     score_views,
     stack,
 )
-from catheter_sim.diagnosis.result import Diagnosis, TrialFit
+from catheter_sim.diagnosis.result import DiagnosisResult, TrialFit
 from catheter_sim.diagnosis.thresholds import LEAP_SHARE, SHOWN_MOTION_SHARE
 from catheter_sim.diagnosis.trials import TIP, Dataset, points_of, unit_of
 from catheter_sim.diagnosis.words import (
@@ -330,7 +330,7 @@ _MOST_COLUMNS = 3  # panels in one picture
 
 
 @dataclass(frozen=True)
-class Picture:
+class ReportPicture:
     """A picture of the report.
 
     Attributes:
@@ -346,7 +346,7 @@ class Picture:
     score: ViewScore | None = None
 
 
-def figures(diagnosis: Diagnosis) -> tuple[Picture, ...]:
+def figures(diagnosis: DiagnosisResult) -> tuple[ReportPicture, ...]:
     """Return the report's pictures; the first is the one at its top: the paths in space, if there are any.
 
     Where no model was fitted there is one: what was measured.
@@ -361,11 +361,11 @@ def figures(diagnosis: Diagnosis) -> tuple[Picture, ...]:
             continue
         figure = view_figure(diagnosis.dataset, fits, score, columns, subject)
         caption = f"Mean residual against {VIEWS[score.view]}, with its 95 % interval."
-        pictures.append(Picture(f"residuals_{score.view}", caption, png_of(figure), score))
+        pictures.append(ReportPicture(f"residuals_{score.view}", caption, png_of(figure), score))
     return tuple(pictures)
 
 
-def shown_columns(diagnosis: Diagnosis, fits: Sequence[TrialFit]) -> list[str]:
+def shown_columns(diagnosis: DiagnosisResult, fits: Sequence[TrialFit]) -> list[str]:
     """Return up to three outputs of the reported unit: the tip's if measured, else those that move most.
 
     An output that hardly moves (2 % of the one that moves most) shows nothing and is left out.
@@ -389,25 +389,25 @@ def is_point(columns: Sequence[str]) -> bool:
     return all(name in columns for name in TIP)
 
 
-def judged(diagnosis: Diagnosis) -> tuple[tuple[TrialFit, ...], str]:
+def judged(diagnosis: DiagnosisResult) -> tuple[tuple[TrialFit, ...], str]:
     """Return the trials by which the residual views are judged, and what to call them."""
     fits = fits_to_judge(diagnosis.dataset, diagnosis.fits)
     only_heldout = all(fit.role == "heldout" for fit in fits)
     return fits, "held-out data" if only_heldout else "all data"
 
 
-def _shown_fit(diagnosis: Diagnosis, columns: Sequence[str]) -> TrialFit:
+def _shown_fit(diagnosis: DiagnosisResult, columns: Sequence[str]) -> TrialFit:
     """Return the held-out trial with the most rows measured, of any trial where none is held out."""
     return max(
         _heldout(diagnosis), key=lambda item: int(np.isfinite(item.measured.columns[columns[0]]).sum())
     )
 
 
-def _heldout(diagnosis: Diagnosis) -> list[TrialFit]:
+def _heldout(diagnosis: DiagnosisResult) -> list[TrialFit]:
     return [fit for fit in diagnosis.fits if fit.role == "heldout"] or list(diagnosis.fits)
 
 
-def _paths_picture(diagnosis: Diagnosis) -> list[Picture]:
+def _paths_picture(diagnosis: DiagnosisResult) -> list[ReportPicture]:
     fit = _shown_fit(diagnosis, shown_columns(diagnosis, _heldout(diagnosis)))
     figure = paths_figure(fit)
     if figure is None:
@@ -417,16 +417,16 @@ def _paths_picture(diagnosis: Diagnosis) -> list[Picture]:
         f"Paths in space in the {which} {fit.file}. {_stages_words(diagnosis)} Thin lines join each measured "
         "point to the one computed after."
     )
-    return [Picture(PATHS, caption, png_of(figure))]
+    return [ReportPicture(PATHS, caption, png_of(figure))]
 
 
-def _stages_words(diagnosis: Diagnosis) -> str:
+def _stages_words(diagnosis: DiagnosisResult) -> str:
     """Return which models the pictures show as before and after."""
     before = f"Before is the {before_model(diagnosis, 'fast model')}"
     return f"{before}, after the corrected one." if diagnosis.is_corrected else f"{before}; so is after."
 
 
-def _headline_picture(diagnosis: Diagnosis) -> Picture:
+def _headline_picture(diagnosis: DiagnosisResult) -> ReportPicture:
     columns = shown_columns(diagnosis, _heldout(diagnosis))
     fit = _shown_fit(diagnosis, columns)
     trial = next(item for item in diagnosis.dataset.trials if item.file == fit.file)
@@ -446,14 +446,14 @@ def _headline_picture(diagnosis: Diagnosis) -> Picture:
         seen = "over time"
         last = " The last panel is the error."
     said = f"{_stages_words(diagnosis)}{last}" if diagnosis.was_fitted else "No model was fitted."
-    return Picture(
+    return ReportPicture(
         "headline",
         f"The {which} {fit.file} {seen}. {said}",
         png_of(figure),
     )
 
 
-def _error_picture(diagnosis: Diagnosis) -> Picture:
+def _error_picture(diagnosis: DiagnosisResult) -> ReportPicture:
     """Return how often an error of a given size or less occurs, on the held-out rows."""
     fits = _heldout(diagnosis)
     which = "held-out rows" if fits[0].role == "heldout" else "rows"
@@ -480,4 +480,4 @@ def _error_picture(diagnosis: Diagnosis) -> Picture:
     axes.set_ylim(0.0, 100.0)
     axes.legend(**LEGEND)
     tidy_axes(axes)
-    return Picture("errors", f"The share of {which} with at most this error.", png_of(figure))
+    return ReportPicture("errors", f"The share of {which} with at most this error.", png_of(figure))

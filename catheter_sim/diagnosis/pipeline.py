@@ -51,10 +51,10 @@ from catheter_sim.diagnosis.notes import Attempts
 from catheter_sim.diagnosis.prepare import (
     BEYOND,
     Calibrated,
+    DiagnosisRun,
     Faults,
     Posed,
     Prepared,
-    Run,
     calibrate,
     find_data_faults,
     not_searched,
@@ -65,7 +65,7 @@ from catheter_sim.diagnosis.prepare import (
 )
 from catheter_sim.diagnosis.programmes import bench_of
 from catheter_sim.diagnosis.report import with_notes, write_results
-from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.result import DiagnosisResult
 from catheter_sim.diagnosis.thresholds import MOST_CAUSES, NATS_PER_MINUTE
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.diagnosis.workers import SERIAL, Workers
@@ -90,7 +90,7 @@ def diagnose(
     budget_s: float = math.inf,
     command: str = "",
     search_anyway: bool = False,
-) -> Diagnosis:
+) -> DiagnosisResult:
     """Diagnose a data set and write what was found to a folder.
 
     A run that was stopped left its finished fits in the output folder; the same run, started again,
@@ -119,7 +119,7 @@ def diagnose(
     return diagnosis
 
 
-def write_diagnosis(diagnosis: Diagnosis, folder: str | os.PathLike[str]) -> Diagnosis:
+def write_diagnosis(diagnosis: DiagnosisResult, folder: str | os.PathLike[str]) -> DiagnosisResult:
     """Write report, diagnosis.json, the extended robot and its model, and the fitted series to `folder`.
 
     Returns:
@@ -135,7 +135,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: str | os.PathLike[str]) -> Dia
     return with_notes(diagnosis, attempt)
 
 
-def model_of(diagnosis: Diagnosis) -> str:
+def model_of(diagnosis: DiagnosisResult) -> str:
     """Return the extended robot as MJCF."""
     actuation = diagnosis.dataset.trials[0].inputs.actuation
     return build_mjcf(embodied(diagnosis.extended_robot), actuation)
@@ -148,7 +148,7 @@ def diagnose_dataset(
     simulation: bool = True,
     budget_s: float = math.inf,
     search_anyway: bool = False,
-) -> Diagnosis:
+) -> DiagnosisResult:
     """Return the diagnosis of a data set; where too little was measured to name any cause, that alone.
 
     Args:
@@ -182,7 +182,7 @@ class Investigation:
         hypotheses: every set of causes that was fitted.
     """
 
-    diagnosis: Diagnosis
+    diagnosis: DiagnosisResult
     posed: Posed
     settled: Fit
     equals: tuple[Fit, ...]
@@ -218,7 +218,7 @@ def _said(prepared: Prepared, progress: bool) -> Prepared:
 
 
 def investigate_prepared(
-    run: Run,
+    run: DiagnosisRun,
     prepared: Prepared,
     simulation: bool = True,
     most: int = MOST_CAUSES,
@@ -265,7 +265,7 @@ def investigate_prepared(
 
 
 def _settle(
-    run: Run,
+    run: DiagnosisRun,
     posed: Posed,
     before: Calibrated,
     choice: Choice,
@@ -291,7 +291,7 @@ def _settle(
 
 
 def _judged(
-    run: Run,
+    run: DiagnosisRun,
     posed: Posed,
     before: Calibrated,
     choice: Choice,

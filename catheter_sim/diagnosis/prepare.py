@@ -53,7 +53,7 @@ from catheter_sim.diagnosis.readings import (
 from catheter_sim.diagnosis.result import (
     DATA_SUSPECT,
     DataFault,
-    Diagnosis,
+    DiagnosisResult,
     NextExperiment,
     TrialFit,
     UnitResult,
@@ -77,7 +77,7 @@ from catheter_sim.theory.twins import Predict, Prediction
 
 
 @dataclass(frozen=True)
-class Run:
+class DiagnosisRun:
     """A diagnosis that is under way.
 
     Attributes:
@@ -96,7 +96,7 @@ class Run:
 @contextmanager
 def running(
     place: Workers, progress: bool, budget_s: float = math.inf, search_anyway: bool = False
-) -> Iterator[Run]:
+) -> Iterator[DiagnosisRun]:
     """Give a run whose processes or cluster stay up until it ends.
 
     Args:
@@ -109,7 +109,7 @@ def running(
         InputError: no scheduler answers, or Dask is not installed.
     """
     with Stages("diagnose", progress, budget_s=budget_s) as stages, workers(place) as pool:
-        yield Run(pool, stages.say, time.monotonic() + budget_s, search_anyway)
+        yield DiagnosisRun(pool, stages.say, time.monotonic() + budget_s, search_anyway)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -143,7 +143,7 @@ class Prepared:
 
 
 @dataclass(frozen=True)
-class Readings:
+class ReadData:
     """Measurements as the files have them, before any model is asked.
 
     Attributes:
@@ -167,14 +167,14 @@ class Readings:
         return can_be_fitted(self.train, self.heldout, self.dataset.output_channels)
 
 
-def readings_of(dataset: Dataset) -> Readings:
+def readings_of(dataset: Dataset) -> ReadData:
     """Return what a data set's files hold that can be used."""
     single, twice, copies = without_copies(replace(dataset, resolution=resolution_of(dataset)))
     new, old = without_old_readings(single)
     readings, frozen = without_frozen_readings(new)
     train, heldout = split(readings)
     notes, faults = (*readings.notes, *twice, *old, *frozen), copied_rows(single.trials, copies)
-    return Readings(readings, train, heldout, notes, faults, lacking_in(readings, train, heldout))
+    return ReadData(readings, train, heldout, notes, faults, lacking_in(readings, train, heldout))
 
 
 def lacking_in(dataset: Dataset, train: Sequence[Trial], heldout: Sequence[Trial]) -> tuple[DataFault, ...]:
@@ -183,7 +183,7 @@ def lacking_in(dataset: Dataset, train: Sequence[Trial], heldout: Sequence[Trial
     return tuple(DataFault(text, is_lack=True) for text in said)
 
 
-def prepare(dataset: Dataset, read: Readings | None = None) -> Prepared:
+def prepare(dataset: Dataset, read: ReadData | None = None) -> Prepared:
     """Return a data set as it can be fitted; `read`: what `readings_of` makes of it, if known."""
     read = read or readings_of(dataset)
     chosen = twin_of(read.dataset, read.train)
@@ -380,7 +380,7 @@ def noise_beside(train: Problem, result: Fit) -> dict[str, float]:
 # The answer where too little was measured to name any cause: no model runs for it.
 
 
-def not_searched(read: Readings | Prepared) -> Diagnosis:
+def not_searched(read: ReadData | Prepared) -> DiagnosisResult:
     """Return the diagnosis of measurements that lack something: what it is, and nothing of the robot.
 
     No figure is worked out, and no probability. The robot is as specified.
@@ -391,7 +391,7 @@ def not_searched(read: Readings | Prepared) -> Diagnosis:
         unit: UnitResult(unit, unknown, unknown, unknown, unknown, (unknown, unknown), unknown)
         for unit in units
     }
-    return Diagnosis(
+    return DiagnosisResult(
         dataset=read.dataset,
         verdict=DATA_SUSPECT,
         unit=next(iter(units)),

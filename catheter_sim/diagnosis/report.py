@@ -18,7 +18,7 @@ from catheter_sim.catalogue import robot_toml
 from catheter_sim.channels import channel_inputs, drives_of
 from catheter_sim.diagnosis.document import to_json
 from catheter_sim.diagnosis.notes import Attempts
-from catheter_sim.diagnosis.pictures import PATHS, Picture, judged
+from catheter_sim.diagnosis.pictures import PATHS, ReportPicture, judged
 from catheter_sim.diagnosis.residuals import VIEWS
 from catheter_sim.diagnosis.result import (
     CAUSE_FOUND,
@@ -27,7 +27,7 @@ from catheter_sim.diagnosis.result import (
     NEXT_EXPERIMENT_FILE,
     NO_DISCREPANCY,
     Cause,
-    Diagnosis,
+    DiagnosisResult,
     TrialFit,
 )
 from catheter_sim.diagnosis.thresholds import ESTABLISHED, LEAST_SHOWN_PROBABILITY, NEAR_NOISE, SIGNIFICANT_P
@@ -131,7 +131,7 @@ _TEMPLATE = "report_template.html"
 _MOST_CANDIDATES = 6  # rows of the ranking; diagnosis.json holds all
 
 
-def sentence(diagnosis: Diagnosis) -> str:
+def sentence(diagnosis: DiagnosisResult) -> str:
     """Return what was found, in one to three sentences."""
     robot, error = diagnosis.extended_robot.name, heldout_error(diagnosis)
     if diagnosis.verdict == CAUSE_FOUND:
@@ -169,7 +169,7 @@ def sentence(diagnosis: Diagnosis) -> str:
     )
 
 
-def too_little_sentence(diagnosis: Diagnosis) -> str:
+def too_little_sentence(diagnosis: DiagnosisResult) -> str:
     """Return what is missing, after what fits all the same where that was asked for."""
     robot, missing = diagnosis.extended_robot.name, " ".join(item.words for item in diagnosis.data_faults)
     found = diagnosis.unproved
@@ -198,7 +198,7 @@ def _with_numbers(cause: Cause) -> str:
     return f"{words(cause.name)} {shown[0]}" if len(shown) == 1 else f"{words(cause.name)} ({listed(shown)})"
 
 
-def _side_by_side(diagnosis: Diagnosis) -> Iterator[str]:
+def _side_by_side(diagnosis: DiagnosisResult) -> Iterator[str]:
     """Yield what is said beside named causes: further corrections, and something else at work."""
     count = len(diagnosis.corrections)
     if count:
@@ -211,7 +211,7 @@ def _side_by_side(diagnosis: Diagnosis) -> Iterator[str]:
         yield "Something else is at work too."
 
 
-def _why_not(diagnosis: Diagnosis) -> str:
+def _why_not(diagnosis: DiagnosisResult) -> str:
     """Return why no cause is established, by the probabilities."""
     outside = diagnosis.probabilities.get("outside", 0.0)
     if outside >= ESTABLISHED:
@@ -247,7 +247,9 @@ class Head:
     null: str = "without the effect"
 
 
-def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture], head: Head | None = None) -> str:
+def report_html(
+    diagnosis: DiagnosisResult, pictures: Sequence[ReportPicture], head: Head | None = None
+) -> str:
     """Return the report as one HTML text.
 
     Args:
@@ -269,7 +271,7 @@ def report_html(diagnosis: Diagnosis, pictures: Sequence[Picture], head: Head | 
     return rendered("catheter_sim.diagnosis", _TEMPLATE, context, {"spoken": spoken})
 
 
-def _summary(diagnosis: Diagnosis) -> dict[str, Any]:
+def _summary(diagnosis: DiagnosisResult) -> dict[str, Any]:
     """Return what stands before the evidence."""
     return {
         "numbers": headline_numbers(diagnosis),
@@ -288,7 +290,7 @@ def _summary(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
+def _ranking(diagnosis: DiagnosisResult) -> dict[str, Any]:
     best = sorted(diagnosis.ranking, key=lambda item: sortable(item.heldout_rmse))
     named = corrected_names(diagnosis)
     shown = [
@@ -304,7 +306,7 @@ def _ranking(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _evidence(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, Any]:
+def _evidence(diagnosis: DiagnosisResult, pictures: Sequence[ReportPicture]) -> dict[str, Any]:
     _, subject = judged(diagnosis)
     dataset = diagnosis.dataset
     not_computed = {} if diagnosis.was_fitted else {"before": "-", "after": "-"}
@@ -352,7 +354,7 @@ def _evidence(diagnosis: Diagnosis, pictures: Sequence[Picture]) -> dict[str, An
     }
 
 
-def _ranking_words(diagnosis: Diagnosis) -> str:
+def _ranking_words(diagnosis: DiagnosisResult) -> str:
     """Return what the highlighted row of the ranking is."""
     named = corrected_names(diagnosis)
     if not named:
@@ -373,7 +375,7 @@ Content = Callable[[], str | bytes | Table]  # makes what a file holds
 
 
 def write_results(
-    diagnosis: Diagnosis,
+    diagnosis: DiagnosisResult,
     folder: str | os.PathLike[str],
     model_xml: str,
     document: Mapping[str, Any] | None = None,
@@ -415,7 +417,7 @@ def write_results(
         else:
             written.extend([done] if done else [])
 
-    pictures: tuple[Picture, ...] = attempt("Every picture", lambda: figures(diagnosis), lambda: ())
+    pictures: tuple[ReportPicture, ...] = attempt("Every picture", lambda: figures(diagnosis), lambda: ())
     for name, content in _beside(diagnosis, model_xml, pictures):
         put(name, content)
     told = with_notes(diagnosis, attempt)
@@ -434,7 +436,7 @@ def write_results(
 
 
 def _beside(
-    diagnosis: Diagnosis, model_xml: str, pictures: Sequence[Picture]
+    diagnosis: DiagnosisResult, model_xml: str, pictures: Sequence[ReportPicture]
 ) -> Iterator[tuple[str, Content]]:
     """Yield the name of each file beside the two reports, with what makes its content."""
     yield "robot.toml", lambda: marked_toml(diagnosis)
@@ -449,7 +451,7 @@ def _beside(
         yield f"{picture.name}.png", partial(bytes, picture.png)
 
 
-def with_notes(diagnosis: Diagnosis, attempt: Attempts) -> Diagnosis:
+def with_notes(diagnosis: DiagnosisResult, attempt: Attempts) -> DiagnosisResult:
     """Return a diagnosis with a note on each part that failed."""
     return replace(diagnosis, notes=tuple(dict.fromkeys((*diagnosis.notes, *attempt.notes))))
 
@@ -464,7 +466,7 @@ def _written(content: str | bytes | Table, path: Path) -> Path:
     return path
 
 
-def _plain_page(diagnosis: Diagnosis, head: Head | None) -> str:
+def _plain_page(diagnosis: DiagnosisResult, head: Head | None) -> str:
     """Return the report as a page of a few lines, where the whole one could not be made."""
     notes = "".join(f"<li>{escape(note.text)}</li>" for note in diagnosis.notes)
     causes = ", ".join(cause.name for cause in diagnosis.causes) or "none"
@@ -476,7 +478,7 @@ def _plain_page(diagnosis: Diagnosis, head: Head | None) -> str:
     )
 
 
-def _least(diagnosis: Diagnosis) -> dict[str, Any]:
+def _least(diagnosis: DiagnosisResult) -> dict[str, Any]:
     """Return what `diagnosis.json` says at least, where the rest could not be put into it."""
     return {
         "dataset": diagnosis.dataset.name,
@@ -487,7 +489,7 @@ def _least(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def marked_toml(diagnosis: Diagnosis) -> str:
+def marked_toml(diagnosis: DiagnosisResult) -> str:
     """Return the extended robot as TOML; a comment says of each effect whether it is a cause."""
     marks = _marks(diagnosis)
 
@@ -498,14 +500,14 @@ def marked_toml(diagnosis: Diagnosis) -> str:
     return "".join(f"# {line}\n" for line in _origin(diagnosis)) + text
 
 
-def marked_xml(diagnosis: Diagnosis, model_xml: str) -> str:
+def marked_xml(diagnosis: DiagnosisResult, model_xml: str) -> str:
     """Return MJCF with a comment that says of each effect whether it is a cause."""
     lines = [*_origin(diagnosis), *(f"{name}: {mark}" for name, mark in _marks(diagnosis).items())]
     comment = "\n  ".join(lines).replace("--", "- -")  # two hyphens end a comment
     return f"<!-- {comment} -->\n{model_xml}" if lines else model_xml
 
 
-def _marks(diagnosis: Diagnosis) -> dict[str, str]:
+def _marks(diagnosis: DiagnosisResult) -> dict[str, str]:
     """Return what each effect of the extended robot is, by its name."""
     causes = {cause.name: _mark(cause, "cause", ", probability {:.2f}") for cause in diagnosis.causes}
     return causes | {
@@ -519,7 +521,7 @@ def _mark(cause: Cause, what: str, how_probable: str) -> str:
     return f"{mark}; may be {' or '.join(cause.one_of[1:])} instead" if cause.members else mark
 
 
-def _origin(diagnosis: Diagnosis) -> list[str]:
+def _origin(diagnosis: DiagnosisResult) -> list[str]:
     """Return where the extended robot comes from: the same for the same data, whenever it was made."""
     made = diagnosis.provenance
     if not made.made:

@@ -240,7 +240,7 @@ class Provenance:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class DiagnosisResult:
     """The answer for one data set, with its evidence.
 
     Attributes:

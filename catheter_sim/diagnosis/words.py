@@ -24,7 +24,7 @@ from catheter_sim.diagnosis.result import (
     UNEXPLAINED,
     Candidate,
     Cause,
-    Diagnosis,
+    DiagnosisResult,
     FittedParameter,
     StructureTest,
     TrialFit,
@@ -288,7 +288,7 @@ def errors_of(fit: TrialFit, columns: Sequence[str], stage: str) -> Array:
 # The rows of the report's tables, in words.
 
 
-def test_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+def test_rows(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
     """Return the tests of residuals, before and after side by side."""
     stages = [{test.name: test for test in diagnosis.structure.get(stage, ())} for stage in STAGES]
     return [
@@ -309,7 +309,7 @@ def errors_and_noise(result: UnitResult) -> tuple[str, str, str]:
     return fixed(before, places), fixed(after, places), fixed(noise, max(places, digits_to_tell([noise])))
 
 
-def unit_row(diagnosis: Diagnosis, unit: str) -> dict[str, str]:
+def unit_row(diagnosis: DiagnosisResult, unit: str) -> dict[str, str]:
     result = diagnosis.by_unit[unit]
     before, after, noise = errors_and_noise(result)
     half = half_width(result.gain_percent_ci95)
@@ -323,7 +323,9 @@ def unit_row(diagnosis: Diagnosis, unit: str) -> dict[str, str]:
     }
 
 
-def ranking_row(diagnosis: Diagnosis, candidate: Candidate, ranking: Sequence[Candidate]) -> dict[str, Any]:
+def ranking_row(
+    diagnosis: DiagnosisResult, candidate: Candidate, ranking: Sequence[Candidate]
+) -> dict[str, Any]:
     finite = [item.heldout_rmse for item in ranking if math.isfinite(item.heldout_rmse)]
     largest = max(finite, default=1.0) or 1.0
     width = 100.0 * candidate.heldout_rmse / largest if math.isfinite(candidate.heldout_rmse) else 0.0
@@ -339,7 +341,7 @@ def ranking_row(diagnosis: Diagnosis, candidate: Candidate, ranking: Sequence[Ca
     }
 
 
-def corrected_names(diagnosis: Diagnosis) -> set[str]:
+def corrected_names(diagnosis: DiagnosisResult) -> set[str]:
     """Return the names of the causes and corrections that the extended robot holds."""
     return {cause.name for cause in (*diagnosis.causes, *diagnosis.corrections)}
 
@@ -364,7 +366,7 @@ def cause_rows(causes: Sequence[Cause]) -> list[dict[str, Any]]:
     ]
 
 
-def probability_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+def probability_rows(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
     """Return what is probably at work, most probable first."""
     names = {"none": "no cause", "outside": "something outside the list"}
     return [
@@ -374,7 +376,7 @@ def probability_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
     ]
 
 
-def remainder_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+def remainder_rows(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
     """Return what the reported model leaves of each unit's error."""
     return [
         {
@@ -401,7 +403,7 @@ def parameter_row(name: str, parameter: FittedParameter) -> dict[str, Any]:
     }
 
 
-def trial_row(diagnosis: Diagnosis, fit: TrialFit) -> dict[str, str]:
+def trial_row(diagnosis: DiagnosisResult, fit: TrialFit) -> dict[str, str]:
     columns = [name for name in fit.measured.columns if unit_of(name) == diagnosis.unit]
     measured = np.array([fit.measured.columns[name] for name in columns])
 
@@ -425,7 +427,7 @@ def extra_row(name: str, value: float) -> dict[str, str]:
     return {"name": titled(text, name), "value": rounded(float(value)), "unit": unit}
 
 
-def key_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+def key_rows(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
     """Return what the keys of programs are called on the page: of causes, calibrated numbers and columns."""
     rows = [
         {"words": f"{words(cause.name)}, {number_words(name)[0]}", "key": f"{cause.name}.{name}"}
@@ -437,7 +439,7 @@ def key_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
     return rows + [{"words": column_words(name), "key": name} for name in columns]
 
 
-def before_model(diagnosis: Diagnosis, noun: str = "model") -> str:
+def before_model(diagnosis: DiagnosisResult, noun: str = "model") -> str:
     """Return what the model before correction is called; "calibrated" only where something was calibrated."""
     return f"calibrated {noun}" if diagnosis.calibrated else f"{noun} as specified"
 
@@ -523,7 +525,7 @@ class HeldOutError:
         return digits_to_tell((self.before, self.after))
 
 
-def heldout_error(diagnosis: Diagnosis) -> HeldOutError:
+def heldout_error(diagnosis: DiagnosisResult) -> HeldOutError:
     """Return the held-out error that a report speaks of.
 
     The tip's distance in space comes first, unless what was corrected helps another unit alone.
@@ -541,7 +543,11 @@ def heldout_error(diagnosis: Diagnosis) -> HeldOutError:
 
 
 def _error(
-    diagnosis: Diagnosis, result: UnitResult, what: str, errors: tuple[float, float, float], scale: float
+    diagnosis: DiagnosisResult,
+    result: UnitResult,
+    what: str,
+    errors: tuple[float, float, float],
+    scale: float,
 ) -> HeldOutError:
     """`scale`: from an output's root mean square to that of `what`; of three alike outputs the root of 3."""
     before, after, simulated = errors
@@ -556,13 +562,13 @@ def _error(
     )
 
 
-def simulated_error(diagnosis: Diagnosis, unit: str) -> float:
+def simulated_error(diagnosis: DiagnosisResult, unit: str) -> float:
     """Return MuJoCo's error of each output on held-out data; NaN: not simulated."""
     suffix = "" if unit == "1" else f"_{unit}"
     return float(diagnosis.extra.get(f"heldout_simulation_rmse_after{suffix}", math.nan))
 
 
-def simulated_text(diagnosis: Diagnosis, unit: str) -> str:
+def simulated_text(diagnosis: DiagnosisResult, unit: str) -> str:
     """Return that error with as many decimals as the fast model's; "-" where it was not simulated."""
     error = simulated_error(diagnosis, unit)
     result = diagnosis.by_unit[unit]
@@ -570,12 +576,12 @@ def simulated_text(diagnosis: Diagnosis, unit: str) -> str:
     return "-" if math.isnan(error) else fixed(error, places)
 
 
-def reported_model(diagnosis: Diagnosis, noun: str = "model") -> str:
+def reported_model(diagnosis: DiagnosisResult, noun: str = "model") -> str:
     """Return what the reported model is called: "corrected model", or as before correction."""
     return f"corrected {noun}" if diagnosis.is_corrected else before_model(diagnosis, noun)
 
 
-def headline_numbers(diagnosis: Diagnosis) -> list[dict[str, str]]:
+def headline_numbers(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
     """Return the figures at the head, the first the largest: look, value with unit, and words.
 
     MuJoCo's error comes first. Beside it stands that of the fast model (the analytic twin, by which causes
@@ -634,14 +640,14 @@ ASKS: Mapping[str, str] = {
 _MOST_CHECKS = 4
 
 
-def asks_of(diagnosis: Diagnosis) -> str:
+def asks_of(diagnosis: DiagnosisResult) -> str:
     """Return what the verdict asks of a reader."""
     if diagnosis.has_too_little:
         return "Record what is missing. Then diagnose again."
     return ASKS[diagnosis.verdict]
 
 
-def bench_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+def bench_rows(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
     """Return what to look at on the robot itself: named causes first, then the most probable others."""
     if diagnosis.verdict in (NO_DISCREPANCY, DATA_SUSPECT):
         return []
@@ -660,7 +666,7 @@ def bench_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
     return [{"name": words(name), "words": EFFECTS[name].bench} for name in known[:_MOST_CHECKS]]
 
 
-def use_words(diagnosis: Diagnosis) -> str:
+def use_words(diagnosis: DiagnosisResult) -> str:
     """Return how far the model can be trusted now, in a sentence or two."""
     if diagnosis.has_too_little:
         return (

@@ -418,7 +418,7 @@ class _Remembered:
         return self.now
 
 
-class Commands:
+class ArrivingCommands:
     """From each command of a robot to what arrives at it.
 
     Attributes:

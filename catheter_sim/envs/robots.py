@@ -21,7 +21,7 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.published import QuickModel
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import (
-    Commands,
+    ArrivingCommands,
     Sight,
     check_effects,
     embodied,
@@ -31,7 +31,7 @@ from catheter_sim.effects.apply import (
 from catheter_sim.envs.surroundings import Surround
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.mjcf.names import TIP
-from catheter_sim.pictures.offscreen import State, state_of
+from catheter_sim.pictures.offscreen import DrawnState, state_of
 from catheter_sim.robots import check_robot, face_of
 from catheter_sim.simulation.copies import Copies, copied_together
 from catheter_sim.simulation.simulator import Simulator
@@ -177,7 +177,7 @@ class Plant:
         names = around.carriage if around else ()
         self._carriage = np.array([self.simulator.model.actuator(name).id for name in names], dtype=int)
         self._range = input_range(built_in)
-        self._arriving = Commands(self.specified)
+        self._arriving = ArrivingCommands(self.specified)
         self.sees_the_past = remembers_what_was_seen(self.specified)
         self.segment_length = self.quick.segment_length
         self._bend_of = np.zeros((*self.quick.bend_unit.shape, self.simulator.model.nq))
@@ -298,7 +298,7 @@ class Plant:
 # `simulation.copies.copied_together` names.
 
 
-class Robots(Protocol):
+class RobotGroup(Protocol):
     """Robots that are chosen by their numbers from 0, rising, an array of shape (k,).
 
     Those that have diverged stay so until they are reset; nothing is raised.
@@ -327,12 +327,12 @@ class Robots(Protocol):
     def bends(self, chosen: Index) -> Array:
         """Return their bends, shape (k, *b), as `Plant.segment_bends`."""
 
-    def state(self, one: int) -> State:
+    def state(self, one: int) -> DrawnState:
         """Return what a picture of one of them needs."""
 
 
-class OneByOne:
-    """Plants, one after another: `Robots` of any kind."""
+class RobotsOneByOne:
+    """Plants, one after another: `RobotGroup` of any kind."""
 
     native_s = 0.0
 
@@ -364,7 +364,7 @@ class OneByOne:
     def bends(self, chosen: Index) -> Array:
         return np.array([self._plants[one].segment_bends() for one in chosen])
 
-    def state(self, one: int) -> State:
+    def state(self, one: int) -> DrawnState:
         return state_of(self._plants[one].simulator)
 
     def _each(self, chosen: Index, act: Callable[[Plant, int], None]) -> None:
@@ -377,7 +377,7 @@ class OneByOne:
 
 
 class Together:
-    """Copies of a plant on a batch: `Robots` that `together` affirms."""
+    """Copies of a plant on a batch: `RobotGroup` that `together` affirms."""
 
     def __init__(self, plant: Plant, count: int) -> None:
         self._plant, self._copies = plant, Copies(plant.simulator, count)
@@ -416,8 +416,8 @@ class Together:
     def bends(self, chosen: Index) -> Array:
         return self._plant.bends_at(self._copies.qpos[chosen])
 
-    def state(self, one: int) -> State:
-        return State(self._copies.qpos[one].copy(), {**self._state.moved, **self._copies.moved(one)})
+    def state(self, one: int) -> DrawnState:
+        return DrawnState(self._copies.qpos[one].copy(), {**self._state.moved, **self._copies.moved(one)})
 
     def _ramp(self, chosen: Index, inputs: Array, duration_s: float) -> None:
         self._copies.ramp(chosen, self._inputs[chosen], inputs, duration_s)
@@ -443,7 +443,7 @@ _MOST_DRAWS = 100
 
 
 @dataclass(frozen=True)
-class Found:
+class DrawnPoints:
     """A posture that was looked for.
 
     Attributes:
@@ -471,8 +471,8 @@ class Path:
 
 
 def random_targets(
-    plant: Plant, robots: Robots, chosen: Index, rngs: Sequence[np.random.Generator], clearance_m: float
-) -> list[Found]:
+    plant: Plant, robots: RobotGroup, chosen: Index, rngs: Sequence[np.random.Generator], clearance_m: float
+) -> list[DrawnPoints]:
     """Return a random reachable point for each chosen robot, `clearance_m` or more from its tip at rest.
 
     Args:
@@ -488,7 +488,7 @@ def random_targets(
     """
     require_standing(plant, robots, chosen)
     rest = robots.tips(chosen)[0]
-    found: dict[int, Found] = {}
+    found: dict[int, DrawnPoints] = {}
     open_ = np.arange(len(chosen))
     for _ in range(_MOST_DRAWS):
         level = np.array([random_level(plant, rngs[int(place)]) for place in open_])
@@ -500,7 +500,7 @@ def random_targets(
         far = np.linalg.norm(tips - rest[open_], axis=1) >= clearance_m
         done = far & robots.finite(moved)
         for row in np.flatnonzero(done):
-            found[int(open_[row])] = Found(level[row], tips[row].copy())
+            found[int(open_[row])] = DrawnPoints(level[row], tips[row].copy())
         open_ = open_[~done]
         if not len(open_):
             return [found[place] for place in range(len(chosen))]
@@ -509,7 +509,7 @@ def random_targets(
 
 def random_paths(
     plant: Plant,
-    robots: Robots,
+    robots: RobotGroup,
     chosen: Index,
     rngs: Sequence[np.random.Generator],
     clearance_m: float,
@@ -566,7 +566,7 @@ def random_levels(plant: Plant, rng: np.random.Generator, steps: int) -> Array |
     return levels
 
 
-def require_standing(plant: Plant, robots: Robots, chosen: Index) -> None:
+def require_standing(plant: Plant, robots: RobotGroup, chosen: Index) -> None:
     """Return robots to rest.
 
     Raises:
@@ -577,7 +577,7 @@ def require_standing(plant: Plant, robots: Robots, chosen: Index) -> None:
         raise SimulationDiverged(f"{plant.specified.name}: the simulation diverged on the way to rest")
 
 
-def _gone(robots: Robots, chosen: Index, levels: Array, step_s: float) -> tuple[Array, Array]:
+def _gone(robots: RobotGroup, chosen: Index, levels: Array, step_s: float) -> tuple[Array, Array]:
     """Return where tips were on the way from rest through `levels`, shape (k, r + 1, d), and looked.
 
     Both of shape (k, r + 1, 3).
@@ -621,7 +621,7 @@ class Fleet:
         """Time of the processors spent in MuJoCo and compiled loops since the beginning [s]."""
         return sum(part.native_s for part in self._parts)
 
-    def each(self, chosen: Index, act: Callable[[Robots, Index, Index], T]) -> list[T]:
+    def each(self, chosen: Index, act: Callable[[RobotGroup, Index, Index], T]) -> list[T]:
         """Call `act` for the chosen copies of each thread at once, and return what they return.
 
         Args:
@@ -666,7 +666,7 @@ class Supply(Generic[T]):
         plant: Plant,
         count: int,
         threads: int,
-        draw: Callable[[Robots, Index, Sequence[np.random.Generator]], list[T]],
+        draw: Callable[[RobotGroup, Index, Sequence[np.random.Generator]], list[T]],
     ) -> None:
         """Build the robots that draw."""
         self._fleet = Fleet(plant, count, threads)
@@ -702,7 +702,7 @@ class Supply(Generic[T]):
         drawing = [copy.deepcopy(rngs[one]) for one in empty]
         before = [rng.bit_generator.state for rng in drawing if rng is not None]
 
-        def act(robots: Robots, own: Index, places: Index) -> tuple[Index, list[T]]:
+        def act(robots: RobotGroup, own: Index, places: Index) -> tuple[Index, list[T]]:
             return places, self._draw(robots, own, [rng for k in places if (rng := drawing[k]) is not None])
 
         for places, things in self._fleet.each(empty, act):

@@ -26,10 +26,10 @@ from catheter_sim.envs import EPISODE_STEPS
 from catheter_sim.envs.robots import (
     PULLED_SHARE,
     RAMP_S,
-    Found,
-    OneByOne,
+    DrawnPoints,
     Path,
     Plant,
+    RobotsOneByOne,
     change_toward,
     random_paths,
     random_targets,
@@ -38,7 +38,7 @@ from catheter_sim.envs.surroundings import Surround
 from catheter_sim.errors import InputError, SimulationDiverged, shown, unknown
 from catheter_sim.modelling.build import View, views
 from catheter_sim.pictures.images import LARGEST_SIDE, SMALLEST_SIDE, Picture, open_renderer
-from catheter_sim.pictures.offscreen import State, fitted_view, free_camera, put, state_of
+from catheter_sim.pictures.offscreen import DrawnState, fitted_view, free_camera, put, state_of
 from catheter_sim.units import in_file_units
 
 # ----------------------------------------------------------------------------------------------------
@@ -298,7 +298,7 @@ class Look(Seen):
         state: what a picture of the robot needs.
     """
 
-    state: State
+    state: DrawnState
 
 
 def look(plant: Plant, before: Look | None = None, step_s: float = 1.0) -> Look:
@@ -487,7 +487,7 @@ class TargetPicture:
         self._options = mujoco.MjvOption()
         self._options.sitegroup[:] = 0
 
-    def draw(self, state: State, target_m: Array, radius_m: float) -> Picture:
+    def draw(self, state: DrawnState, target_m: Array, radius_m: float) -> Picture:
         """Return the robot in `state` with a sphere at `target_m`, shape (height, width, 3)."""
         put(state, self._model, self._data)
         self._renderer.update_scene(self._data, self._camera, self._options)
@@ -545,13 +545,13 @@ def tip_at(plant: Plant, level: Array) -> Array:
     return plant.posture().p_w[-1]
 
 
-def random_target(plant: Plant, rng: np.random.Generator, clearance_m: float) -> Found:
+def random_target(plant: Plant, rng: np.random.Generator, clearance_m: float) -> DrawnPoints:
     """Return a random reachable point, at least `clearance_m` from the tip at rest.
 
     Raises:
         InputError: no draw ends so far from rest.
     """
-    return random_targets(plant, OneByOne([plant]), _ALONE, [rng], clearance_m)[0]
+    return random_targets(plant, RobotsOneByOne([plant]), _ALONE, [rng], clearance_m)[0]
 
 
 def random_path(
@@ -562,10 +562,10 @@ def random_path(
     Raises:
         InputError: no draw takes the tip so far.
     """
-    return random_paths(plant, OneByOne([plant]), _ALONE, [rng], clearance_m, steps, step_s)[0]
+    return random_paths(plant, RobotsOneByOne([plant]), _ALONE, [rng], clearance_m, steps, step_s)[0]
 
 
-def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
+def nearest(plant: Plant, target_m: Array, enough_m: float) -> DrawnPoints:
     """Return the posture whose tip is nearest to `target_m` among those found from several starts.
 
     The search ends at a posture nearer than `enough_m` [m].
@@ -575,7 +575,7 @@ def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
     """
     drives, length = plant.drives, float(plant.segment_length.sum())
     plant.reset()
-    best = Found(plant.level.copy(), plant.posture().p_w[-1])
+    best = DrawnPoints(plant.level.copy(), plant.posture().p_w[-1])
     best_miss = float(np.linalg.norm(best.tip_m - target_m))
     for start in _starts(plant, target_m):
         level, least_miss = start, np.inf
@@ -586,7 +586,7 @@ def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
                 break
             miss = float(np.linalg.norm(tip - target_m))
             if miss < best_miss:
-                best, best_miss = Found(level, tip), miss
+                best, best_miss = DrawnPoints(level, tip), miss
             if best_miss <= enough_m:
                 return best
             if miss > _GAIN * least_miss:
@@ -598,7 +598,7 @@ def nearest(plant: Plant, target_m: Array, enough_m: float) -> Found:
     return _corrected(plant, target_m, best, enough_m)
 
 
-def _corrected(plant: Plant, target_m: Array, found: Found, enough_m: float) -> Found:
+def _corrected(plant: Plant, target_m: Array, found: DrawnPoints, enough_m: float) -> DrawnPoints:
     """Return `found`, or a nearer posture by slopes that learn from every trial (Broyden's update).
 
     Friction turns and shortens the tip's way; where a robot has many drives, the quick model's slopes
@@ -618,7 +618,7 @@ def _corrected(plant: Plant, target_m: Array, found: Found, enough_m: float) -> 
             break
         slopes = slopes + np.outer(tip - found.tip_m - slopes @ change, change) / (change @ change)
         if np.linalg.norm(tip - target_m) < np.linalg.norm(found.tip_m - target_m):
-            found = Found(found.level + change, tip)
+            found = DrawnPoints(found.level + change, tip)
         if np.linalg.norm(found.tip_m - target_m) <= enough_m:
             break
     return found
@@ -843,7 +843,7 @@ class TipEnv(RobotEnv):
             return None
         return self.drawn(self._now.state, self.target_m)
 
-    def drawn(self, state: State, target_m: Array) -> Picture:
+    def drawn(self, state: DrawnState, target_m: Array) -> Picture:
         """Return a picture of the robot in `state` and a target, shape (height, width, 3).
 
         Raises:

@@ -25,7 +25,7 @@ from catheter_sim.envs.reach_and_track import ReachEnv, TrackEnv, angle_between,
 from catheter_sim.envs.robots import (
     Fleet,
     Path,
-    Robots,
+    RobotGroup,
     Supply,
     random_paths,
     random_targets,
@@ -54,7 +54,7 @@ from catheter_sim.envs.tip import (
 )
 from catheter_sim.errors import InputError, shown
 from catheter_sim.pictures.images import Picture
-from catheter_sim.pictures.offscreen import State
+from catheter_sim.pictures.offscreen import DrawnState
 from catheter_sim.units import in_file_units
 
 # ----------------------------------------------------------------------------------------------------
@@ -198,7 +198,7 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         self._rngs: list[np.random.Generator | None] = [None] * num_envs
         self._seeds = [-1] * num_envs
         self._draws = one.pixels or one.render_mode is not None
-        self._states: list[State | None] = [None] * num_envs
+        self._states: list[DrawnState | None] = [None] * num_envs
         drives, tendons = len(one.drives.names), len(one.plant.specified.tendons)
         self._now = Seen(
             tip=np.zeros((num_envs, 3)),
@@ -398,7 +398,7 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         self._elapsed[chosen] = 0
         self._diverged[chosen] = self._ended[chosen] = False
 
-        def act(robots: Robots, own: Index, places: Index) -> None:
+        def act(robots: RobotGroup, own: Index, places: Index) -> None:
             require_standing(self.plant, robots, own)
             self._see(robots, own, chosen[places], moved=False)
 
@@ -406,14 +406,14 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         self._set(chosen, goals)
         self._begun[chosen] = True
 
-    def _move(self, robots: Robots, own: Index, rows: Index) -> None:
+    def _move(self, robots: RobotGroup, own: Index, rows: Index) -> None:
         """Move a thread's copies; those that diverge are seen as they were before."""
         robots.move(own, self._level[rows], CONTROL_STEP_S)
         finite = robots.finite(own)
         self._diverged[rows] = ~finite
         self._see(robots, own[finite], rows[finite], moved=True)
 
-    def _see(self, robots: Robots, own: Index, rows: Index, moved: bool) -> None:
+    def _see(self, robots: RobotGroup, own: Index, rows: Index, moved: bool) -> None:
         """Take down how a thread's copies stand."""
         if not len(own):
             return
@@ -493,7 +493,7 @@ class ReachTogether(TogetherEnv):
         super().__init__(one, num_envs, *rest)
         clearance = TARGET_CLEARANCE * one.length_m
 
-        def draw(robots: Robots, chosen: Index, rngs: Sequence[np.random.Generator]) -> list[Array]:
+        def draw(robots: RobotGroup, chosen: Index, rngs: Sequence[np.random.Generator]) -> list[Array]:
             found = random_targets(self.plant, robots, chosen, rngs, clearance)
             return [item.tip_m for item in found]
 
@@ -547,7 +547,7 @@ class TrackTogether(TogetherEnv):
         self._track = one
         clearance = TARGET_CLEARANCE * one.length_m
 
-        def draw(robots: Robots, chosen: Index, rngs: Sequence[np.random.Generator]) -> list[Path]:
+        def draw(robots: RobotGroup, chosen: Index, rngs: Sequence[np.random.Generator]) -> list[Path]:
             return random_paths(self.plant, robots, chosen, rngs, clearance, EPISODE_STEPS, CONTROL_STEP_S)
 
         self._supply: Supply[Path] = Supply(self.plant, num_envs, rest[1], draw)

@@ -40,7 +40,7 @@ _TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
-class Cause:
+class CarriedCause:
     """A form of a cause that is in a robot.
 
     Attributes:
@@ -75,7 +75,7 @@ class Affine:
 
 
 @dataclass(frozen=True)
-class View:
+class SensorView:
     """What is seen: p' = R p + shift, late by a delay.
 
     Attributes:
@@ -89,7 +89,7 @@ class View:
     delay_s: float
 
 
-def find_causes(robot: RobotSpec) -> tuple[Cause, ...]:
+def find_causes(robot: RobotSpec) -> tuple[CarriedCause, ...]:
     """Return the forms that are in `robot`, in the order in which they act."""
     found = []
     for name, effect in EFFECTS.items():
@@ -99,11 +99,11 @@ def find_causes(robot: RobotSpec) -> tuple[Cause, ...]:
             nulls = {item.name: item.null for item in form.parameters(robot)}
             if all(value == nulls[key] for key, value in own.items()):
                 continue
-            found.append(Cause(name, form.name, own, *_carried(robot, form, own)))
+            found.append(CarriedCause(name, form.name, own, *_carried(robot, form, own)))
     return tuple(found)
 
 
-def without(robot: R, causes: tuple[Cause, ...]) -> R:
+def without(robot: R, causes: tuple[CarriedCause, ...]) -> R:
     """Return `robot` without some of its causes' forms."""
     effects = {name: dict(values) for name, values in robot.effects.items()}
     for cause in causes:
@@ -186,7 +186,7 @@ def timing_of(robot: RobotSpec, stage: Stage) -> Timing:
     return found
 
 
-def view_of(robot: RobotSpec) -> View:
+def view_of(robot: RobotSpec) -> SensorView:
     """Return how the robot is seen, as far as sensors can."""
     R, shift = np.eye(3), np.zeros(3)
     for name, effect in EFFECTS.items():
@@ -194,7 +194,7 @@ def view_of(robot: RobotSpec) -> View:
             own = _rigid_of(form, robot.effects[name]) if form.observe is not None else None
             if own is not None:
                 R, shift = own[0] @ R, own[0] @ shift + own[1]
-    return View(R, shift, timing_of(robot, Stage.OBSERVATION).delay_s)
+    return SensorView(R, shift, timing_of(robot, Stage.OBSERVATION).delay_s)
 
 
 def _affine_of(robot: RobotSpec, form: Form, values: Values) -> Affine | None:
@@ -236,7 +236,7 @@ def _rigid_of(form: Form, values: Values) -> tuple[Array, Array] | None:
     return (R, shift) if rigid and straight else None
 
 
-def quasi_static(robot: R, causes: tuple[Cause, ...]) -> R:
+def quasi_static(robot: R, causes: tuple[CarriedCause, ...]) -> R:
     """Return the robot with what bends it in held rows: without what only shows, or needs a clock."""
     late = tuple(
         cause for cause in causes if cause.timed or _stage(cause) in (Stage.SHAPE, Stage.OBSERVATION)
@@ -244,7 +244,7 @@ def quasi_static(robot: R, causes: tuple[Cause, ...]) -> R:
     return without(robot, late)
 
 
-def _stage(cause: Cause) -> Stage:
+def _stage(cause: CarriedCause) -> Stage:
     return next(form.stage for form in EFFECTS[cause.effect].forms if form.name == cause.form)
 
 
@@ -400,7 +400,7 @@ class HingeLaw:
 
 
 @dataclass(frozen=True)
-class Rows:
+class ExportRows:
     """What is known at each row of the loops.
 
     Attributes:
@@ -420,7 +420,7 @@ def missing_moments(
     shifts: Sequence[Shift],
     positions: Array,
     controls: Array,
-) -> Rows:
+) -> ExportRows:
     """Return the moments without balance in postures of a simulation at rest.
 
     Args:
@@ -452,10 +452,10 @@ def missing_moments(
             slope = shift.slope(own[hinge])
             missing[row, hinge] += slope * rest[on]
             pulled[row, hinge] += slope * acts[on]
-    return Rows(positions, missing, pulled)
+    return ExportRows(positions, missing, pulled)
 
 
-def fit_laws(rows: Rows, joints: Sequence[str], hinges: Sequence[bool]) -> tuple[HingeLaw, ...]:
+def fit_laws(rows: ExportRows, joints: Sequence[str], hinges: Sequence[bool]) -> tuple[HingeLaw, ...]:
     """Return the laws of the hinges that lack a moment.
 
     Args:
@@ -770,7 +770,7 @@ def _push_tip(root: Element, block: Element, force: Sequence[float] | Array) -> 
 TRACKER = "tracker"
 
 
-def add_sensors(root: Element, elements: int, view: View, markers: Sequence[Marker] = ()) -> None:
+def add_sensors(root: Element, elements: int, view: SensorView, markers: Sequence[Marker] = ()) -> None:
     """Add `position_<k>` of every face, `tip_position`, `tip_quat` and `position_marker_<name>`.
 
     They are seen from the site `tracker`.

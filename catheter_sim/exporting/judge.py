@@ -10,8 +10,8 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.exporting import write
-from catheter_sim.exporting.elements import EXACT, Cause, without
-from catheter_sim.exporting.write import Model, PlainRun
+from catheter_sim.exporting.elements import EXACT, CarriedCause, without
+from catheter_sim.exporting.write import ExportedModel, PlainRun
 from catheter_sim.modelling.build import robot_length
 from catheter_sim.progress import Stages
 from catheter_sim.simulation.replay import simulate
@@ -47,7 +47,7 @@ class Cost:
         distance: of the package's simulation with everything from that without the cause.
     """
 
-    cause: Cause
+    cause: CarriedCause
     distance: Distance
 
 
@@ -75,7 +75,7 @@ class Judgement:
         return 100.0 * max(item.largest_mm for item in self.held) / self.length_mm
 
 
-def judge(model: Model, progress: bool = False) -> Judgement:
+def judge(model: ExportedModel, progress: bool = False) -> Judgement:
     """Replay a file and the package on loops that were not fitted.
 
     Held rows leave out what needs a clock; where a cause does, a loop in motion is replayed besides.
@@ -115,7 +115,7 @@ def judge(model: Model, progress: bool = False) -> Judgement:
     return Judgement(1e3 * robot_length(robot), tuple(held), moving, unfitted, costs)
 
 
-def held_robot(robot: RobotSpec, causes: tuple[Cause, ...]) -> RobotSpec:
+def held_robot(robot: RobotSpec, causes: tuple[CarriedCause, ...]) -> RobotSpec:
     """Return the robot with what shows in held rows, what is seen included."""
     return without(robot, tuple(cause for cause in causes if cause.timed))
 
@@ -147,7 +147,7 @@ def distance_of(name: str, first: Array, second: Array) -> Distance:
     return Distance(name, float(apart.max()), float(np.sqrt(np.mean(apart[:, -1] ** 2))))
 
 
-def _cost(robot: RobotSpec, cause: Cause, alone: Inputs, progress: bool) -> Distance:
+def _cost(robot: RobotSpec, cause: CarriedCause, alone: Inputs, progress: bool) -> Distance:
     """Return how far the package's simulation moves where a cause is taken away."""
     rest = without(robot, (cause,))
     inputs = moving_loop(alone) if cause.timed else alone

@@ -8,12 +8,12 @@ import numpy as np
 
 from catheter_sim.exporting.elements import FITTED, LEFT
 from catheter_sim.exporting.judge import Distance, Judgement
-from catheter_sim.exporting.write import Model
+from catheter_sim.exporting.write import ExportedModel
 
 _NOT_SAID = "distances are those of the file in MuJoCo itself; it is not run in the other engine"
 
 
-def text_of(model: Model, judgement: Judgement) -> str:
+def text_of(model: ExportedModel, judgement: Judgement) -> str:
     """Return the report, a line for each thing that was measured or decided."""
     lines = [f"{model.robot.name} for {model.engine}"]
     lines += [f"  {line}" for line in _elements(model, judgement)]
@@ -34,7 +34,7 @@ def text_of(model: Model, judgement: Judgement) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _elements(model: Model, judgement: Judgement) -> list[str]:
+def _elements(model: ExportedModel, judgement: Judgement) -> list[str]:
     found = []
     if model.shifts:
         left = 1e3 * max(item.left_m for item in model.shifts)
@@ -49,7 +49,7 @@ def _elements(model: Model, judgement: Judgement) -> list[str]:
     return found or ["nothing is fitted: no law runs beside the step, or its fit was no nearer"]
 
 
-def _causes(model: Model, judgement: Judgement) -> list[str]:
+def _causes(model: ExportedModel, judgement: Judgement) -> list[str]:
     costs = {id(item.cause): item.distance for item in judgement.costs}
     found = []
     for cause in model.causes:
@@ -71,7 +71,7 @@ def _said(item: Distance, length_mm: float) -> str:
     return f"up to {item.largest_mm:.3g} mm ({percent:.2g} % of the length), tip {item.rms_mm:.2g} mm rms"
 
 
-def json_of(model: Model, judgement: Judgement) -> dict[str, Any]:
+def json_of(model: ExportedModel, judgement: Judgement) -> dict[str, Any]:
     """Return the report as what JSON holds; distances in mm, None where a replay diverges.
 
     `cost_mm`: what a cause moves on the loops, None where it is in the file as it is.

@@ -22,7 +22,7 @@ from catheter_sim.exporting.elements import (
     FITTED,
     IN_LOOPS,
     LEFT,
-    Cause,
+    CarriedCause,
     HingeLaw,
     Shift,
     add_friction,
@@ -305,7 +305,7 @@ _NO_GRAVITY = np.zeros(3)
 
 
 @dataclass(frozen=True)
-class Control:
+class ExportedControl:
     """What an actuator of the file is to be given.
 
     Attributes:
@@ -320,7 +320,7 @@ class Control:
 
 
 @dataclass(frozen=True)
-class Model:
+class ExportedModel:
     """A robot as MJCF that needs nothing beside it.
 
     Attributes:
@@ -340,9 +340,9 @@ class Model:
     engine: str
     text: str
     bare: str
-    controls: tuple[Control, ...]
+    controls: tuple[ExportedControl, ...]
     shares: Array
-    causes: tuple[Cause, ...]
+    causes: tuple[CarriedCause, ...]
     laws: tuple[HingeLaw, ...]
     shifts: tuple[Shift, ...]
     drives: DriveLevels
@@ -353,7 +353,7 @@ def write_model(
     engine: str = "mujoco",
     largest_bend_rad: float | None = None,
     progress: bool = False,
-) -> Model:
+) -> ExportedModel:
     """Return a robot with its effects as MJCF.
 
     Args:
@@ -383,7 +383,7 @@ def write_model(
     return found
 
 
-def _by_joints(robot: RobotSpec, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
+def _by_joints(robot: RobotSpec, causes: tuple[CarriedCause, ...]) -> tuple[CarriedCause, ...]:
     """Return the causes, those of the specification that the built model does not show as fitted ones."""
 
     def shown(own: RobotSpec) -> str:
@@ -406,11 +406,11 @@ def _fitted(
     robot: RobotSpec,
     quasi: RobotSpec,
     engine: str,
-    causes: tuple[Cause, ...],
+    causes: tuple[CarriedCause, ...],
     drives: DriveLevels,
     inputs: Inputs,
     progress: bool,
-) -> Model:
+) -> ExportedModel:
     """Return the model whose joints are fitted to what `quasi`, the robot or less, does on loops."""
     positions, truth = _loop_rows(quasi, inputs, progress)
     base, simulator = _base_model(robot, engine), Simulator(built_in(robot))
@@ -430,10 +430,12 @@ def _fitted(
             text, laws = less, ()
     bare, _ = _finished(robot, engine, read(base), plain, own, (), ())
     controls = _controls(robot, read(text), row_shares)
-    return Model(robot, engine, text, bare, controls, row_shares, causes, laws, shifts, drives)
+    return ExportedModel(robot, engine, text, bare, controls, row_shares, causes, laws, shifts, drives)
 
 
-def _nearer(model: Model, hidden: tuple[Cause, ...], inputs: Inputs, progress: bool) -> Model:
+def _nearer(
+    model: ExportedModel, hidden: tuple[CarriedCause, ...], inputs: Inputs, progress: bool
+) -> ExportedModel:
     """Return the model fitted with the causes in `hidden`, or without, whichever is nearer to the package."""
     robot, causes = model.robot, model.causes
     whole = without(robot, tuple(cause for cause in causes if cause.timed))
@@ -554,7 +556,7 @@ def _rest(root: Element, plain: mujoco.MjModel, shifts: tuple[Shift, ...]) -> No
     root.part("keyframe").add("key", name="rest", qpos=pose)
 
 
-def _controls(robot: RobotSpec, root: Element, rows: Array) -> tuple[Control, ...]:
+def _controls(robot: RobotSpec, root: Element, rows: Array) -> tuple[ExportedControl, ...]:
     """Return what each actuator follows, by the input columns of files."""
     by_column = rows @ shares(drives_of(robot), rows.shape[1])
     columns = input_channels(robot)
@@ -563,14 +565,14 @@ def _controls(robot: RobotSpec, root: Element, rows: Array) -> tuple[Control, ..
         place = int(np.argmax(np.abs(row)))
         there = bool(row.any())
         found.append(
-            Control(
+            ExportedControl(
                 item.get("name", ""), columns[place] if there else "", float(row[place]) if there else 0.0
             )
         )
     return tuple(found)
 
 
-def _say_inputs(root: Element, controls: tuple[Control, ...]) -> None:
+def _say_inputs(root: Element, controls: tuple[ExportedControl, ...]) -> None:
     """Write into the file itself what its controls are."""
     block = root.part("custom")
     for control in controls:

@@ -23,7 +23,7 @@ from catheter_sim.diagnosis.notes import Attempts, Note
 from catheter_sim.diagnosis.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
 from catheter_sim.files import check_output_folder
 from catheter_sim.foreign import model as causes
-from catheter_sim.foreign.fit import Fit, Fitter
+from catheter_sim.foreign.fit import Fitter, ForeignFit
 from catheter_sim.foreign.model import (
     BLOCK_S,
     DRY,
@@ -278,7 +278,7 @@ class Judged:
         times_noise: root mean square of its errors there, in units of the noise.
     """
 
-    fit: Fit
+    fit: ForeignFit
     outputs: tuple[Array, ...]
     times_noise: float
 
@@ -519,16 +519,16 @@ class _Judge:
     def __init__(self, data: ForeignData, runner: Runner, noise: Array) -> None:
         self._trials, self._runner, self._noise = data.of("heldout"), runner, noise
 
-    def __call__(self, fit: Fit) -> Judged:
+    def __call__(self, fit: ForeignFit) -> Judged:
         outputs = self._runner.outputs([fit.values], self._trials)[0]
         errors = [(own - t.outputs) / self._noise for own, t in zip(outputs, self._trials, strict=True)]
         every = np.concatenate([item[np.isfinite(item)] for item in errors])
         return Judged(fit, tuple(outputs), math.sqrt(float(np.mean(every**2))))
 
 
-def _singles(fitter: Fitter, nothing: Fit, variants: Sequence[Variant]) -> list[Fit]:
+def _singles(fitter: Fitter, nothing: ForeignFit, variants: Sequence[Variant]) -> list[ForeignFit]:
     """Return the best fit of each cause alone."""
-    found: dict[str, Fit] = {}
+    found: dict[str, ForeignFit] = {}
     for fit in _fits(fitter, nothing, variants, FITTED):
         known = found.get(fit.causes[0])
         if known is None or fit.evidence > known.evidence:
@@ -536,13 +536,13 @@ def _singles(fitter: Fitter, nothing: Fit, variants: Sequence[Variant]) -> list[
     return list(found.values())
 
 
-def _pairs(fitter: Fitter, first: Fit, variants: Sequence[Variant]) -> list[Fit]:
+def _pairs(fitter: Fitter, first: ForeignFit, variants: Sequence[Variant]) -> list[ForeignFit]:
     """Return fits of the best cause with the best promised variant of each other one."""
     others = [item for item in variants if item.cause not in first.causes]
     return _fits(fitter, first, others, 1)
 
 
-def _fits(fitter: Fitter, base: Fit, variants: Sequence[Variant], most: int) -> list[Fit]:
+def _fits(fitter: Fitter, base: ForeignFit, variants: Sequence[Variant], most: int) -> list[ForeignFit]:
     """Return fits of variants beside a base: of each cause those that a straight line promises most of."""
     promised = fitter.promised(base, variants)
     order = sorted(range(len(variants)), key=lambda k: -promised[k][0])

@@ -18,14 +18,14 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
 from catheter_sim.arrays import Array
-from catheter_sim.foreign.model import BLOCK_S, STEPS, Number, Runner, Trial, Values, Variant
+from catheter_sim.foreign.model import BLOCK_S, STEPS, ForeignTrial, Number, Runner, Values, Variant
 
 _STEP = 0.05  # of a number's scale, for slopes
 _FAR = 1e4  # times the noise: larger errors count as that
 
 
 @dataclass(frozen=True)
-class Fit:
+class ForeignFit:
     """Numbers that were fitted.
 
     Attributes:
@@ -51,7 +51,7 @@ class Fit:
 class Fitter:
     """Fits numbers to trials."""
 
-    def __init__(self, runner: Runner, trials: Sequence[Trial], noise: Array) -> None:
+    def __init__(self, runner: Runner, trials: Sequence[ForeignTrial], noise: Array) -> None:
         """Take the training trials and the noise of each output, shape (o,)."""
         self._runner, self._trials, self._noise = runner, tuple(trials), noise
         self._there = [np.isfinite(trial.outputs) for trial in trials]
@@ -69,7 +69,7 @@ class Fitter:
             parts.append(np.clip(errors[there], -_FAR, _FAR))
         return np.concatenate(parts)
 
-    def promised(self, base: Fit, variants: Sequence[Variant]) -> list[tuple[float, Array]]:
+    def promised(self, base: ForeignFit, variants: Sequence[Variant]) -> list[tuple[float, Array]]:
         """Return of each variant beside a fit the evidence, and shares of its starts, by a straight line.
 
         Each number's change from nothing to its start is played once; what several do together is taken as
@@ -93,12 +93,12 @@ class Fitter:
         squares = (self.residuals(starts) ** 2).mean(axis=1)
         return starts[int(np.argmin(squares))]
 
-    def nothing(self) -> Fit:
+    def nothing(self) -> ForeignFit:
         """Return the model as it is."""
         square = float(np.mean(self.residuals([{}])[0] ** 2))
-        return Fit((), {}, {}, square, self._evidence(square, 0))
+        return ForeignFit((), {}, {}, square, self._evidence(square, 0))
 
-    def fit(self, variants: Sequence[Variant], start: Values, steps: int = STEPS) -> Fit:
+    def fit(self, variants: Sequence[Variant], start: Values, steps: int = STEPS) -> ForeignFit:
         """Return the numbers of variants that leave the least squares, from a start, in so many steps.
 
         A number on which the data say nothing is drawn to nothing: half its range counts as one noise.
@@ -134,7 +134,7 @@ class Fitter:
         own = end.fun[: -len(numbers)]
         square = float(np.mean(own**2))
         spread = _spread(end.jac, square * len(own) / max(self.blocks, 1)) * scale
-        return Fit(
+        return ForeignFit(
             tuple(variants),
             values(end.x),
             {number: float(s) for number, s in zip(numbers, spread, strict=True)},
@@ -167,7 +167,7 @@ def _spread(jacobian: Array, variance: float) -> Array:
     return np.sqrt(variance * terms.sum(axis=1))
 
 
-def _blocks(trial: Trial) -> int:
+def _blocks(trial: ForeignTrial) -> int:
     """Return of how many blocks of columns a trial's errors are."""
     block = np.floor(trial.time_s / BLOCK_S).astype(int)
     return sum(len(np.unique(block[there])) for there in np.isfinite(trial.outputs).T)

@@ -499,7 +499,7 @@ _ORDER = {GAIN: 1, OFFSET: 2, BACKLASH: 3}  # in which a command passes them
 
 
 @dataclass(frozen=True)
-class Trial:
+class ForeignTrial:
     """One recording.
 
     Attributes:
@@ -531,7 +531,7 @@ class Runner:
     settle_s: float = 0.0
     jobs: int = 1
 
-    def outputs(self, many: Sequence[Values], trials: Sequence[Trial]) -> list[list[Array]]:
+    def outputs(self, many: Sequence[Values], trials: Sequence[ForeignTrial]) -> list[list[Array]]:
         """Return what each of many sets of numbers gives along each trial: [set][trial] of shape (r, o)."""
         models = [changed(self.model, values) for values in many]
         found: list[list[Array]] = [[] for _ in many]
@@ -546,7 +546,7 @@ class Runner:
         pool: rollout.Rollout,
         models: Sequence[mujoco.MjModel],
         many: Sequence[Values],
-        trial: Trial,
+        trial: ForeignTrial,
     ) -> list[Array]:
         step_s = float(self.model.simulated.opt.timestep)
         at_s: Array = step_s * np.arange(float(np.ceil(trial.time_s[-1] / step_s)) + 1.0)
@@ -576,7 +576,7 @@ def _at_rest(model: mujoco.MjModel) -> Array:
     return state
 
 
-def arriving_controls(model: ForeignModel, trial: Trial, values: Values, at_s: Array) -> Array:
+def arriving_controls(model: ForeignModel, trial: ForeignTrial, values: Values, at_s: Array) -> Array:
     """Return the controls that arrive at times from the trial's start, shape (n, nu)."""
     rows, delay = trial.controls.copy(), 0.0
     for number, value in sorted(values.items(), key=lambda item: _ORDER.get(item[0].cause, 0)):
@@ -712,10 +712,10 @@ class ForeignData:
     name: str
     robot: str
     model: ForeignModel
-    trials: tuple[Trial, ...]
+    trials: tuple[ForeignTrial, ...]
     settle_s: float
 
-    def of(self, role: str) -> tuple[Trial, ...]:
+    def of(self, role: str) -> tuple[ForeignTrial, ...]:
         """Return the trials of a role."""
         return tuple(trial for trial in self.trials if trial.role == role)
 
@@ -779,7 +779,7 @@ def _trial(
     model: ForeignModel,
     inputs: Sequence[str],
     mapping: FileMap | None,
-) -> Trial:
+) -> ForeignTrial:
     file, role, log = entry
     wanted = [column.name for column in model.columns]
     if mapping is not None:
@@ -800,10 +800,10 @@ def _trial(
         raise InputError(f"{table.where}: every value of the outputs is missing")
     standing = np.tile(model.resting_controls, (len(table.time_s), 1)).T
     controls = [table.columns.get(name, own) for name, own in zip(model.input_columns, standing, strict=True)]
-    return Trial(file, role, own_clock(table.time_s), np.stack(controls, axis=1), outputs)
+    return ForeignTrial(file, role, own_clock(table.time_s), np.stack(controls, axis=1), outputs)
 
 
-def _with_roles(trials: Sequence[Trial], where: str) -> list[Trial]:
+def _with_roles(trials: Sequence[ForeignTrial], where: str) -> list[ForeignTrial]:
     """Return trials of which each has a role: without any held out, the last ones without a role are.
 
     As for other robots (`parting.split`); a single trial is cut where the share to be held out begins.
@@ -820,7 +820,7 @@ def _with_roles(trials: Sequence[Trial], where: str) -> list[Trial]:
     return [replace(t, role="heldout" if k in heldout else "train") for k, t in enumerate(trials)]
 
 
-def _cut(trial: Trial, where: str) -> list[Trial]:
+def _cut(trial: ForeignTrial, where: str) -> list[ForeignTrial]:
     """Return the beginning of a trial, which trains, and all of it with nothing measured there, held out."""
     first = round((1.0 - HELDOUT_SHARE) * len(trial.time_s))
     later = trial.outputs.copy()
@@ -841,7 +841,7 @@ def _cut(trial: Trial, where: str) -> list[Trial]:
     return [train, replace(trial, role="heldout", outputs=later)]
 
 
-def noise_of(trials: Sequence[Trial], least_share: float) -> Array:
+def noise_of(trials: Sequence[ForeignTrial], least_share: float) -> Array:
     """Return the noise of each output from its third differences, shape (o,), in the columns' units.
 
     Of independent errors of size s these are sqrt(20) s; what moves smoothly leaves little there. A reading

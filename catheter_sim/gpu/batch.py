@@ -14,7 +14,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.channels import actuations
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
-from catheter_sim.gpu.device import Copies, find_device, require_warp
+from catheter_sim.gpu.device import DeviceCopies, find_device, require_warp
 from catheter_sim.simulation.motion import LARGEST_INPUT, farthest
 from catheter_sim.simulation.simulator import Simulator
 
@@ -76,7 +76,7 @@ class WarpBatch:
             self._data = self._mjw.put_data(
                 self._model, simulator.data, nworld=copies, njmax=max(rows, _ROWS), nconmax=0
             )
-            place = Copies(self._wp, copies, self._warp_model, self._data)
+            place = DeviceCopies(self._wp, copies, self._warp_model, self._data)
             from catheter_sim.gpu.laws import laws_of  # its kernels need Warp, which is an extra
 
             self._laws = laws_of(simulator, place)

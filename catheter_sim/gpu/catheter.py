@@ -18,7 +18,7 @@ from catheter_sim.gpu.catheter_kernels import (
     update_stretch,
     update_tubes,
 )
-from catheter_sim.gpu.device import Copies, DeviceLaw, DevicePulls, TurnsKernel
+from catheter_sim.gpu.device import DeviceCopies, DeviceLaw, DevicePulls, TurnsKernel
 from catheter_sim.robots.catheter.description import bending_tubes
 from catheter_sim.robots.catheter.laws import (
     JointResistance,
@@ -41,7 +41,7 @@ from catheter_sim.robots.catheter.spec import CatheterRobot
 class Torsion(DeviceLaw):
     """`robots.catheter.laws.TorsionPairs` in every copy."""
 
-    def __init__(self, copies: Copies, torsion: TorsionPairs) -> None:
+    def __init__(self, copies: DeviceCopies, torsion: TorsionPairs) -> None:
         self._copies, pairs = copies, torsion.arrays()
         self._shape = pairs.actuators.shape
         self._fixed = [copies.whole(pairs.actuators), copies.whole(pairs.qpos)]
@@ -64,7 +64,7 @@ class Resistance(DeviceLaw):
 
     changes_joints = True
 
-    def __init__(self, copies: Copies, joints: Sequence[JointResistance]) -> None:
+    def __init__(self, copies: DeviceCopies, joints: Sequence[JointResistance]) -> None:
         """Prepare; the joints must be new."""
         self._copies = copies
         each = [joint.arrays() for joint in joints]
@@ -93,10 +93,10 @@ class Resistance(DeviceLaw):
             item.assign(home)
 
 
-class Stretching(DeviceLaw):
+class DeviceStretching(DeviceLaw):
     """`robots.catheter.laws` in every copy."""
 
-    def __init__(self, copies: Copies, laws: StretchLaws) -> None:
+    def __init__(self, copies: DeviceCopies, laws: StretchLaws) -> None:
         """Prepare; the tendons must be new."""
         self._copies = copies
         layout = laws.layout()
@@ -121,10 +121,10 @@ class Stretching(DeviceLaw):
             item.assign(home)
 
 
-class Tubes(DeviceLaw):
+class DeviceTubes(DeviceLaw):
     """`robots.catheter.laws` in every copy."""
 
-    def __init__(self, copies: Copies, tubes: Sequence[Tube]) -> None:
+    def __init__(self, copies: DeviceCopies, tubes: Sequence[Tube]) -> None:
         self._copies, self._shape = copies, (len(tubes),)
         layouts = [tube.layout() for tube in tubes]
         self._fixed = [copies.whole(np.array([item.places for item in layouts]))]
@@ -147,23 +147,23 @@ class Tubes(DeviceLaw):
 
 
 def laws(
-    robot: CatheterRobot, place: RobotInModel, copies: Copies, pulls: DevicePulls, tension: Any
+    robot: CatheterRobot, place: RobotInModel, copies: DeviceCopies, pulls: DevicePulls, tension: Any
 ) -> tuple[DeviceLaw, ...]:
     """Return the laws but friction; see `gpu.device.Gpu`."""
     result: list[DeviceLaw] = []
     if bending_tubes(robot):
-        result.append(Tubes(copies, OneTubes(robot, place).tubes))
+        result.append(DeviceTubes(copies, OneTubes(robot, place).tubes))
     if measured_joints(robot):
         result.append(Resistance(copies, JointResistances(robot, place).joints))
     torsion = TorsionPairs(robot, place)
     if len(torsion.pairs):
         result.append(Torsion(copies, torsion))
     if stretching(robot):
-        result.append(Stretching(copies, StretchLaws(robot, place, PairControls(robot, place))))
+        result.append(DeviceStretching(copies, StretchLaws(robot, place, PairControls(robot, place))))
     return tuple(result)
 
 
-def turns(robot: CatheterRobot, place: RobotInModel, copies: Copies, ends: Any) -> TurnsKernel:
+def turns(robot: CatheterRobot, place: RobotInModel, copies: DeviceCopies, ends: Any) -> TurnsKernel:
     """Return what finds the turns of the bending joints' tendons."""
     own = pair_turns(robot, place)
     pairs = len(own.gaps)

@@ -6,7 +6,7 @@ from typing import Any
 
 from catheter_sim.core.law import RobotInModel
 from catheter_sim.gpu.continuum_kernels import planar_turns, resist, spatial_turns
-from catheter_sim.gpu.device import Copies, DeviceLaw, DevicePulls, TurnsKernel
+from catheter_sim.gpu.device import DeviceCopies, DeviceLaw, DevicePulls, TurnsKernel
 from catheter_sim.robots.continuum.laws import ElasticRemainder, HoleTurns
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 
@@ -17,7 +17,7 @@ from catheter_sim.robots.continuum.spec import ContinuumRobot
 class Elastic(DeviceLaw):
     """`robots.continuum.laws.ElasticRemainder` in every copy."""
 
-    def __init__(self, copies: Copies, remainder: ElasticRemainder) -> None:
+    def __init__(self, copies: DeviceCopies, remainder: ElasticRemainder) -> None:
         places, numbers = remainder.arrays()
         self._copies, self._shape = copies, places[0].shape
         self._fixed = [copies.whole(item) for item in places] + [copies.real(item) for item in numbers]
@@ -33,14 +33,14 @@ class Elastic(DeviceLaw):
 
 
 def laws(
-    robot: ContinuumRobot, place: RobotInModel, copies: Copies, pulls: DevicePulls, tension: Any
+    robot: ContinuumRobot, place: RobotInModel, copies: DeviceCopies, pulls: DevicePulls, tension: Any
 ) -> tuple[DeviceLaw, ...]:
     """Return the laws but friction; see `gpu.device.Gpu`."""
     remainder = ElasticRemainder(robot, place)
     return (Elastic(copies, remainder),) if remainder.needed else ()
 
 
-def turns(robot: ContinuumRobot, place: RobotInModel, copies: Copies, ends: Any) -> TurnsKernel:
+def turns(robot: ContinuumRobot, place: RobotInModel, copies: DeviceCopies, ends: Any) -> TurnsKernel:
     """Return what finds the turns at the holes."""
     own, data = HoleTurns(robot, place), copies.data
     if own.planar:

@@ -81,7 +81,7 @@ class DevicePulls(Protocol):
         """Find the tensions."""
 
 
-class Copies:
+class DeviceCopies:
     """A model of MuJoCo Warp, the states of its copies, and their laws' arrays; all on one device.
 
     Attributes:
@@ -133,7 +133,7 @@ class Gpu(Protocol[R_in]):
     """`gpu.py`: a robot's laws on a Warp device, when its model is at rest; a kind may lack it."""
 
     def laws(
-        self, robot: R_in, place: RobotInModel, copies: Copies, pulls: DevicePulls, tension: Any
+        self, robot: R_in, place: RobotInModel, copies: DeviceCopies, pulls: DevicePulls, tension: Any
     ) -> tuple[DeviceLaw, ...]:
         """Return the laws but friction, in the order of their turns.
 
@@ -145,5 +145,5 @@ class Gpu(Protocol[R_in]):
             tension: in the spans, as friction leaves it, shape (m, t, n) [N]; None: without friction.
         """
 
-    def turns(self, robot: R_in, place: RobotInModel, copies: Copies, ends: Any) -> TurnsKernel:
+    def turns(self, robot: R_in, place: RobotInModel, copies: DeviceCopies, ends: Any) -> TurnsKernel:
         """Return what finds by how much tendons turn; `ends`: number of spans of each, on the device."""

@@ -11,7 +11,7 @@ import numpy as np
 from catheter_sim.core.law import Pulls
 from catheter_sim.errors import InputError
 from catheter_sim.gpu.batch_kernels import given, know_joints, slacken, solve_tensions
-from catheter_sim.gpu.device import Copies, DeviceLaw, Gpu, TurnsKernel
+from catheter_sim.gpu.device import DeviceCopies, DeviceLaw, Gpu, TurnsKernel
 from catheter_sim.mechanics.hysteresis import clamp_of_slack
 from catheter_sim.robots import kind_of
 from catheter_sim.simulation.friction import SWEEP_TOLERANCE, SWEEPS, CapstanFriction
@@ -21,7 +21,7 @@ from catheter_sim.simulation.simulator import Simulator
 # What pulls the tendons of all copies, as the simulator's actuators do.
 
 
-class Drive(DeviceLaw):
+class DeviceDrive(DeviceLaw):
     """The tendons' actuators: tensions that are given, or springs that only pull.
 
     Attributes:
@@ -29,7 +29,7 @@ class Drive(DeviceLaw):
         drive: what they grow by per unit of the rate of lengthening in one step, shape (m, k) [N s/m].
     """
 
-    def __init__(self, copies: Copies, model: mujoco.MjModel, pulls: Pulls) -> None:
+    def __init__(self, copies: DeviceCopies, model: mujoco.MjModel, pulls: Pulls) -> None:
         """Prepare.
 
         Args:
@@ -68,7 +68,7 @@ class Drive(DeviceLaw):
 # The simulator's capstan friction of all copies.
 
 
-class Friction(DeviceLaw):
+class DeviceFriction(DeviceLaw):
     """`simulation.friction.CapstanFriction` in every copy.
 
     Attributes:
@@ -83,10 +83,10 @@ class Friction(DeviceLaw):
 
     def __init__(
         self,
-        copies: Copies,
+        copies: DeviceCopies,
         model: mujoco.MjModel,
         law: CapstanFriction,
-        drive: Drive,
+        drive: DeviceDrive,
     ) -> None:
         """Prepare the law.
 
@@ -139,7 +139,7 @@ class Friction(DeviceLaw):
 # The laws of a simulator for its copies on a device, in the order of their turns; friction comes last.
 
 
-def laws_of(simulator: Simulator, copies: Copies) -> list[DeviceLaw]:
+def laws_of(simulator: Simulator, copies: DeviceCopies) -> list[DeviceLaw]:
     """Return the laws of a simulator for its copies.
 
     Args:
@@ -155,10 +155,10 @@ def laws_of(simulator: Simulator, copies: Copies) -> list[DeviceLaw]:
         what = f"no simulation on MuJoCo Warp for robots of kind {kind_of(robot).name!r}"
         raise InputError(f"{robot.name}: {what}")
     face: Gpu[Any] = importlib.import_module(package)
-    drive = Drive(copies, simulator.model, simulator.pulls)
-    friction: Friction | None = None
+    drive = DeviceDrive(copies, simulator.model, simulator.pulls)
+    friction: DeviceFriction | None = None
     if isinstance(simulator.laws.friction, CapstanFriction):
-        friction = Friction(copies, simulator.model, simulator.laws.friction, drive)
+        friction = DeviceFriction(copies, simulator.model, simulator.laws.friction, drive)
         friction.find_turns = face.turns(robot, place, copies, friction.ends)
     tension = None if friction is None else friction.tension
     laws = list(face.laws(robot, place, copies, drive, tension))

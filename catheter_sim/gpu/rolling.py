@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from catheter_sim.core.law import RobotInModel
-from catheter_sim.gpu.device import Copies, DeviceLaw, DevicePulls, TurnsKernel
+from catheter_sim.gpu.device import DeviceCopies, DeviceLaw, DevicePulls, TurnsKernel
 from catheter_sim.gpu.rolling_kernels import compress, place, pull_evenly, resist, turns_of_copies
 from catheter_sim.robots.rolling.laws import RodElasticity, RodTurns
 from catheter_sim.robots.rolling.laws import Rolling as OneRolling
@@ -15,11 +15,11 @@ from catheter_sim.robots.rolling.spec import RollingRobot
 # The rolling joints and rods of all copies.
 
 
-class Rolling(DeviceLaw):
+class DeviceRolling(DeviceLaw):
     """`robots.rolling.laws.Rolling` and `RodElasticity` in every copy."""
 
     def __init__(
-        self, copies: Copies, rolling: OneRolling, rods: RodElasticity, pulls: DevicePulls, tension: Any
+        self, copies: DeviceCopies, rolling: OneRolling, rods: RodElasticity, pulls: DevicePulls, tension: Any
     ) -> None:
         """Prepare.
 
@@ -86,13 +86,13 @@ class Rolling(DeviceLaw):
 
 
 def laws(
-    robot: RollingRobot, place: RobotInModel, copies: Copies, pulls: DevicePulls, tension: Any
+    robot: RollingRobot, place: RobotInModel, copies: DeviceCopies, pulls: DevicePulls, tension: Any
 ) -> tuple[DeviceLaw, ...]:
     """Return the laws but friction; see `gpu.device.Gpu`."""
-    return (Rolling(copies, OneRolling(robot, place), RodElasticity(robot, place), pulls, tension),)
+    return (DeviceRolling(copies, OneRolling(robot, place), RodElasticity(robot, place), pulls, tension),)
 
 
-def turns(robot: RollingRobot, place: RobotInModel, copies: Copies, ends: Any) -> TurnsKernel:
+def turns(robot: RollingRobot, place: RobotInModel, copies: DeviceCopies, ends: Any) -> TurnsKernel:
     """Return what finds the turns in the links."""
     joint, rod, qpos = RodTurns(robot, place).arrays()
     arguments = [copies.data.qpos, copies.whole(qpos), copies.real(joint), copies.real(rod), ends]

@@ -75,7 +75,7 @@ class Laid:
 
 
 @dataclass(frozen=True)
-class Against:
+class LaidOver:
     """A file beside the robot.
 
     Attributes:
@@ -229,7 +229,7 @@ LEAST_MOTION = 0.01  # of the robot's length: nobody records a robot that moves 
 
 
 @dataclass(frozen=True)
-class Rows:
+class LaidRows:
     """Some rows of a file beside the robot.
 
     Attributes:
@@ -238,7 +238,7 @@ class Rows:
         times: of the rows, and of the rows of `log`, on one clock [s].
     """
 
-    against: Against
+    against: LaidOver
     log: RawFile
     times: tuple[Array, Array]
 
@@ -270,7 +270,7 @@ def rows_of(
     commanded: tuple[RawFile, Mapping[str, Any]],
     points: Mapping[str, tuple[str, ...]],
     gravity_mps2: Array,
-) -> Rows:
+) -> LaidRows:
     """Return some rows of a file, spread over it, beside the robot.
 
     Args:
@@ -291,12 +291,12 @@ def rows_of(
     places = [[numbers_of(raw, column) for column in columns] for columns in points.values()]
     positions = np.array([[values[taken] for values in point if values is not None] for point in places])
     columns = tuple(f"{point}_{axis}_mm" for point in points for axis in "xyz")
-    against = Against(robot, positions.transpose(2, 0, 1), columns, gravity_mps2, raw.where)
-    return Rows(against, log, (seconds[taken], log_seconds))
+    against = LaidOver(robot, positions.transpose(2, 0, 1), columns, gravity_mps2, raw.where)
+    return LaidRows(against, log, (seconds[taken], log_seconds))
 
 
 def lengths_of(
-    rows: Rows | None, entries: dict[str, dict[str, Any]]
+    rows: LaidRows | None, entries: dict[str, dict[str, Any]]
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
     """Return entries with a unit of length for those displacements whose file states none; it stays unsure.
 
@@ -319,7 +319,7 @@ def lengths_of(
 
 
 def spools_of(
-    rows: Rows | None, entries: dict[str, dict[str, Any]], unit: str
+    rows: LaidRows | None, entries: dict[str, dict[str, Any]], unit: str
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
     """Return entries with a radius for every spool and a turn for every encoder that have none; unsure.
 
@@ -355,7 +355,7 @@ def spools_of(
     return changed(turn, radius), said
 
 
-def beyond_times(rows: Rows, entries: Mapping[str, Mapping[str, Any]]) -> float:
+def beyond_times(rows: LaidRows, entries: Mapping[str, Mapping[str, Any]]) -> float:
     """Return how many times what bends the robot fully its inputs are at most; 0: not known."""
     full, found = full_pulls(rows.against.robot), []
     for name, entry in entries.items():
@@ -371,7 +371,7 @@ def _sizes(entry: Mapping[str, Any]) -> tuple[float | None, float | None]:
 
 
 def signs_of(
-    rows: Rows | None, entries: dict[str, dict[str, Any]]
+    rows: LaidRows | None, entries: dict[str, dict[str, Any]]
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
     """Return entries with the signs under which the robot is clearly most like the file; plus, if none is."""
     if rows is None:
@@ -389,7 +389,7 @@ def signs_of(
 
 
 def frame_of(
-    rows: Rows, entries: Mapping[str, Mapping[str, Any]], unit: str, inputs_sure: bool
+    rows: LaidRows, entries: Mapping[str, Mapping[str, Any]], unit: str, inputs_sure: bool
 ) -> tuple[list[str], str, list[Guess]]:
     """Return the axes and the unit of the measured points, and how sure they are.
 
@@ -424,7 +424,7 @@ def frame_of(
 
 
 def plane_frame(
-    rows: Rows,
+    rows: LaidRows,
     entries: Mapping[str, Mapping[str, Any]],
     points: Mapping[str, tuple[str, ...]],
     unit: str,
@@ -476,7 +476,7 @@ def plane_frame(
     return found, guesses
 
 
-def _length_mm(rows: Rows) -> float:
+def _length_mm(rows: LaidRows) -> float:
     return float(1e3 * kind_of(rows.against.robot).model.length_m(rows.against.robot))
 
 

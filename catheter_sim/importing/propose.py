@@ -42,7 +42,7 @@ from catheter_sim.importing.columns import (
 from catheter_sim.importing.laid import (
     RADII_MM,
     TURNS,
-    Rows,
+    LaidRows,
     frame_of,
     lengths_of,
     plane_frame,
@@ -379,7 +379,7 @@ def _settled(
     Beside them how sure they are, and the points' outputs. `inputs_sure`: without the robot's motion.
     """
     points, entries = beside.points, beside.entries
-    rows: Rows | None = None
+    rows: LaidRows | None = None
     if points:
         rows = rows_of(
             beside.robot,

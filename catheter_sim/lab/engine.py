@@ -183,7 +183,7 @@ def nothing_else(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
 
 
 @dataclass(frozen=True)
-class Form:
+class LabForm:
     """One form of a cause.
 
     Of the hooks a form has those at which it acts, in the order in which they stand.
@@ -254,7 +254,7 @@ class Form:
 class Planted:
     """A form with what was drawn for it."""
 
-    form: Form
+    form: LabForm
     size: float
     numbers: Numbers
 
@@ -578,7 +578,9 @@ class Ground:
         found = lsq_linear(directions, change, (np.array(ends[0]) - _ROOM, np.array(ends[1]) + _ROOM))
         return np.asarray(change - directions @ found.x)
 
-    def sized(self, form: Form, numbers: Numbers, target: float, sign: float) -> tuple[Planted, Array] | None:
+    def sized(
+        self, form: LabForm, numbers: Numbers, target: float, sign: float
+    ) -> tuple[Planted, Array] | None:
         """Return a form of a size that leaves about `target` times the noise, and its change.
 
         None where no possible size leaves `SMALLEST` to `LARGEST` times the noise.

@@ -11,8 +11,8 @@ from catheter_sim.lab.engine import (
     LARGEST,
     SMALLEST,
     CannotMake,
-    Form,
     Ground,
+    LabForm,
     Planted,
     Scale,
     columns_of,
@@ -56,8 +56,8 @@ def drawn_form(
     purpose: str,
     share_foreign: float,
     generator: np.random.Generator,
-    before: Sequence[Form],
-) -> Form | None:
+    before: Sequence[LabForm],
+) -> LabForm | None:
     """Return a form that makes sense on a specimen: first its cause is drawn, then whether it is foreign.
 
     Args:
@@ -77,7 +77,7 @@ def drawn_form(
     return None if any(overlap(form, other.cause) for other in before) else form
 
 
-def overlap(form: Form, cause: str) -> bool:
+def overlap(form: LabForm, cause: str) -> bool:
     """Return whether a form is of a cause, or says the same as that one's."""
     return cause == form.cause or cause in form.also
 
@@ -87,7 +87,7 @@ def in_order(chosen: Sequence[Sized]) -> list[Sized]:
     return sorted(chosen, key=lambda item: _place(item[0].form))
 
 
-def sized(ground: Ground, form: Form, generator: np.random.Generator) -> Sized | None:
+def sized(ground: Ground, form: LabForm, generator: np.random.Generator) -> Sized | None:
     """Return a form of a drawn size, and its change; None where no size leaves as much as is asked."""
     numbers = form.draw(ground.specimen, ground.scale, generator)
     low, high = np.log(SMALLEST * _INNER), np.log(LARGEST / _INNER)
@@ -122,6 +122,6 @@ def _family(ground: Ground, planted: Planted) -> list[Array]:
     return found
 
 
-def _place(form: Form) -> int:
+def _place(form: LabForm) -> int:
     """Return where a form acts among all."""
     return FORMS.index(form) if form in FORMS else 0

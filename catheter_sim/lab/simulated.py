@@ -25,8 +25,8 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.lab.engine import (
     Acting,
     CannotMake,
-    Form,
     Ground,
+    LabForm,
     Planted,
     columns_of,
     looked_at,
@@ -252,7 +252,7 @@ def _hidden(ground: Ground, text: str, generator: np.random.Generator, said: str
     raise InputError(f"{said} {text}: on this robot no size of it shows; give one: {name}=SIZE")
 
 
-def _form_named(specimen: Specimen, name: str, generator: np.random.Generator, said: str) -> Form:
+def _form_named(specimen: Specimen, name: str, generator: np.random.Generator, said: str) -> LabForm:
     if name == RANDOM:
         choices = [form for form in FORMS if form.known and form.applies(specimen)]
         causes = list(dict.fromkeys(form.cause for form in choices))
@@ -312,7 +312,7 @@ def _loads(specimen: Specimen, inputs: Table) -> tuple[Planted, ...]:
     def on_tip(acting: Acting, course: Course) -> tuple[int, Array]:
         return specimen.elements, force
 
-    return (Planted(Form("known force", "tip", "as played", True, "both", body_force=on_tip), 1.0, {}),)
+    return (Planted(LabForm("known force", "tip", "as played", True, "both", body_force=on_tip), 1.0, {}),)
 
 
 def _bench_of(reference: str, robot: RobotSpec, limits: Mapping[str, tuple[float, float]]) -> BenchRobot:

@@ -62,7 +62,7 @@ _MOVED = ("jnt_pos", "body_pos", "site_pos")  # fields of the model that a simul
 
 
 @dataclass(frozen=True)
-class State:
+class DrawnState:
     """A simulator's state as far as it is drawn.
 
     Attributes:
@@ -77,8 +77,8 @@ class State:
 
 
 def state_of(
-    simulator: Simulator, tendons: PulledTendons | None = None, before: State | None = None
-) -> State:
+    simulator: Simulator, tendons: PulledTendons | None = None, before: DrawnState | None = None
+) -> DrawnState:
     """Return what `simulator` shows now.
 
     Args:
@@ -95,23 +95,23 @@ def state_of(
         for name, values in now.items()
     }
     tension = stretch_tensions(simulator, tendons) if tendons is not None else ()
-    return State(simulator.data.qpos.copy(), moved, tension)
+    return DrawnState(simulator.data.qpos.copy(), moved, tension)
 
 
-def between(earlier: State, later: State, share: float) -> State:
+def between(earlier: DrawnState, later: DrawnState, share: float) -> DrawnState:
     """Return the state that lies evenly between two: `share` 0 is the earlier one, 1 the later."""
 
     def at(first: Array, second: Array) -> Array:
         return first if first is second else (1.0 - share) * first + share * second
 
-    return State(
+    return DrawnState(
         at(earlier.qpos, later.qpos),
         {name: at(values, later.moved[name]) for name, values in earlier.moved.items()},
         tuple(at(first, second) for first, second in zip(earlier.tension, later.tension, strict=True)),
     )
 
 
-def put(state: State, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+def put(state: DrawnState, model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Let `model` and `data` stand in `state`; kinematics and tendons' paths are up to date."""
     for name, values in state.moved.items():
         getattr(model, name)[:] = values
@@ -126,7 +126,7 @@ _MARGIN = 1.06  # picture over what is to be seen
 _VISIBLE_GROUPS = 3  # MuJoCo shows the geom groups 0 to 2
 
 
-def swept_points(model: mujoco.MjModel, states: Iterable[State]) -> Array:
+def swept_points(model: mujoco.MjModel, states: Iterable[DrawnState]) -> Array:
     """Return points that enclose what is drawn in all `states`, shape (n, 3) [m]: the corners of its boxes.
 
     Args:
@@ -238,7 +238,7 @@ class _Layout:
 def draw(
     robot: RobotSpec,
     model: mujoco.MjModel,
-    states: Sequence[State],
+    states: Sequence[DrawnState],
     captions: Sequence[Sequence[str]],
     width: int,
     height: int,
@@ -279,7 +279,7 @@ def draw(
 def draw_together(
     robot: RobotSpec,
     model: mujoco.MjModel,
-    states: Sequence[State],
+    states: Sequence[DrawnState],
     labels: Sequence[str],
     caption: Sequence[str],
     width: int,
@@ -310,7 +310,7 @@ def draw_together(
 def _layout(
     robot: RobotSpec,
     model: mujoco.MjModel,
-    states: Sequence[State],
+    states: Sequence[DrawnState],
     caption: Sequence[str],
     size: tuple[int, int],
     camera: str,
@@ -350,7 +350,7 @@ def _set_scene(
     renderer: mujoco.Renderer,
     view: View,
     layout: _Layout,
-    state: State,
+    state: DrawnState,
     model: mujoco.MjModel,
     data: mujoco.MjData,
 ) -> None:
@@ -389,7 +389,7 @@ def render(
     progress: bool = False,
     rows: Sequence[int] = (),
     curves: bool = False,
-    states: Sequence[State] = (),
+    states: Sequence[DrawnState] = (),
 ) -> None:
     """Write a picture (.png) or a video (.mp4, .gif), as the file's name says; see the two functions below.
 
@@ -417,7 +417,7 @@ def render_picture(
     camera: str = "overview",
     progress: bool = False,
     rows: Sequence[int] = (),
-    states: Sequence[State] = (),
+    states: Sequence[DrawnState] = (),
 ) -> None:
     """Write a PNG of the robot at the last row of `inputs`, after all rows before it; or of several rows.
 
@@ -467,7 +467,7 @@ def render_video(
     camera: str = "overview",
     progress: bool = False,
     curves: bool = False,
-    states: Sequence[State] = (),
+    states: Sequence[DrawnState] = (),
 ) -> None:
     """Write a video of the robot under `inputs`, in real time or in `LONGEST_VIDEO_S`, whichever is shorter.
 
@@ -547,7 +547,7 @@ def _model_of(robot: RobotSpec, inputs: Inputs) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(remembered_mjcf(robot, inputs.actuation))
 
 
-def _state_at(states: Sequence[State], time_s: Array, when_s: float) -> State:
+def _state_at(states: Sequence[DrawnState], time_s: Array, when_s: float) -> DrawnState:
     """Return the state at a time within those of the rows."""
     later = int(np.clip(np.searchsorted(time_s, when_s), 1, len(states) - 1)) if len(states) > 1 else 0
     earlier = max(later - 1, 0)
@@ -563,7 +563,7 @@ def _simulated(
     rows: Sequence[int],
     ramp_s: float,
     progress: bool,
-) -> tuple[mujoco.MjModel, list[State]]:
+) -> tuple[mujoco.MjModel, list[DrawnState]]:
     """Return the model, and its state at each of the given rows of `inputs`."""
     wanted, states = set(rows), {}
     models: list[mujoco.MjModel] = []

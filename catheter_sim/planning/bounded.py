@@ -34,7 +34,7 @@ _PULLS = 1e-3  # share of a coordinate's largest possible pull on the misses tha
 
 
 @dataclass(frozen=True)
-class Found:
+class BoundedFit:
     """A point, with its misses and slopes.
 
     Attributes:
@@ -61,7 +61,7 @@ def least_squares(
     enough: float,
     slopes: Array | None = None,
     steps: int = _MOST_STEPS,
-) -> Found:
+) -> BoundedFit:
     """Return the point within bounds with the least misses that is found from `start`.
 
     Args:
@@ -76,7 +76,7 @@ def least_squares(
     misses = function(point[np.newaxis])[0]
     fresh = slopes is None
     known = differences(function, point, misses, least, most) if slopes is None else slopes
-    damping, now = _FIRST_DAMPING, Found(point, misses, known)
+    damping, now = _FIRST_DAMPING, BoundedFit(point, misses, known)
     for _ in range(steps):
         if now.size <= enough:
             break
@@ -91,12 +91,12 @@ def least_squares(
             learned = now.slopes
         if better:
             gained = 1.0 - float(np.linalg.norm(found)) / now.size
-            now, fresh = Found(there, found, learned), False
+            now, fresh = BoundedFit(there, found, learned), False
             damping = max(damping / 10.0, _LEAST_DAMPING)
             if gained > 1e-4:
                 continue
         if not fresh:  # the slopes may be stale: take them anew, once at each point
-            now = Found(now.point, now.misses, differences(function, now.point, now.misses, least, most))
+            now = BoundedFit(now.point, now.misses, differences(function, now.point, now.misses, least, most))
             fresh = True
             continue
         if better or damping >= _MOST_DAMPING or moved < 1e-7:
@@ -121,7 +121,7 @@ def differences(function: Function, point: Array, misses: Array, least: Array, m
     return slopes
 
 
-def binding(found: Found, least: Array, most: Array) -> list[tuple[int, bool]]:
+def binding(found: BoundedFit, least: Array, most: Array) -> list[tuple[int, bool]]:
     """Return the coordinates that a bound keeps from lessening the misses, and whether it is the upper."""
     pull = -(found.slopes.T @ found.misses)
     strong = _PULLS * np.linalg.norm(found.slopes, axis=0) * found.size
@@ -134,7 +134,7 @@ def binding(found: Found, least: Array, most: Array) -> list[tuple[int, bool]]:
     return held
 
 
-def _step(now: Found, least: Array, most: Array, damping: float) -> Array:
+def _step(now: BoundedFit, least: Array, most: Array, damping: float) -> Array:
     """Return the damped step within bounds, shape (d,); points at a bound may leave it."""
     size = np.sqrt(damping) * max(float(np.linalg.norm(now.slopes, axis=0).max()), 1e-12)
     matrix = np.vstack([now.slopes, size * np.eye(len(now.point))])

@@ -14,7 +14,7 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in, check_effects
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
-from catheter_sim.planning.bounded import Found, Function, binding, differences, least_squares
+from catheter_sim.planning.bounded import BoundedFit, Function, binding, differences, least_squares
 from catheter_sim.planning.models import PlanDrives, inputs_at
 from catheter_sim.progress import counted
 from catheter_sim.simulation.replay import simulate
@@ -147,7 +147,7 @@ _TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 
 
 @dataclass(frozen=True)
-class Workspace:
+class ReachedPoints:
     """Reachable tips.
 
     Attributes:
@@ -178,7 +178,7 @@ def workspace(
     samples: int,
     seed: int = 0,
     progress: bool = False,
-) -> Workspace:
+) -> ReachedPoints:
     """Return where inputs drawn within their ranges bring the tip, each from rest.
 
     Args:
@@ -209,7 +209,7 @@ def workspace(
     if not kept.any():
         raise InputError(f"{robot.name}: none of {samples} draws of its inputs has a balance")
     rows = np.arange(float(kept.sum()))
-    return Workspace(
+    return ReachedPoints(
         inputs_at(drives, levels[kept], rows),
         outputs[kept, :3],
         axis_of(outputs[kept, 3:]),
@@ -332,7 +332,7 @@ class Rows:
         self._enough = (_ENOUGH_TO_SPARE if self.spare else _ENOUGH) * tolerance
         self._near = (_NEAR_TO_SPARE if self.spare else 1.0) * self._enough
 
-    def find(self, offset: Array, known: list[Found] | None, progress: bool) -> list[Found]:
+    def find(self, offset: Array, known: list[BoundedFit] | None, progress: bool) -> list[BoundedFit]:
         """Return what is found for each row, asked for with an offset, shape (r, m).
 
         Args:
@@ -341,7 +341,7 @@ class Rows:
             progress: show how many rows are done.
         """
         asked = self.targets.asked + offset
-        found: list[Found] = []
+        found: list[BoundedFit] = []
         name, fruitless = "inverse kinematics" if known is None else "correcting", 0
         for row in counted(range(len(asked)), len(asked), name, "target", progress):
             if known is not None and np.isfinite(self._misses(asked, found, row)(_as_row(known[row]))).all():
@@ -360,7 +360,7 @@ class Rows:
                 found[-2:], fruitless = pair or found[-2:], 0 if pair else fruitless + 1
         return found
 
-    def others(self, found: Sequence[Found], row: int) -> Iterator[Found]:
+    def others(self, found: Sequence[BoundedFit], row: int) -> Iterator[BoundedFit]:
         """Yield inputs by which the twin reaches a row's target after those of the rows before."""
         yield from self._others(self.targets.asked, found, row)
 
@@ -371,7 +371,7 @@ class Rows:
         within_mm = self.tolerance * self.targets.length_mm
         return bool(np.linalg.norm(np.nan_to_num(tip)) > self.targets.length_mm + within_mm)
 
-    def reached(self, found: Sequence[Found]) -> Array:
+    def reached(self, found: Sequence[BoundedFit]) -> Array:
         """Return the targets' columns by the twin, shape (r, m)."""
         levels = np.array([item.point for item in found])
         rows = range(len(levels))
@@ -380,25 +380,25 @@ class Rows:
         ]
         return np.concatenate(seen)
 
-    def inputs(self, found: Sequence[Found]) -> Inputs:
+    def inputs(self, found: Sequence[BoundedFit]) -> Inputs:
         """Return the rows' inputs."""
         levels = np.array([item.point for item in found])
         return inputs_at(self.drives, levels, self.targets.time_s - self.targets.time_s[0])
 
-    def _misses(self, asked: Array, found: Sequence[Found], row: int) -> Function:
+    def _misses(self, asked: Array, found: Sequence[BoundedFit], row: int) -> Function:
         past = np.array([item.point for item in found[:row]]).reshape(-1, len(self.drives.names))
         times = self.clock[: row + 1]
         return lambda levels: self.targets.misses(self._forward.seen(past, levels, times), asked[row])
 
     def _search(
-        self, asked: Array, found: Sequence[Found], row: int, start: Array, slopes: Array | None = None
-    ) -> Found:
+        self, asked: Array, found: Sequence[BoundedFit], row: int, start: Array, slopes: Array | None = None
+    ) -> BoundedFit:
         misses = self._misses(asked, found, row)
         return least_squares(misses, start, self.drives.least, self.drives.most, self._enough, slopes)
 
-    def _best(self, asked: Array, found: Sequence[Found], row: int) -> Found:
+    def _best(self, asked: Array, found: Sequence[BoundedFit], row: int) -> BoundedFit:
         """Return the nearest that searches come from anywhere to a row's target."""
-        best: Found | None = None
+        best: BoundedFit | None = None
         for item in self._searches(asked, found, row):
             if best is None or item.size < best.size:
                 best = item
@@ -410,7 +410,7 @@ class Rows:
         fresh = differences(misses, best.point, best.misses, self.drives.least, self.drives.most)
         return replace(best, slopes=fresh)
 
-    def _searches(self, asked: Array, found: Sequence[Found], row: int) -> Iterator[Found]:
+    def _searches(self, asked: Array, found: Sequence[BoundedFit], row: int) -> Iterator[BoundedFit]:
         """Yield where the searches from starts apart from one another end, the best start first."""
         misses = self._misses(asked, found, row)
         starts = self._starts(asked[row], found[:row])
@@ -424,23 +424,23 @@ class Rows:
             tried.append(starts[index])
             yield self._search(asked, found, row, starts[index])
 
-    def _nearly(self, found: Found) -> bool:
+    def _nearly(self, found: BoundedFit) -> bool:
         """Return whether a robot with inputs to spare missed by little."""
         return self.spare and 1.0 < found.size / self.tolerance < NEARLY
 
-    def _others(self, asked: Array, found: Sequence[Found], row: int) -> Iterator[Found]:
+    def _others(self, asked: Array, found: Sequence[BoundedFit], row: int) -> Iterator[BoundedFit]:
         for item in self._searches(asked, found, row):
             if item.size <= self._near:
                 yield item
 
-    def _by_another_way(self, asked: Array, found: Sequence[Found], row: int) -> list[Found] | None:
+    def _by_another_way(self, asked: Array, found: Sequence[BoundedFit], row: int) -> list[BoundedFit] | None:
         """Return the inputs of the row before and of a row, such that both are reached; None: not found.
 
         After each other way to the row before searches go on from where the row was nearest; then, where none
         of them ends at it, from inputs at rest: what was pulled may have to be let go.
         """
         at_rest = np.clip(0.0, self.drives.least, self.drives.most)
-        tried: list[Found] = []
+        tried: list[BoundedFit] = []
         for before in self._others(asked, found, row - 1):
             item = self._search(asked, [*found[: row - 1], before], row, found[row].point)
             if item.size <= self._near:
@@ -452,7 +452,7 @@ class Rows:
                 return [before, item]
         return None
 
-    def _starts(self, asked: Array, found: Sequence[Found]) -> Array:
+    def _starts(self, asked: Array, found: Sequence[BoundedFit]) -> Array:
         """Return levels to search from, shape (s, d): postures near the target, and the one before."""
         size = np.linalg.norm(self.targets.misses(self._cloud_seen, asked), axis=1)
         order = np.argsort(np.where(np.isfinite(size), size, np.inf))
@@ -474,7 +474,7 @@ class Rows:
         return chosen
 
 
-def _as_row(found: Found) -> Array:
+def _as_row(found: BoundedFit) -> Array:
     return found.point[np.newaxis]
 
 
@@ -504,7 +504,7 @@ class InSimulation:
     def __init__(self, rows: Rows, robot: RobotSpec, gravity_mps2: Array) -> None:
         self._rows, self._robot, self._gravity_mps2 = rows, robot, gravity_mps2
 
-    def reached(self, found: Sequence[Found], progress: bool = False) -> Array:
+    def reached(self, found: Sequence[BoundedFit], progress: bool = False) -> Array:
         """Return the targets' columns by the simulation, shape (r, m).
 
         Raises:
@@ -515,7 +515,7 @@ class InSimulation:
             raise SimulationDiverged(run.failure)
         return self._columns(run.postures)
 
-    def row(self, found: Sequence[Found], row: int) -> Found | None:
+    def row(self, found: Sequence[BoundedFit], row: int) -> BoundedFit | None:
         """Return inputs that reach a row's target after those of the rows before; None: none were found.
 
         Of the rows before, those are simulated that a twin is given.
@@ -533,7 +533,7 @@ class InSimulation:
                 return other
         return None
 
-    def _search(self, found: Sequence[Found], row: int, start: Array) -> Found | None:
+    def _search(self, found: Sequence[BoundedFit], row: int, start: Array) -> BoundedFit | None:
         def misses(levels: Array) -> Array:
             return self._misses(found, row, levels)
 
@@ -543,12 +543,12 @@ class InSimulation:
         other = least_squares(misses, start, drives.least, drives.most, GOOD * tolerance, steps=_STEPS)
         return other if other.size <= tolerance else None
 
-    def _misses(self, found: Sequence[Found], row: int, levels: Array) -> Array:
+    def _misses(self, found: Sequence[BoundedFit], row: int, levels: Array) -> Array:
         way = found[max(row - REMEMBERED, 0) if self._rows.remembers else row : row]
         seen = [self._last(way, row, level) for level in levels]
         return self._rows.targets.misses(np.array(seen), self._rows.targets.asked[row])
 
-    def _last(self, way: Sequence[Found], row: int, level: Array) -> Array:
+    def _last(self, way: Sequence[BoundedFit], row: int, level: Array) -> Array:
         """Return the targets' columns of one row by the simulation, after a way from rest; NaN: diverged."""
         levels = np.array([*(item.point for item in way), level])
         clock = self._rows.clock[row - len(way) : row + 1]
@@ -595,7 +595,7 @@ class Tolerance:
 
 
 @dataclass(frozen=True)
-class Plan:
+class InputPlan:
     """Inputs for targets.
 
     Attributes:
@@ -628,7 +628,7 @@ def inverse_kinematics(
     corrections: int | None = CORRECTIONS,
     tolerance: Tolerance | None = None,
     progress: bool = False,
-) -> Plan:
+) -> InputPlan:
     """Return inputs that bring `robot` to one target after another, each row held until rest.
 
     Args:
@@ -658,14 +658,14 @@ def _corrected(
     rows: Rows,
     simulation: InSimulation,
     within: Tolerance,
-    found: list[Found],
+    found: list[BoundedFit],
     corrections: int,
     progress: bool,
-) -> tuple[list[Found], Plan]:
+) -> tuple[list[BoundedFit], InputPlan]:
     """Return what is found, and its plan, where the simulation's misses are asked for on top."""
     targets = rows.targets
     offset = np.zeros_like(targets.asked)
-    best: tuple[list[Found], Plan] | None = None
+    best: tuple[list[BoundedFit], InputPlan] | None = None
     for count in range(corrections + 1):
         plan = _plan(rows, within, found, simulation.reached(found, progress), count)
         if best is None or _score(plan) < _score(best[1]):
@@ -683,8 +683,13 @@ def _corrected(
 
 
 def _searched_by_simulation(
-    rows: Rows, simulation: InSimulation, within: Tolerance, found: list[Found], plan: Plan, progress: bool
-) -> Plan:
+    rows: Rows,
+    simulation: InSimulation,
+    within: Tolerance,
+    found: list[BoundedFit],
+    plan: InputPlan,
+    progress: bool,
+) -> InputPlan:
     """Return the best plan where one row after another that is missed by little is searched for anew.
 
     Rows after one that is found may be missed by that: they are searched for in their turn.
@@ -716,8 +721,8 @@ def _inside(targets: Targets, within: Tolerance, seen: Array, asked: Array) -> n
 
 
 def _plan(
-    rows: Rows, within: Tolerance, found: Sequence[Found], simulated: Array | None, corrections: int
-) -> Plan:
+    rows: Rows, within: Tolerance, found: Sequence[BoundedFit], simulated: Array | None, corrections: int
+) -> InputPlan:
     """Return what was found as a plan."""
     targets, drives = rows.targets, rows.drives
     reached = rows.reached(found)
@@ -728,7 +733,7 @@ def _plan(
     for item, can in zip(found, reachable, strict=True):
         held = [drives.limit(k, upper) for k, upper in binding(item, drives.least, drives.most)]
         limits.append("" if can else ";".join(held) or WORKSPACE)
-    return Plan(
+    return InputPlan(
         targets,
         rows.inputs(found),
         reached,
@@ -741,6 +746,6 @@ def _plan(
     )
 
 
-def _score(plan: Plan) -> tuple[int, float]:
+def _score(plan: InputPlan) -> tuple[int, float]:
     """Return a number that is the less, the better a plan is: rows that are reached, then what is missed."""
     return -int(plan.reachable.sum()), float(plan.error_mm.sum() + plan.error_deg.sum())

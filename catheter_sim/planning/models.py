@@ -22,7 +22,7 @@ from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
 from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.theory.which_model import (
-    ModelChoice,
+    ChosenModel,
     ModelError,
     accurate,
     apart,
@@ -57,7 +57,7 @@ def compare_models(
     reference: str = SIMULATION,
     clock: Callable[[], float] = time.process_time,
     progress: bool = False,
-) -> ModelChoice:
+) -> ChosenModel:
     """Return the fastest static model whose tip stays within a tolerance of the reference's, row after row.
 
     Args:
@@ -108,7 +108,7 @@ def compare_models(
     ]
     within = accurate(found, tolerance_percent, tolerance_deg)
     found.sort(key=lambda item: item.ms)
-    return ModelChoice(best_of(within, names).model if within else reference, reference, tuple(found))
+    return ChosenModel(best_of(within, names).model if within else reference, reference, tuple(found))
 
 
 def _reference(

@@ -64,7 +64,7 @@ class Noise:
 
 
 @dataclass(frozen=True)
-class Cause:
+class UncertainCause:
     """A number, or several at once, that a robot's specification gives only within an even range.
 
     Attributes:
@@ -163,7 +163,7 @@ def sense(
     robot: RobotSpec,
     readings: Readings,
     noise: Noise,
-    causes: Sequence[Cause],
+    causes: Sequence[UncertainCause],
     columns: Sequence[str],
     gravity_mps2: Array,
 ) -> Sensed:
@@ -219,7 +219,7 @@ def sense(
     return Sensed(readings.time_s, tuple(columns), value + middle, value + low, value + high, deviations)
 
 
-def _of_cause(twin: Prediction, robot: RobotSpec, inputs: Inputs, cause: Cause) -> Array:
+def _of_cause(twin: Prediction, robot: RobotSpec, inputs: Inputs, cause: UncertainCause) -> Array:
     """Return how far half of a cause's range moves the outputs, shape (r, o)."""
     sides = [cause.change(robot, sign * _SOME) for sign in (1.0, -1.0)]
     for side in sides:

@@ -34,7 +34,7 @@ from catheter_sim.procedure.heart import pose_error, transform, wall
 from catheter_sim.procedure.plan import (
     HOLD_S,
     Plan,
-    Step,
+    ProcedureStep,
     between,
     displacements_m,
     duration_s,
@@ -145,7 +145,7 @@ POSITION_M, TURN_RAD = 1e-3, math.radians(3.0)  # errors of equal weight: what t
 
 
 @dataclass(frozen=True)
-class Tracker:
+class ProcedureTracker:
     """An electromagnetic tracker's error after averaging, as root mean square over all directions.
 
     Assumed: of the order of what averaging over a second leaves.
@@ -171,7 +171,7 @@ class Corrections:
     share: float = 0.7
 
 
-def measured(pose: Array, tracker: Tracker, rng: np.random.Generator) -> Array:
+def measured(pose: Array, tracker: ProcedureTracker, rng: np.random.Generator) -> Array:
     """Return a tool frame, shape (4, 4), with the tracker's noise."""
     shift = rng.normal(size=3) * tracker.position_m / math.sqrt(3.0)
     turn = Rotation.from_rotvec(rng.normal(size=3) * tracker.turn_rad / math.sqrt(3.0)).as_matrix()
@@ -186,12 +186,12 @@ def good_enough(error: Array, rule: Corrections) -> bool:
 def corrected(
     robot: CatheterRobot,
     base: Array,
-    wanted: Step,
-    command: Step,
+    wanted: ProcedureStep,
+    command: ProcedureStep,
     reached: Array,
     target: Array,
     share: float,
-) -> Step:
+) -> ProcedureStep:
     """Return the next command: resolved rates of the four joints and the insertion.
 
     Args:
@@ -214,7 +214,7 @@ def corrected(
     error = weight * pose_error(target, reached)
     # slightly damped: near straight the two torsions do the same
     move = scale * np.linalg.solve(slope.T @ slope + 1e-2 * np.eye(5), slope.T @ error)
-    return Step(
+    return ProcedureStep(
         command.name, command.insertion_m + share * move[4], command.q + share * move[:4], command.opening
     )
 
@@ -390,7 +390,7 @@ _CORRECTED = ("bend", "advance", "orient", "clip")
 _PORTIONS = {"bend": 4}  # with corrections after each: the robot is pushed on only as far as it has bent
 _PRESSES_N = 0.01  # a contact that holds
 
-Watch = Callable[[Simulator, Step, Touch], None]
+Watch = Callable[[Simulator, ProcedureStep, Touch], None]
 
 
 @dataclass(frozen=True)
@@ -476,7 +476,7 @@ def operate(
     known: CatheterRobot | None = None,
     feedback: bool | None = None,
     watch: Watch | None = None,
-    tracker: Tracker | None = None,
+    tracker: ProcedureTracker | None = None,
     rule: Corrections | None = None,
 ) -> Outcome:
     """Go through all steps and return how they ended.
@@ -497,10 +497,10 @@ def operate(
     robot = wholly_built_in(robot)
     theatre = _Theatre(known or ideal(robot), build_scene(robot, plan), watch)
     corrects = not is_ideal(robot) if feedback is None else feedback
-    tracker, rule = tracker or Tracker(), rule or Corrections()
+    tracker, rule = tracker or ProcedureTracker(), rule or Corrections()
     reports = []
-    offset = Step("", 0.0, np.zeros(4), 0.0)  # what the corrections have added so far
-    before = Step("wait", plan.straight_m, np.zeros(4), 0.0)
+    offset = ProcedureStep("", 0.0, np.zeros(4), 0.0)  # what the corrections have added so far
+    before = ProcedureStep("wait", plan.straight_m, np.zeros(4), 0.0)
     for step in steps(plan):
         count, portions = 0, _PORTIONS.get(step.name, 1) if corrects else 1
         for portion in range(1, portions + 1):
@@ -514,7 +514,7 @@ def operate(
                 command = _added(stage, offset)
                 base = plan.base(stage.insertion_m)
                 after = corrected(robot, base, stage, command, reached, target, rule.share)
-                offset = Step("", after.insertion_m - stage.insertion_m, after.q - stage.q, 0.0)
+                offset = ProcedureStep("", after.insertion_m - stage.insertion_m, after.q - stage.q, 0.0)
                 theatre.go(after)
                 count += 1
         reports.append(theatre.report(step, target, count))
@@ -542,7 +542,7 @@ class _Theatre:
         self.known, self.scene, self.watch = known, scene, watch
         self.simulator = _simulator(scene)
         self.contacts = Contacts(self.simulator.model, self.simulator.data)
-        self.place = Step("wait", scene.waiting_m, np.zeros(4), 0.0)
+        self.place = ProcedureStep("wait", scene.waiting_m, np.zeros(4), 0.0)
         self.way = np.zeros(4)
         self.last = Touch(0.0, np.full(3, np.nan), frozenset(), 0.0)
         self.felt: list[Touch] = []
@@ -550,7 +550,7 @@ class _Theatre:
         tip, middle = data.site("tip").xpos, data.site("implant").xpos
         self.middle_ahead_m = float(np.linalg.norm(middle - tip))
 
-    def go(self, place: Step) -> None:
+    def go(self, place: ProcedureStep) -> None:
         """Move to a place at the stated speeds and hold it."""
         seconds = duration_s(self.known, self.place, place)
         count = max(1, round(seconds / self.simulator.model.opt.timestep))
@@ -576,7 +576,7 @@ class _Theatre:
         """Return the frame in the middle of the implant, true, valve frame, shape (4, 4)."""
         return self._site("implant")
 
-    def report(self, step: Step, target: Array, corrections: int) -> StepReport:
+    def report(self, step: ProcedureStep, target: Array, corrections: int) -> StepReport:
         """Return the report on what happened since the last one."""
         error = pose_error(target, self.tool())
         forces = np.array([touch.wall_N for touch in self.felt])
@@ -604,7 +604,7 @@ class _Theatre:
         site = self.simulator.data.site(name)
         return transform(site.xmat.reshape(3, 3).copy(), site.xpos.copy())
 
-    def _step(self, place: Step) -> None:
+    def _step(self, place: ProcedureStep) -> None:
         simulator, data = self.simulator, self.simulator.data
         simulator.set_inputs(displacements_m(self.known, place.q, self.way))
         data.actuator(INSERTION).ctrl = place.insertion_m - self.scene.waiting_m
@@ -621,8 +621,8 @@ def _simulator(scene: Scene) -> Simulator:
     return Simulator(scene.robot, inertia=False, model_text=scene.text)
 
 
-def _added(step: Step, offset: Step) -> Step:
-    return Step(step.name, step.insertion_m + offset.insertion_m, step.q + offset.q, step.opening)
+def _added(step: ProcedureStep, offset: ProcedureStep) -> ProcedureStep:
+    return ProcedureStep(step.name, step.insertion_m + offset.insertion_m, step.q + offset.q, step.opening)
 
 
 def _holds(touch: Touch) -> bool:

@@ -282,7 +282,7 @@ HOLD_S = 0.4  # after every motion
 
 
 @dataclass(frozen=True)
-class Step:
+class ProcedureStep:
     """Where a step of the procedure ends.
 
     Attributes:
@@ -298,7 +298,7 @@ class Step:
     opening: float
 
 
-def steps(plan: Plan) -> tuple[Step, ...]:
+def steps(plan: Plan) -> tuple[ProcedureStep, ...]:
     """Return the steps, from the straight robot in the atrium to the closed implant."""
     proximal, bend, advance, distal = plan.q
     deep = advance + plan.below_m
@@ -308,18 +308,18 @@ def steps(plan: Plan) -> tuple[Step, ...]:
 
     inside = plan.insertion_m
     return (
-        Step("insert", plan.straight_m, q(0, 0, 0, 0), 0.0),
-        Step("align", plan.straight_m, q(proximal, 0, 0, 0), 0.0),
-        Step("bend", inside, q(proximal, bend, 0, 0), 0.0),
-        Step("advance", inside, q(proximal, bend, deep, 0), 0.0),
-        Step("orient", inside, q(proximal, bend, deep, distal), 0.0),
-        Step("open", inside, q(proximal, bend, deep, distal), 1.0),
-        Step("clip", inside, q(proximal, bend, advance, distal), 1.0),
-        Step("close", inside, q(proximal, bend, advance, distal), 0.0),
+        ProcedureStep("insert", plan.straight_m, q(0, 0, 0, 0), 0.0),
+        ProcedureStep("align", plan.straight_m, q(proximal, 0, 0, 0), 0.0),
+        ProcedureStep("bend", inside, q(proximal, bend, 0, 0), 0.0),
+        ProcedureStep("advance", inside, q(proximal, bend, deep, 0), 0.0),
+        ProcedureStep("orient", inside, q(proximal, bend, deep, distal), 0.0),
+        ProcedureStep("open", inside, q(proximal, bend, deep, distal), 1.0),
+        ProcedureStep("clip", inside, q(proximal, bend, advance, distal), 1.0),
+        ProcedureStep("close", inside, q(proximal, bend, advance, distal), 0.0),
     )
 
 
-def duration_s(robot: CatheterRobot, before: Step, after: Step) -> float:
+def duration_s(robot: CatheterRobot, before: ProcedureStep, after: ProcedureStep) -> float:
     """Return how long the motion between two places takes at the stated speeds [s]."""
     needed = [abs(after.insertion_m - before.insertion_m) / PUSH_M_PER_S]
     needed.append(abs(after.opening - before.opening) * OPENING_S)
@@ -329,9 +329,9 @@ def duration_s(robot: CatheterRobot, before: Step, after: Step) -> float:
     return max(needed)
 
 
-def between(before: Step, after: Step, share: float) -> Step:
+def between(before: ProcedureStep, after: ProcedureStep, share: float) -> ProcedureStep:
     """Return the place at this share of the straight way between two, named after the second."""
-    return Step(
+    return ProcedureStep(
         after.name,
         before.insertion_m + share * (after.insertion_m - before.insertion_m),
         before.q + share * (after.q - before.q),

@@ -30,7 +30,7 @@ from catheter_sim.pictures.images import (
 from catheter_sim.pictures.offscreen import free_camera
 from catheter_sim.procedure.heart import Anatomy, coaptation_axes, free_edge_z_m, random_anatomy
 from catheter_sim.procedure.operate import ANGLE_DEG, POSITION_MM, Outcome, StepReport, Touch, operate
-from catheter_sim.procedure.plan import Plan, Step, plan
+from catheter_sim.procedure.plan import Plan, ProcedureStep, plan
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import replaced_when_whole
@@ -49,10 +49,10 @@ class _Film:
     """What is remembered of a procedure to draw it."""
 
     model: mujoco.MjModel | None = None
-    frames: list[tuple[Array, Step, float]] = field(default_factory=list)
+    frames: list[tuple[Array, ProcedureStep, float]] = field(default_factory=list)
     calls: int = 0
 
-    def watch(self, simulator: Simulator, place: Step, touch: Touch) -> None:
+    def watch(self, simulator: Simulator, place: ProcedureStep, touch: Touch) -> None:
         """Remember every so many steps."""
         self.model = simulator.model
         every = max(1, round(FASTER / FPS / simulator.model.opt.timestep))
@@ -127,7 +127,7 @@ def _close_up(plan: Plan) -> View:
     return View("valve", place, backward / np.linalg.norm(backward), _CLIP_HEIGHT_M)
 
 
-def _caption(place: Step, wall_N: float) -> list[str]:
+def _caption(place: ProcedureStep, wall_N: float) -> list[str]:
     q = np.degrees(place.q).round(1) + 0.0  # + 0.0 turns -0 into 0
     return [
         place.name,

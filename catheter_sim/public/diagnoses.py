@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from catheter_sim.core.robot import RobotSpec
     from catheter_sim.diagnosis.result import Cause
-    from catheter_sim.diagnosis.result import Diagnosis as Result
+    from catheter_sim.diagnosis.result import DiagnosisResult as Result
     from catheter_sim.diagnosis.trials import Dataset
     from catheter_sim.foreign.diagnose import ForeignDiagnosis
 
@@ -239,7 +239,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from catheter_sim.core.robot import RobotSpec
-    from catheter_sim.diagnosis.changes.compare import Comparison as Compared
+    from catheter_sim.diagnosis.changes.compare import Changes as Compared
     from catheter_sim.diagnosis.changes.series import Series
     from catheter_sim.diagnosis.result import Cause
     from catheter_sim.diagnosis.trials import Dataset

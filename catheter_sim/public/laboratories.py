@@ -27,11 +27,11 @@ from catheter_sim.public.data import (
 from catheter_sim.public.planning import clocked_table, limits_of
 
 if TYPE_CHECKING:
-    from catheter_sim.closed_loop.loop import Outcome, Proposed
+    from catheter_sim.closed_loop.loop import LoopOutcome, Proposed
     from catheter_sim.core.robot import RobotSpec
     from catheter_sim.diagnosis.trials import Dataset
     from catheter_sim.exporting.judge import Judgement
-    from catheter_sim.exporting.write import Model
+    from catheter_sim.exporting.write import ExportedModel
     from catheter_sim.lab.recorded import RecordedRig
     from catheter_sim.lab.simulated import SimulatedRig
     from catheter_sim.tables import Table
@@ -62,7 +62,7 @@ class FoundOut:
         ('waiting', 'first_1_inputs.csv')
     """
 
-    outcome: Outcome
+    outcome: LoopOutcome
     robot_name: str
     path: Path
 
@@ -319,7 +319,7 @@ class Export:
         notched_wrist for mujoco
     """
 
-    model: Model
+    model: ExportedModel
     judgement: Judgement
 
     @property

@@ -35,12 +35,12 @@ if TYPE_CHECKING:
     from catheter_sim.arrays import Array
     from catheter_sim.core.inputs import Inputs
     from catheter_sim.core.robot import RobotSpec
-    from catheter_sim.planning.inverse import Plan
-    from catheter_sim.planning.inverse import Workspace as Cloud
-    from catheter_sim.planning.sensing import Cause, Sensed
+    from catheter_sim.planning.inverse import InputPlan
+    from catheter_sim.planning.inverse import ReachedPoints as Cloud
+    from catheter_sim.planning.sensing import Sensed, UncertainCause
     from catheter_sim.public.runs import Control
     from catheter_sim.tables import Table
-    from catheter_sim.theory.which_model import ModelChoice as Result
+    from catheter_sim.theory.which_model import ChosenModel as Result
 
 # ----------------------------------------------------------------------------------------------------
 # Figures of what is planned and sensed: targets, regions, workspaces, controlled motions.
@@ -168,7 +168,7 @@ class InverseKinematics:
     """
 
     robot: RobotSpec
-    plan: Plan
+    plan: InputPlan
 
     def __len__(self) -> int:
         return len(self.plan.inputs)
@@ -659,7 +659,7 @@ def sensed_columns(robot: RobotSpec) -> list[str]:
     ]
 
 
-def causes_of(robot: RobotSpec, uncertain: Mapping[str, float] | None, where: str) -> list[Cause]:
+def causes_of(robot: RobotSpec, uncertain: Mapping[str, float] | None, where: str) -> list[UncertainCause]:
     """Return what of a robot is known only within a range.
 
     Args:
@@ -673,7 +673,7 @@ def causes_of(robot: RobotSpec, uncertain: Mapping[str, float] | None, where: st
     from catheter_sim.catalogue import PUBLISHED
     from catheter_sim.core.document import leaves, to_document
     from catheter_sim.core.inputs import READ_WITH
-    from catheter_sim.planning.sensing import Cause as Value
+    from catheter_sim.planning.sensing import UncertainCause as Value
     from catheter_sim.planning.sensing import within_factor, within_half
 
     if uncertain is None:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from catheter_sim.core.inputs import Inputs
     from catheter_sim.core.posture import Posture
     from catheter_sim.core.robot import RobotSpec
-    from catheter_sim.pictures.offscreen import State
+    from catheter_sim.pictures.offscreen import DrawnState
     from catheter_sim.simulation.simulator import Simulator
     from catheter_sim.tables import Table
 
@@ -77,7 +77,7 @@ class Run:
     by: str
     residual: Array | None = None
     at_rest: Array | None = None
-    states: tuple[State, ...] = field(default=(), compare=False)
+    states: tuple[DrawnState, ...] = field(default=(), compare=False)
 
     def __len__(self) -> int:
         return len(self.postures)
@@ -199,7 +199,7 @@ def simulate(
     commanded = inputs_of(value, inputs)
     if moving:
         require_steps(value, commanded.time_s, budget, "inputs")
-    states: list[State] = []
+    states: list[DrawnState] = []
     tendons: list[PulledTendons] = []
 
     def keep(simulator: Simulator, row: int) -> None:

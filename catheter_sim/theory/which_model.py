@@ -67,7 +67,7 @@ class ModelError:
 
 
 @dataclass(frozen=True)
-class ModelChoice:
+class ChosenModel:
     """The answer of `which_model`.
 
     Attributes:
@@ -90,7 +90,7 @@ def which_model(
     tolerance_deg: float = math.inf,
     reference: str = "VC_ref_noproj",
     clock: Callable[[], float] = time.process_time,
-) -> ModelChoice:
+) -> ChosenModel:
     """Return the fastest static model whose tip stays within a tolerance of the reference's.
 
     Args:
@@ -133,7 +133,7 @@ def which_model(
     ]
     within = accurate(found, tolerance_percent, tolerance_deg)
     found.sort(key=lambda item: item.ms)  # stable: equal times stay in the order of `CANDIDATES`
-    return ModelChoice(best_of(within).model, reference, tuple(found))
+    return ChosenModel(best_of(within).model, reference, tuple(found))
 
 
 def accurate(found: Sequence[ModelError], tolerance_percent: float, tolerance_deg: float) -> list[ModelError]:

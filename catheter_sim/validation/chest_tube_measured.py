@@ -22,7 +22,7 @@ from catheter_sim.diagnosis.noise import outputs_of
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.prepare import training_problem
 from catheter_sim.diagnosis.problem import Problem
-from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.result import DiagnosisResult
 from catheter_sim.diagnosis.trials import Trial, measured_of, split
 from catheter_sim.diagnosis.workers import Workers
 from catheter_sim.errors import InputError
@@ -90,7 +90,7 @@ class Draw:
     """
 
     seed: int
-    diagnosis: Diagnosis
+    diagnosis: DiagnosisResult
     error_percent: float
     floor_percent: float
     true_error_percent: float

@@ -77,7 +77,7 @@ class Profiles:
 
 
 @dataclass(frozen=True)
-class Motion:
+class ValidatedMotion:
     """A simulated motion and what the models say of it.
 
     Attributes:

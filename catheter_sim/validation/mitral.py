@@ -51,7 +51,7 @@ from catheter_sim.validation.lines import (
     READ_BACK,
     REFUTED,
     Line,
-    Motion,
+    ValidatedMotion,
     Validation,
     given,
     largest_distance,
@@ -277,7 +277,7 @@ class JointLoops:
 
 
 @dataclass(frozen=True)
-class Calibrated:
+class CalibratedModels:
     """Models of the joints calibrated on their loops: MK's two kinds, and PI for each."""
 
     bending: BendingCalibration
@@ -332,7 +332,7 @@ def loops_of(
     return JointLoops(joint, rows[:, pair], angle, train)
 
 
-def calibrated(robot: CatheterRobot, loops: dict[str, JointLoops]) -> Calibrated:
+def calibrated(robot: CatheterRobot, loops: dict[str, JointLoops]) -> CalibratedModels:
     """Return MK and PI models of the joints, from the first two loops of each."""
     torsion, plays = {}, {}
     bending = None
@@ -345,7 +345,7 @@ def calibrated(robot: CatheterRobot, loops: dict[str, JointLoops]) -> Calibrated
             torsion[joint] = calibrate_torsion(segment, way, angle)
         plays[joint] = identify(way, angle)
     assert bending is not None
-    return Calibrated(bending, torsion, plays)
+    return CalibratedModels(bending, torsion, plays)
 
 
 def r_squared(measured: Array, modelled: Array) -> float:
@@ -705,8 +705,11 @@ def straight(model: str) -> str:
 
 
 def motion(
-    robot: CatheterRobot, models: Calibrated, advance_mm: float, elsewhere: Calibrated | None = None
-) -> Motion:
+    robot: CatheterRobot,
+    models: CalibratedModels,
+    advance_mm: float,
+    elsewhere: CalibratedModels | None = None,
+) -> ValidatedMotion:
     """Return the chosen motion at an advance, simulated and by every model.
 
     Args:
@@ -725,10 +728,10 @@ def motion(
     told = {name: _tips_mm(robot, models, rows, name) for name in MODELS}
     if elsewhere is not None:
         told |= {straight(name): _tips_mm(robot, elsewhere, rows, name) for name in ELSEWHERE}
-    return Motion(time, tips_mm(simulated), told)
+    return ValidatedMotion(time, tips_mm(simulated), told)
 
 
-def _tips_mm(robot: CatheterRobot, models: Calibrated, rows_m: Array, model: str) -> Array:
+def _tips_mm(robot: CatheterRobot, models: CalibratedModels, rows_m: Array, model: str) -> Array:
     """Return the tips that a model predicts, shape (r, 3) [mm]."""
     angles = {joint: _angle_rad(robot, models, joint, rows_m[:, k], model) for k, joint in enumerate(JOINTS)}
     q = np.stack(
@@ -737,7 +740,7 @@ def _tips_mm(robot: CatheterRobot, models: Calibrated, rows_m: Array, model: str
     return tool_frame(mitral_transseptal(), q)[:, :3, 3] * 1e3
 
 
-def _angle_rad(robot: CatheterRobot, models: Calibrated, joint: str, way_m: Array, model: str) -> Array:
+def _angle_rad(robot: CatheterRobot, models: CalibratedModels, joint: str, way_m: Array, model: str) -> Array:
     segment = robot.segments[moved_segment(robot, JOINTS.index(joint))]
     if model == "PK":
         return angle_rad(segment, way_m)
@@ -753,8 +756,8 @@ def _angle_rad(robot: CatheterRobot, models: Calibrated, joint: str, way_m: Arra
 def validate_motion(folder: Path) -> Validation:
     """Check the order and ratios of Tables III and IV; writes `mitral_motion.png`."""
     lines: list[Line] = []
-    shown: list[tuple[str, Motion]] = []
-    along_straight: Calibrated | None = None
+    shown: list[tuple[str, ValidatedMotion]] = []
+    along_straight: CalibratedModels | None = None
     for path, table, robot in (
         ("straight", TABLE_3_MM, mitral_transseptal_tube()),
         ("tortuous", TABLE_4_MM, tortuous(mitral_transseptal_tube())),

@@ -69,7 +69,7 @@ _SECTION = "Nayar 2022, Section IV-F"
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldInFlow:
     """The robot held at 90 deg and pushed aside.
 
     Attributes:
@@ -97,7 +97,7 @@ def validate_flow(folder: Path) -> Validation:
     return Validation(tuple(lines), (_flow_finding(material),))
 
 
-def held(robot: CatheterRobot) -> Held:
+def held(robot: CatheterRobot) -> HeldInFlow:
     """Hold the bending joint at 90 deg, push the tip against the bend, and let it pulse."""
     simulator = Simulator(robot, inertia=False)
     displacement = np.array([_displacement_at_m(robot, math.radians(HELD_DEG)), 0.0, 0.0, 0.0])
@@ -115,7 +115,7 @@ def held(robot: CatheterRobot) -> Held:
     tip, tension = _pulse(simulator, displacement, push, amplitude_N, 0.0)
     compensated, _ = _pulse(simulator, displacement, push, amplitude_N, SHARE)
     told = slope * (tension - tension.mean()) - (tip - tip.mean())
-    return Held(
+    return HeldInFlow(
         slope,
         0.5 * float(np.ptp(tip)),
         0.5 * float(np.ptp(tension)),
@@ -158,7 +158,7 @@ def levers_m(robot: CatheterRobot, bend_rad: float) -> Array:
     return ahead[::-1]
 
 
-def held_lines(case: str, found: Held, kind: str) -> list[Line]:
+def held_lines(case: str, found: HeldInFlow, kind: str) -> list[Line]:
     """Return the lines of deflection over tension and of the amplitudes in flow."""
     start = f"with the tube, held at {HELD_DEG:g} deg, {case}: "
     rows = (
@@ -193,7 +193,7 @@ def held_lines(case: str, found: Held, kind: str) -> list[Line]:
     ]
 
 
-def compensation_lines(robot: CatheterRobot, free: Held, rubbed: Held) -> list[Line]:
+def compensation_lines(robot: CatheterRobot, free: HeldInFlow, rubbed: HeldInFlow) -> list[Line]:
     """Return what sensing and compensation by the tension come to; judged against statics without
     friction."""
     wanted = compensated_share(robot, SHARE)
@@ -226,7 +226,7 @@ def compensation_lines(robot: CatheterRobot, free: Held, rubbed: Held) -> list[L
     return lines
 
 
-def material_lines(found: Held) -> list[Line]:
+def material_lines(found: HeldInFlow) -> list[Line]:
     """Return what tendons and tube as stiff as their materials give: of the two printed figures one is
     met."""
     slope, printed = joint_slope_m_per_rad() * 1e3, MK_SLOPE_M_PER_RAD * 1e3
@@ -299,7 +299,7 @@ def _ramp(simulator: Simulator, displacement: Array) -> None:
         simulator.step()
 
 
-def _flow_finding(found: Held) -> str:
+def _flow_finding(found: HeldInFlow) -> str:
     ours, printed = joint_slope_m_per_rad() * 1e3, MK_SLOPE_M_PER_RAD * 1e3
     return (
         f"{NAME}: tube and tendons as stiff as their materials give Eq. 25's slope ({ours:.2f} against "

@@ -52,7 +52,7 @@ from catheter_sim.validation.lines import (
     loop_area,
     tips_mm,
 )
-from catheter_sim.validation.pictures import Stage, body_stages
+from catheter_sim.validation.pictures import BodyStage, body_stages
 
 # ----------------------------------------------------------------------------------------------------
 # Does a history of postures obey Coulomb's law at every eyelet? Judged from the postures alone.
@@ -370,7 +370,7 @@ def _opening_lines() -> list[Line]:
     return lines
 
 
-def _stage_lines(stages: tuple[Stage, ...]) -> list[Line]:
+def _stage_lines(stages: tuple[BodyStage, ...]) -> list[Line]:
     lines = []
     kinds = (
         READ_BACK,
@@ -531,7 +531,7 @@ _RANGE_N = 1.0  # up to which constant curvature is followed
 
 
 @dataclass(frozen=True)
-class Case:
+class LoadCase:
     """One layout of one named set: a loop whose extending starts from a tension beyond its largest.
 
     Attributes:
@@ -569,7 +569,7 @@ class Distances:
         arching_mm, extending_mm: tip from constant curvature's, at `case.inputs_N`, shape (n,) each.
     """
 
-    case: Case
+    case: LoadCase
     postures: tuple[Posture, ...]
     arching_mm: Array
     extending_mm: Array
@@ -589,7 +589,7 @@ class Distances:
         return float(self.case.inputs_N[::-1][inner[0]]) if len(inner) == 1 else float("nan")
 
 
-def cases() -> tuple[Case, ...]:
+def cases() -> tuple[LoadCase, ...]:
     """Return both layouts of both sets.
 
     Where extending starts is not printed. Of `@arching` it is where the printed openings come out, by statics
@@ -599,14 +599,14 @@ def cases() -> tuple[Case, ...]:
     (single,) = highest_tension_from_opening(fkm_exact_arm, SINGLE_LOOP, arching.friction.mu)
     (pair,) = highest_tension_from_opening(fkm_sliding, ANTAGONISTIC_LOOP, arching.friction.mu)
     return (
-        Case("@arching", "single", arching, single),
-        Case("@arching", "antagonistic", arching, pair),
-        Case("@openings", "single", openings, FULL_REVERSAL_N),
-        Case("@openings", "antagonistic", openings, FULL_REVERSAL_N),
+        LoadCase("@arching", "single", arching, single),
+        LoadCase("@arching", "antagonistic", arching, pair),
+        LoadCase("@openings", "single", openings, FULL_REVERSAL_N),
+        LoadCase("@openings", "antagonistic", openings, FULL_REVERSAL_N),
     )
 
 
-def distances(case: Case) -> Distances:
+def distances(case: LoadCase) -> Distances:
     """Simulate a case and compare its tips with those of constant curvature."""
     inputs = given(case.rows_N)
     postures = simulate(case.robot, inputs, NO_GRAVITY).postures
@@ -739,7 +739,7 @@ def _peak_lines(item: Distances, what: str, wrong: bool) -> list[Line]:
     ]
 
 
-def _range_line(case: Case) -> Line:
+def _range_line(case: LoadCase) -> Line:
     """Return up to where constant curvature is enough; printed are only measured errors on a coarse grid."""
     found = constant_curvature_range_N(case.robot, case.layout)
     beyond, far = {"single": (0.2, "5.1"), "antagonistic": (0.24, "6.0")}[case.layout]

@@ -21,9 +21,9 @@ from catheter_sim.validation.lines import (
     NO_GRAVITY,
     Against,
     Loop,
-    Motion,
     Profiles,
     TermCurves,
+    ValidatedMotion,
     given,
     tips_mm,
 )
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from catheter_sim.validation.chest_tube_measured import Repeats
     from catheter_sim.validation.mitral import JointLoops
     from catheter_sim.validation.neuroendoscope import Distances
-    from catheter_sim.validation.spacer_disk import Scores
+    from catheter_sim.validation.spacer_disk import ModelScores
 
 # ----------------------------------------------------------------------------------------------------
 # The three bodies of Kato 2016, Figs 4 and 5: pulled sideways at the tip to 44 mm and back.
@@ -48,7 +48,7 @@ _FORCE_STEP_N = 0.0025
 
 
 @dataclass(frozen=True)
-class Stage:
+class BodyStage:
     """One body: the string's force on the way out and back.
 
     Attributes:
@@ -63,7 +63,7 @@ class Stage:
     discrepancy_mN: Array
 
 
-def body_stages() -> tuple[Stage, ...]:
+def body_stages() -> tuple[BodyStage, ...]:
     """Return the three stages, simulated."""
     mu = neuroendoscope_section().friction.mu
     return (
@@ -73,7 +73,7 @@ def body_stages() -> tuple[Stage, ...]:
     )
 
 
-def _stage(name: str, pretension_N: float, mu: float) -> Stage:
+def _stage(name: str, pretension_N: float, mu: float) -> BodyStage:
     robot = replace(neuroendoscope_section(), friction=Friction(mu))
 
     def tips(force: Array) -> Array:
@@ -89,7 +89,7 @@ def _stage(name: str, pretension_N: float, mu: float) -> Stage:
     there, back = slice(0, turn + 1), slice(turn, None)
     outward = np.interp(PLACES_MM, place[there], force[there])
     inward = np.interp(PLACES_MM, place[back][::-1], force[back][::-1])
-    return Stage(name, force, place, (outward - inward) * 1e3)
+    return BodyStage(name, force, place, (outward - inward) * 1e3)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -149,7 +149,7 @@ def profiles(item: Profiles, path: Path) -> None:
     save(figure, path)
 
 
-def stages(items: Sequence[Stage], path: Path) -> None:
+def stages(items: Sequence[BodyStage], path: Path) -> None:
     """Draw the string's force over the tip's place for the three bodies (as Kato 2016, Fig. 4)."""
     figure = Figure(figsize=(4.0 * len(items), 3.4), layout="constrained")
     for axes, stage in zip(figure.subplots(1, len(items), sharey=True), items, strict=True):
@@ -358,7 +358,7 @@ def _save(figure: Figure, path: Path) -> None:
 _JOINT_COLOURS = ("#8a8f98", "#b79ad1", "#d1682a", "#3f8f5f", "#c23b5a")
 
 
-def motions(items: Sequence[tuple[str, Motion]], models: Sequence[str], path: Path) -> None:
+def motions(items: Sequence[tuple[str, ValidatedMotion]], models: Sequence[str], path: Path) -> None:
     """Draw the tip's coordinates over time, simulated and by each model (Nayar 2022, Figs 9 and 11)."""
     figure = Figure(figsize=(10, 3.2 * len(items)), layout="constrained")
     grid = figure.subplots(len(items), 3, squeeze=False)
@@ -545,7 +545,7 @@ _MODEL_COLOURS = {
 }
 
 
-def scenario_1(table: Mapping[tuple[str, int], Scores], path: Path) -> None:
+def scenario_1(table: Mapping[tuple[str, int], ModelScores], path: Path) -> None:
     """Draw the errors and the time over the number of disks (Fig. 10)."""
     figure = Figure(figsize=(10, 3.4), layout="constrained")
     grid = figure.subplots(1, 3)
@@ -571,7 +571,7 @@ def scenario_1(table: Mapping[tuple[str, int], Scores], path: Path) -> None:
     _save(figure, path)
 
 
-def scenario_2(table: Mapping[tuple[str, str, float], Scores], path: Path) -> None:
+def scenario_2(table: Mapping[tuple[str, str, float], ModelScores], path: Path) -> None:
     """Draw the errors and the time over the stiffness, for both tip forces (Fig. 11)."""
     figure = Figure(figsize=(10, 6.4), layout="constrained")
     directions = list(dict.fromkeys(where for _, where, _ in table))

@@ -26,7 +26,7 @@ from catheter_sim.validation.mitral import catheter, displaced
 
 
 @dataclass(frozen=True)
-class Case:
+class RenderCase:
     """Ten postures of a robot, and the static model that they are compared with.
 
     Attributes:
@@ -42,7 +42,7 @@ class Case:
     tension_N: Array
 
 
-NEUROENDOSCOPE = Case(
+NEUROENDOSCOPE = RenderCase(
     "neuroendoscope_section",
     "fkm_sliding",
     "backbone's pixels",
@@ -61,7 +61,7 @@ NEUROENDOSCOPE = Case(
         ]
     ),
 )
-CHEST_TUBE = Case(
+CHEST_TUBE = RenderCase(
     "chest_tube_section",
     "complete",
     "links' pixels",
@@ -69,7 +69,7 @@ CHEST_TUBE = Case(
 )
 
 
-def mean_distances_px(stiffness_scale: float = 1.0, case: Case = NEUROENDOSCOPE) -> list[float]:
+def mean_distances_px(stiffness_scale: float = 1.0, case: RenderCase = NEUROENDOSCOPE) -> list[float]:
     """Return the mean distance of rendered and analytic centreline for ten simulated postures [px].
 
     Args:
@@ -99,7 +99,7 @@ def validate_render_chest_tube(folder: Path) -> Validation:
     return _checked(CHEST_TUBE)
 
 
-def _checked(case: Case) -> Validation:
+def _checked(case: RenderCase) -> Validation:
     """Return the check of `case` at 640x480; it says so where nothing can be rendered."""
     what = f"ten postures rendered at 640x480: {case.shown} to {case.model}, mean distance"
     source = "analytic shape through the camera's known matrix"

@@ -55,7 +55,7 @@ Pose = tuple[Array, Array] | None
 
 
 @dataclass(frozen=True)
-class Scores:
+class ModelScores:
     """A model's errors over the sixteen sets of tensions in one condition.
 
     Attributes:
@@ -127,12 +127,12 @@ def tips(robot: ContinuumRobot, model: str, force_tip_N: Sequence[float]) -> Tip
     return Tips(p_w, R_w, (time.perf_counter() - began) / len(SETS) * 1e3)
 
 
-def scores(found: Tips, reference: Tips) -> Scores:
+def scores(found: Tips, reference: Tips) -> ModelScores:
     """Return Eq. 57's errors of a model against the reference."""
     both = np.isfinite(found.p_w[:, 0]) & np.isfinite(reference.p_w[:, 0])
     away, turned = errors(found, reference)
     solved = int(np.isfinite(found.p_w[:, 0]).sum())
-    return Scores(float(away[both].mean()), float(turned[both].mean()), solved, found.ms)
+    return ModelScores(float(away[both].mean()), float(turned[both].mean()), solved, found.ms)
 
 
 def errors(found: Tips, reference: Tips) -> tuple[Array, Array]:
@@ -210,9 +210,9 @@ _COLUMNS = (
     *("e_p_percent", "e_R_deg", "solved_of_16", "time_ms"),
 )
 
-ByDisks = Mapping[tuple[str, int], Scores]
-ByStiffness = Mapping[tuple[str, str, float], Scores]
-ByLinks = Mapping[tuple[str, int], Scores]  # by direction of the tip force and links a subsegment
+ByDisks = Mapping[tuple[str, int], ModelScores]
+ByStiffness = Mapping[tuple[str, str, float], ModelScores]
+ByLinks = Mapping[tuple[str, int], ModelScores]  # by direction of the tip force and links a subsegment
 
 
 def scenario_1(disks: Sequence[int] = SCENARIO_DISKS, models: Sequence[str] = SCENARIO_MODELS) -> ByDisks:
@@ -250,8 +250,8 @@ def by_links(links: Sequence[int] = LINKS) -> tuple[ByLinks, ByLinks]:
     Args:
         links: a subsegment.
     """
-    as_it_is: dict[tuple[str, int], Scores] = {}
-    rigid: dict[tuple[str, int], Scores] = {}
+    as_it_is: dict[tuple[str, int], ModelScores] = {}
+    rigid: dict[tuple[str, int], ModelScores] = {}
     for where, force in TIP_FORCES_N.items():
         robot = benchmark_robot()
         references = [tips(item, "VC_ref_noproj", force) for item in (robot, rigid_along(robot))]
@@ -514,7 +514,7 @@ def _chain(table: ByLinks, rigid: ByLinks) -> Iterable[Line]:
 
 
 def _one_disk(table: ByDisks) -> str:
-    left: Scores = table["VC", 1]
+    left: ModelScores = table["VC", 1]
     away, _ = _leaving_out("VC")
     links = table["PRB", 1].position_percent
     return (

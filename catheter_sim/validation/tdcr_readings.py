@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.arrays import Array
 from catheter_sim.robots.continuum import lumped
 from catheter_sim.robots.continuum.lumped_kernels import LINKS
-from catheter_sim.robots.continuum.rods import Problem, load, problem
+from catheter_sim.robots.continuum.rods import RodProblem, load, problem
 from catheter_sim.robots.continuum.solvers import solver_call
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.simulator import Simulator
@@ -406,7 +406,7 @@ def lumen_lines() -> list[Line]:
     return lines
 
 
-def section_moments(rod: Problem, tension_N: Array, force_N: Array, p_w: Array, R_w: Array) -> Array:
+def section_moments(rod: RodProblem, tension_N: Array, force_N: Array, p_w: Array, R_w: Array) -> Array:
     """Return the moment about every subsegment's base, one force a tendon there, shape (n, 3) [N m].
 
     Each tendon pulls once, at the hole of the disk beyond and toward the one before; the tip's load is

@@ -248,7 +248,7 @@ def test_diagnose_prints_the_verdict_and_its_figures(
     from catheter_sim.diagnosis.result import (
         Candidate,
         Cause,
-        Diagnosis,
+        DiagnosisResult,
         FittedParameter,
         NextExperiment,
         UnitResult,
@@ -267,9 +267,9 @@ def test_diagnose_prints_the_verdict_and_its_figures(
         budget_s: float,
         command: str,
         search_anyway: bool,
-    ) -> Diagnosis:
+    ) -> DiagnosisResult:
         asked.extend([data, str(out), jobs, progress, budget_s, command, search_anyway])
-        return Diagnosis(
+        return DiagnosisResult(
             dataset=dataset,
             verdict="cause_found",
             unit="mm",

@@ -20,10 +20,10 @@ from catheter_sim.closed_loop.loop import (
     SURE,
     WAITING,
     Budget,
-    Found,
+    LoopFinding,
     LoopFolder,
+    LoopStep,
     Proposed,
-    Step,
     dataset_from,
     plays_of,
     recordings_of,
@@ -72,17 +72,17 @@ def diagnosed(monkeypatch: pytest.MonkeyPatch) -> list[float]:
         recordings = kept.recordings()
         dataset_from(rig, recordings, "checked")  # what is recorded is a data set
         probability = said.pop(0)
-        found = Found(
+        found = LoopFinding(
             "cause_found", {"backlash": probability}, "It is play.", ["backlash"][: probability >= 0.95]
         )
         if found.sure:
-            return Step(len(recordings), found, None, SURE)
+            return LoopStep(len(recordings), found, None, SURE)
         if loop._spent(steps, budget):
-            return Step(len(recordings), found, None, NO_MORE)
+            return LoopStep(len(recordings), found, None, NO_MORE)
         made = sum(step.proposed is not None and step.found is not None for step in steps) + 1
         clock, pull = np.arange(3.0), np.array([0.0, 1.0, 0.0])
         kept.keep_programme(f"experiment_{made}", Table(clock, {COLUMN: pull}))
-        return Step(len(recordings), found, Proposed(f"experiment_{made}", "a pull", 0.1))
+        return LoopStep(len(recordings), found, Proposed(f"experiment_{made}", "a pull", 0.1))
 
     monkeypatch.setattr(loop, "_next_step", next_step)
     return said
@@ -219,7 +219,9 @@ def test_a_hidden_cause_is_found_by_itself(tmp_path) -> None:
 def test_an_end_without_bound_is_kept(tmp_path) -> None:
     """JSON has no infinity: the file is strict JSON all the same, and the numbers come back."""
     numbers = [("precurvature", "curvature_x_per_m", 1.5, -math.inf, math.inf)]
-    step = Step(2, Found("cause_found", {"precurvature": 0.9}, "words", [], numbers), None, "budget")
+    step = LoopStep(
+        2, LoopFinding("cause_found", {"precurvature": 0.9}, "words", [], numbers), None, "budget"
+    )
     folder = LoopFolder(tmp_path)
     folder.keep([step], {})
     json.loads((tmp_path / "steps.json").read_text(), parse_constant=pytest.fail)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from catheter_sim.closed_loop.loop import NO_MORE, SURE, WAITING, Found, Outcome, Proposed, Step
+from catheter_sim.closed_loop.loop import NO_MORE, SURE, WAITING, LoopFinding, LoopOutcome, LoopStep, Proposed
 from catheter_sim.closed_loop.story import paragraphs_of, rows_of, title_of, write_story
 
-OPEN = Found(
+OPEN = LoopFinding(
     "cause_found",
     {"actuation_gain": 0.45, "tendon_elongation": 0.45, "none": 0.01},
     "The model is wrong about tendon elongation.",
     [],
     alike=[["tendon_elongation", "actuation_gain"]],
 )
-TOLD = Found(
+TOLD = LoopFinding(
     "cause_found",
     {"actuation_gain": 0.97},
     "The model is wrong about actuation gain.",
@@ -30,12 +30,12 @@ PLAYED = Proposed(
     {"actuation_gain": 6.0},
     ["a tension sensor at each tendon"],
 )
-FIRST, LAST = Step(5, OPEN, PLAYED), Step(9, TOLD, None, SURE)
+FIRST, LAST = LoopStep(5, OPEN, PLAYED), LoopStep(9, TOLD, None, SURE)
 
 
 def test_a_story_with_an_end() -> None:
     """What could not be told apart, what was chosen and why, what it showed, and the numbers."""
-    outcome = Outcome((FIRST, LAST), SURE, ("actuation_gain",), "one cause stands at 0.95 or more")
+    outcome = LoopOutcome((FIRST, LAST), SURE, ("actuation_gain",), "one cause stands at 0.95 or more")
     assert title_of(outcome, "robot") == "What is wrong with robot is actuation gain, after one experiment"
     first, chosen, after, end = paragraphs_of(outcome)
     assert "could not tell apart tendon elongation and actuation gain" in first
@@ -51,10 +51,10 @@ def test_a_story_with_an_end() -> None:
 
 def test_a_story_without_an_end_promises_nothing(tmp_path) -> None:
     """Neither the title nor the last words say more than is known."""
-    spent = Outcome((Step(5, OPEN, None, NO_MORE),), NO_MORE, (), "the budget is spent")
+    spent = LoopOutcome((LoopStep(5, OPEN, None, NO_MORE),), NO_MORE, (), "the budget is spent")
     assert title_of(spent, "robot") == "What is wrong with robot is not settled from the first data"
     assert paragraphs_of(spent)[-1].startswith("It ends here, as the budget is spent.")
-    waits = Outcome((FIRST,), WAITING, (), "experiment_1_1.csv: not there yet")
+    waits = LoopOutcome((FIRST,), WAITING, (), "experiment_1_1.csv: not there yet")
     assert "not known yet" in title_of(waits, "robot")
     assert "experiment_1_1.csv" in paragraphs_of(waits)[-1]
     write_story(waits, "robot <1>", tmp_path)

@@ -8,7 +8,7 @@ import pytest
 from planted import small_data
 
 from catheter_sim.diagnosis.choose import acquit_trials
-from catheter_sim.diagnosis.prepare import Faults, Run, calibrate, pose, prepare
+from catheter_sim.diagnosis.prepare import DiagnosisRun, Faults, calibrate, pose, prepare
 from catheter_sim.diagnosis.result import DataFault
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.diagnosis.workers import SERIAL
@@ -21,7 +21,7 @@ def acquitted(dataset: Dataset, faults: Faults, said: list[str] | None = None) -
     """Return what is left of these faults; `said` gets what is told meanwhile."""
     posed = pose(prepare(dataset))
     say = (lambda line: None) if said is None else said.append
-    return acquit_trials(Run(SERIAL, say), posed, calibrate(posed), faults)
+    return acquit_trials(DiagnosisRun(SERIAL, say), posed, calibrate(posed), faults)
 
 
 def bumped(dataset: Dataset, size_mm: float) -> Dataset:

@@ -9,7 +9,7 @@ import pytest
 from planted import small_data
 
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.result import DiagnosisResult
 from catheter_sim.diagnosis.trials import Dataset
 
 WIDTH_MM = 0.8
@@ -26,7 +26,7 @@ def rippled(data: Dataset) -> Dataset:
     return replace(data, trials=tuple(trials))
 
 
-def found(effects: dict[str, dict[str, float]]) -> Diagnosis:
+def found(effects: dict[str, dict[str, float]]) -> DiagnosisResult:
     return diagnose_dataset(rippled(small_data(effects)), simulation=False)
 
 

@@ -13,7 +13,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import with_number
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.result import DiagnosisResult
 
 pytestmark = pytest.mark.slow
 
@@ -32,7 +32,7 @@ def history(seed: int) -> Inputs:
     return as_inputs(1e-3 * np.concatenate(rows), "displacement")
 
 
-def diagnosed(effects: Mapping[str, Mapping[str, float]]) -> Diagnosis:
+def diagnosed(effects: Mapping[str, Mapping[str, float]]) -> DiagnosisResult:
     """Return what is found in simulated data of a robot with small errors of calibration (seed 1)."""
     specified = load_robot("mitral_transseptal")
     built = with_number(specified, "segments.bending.arm_mm", 1.8 * 1.006)

@@ -17,15 +17,15 @@ from catheter_sim.diagnosis import pictures, pipeline
 from catheter_sim.diagnosis import report as html
 from catheter_sim.diagnosis import report as write
 from catheter_sim.diagnosis.changes import report as since_report
-from catheter_sim.diagnosis.changes.compare import Comparison
+from catheter_sim.diagnosis.changes.compare import Changes
 from catheter_sim.diagnosis.choose import Choice, acquit_trials, choose_causes
 from catheter_sim.diagnosis.notes import Attempts
 from catheter_sim.diagnosis.pipeline import investigate_prepared, write_diagnosis
-from catheter_sim.diagnosis.prepare import Prepared, Run, calibrate, find_data_faults, pose, prepare
+from catheter_sim.diagnosis.prepare import DiagnosisRun, Prepared, calibrate, find_data_faults, pose, prepare
 from catheter_sim.diagnosis.workers import SERIAL
 from catheter_sim.errors import TRACEBACK_VARIABLE, InputError, SimulationDiverged
 
-RUN = Run(SERIAL, lambda line: None)
+RUN = DiagnosisRun(SERIAL, lambda line: None)
 
 
 @pytest.fixture(autouse=True)
@@ -175,7 +175,7 @@ def test_a_file_that_cannot_be_written_is_named_and_the_others_are_there(tmp_pat
 @pytest.mark.parametrize("name", ["comparison_document", "comparison_sentence", "model_of"])
 def test_a_comparison_is_not_lost_either(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str) -> None:
     monkeypatch.setattr(since_report, name, broken)
-    since_report.write_comparison(Comparison(made_up(), "old", "new", 80, 80), tmp_path)
+    since_report.write_comparison(Changes(made_up(), "old", "new", 80, 80), tmp_path)
     document = json.loads((tmp_path / "diagnosis.json").read_text())
     assert document["verdict"] == "changed"
     assert any("is missing" in text for text in document["notes"])

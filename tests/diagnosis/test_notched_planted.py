@@ -19,7 +19,7 @@ from catheter_sim.channels import input_channels
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.result import DiagnosisResult
 from catheter_sim.diagnosis.trials import Dataset, Trial
 from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
 from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot
@@ -79,7 +79,7 @@ def wrist_data(effects: Effects, actuation: str = "tension") -> Dataset:
     )
 
 
-def assert_found(found: Diagnosis, effect: str, values: Mapping[str, float]) -> None:
+def assert_found(found: DiagnosisResult, effect: str, values: Mapping[str, float]) -> None:
     """Assert that one cause is named, its numbers in their intervals, and noise is left."""
     assert found.verdict == "cause_found"
     assert [cause.name for cause in found.causes] == [effect]

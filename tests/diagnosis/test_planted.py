@@ -14,13 +14,15 @@ import pytest
 from planted import catheter_data, chest_data, section_data, small_data
 
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.result import DiagnosisResult
 from catheter_sim.diagnosis.thresholds import TELLS_APART_NOISE
 
 pytestmark = pytest.mark.slow
 
 
-def assert_named_alone(found: Diagnosis, effect: str, values: Mapping[str, float], slack: float) -> None:
+def assert_named_alone(
+    found: DiagnosisResult, effect: str, values: Mapping[str, float], slack: float
+) -> None:
     """Assert that one cause is named, its numbers in their widened intervals, and noise is left."""
     assert found.verdict == "cause_found"
     assert [cause.name for cause in found.causes] == [effect]

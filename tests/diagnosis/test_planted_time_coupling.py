@@ -26,7 +26,7 @@ from catheter_sim.core.document import with_number
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.result import DiagnosisResult
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
@@ -101,7 +101,7 @@ def both_sections(seed: int) -> Inputs:
     return as_inputs(0.6 * np.hstack([near, np.roll(far, 5, axis=0)]), "displacement")
 
 
-def assert_found(found: Diagnosis, effects: Effects, slack: float) -> None:
+def assert_found(found: DiagnosisResult, effects: Effects, slack: float) -> None:
     """Assert that the cause leads, its numbers lie in their widened intervals, and the noise is left."""
     ((effect, values),) = effects.items()
     assert found.verdict == "cause_found"

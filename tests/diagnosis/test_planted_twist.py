@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import posture_columns
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.result import Diagnosis
+from catheter_sim.diagnosis.result import DiagnosisResult
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.lab.engine import rebent, shapes_of
 from catheter_sim.tables import Table
@@ -61,7 +61,7 @@ def twisted(
     return replace(plain, trials=tuple(trials))
 
 
-def named(found: Diagnosis) -> list[str]:
+def named(found: DiagnosisResult) -> list[str]:
     return [cause.name for cause in found.causes]
 
 

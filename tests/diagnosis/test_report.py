@@ -15,13 +15,13 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.document import to_json
 from catheter_sim.diagnosis.notes import Note
-from catheter_sim.diagnosis.pictures import Picture, figures, shown_columns
+from catheter_sim.diagnosis.pictures import ReportPicture, figures, shown_columns
 from catheter_sim.diagnosis.report import fit_files, report_html, sentence, write_results
 from catheter_sim.diagnosis.result import (
     Candidate,
     Cause,
     DataFault,
-    Diagnosis,
+    DiagnosisResult,
     FittedParameter,
     NextExperiment,
     Remainder,
@@ -33,7 +33,7 @@ from catheter_sim.diagnosis.words import digits_to_tell, interval, listed, name_
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table, read_table
 
-BLANK = (Picture("headline", "a picture", b""), Picture("errors", "another picture", b""))
+BLANK = (ReportPicture("headline", "a picture", b""), ReportPicture("errors", "another picture", b""))
 COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm", "joint_x1_deg")
 
 
@@ -58,7 +58,7 @@ def trial_fit(file: str, role: str, error_mm: float) -> tuple[Trial, TrialFit]:
     )
 
 
-def made_up(verdict: str = "cause_found", **changes: Any) -> Diagnosis:
+def made_up(verdict: str = "cause_found", **changes: Any) -> DiagnosisResult:
     """Return a diagnosis whose every figure is made up."""
     train, fit_train = trial_fit("a.csv", "train", 0.8)
     heldout, fit_heldout = trial_fit("b.csv", "heldout", 1.0)
@@ -87,7 +87,7 @@ def made_up(verdict: str = "cause_found", **changes: Any) -> Diagnosis:
         ),
         Cause("tendon_friction", {"mu": FittedParameter(0.31, (-0.02, 0.64), 0.0)}, 5.1, probability=0.6),
     )
-    result = Diagnosis(
+    result = DiagnosisResult(
         dataset=dataset,
         verdict=verdict,
         unit="mm",

@@ -13,7 +13,7 @@ from test_report import BLANK, made_up, trial_fit
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.pictures import paths_figure, shown_planes, shown_points
 from catheter_sim.diagnosis.report import report_html
-from catheter_sim.diagnosis.result import Cause, DataFault, Diagnosis, FittedParameter, NextExperiment
+from catheter_sim.diagnosis.result import Cause, DataFault, DiagnosisResult, FittedParameter, NextExperiment
 from catheter_sim.diagnosis.words import (
     bench_rows,
     figure_words,
@@ -33,7 +33,7 @@ NOTES = (
 )
 
 
-def verdicts() -> list[Diagnosis]:
+def verdicts() -> list[DiagnosisResult]:
     """Return a diagnosis of every verdict, its texts full of keys."""
     gain = Cause(
         "actuation_gain",
@@ -60,7 +60,7 @@ def verdicts() -> list[Diagnosis]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("diagnosis", verdicts(), ids=lambda item: item.verdict)
-def test_the_page_is_read_on_a_telephone_and_holds_no_raw_key(diagnosis: Diagnosis) -> None:
+def test_the_page_is_read_on_a_telephone_and_holds_no_raw_key(diagnosis: DiagnosisResult) -> None:
     """Viewport, nothing wider than 390 px, tables in boxes that scroll, pictures with words, no keys."""
     page = read_page(report_html(diagnosis, BLANK))
     assert page.problems == []

@@ -18,12 +18,12 @@ from test_report import BLANK, made_up
 import catheter_sim
 from catheter_sim.catalogue import load_robot
 from catheter_sim.cli.diagnose import _lines
-from catheter_sim.diagnosis.changes.compare import Comparison
+from catheter_sim.diagnosis.changes.compare import Changes
 from catheter_sim.diagnosis.changes.report import comparison_head, comparison_sentence
 from catheter_sim.diagnosis.document import data_digest, stamped, to_json
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report import marked_toml, marked_xml, report_html, sentence
-from catheter_sim.diagnosis.result import VERDICTS, Cause, DataFault, Diagnosis, FittedParameter
+from catheter_sim.diagnosis.result import VERDICTS, Cause, DataFault, DiagnosisResult, FittedParameter
 from catheter_sim.diagnosis.words import ASKS, headline_numbers, use_words
 from catheter_sim.effects import EFFECTS
 
@@ -48,12 +48,12 @@ UNSURE = (
 LOW = {"measurement_frame": 0.27, "rate": 0.01, "none": 0.05}
 
 
-def improved(**changes: Any) -> Diagnosis:
+def improved(**changes: Any) -> DiagnosisResult:
     given = {"corrections": UNSURE, "probabilities": LOW | {"outside": 0.97}, "extra": TIP, "absorbs": ()}
     return made_up("improved", **given | changes)
 
 
-def every_verdict() -> list[Diagnosis]:
+def every_verdict() -> list[DiagnosisResult]:
     """Return a diagnosis of each verdict, with and without a calibration, corrections and groups."""
     fault = DataFault("The column tip_x_mm looks turned in sign.", "b.csv", (3, 9))
     calibrated = {"moment_arm": FittedParameter(1.02, (1.0, 1.04), 1.0)}
@@ -134,7 +134,7 @@ def blocks_of(html: str) -> list[str]:
 
 
 @pytest.mark.parametrize("diagnosis", every_verdict(), ids=lambda item: item.verdict)
-def test_every_sentence_of_a_page_is_short_and_plain(diagnosis: Diagnosis) -> None:
+def test_every_sentence_of_a_page_is_short_and_plain(diagnosis: DiagnosisResult) -> None:
     """At most 35 words, 20 in the mean, none of the words that read as translated."""
     assert_plain(blocks_of(report_html(diagnosis, BLANK)))
     assert_plain([line for line in _lines(diagnosis) if line.startswith(("note:", "what", "next"))])
@@ -225,7 +225,7 @@ def test_an_error_falls_only_where_it_falls() -> None:
 
 
 @pytest.mark.parametrize("diagnosis", every_verdict(), ids=lambda item: item.verdict)
-def test_a_model_is_called_calibrated_only_where_something_was_calibrated(diagnosis: Diagnosis) -> None:
+def test_a_model_is_called_calibrated_only_where_something_was_calibrated(diagnosis: DiagnosisResult) -> None:
     page = " ".join(blocks_of(report_html(diagnosis, BLANK))) + sentence(diagnosis)
     calibrated = "calibrated" in page
     assert calibrated == bool(diagnosis.calibrated)
@@ -352,8 +352,8 @@ def test_the_corrected_robot_says_what_each_of_its_effects_is(tmp_path: Path) ->
 # ---------------------------------------------------------------------------------------- comparisons
 
 
-def compared(verdict: str, backward: bool = False, **changes: Any) -> Comparison:
-    return Comparison(made_up(verdict, extra=TIP, **changes), "May", "June", 80, 80, backward=backward)
+def compared(verdict: str, backward: bool = False, **changes: Any) -> Changes:
+    return Changes(made_up(verdict, extra=TIP, **changes), "May", "June", 80, 80, backward=backward)
 
 
 @pytest.mark.slow

@@ -10,27 +10,35 @@ import pytest
 from test_comparisons import HIDDEN, recording
 
 import catheter_sim as cs
-from catheter_sim.diagnosis.changes.differences import DRIFT, IRREGULAR, OPEN, STEADY, STEP, Course, course_of
+from catheter_sim.diagnosis.changes.differences import (
+    DRIFT,
+    IRREGULAR,
+    OPEN,
+    STEADY,
+    STEP,
+    NumberCourse,
+    course_of,
+)
 
 
-def course(*changes: float, deviation: float = 0.05) -> Course:
+def course(*changes: float, deviation: float = 0.05) -> NumberCourse:
     return course_of(np.array(changes), np.full(len(changes), deviation))
 
 
 def test_step_and_drift_are_told_apart() -> None:
     """A number that stays at a new level stepped, one that goes on by as much drifted."""
-    assert course(1.0, 1.02, 0.98) == Course(STEP, 0)
-    assert course(0.02, -0.03, 1.0) == Course(STEP, 2)
-    assert course(0.5, 1.02, 1.48) == Course(DRIFT)
-    assert course(0.02, -0.05, 0.01) == Course(STEADY)
-    assert course(1.0, -1.0, 1.0) == Course(IRREGULAR)
+    assert course(1.0, 1.02, 0.98) == NumberCourse(STEP, 0)
+    assert course(0.02, -0.03, 1.0) == NumberCourse(STEP, 2)
+    assert course(0.5, 1.02, 1.48) == NumberCourse(DRIFT)
+    assert course(0.02, -0.05, 0.01) == NumberCourse(STEADY)
+    assert course(1.0, -1.0, 1.0) == NumberCourse(IRREGULAR)
 
 
 def test_what_the_data_do_not_tell_is_left_open() -> None:
     """One later recording cannot tell a step from a drift; nor can wide intervals, nor infinite ones."""
-    assert course(1.0) == Course(OPEN)
-    assert course(0.7, 1.0, deviation=0.25) == Course(OPEN)
-    assert course(1.0, 2.0, deviation=np.inf) == Course(OPEN)
+    assert course(1.0) == NumberCourse(OPEN)
+    assert course(0.7, 1.0, deviation=0.25) == NumberCourse(OPEN)
+    assert course(1.0, 2.0, deviation=np.inf) == NumberCourse(OPEN)
 
 
 @pytest.mark.slow

@@ -6,14 +6,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from catheter_sim.diagnosis.result import Diagnosis, UnitResult
+from catheter_sim.diagnosis.result import DiagnosisResult, UnitResult
 
 
 def told(causes: tuple[str, ...], **gains: tuple[float, float]) -> str:
     units = {unit: UnitResult(unit, 0.1, 1.0, 0.5, 50.0, interval) for unit, interval in gains.items()}
     first = next(iter(units))
     diagnosis = SimpleNamespace(is_corrected=bool(causes), by_unit=units, headline=units[first])
-    return Diagnosis.told.fget(diagnosis).unit
+    return DiagnosisResult.told.fget(diagnosis).unit
 
 
 @pytest.mark.parametrize(

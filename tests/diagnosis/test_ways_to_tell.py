@@ -21,7 +21,7 @@ from catheter_sim.diagnosis.changes.compare import (
     compared,
 )
 from catheter_sim.diagnosis.changes.differences import LEFT_OUT, baseline, differences, shares_paired
-from catheter_sim.diagnosis.prepare import Run, running
+from catheter_sim.diagnosis.prepare import DiagnosisRun, running
 from catheter_sim.diagnosis.result import CAUSE_FOUND, Cause, FittedParameter
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.diagnosis.workers import SERIAL
@@ -31,7 +31,7 @@ MANY_MM = (1.6, 1.8, 2.0, 2.2, 2.4)
 
 
 @pytest.fixture
-def run() -> Iterator[Run]:
+def run() -> Iterator[DiagnosisRun]:
     with running(SERIAL, False, math.inf) as found:
         yield found
 
@@ -70,7 +70,7 @@ def test_a_further_way_has_to_be_sure_and_as_good() -> None:
 
 
 @pytest.mark.slow
-def test_one_robot_is_as_good_where_nothing_changed(run: Run) -> None:
+def test_one_robot_is_as_good_where_nothing_changed(run: DiagnosisRun) -> None:
     """A change claimed of one robot is taken back, with a note; one that is there is not."""
     first = recording(1, HIDDEN)
     for settings, as_good in ((HIDDEN, True), ({**HIDDEN, "effects.backlash.width_mm": 0.4}, False)):
@@ -111,7 +111,7 @@ def test_a_wrong_trial_of_the_earlier_recording_is_left_out() -> None:
         cs.compare(with_a_leap(with_a_leap(with_a_leap(sound, 1), 0), 3), second)
 
 
-def test_a_later_recording_that_looks_wrong_is_not_asked_backward(run: Run) -> None:
+def test_a_later_recording_that_looks_wrong_is_not_asked_backward(run: DiagnosisRun) -> None:
     """Nothing is told by it; what was told before stands."""
     first, second = recording(1, HIDDEN), recording(2, HIDDEN)
     silent = replace(second, trials=tuple(with_a_leap(second, 0).trials[:1] * 2))
@@ -119,7 +119,7 @@ def test_a_later_recording_that_looks_wrong_is_not_asked_backward(run: Run) -> N
 
 
 @pytest.mark.slow
-def test_trials_that_pair_can_be_asked_alone(run: Run) -> None:
+def test_trials_that_pair_can_be_asked_alone(run: DiagnosisRun) -> None:
     """Three of five pair: they alone are compared, and a note names the others; None where all do."""
     first = recording(1, HIDDEN)
     second = recording(2, HIDDEN, (1.8, 2.1, 2.4, 0.9, 1.2))

@@ -20,7 +20,7 @@ from test_wrist import ARM_M, COLUMN, JAW, recording
 
 from catheter_sim.core.inputs import Inputs, slice_inputs
 from catheter_sim.diagnosis import prepare
-from catheter_sim.diagnosis.changes.compare import Comparison, Earlier
+from catheter_sim.diagnosis.changes.compare import Changes, Earlier
 from catheter_sim.diagnosis.changes.series import compare_series
 from catheter_sim.diagnosis.trials import Dataset, Trial
 from catheter_sim.diagnosis.workers import ChosenTwin
@@ -78,7 +78,7 @@ def without_load(name: str, part: float | None = None) -> Trial:
     )
 
 
-def told(first: Sequence[Trial], second: Sequence[Trial]) -> Comparison:
+def told(first: Sequence[Trial], second: Sequence[Trial]) -> Changes:
     """Return what is told of two recordings of the joint."""
     old, new = (
         Dataset(

@@ -17,7 +17,7 @@ from catheter_sim.core.posture import Observed
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import (
-    Commands,
+    ArrivingCommands,
     Sight,
     arriving_inputs,
     check_effects,
@@ -59,7 +59,7 @@ def wandering(robot: RobotSpec) -> Inputs:
 
 def in_steps(robot: RobotSpec, inputs: Inputs) -> tuple[Array, Array]:
     """Return what arrives at the tendons and on the tip, command by command."""
-    commands = Commands(robot)
+    commands = ArrivingCommands(robot)
     dt_s = np.diff(inputs.time_s, prepend=inputs.time_s[0])
     rows = [commands.step(row, float(dt)) for row, dt in zip(inputs.tendon, dt_s, strict=True)]
     return np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
@@ -133,7 +133,7 @@ def test_all_together_by_steps() -> None:
     inputs = wandering(robot)
     expected = arriving_inputs(robot, inputs).tendon
     np.testing.assert_allclose(in_steps(robot, inputs)[0], expected, rtol=1e-12, atol=1e-15)
-    commands = Commands(robot)
+    commands = ArrivingCommands(robot)
     for row in inputs.tendon:
         commands.step(row, 1.0)
     commands.reset()  # and anew

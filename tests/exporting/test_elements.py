@@ -8,8 +8,8 @@ import pytest
 
 from catheter_sim.exporting.elements import (
     _STEEP_ARM,
+    ExportRows,
     HingeLaw,
-    Rows,
     add_friction,
     add_springs,
     fit_laws,
@@ -71,7 +71,7 @@ def test_a_width_that_grows_with_the_square_is_met() -> None:
     angle = np.concatenate([np.linspace(0.0, 0.3, 40), np.linspace(0.3, 0.0, 40)[1:]])
     way = np.sign(np.diff(angle, prepend=0.0))
     column = -(way * 1e-3 * (angle / 0.3) ** 2)[:, np.newaxis]
-    (law,) = fit_laws(Rows(angle[:, np.newaxis], column, column), ["x"], [True])
+    (law,) = fit_laws(ExportRows(angle[:, np.newaxis], column, column), ["x"], [True])
     share = np.linspace(0.0, 1.0, 11)
     found = law.constant + law.width * share + law.cubic * share**3
     assert np.abs(found - 1e-3 * share**2).max() < 5e-5
@@ -83,7 +83,7 @@ def test_what_is_fitted_is_what_was_planted() -> None:
     way = np.sign(np.diff(angle, prepend=0.0))
     moment = -(0.02 * angle + way * (1e-3 + 2e-3 * angle / 0.3 + 4e-3 * (angle / 0.3) ** 3))
     column = moment[:, np.newaxis]
-    (law,) = fit_laws(Rows(angle[:, np.newaxis], column, 10.0 * column), ["x"], [True])
+    (law,) = fit_laws(ExportRows(angle[:, np.newaxis], column, 10.0 * column), ["x"], [True])
     assert (law.constant, law.width, law.cubic) == pytest.approx((1e-3, 2e-3, 4e-3), rel=0.05)
     assert law.left < 1e-3
-    assert fit_laws(Rows(angle[:, np.newaxis], 0.0 * column, column), ["x"], [True]) == ()
+    assert fit_laws(ExportRows(angle[:, np.newaxis], 0.0 * column, column), ["x"], [True]) == ()

@@ -17,7 +17,7 @@ from catheter_sim.effects import EFFECTS
 from catheter_sim.exporting import write
 from catheter_sim.exporting.elements import EXACT, FITTED, LEFT, without
 from catheter_sim.exporting.judge import PERCENT, moving_loop
-from catheter_sim.exporting.write import Model, PlainRun, write_model
+from catheter_sim.exporting.write import ExportedModel, PlainRun, write_model
 from catheter_sim.simulation.replay import simulate
 
 # Robots with friction that are quick to replay; the whole ones are in the guide's table.
@@ -115,7 +115,7 @@ def test_each_cause_alone_travels_or_is_listed(
         assert apart_mm(got, truth) < max(FINE_MM, 0.5 * apart_mm(truth, none) * (cause.way == FITTED))
 
 
-def loop_for(model: Model, timed: bool) -> tuple[Inputs, float]:
+def loop_for(model: ExportedModel, timed: bool) -> tuple[Inputs, float]:
     """Return a loop of the first drive, with a clock where one is needed, and how far it goes [mm]."""
     inputs, _ = write.judged_loops(model.drives)
     inputs = slice_inputs(inputs, slice(0, 12))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.errors import InputError
-from catheter_sim.foreign.model import Trial, is_foreign, noise_of, read_foreign
+from catheter_sim.foreign.model import ForeignTrial, is_foreign, noise_of, read_foreign
 from tests.foreign.recorded import FILE, text_of, write_dataset
 
 
@@ -177,7 +177,7 @@ def test_noise_is_told_from_motion() -> None:
     time_s = np.arange(0.0, 6.0, 0.02)
     motion = np.stack([20.0 * np.sin(2.0 * time_s), np.full(len(time_s), 5.0)], axis=1)
     outputs = motion + generator.normal(size=motion.shape) * (0.1, 0.4)
-    found = noise_of([Trial("a", "train", time_s, np.zeros((len(time_s), 1)), outputs)], 1e-4)
+    found = noise_of([ForeignTrial("a", "train", time_s, np.zeros((len(time_s), 1)), outputs)], 1e-4)
     assert found == pytest.approx([0.1, 0.4], rel=0.15)
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from catheter_sim.diagnosis.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
 from catheter_sim.foreign.diagnose import diagnose_foreign, diagnosed
-from catheter_sim.foreign.model import ForeignData, ForeignModel, Runner, Trial, variants_of
+from catheter_sim.foreign.model import ForeignData, ForeignModel, ForeignTrial, Runner, variants_of
 from tests.foreign.recorded import OUTPUTS, write_dataset
 
 pytestmark = pytest.mark.slow
@@ -98,7 +98,7 @@ def test_data_that_come_from_the_files_own_coarse_step_are_met_with_it(tmp_path:
     for role in ("train", "heldout"):
         phases = generator.uniform(0.0, 6.0, 2)
         controls = 0.8 * np.sin(5.0 * time_s[:, None] + phases) * np.minimum(time_s / 0.3, 1.0)[:, None]
-        trial = Trial(role, role, time_s, controls, np.zeros((len(time_s), 4)))
+        trial = ForeignTrial(role, role, time_s, controls, np.zeros((len(time_s), 4)))
         seen = Runner(model).outputs([{gain: 1.2}], [trial])[0][0]
         trials.append(replace(trial, outputs=seen + generator.normal(size=seen.shape) * 0.02))
     found = diagnosed(ForeignData("coarse", "two_link.xml", model, tuple(trials), 0.0))

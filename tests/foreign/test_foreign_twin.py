@@ -12,8 +12,8 @@ from mujoco import rollout
 from catheter_sim.foreign.diagnose import extended_spec
 from catheter_sim.foreign.model import (
     ForeignModel,
+    ForeignTrial,
     Runner,
-    Trial,
     add_mass,
     arriving_controls,
     changed,
@@ -25,7 +25,7 @@ MODEL = ForeignModel(FILE, (0.0, 0.0, -9.81)).measured(OUTPUTS, "test")
 NUMBERS = {number.name: number for item in variants_of(MODEL) for number in item.numbers}
 TIME_S = np.linspace(0.0, 1.0, 51)
 WAVE = np.stack([0.4 * np.sin(5.0 * TIME_S), 0.6 * np.sin(3.0 * TIME_S)], axis=1)
-TRIAL = Trial("wave", "train", TIME_S, WAVE, np.zeros((51, len(OUTPUTS))))
+TRIAL = ForeignTrial("wave", "train", TIME_S, WAVE, np.zeros((51, len(OUTPUTS))))
 
 
 def played(**values: float) -> np.ndarray:
@@ -101,7 +101,7 @@ def test_what_a_file_cannot_carry_is_said() -> None:
 def test_commands_pass_gain_and_offset_then_play_then_delay() -> None:
     values = {NUMBERS["width_one"]: 0.2, NUMBERS["scale_one"]: 2.0, NUMBERS["offset_one"]: 0.1}
     ramp = np.stack([np.array([0.0, 1.0, 0.0]), np.zeros(3)], axis=1)
-    trial = Trial("ramp", "train", np.array([0.0, 1.0, 2.0]), ramp, np.zeros((3, len(OUTPUTS))))
+    trial = ForeignTrial("ramp", "train", np.array([0.0, 1.0, 2.0]), ramp, np.zeros((3, len(OUTPUTS))))
     at_s = np.array([0.0, 1.0, 2.0])
     # 0.1, 2.1, 0.1 commanded; behind a play of 0.2 in whose middle it begins: 0.1, 2.0, 0.2
     assert arriving_controls(MODEL, trial, values, at_s)[:, 0] == pytest.approx([0.1, 2.0, 0.2])
@@ -135,7 +135,7 @@ def test_several_at_a_time_give_the_same() -> None:
 
 
 def test_a_trial_begins_as_its_first_row_has_settled() -> None:
-    held = Trial("held", "train", TIME_S, np.tile([0.4, -0.3], (51, 1)), np.zeros((51, len(OUTPUTS))))
+    held = ForeignTrial("held", "train", TIME_S, np.tile([0.4, -0.3], (51, 1)), np.zeros((51, len(OUTPUTS))))
     moving, settled = (Runner(MODEL, settle_s).outputs([{}], [held])[0][0] for settle_s in (0.0, 5.0))
     assert np.ptp(moving[:, 0]) > 5.0
     assert np.ptp(settled[:, 0]) < 0.1

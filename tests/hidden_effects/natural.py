@@ -25,8 +25,8 @@ from catheter_sim.lab.engine import (
     LARGEST,
     SMALLEST,
     CannotMake,
-    Form,
     Ground,
+    LabForm,
     Numbers,
     Planted,
     columns_of,
@@ -205,7 +205,7 @@ _PASSES = 4
 _STEP = 0.2  # of a form's first size
 _MOST_FREE = 24
 
-Atom = tuple[Form, Numbers]
+Atom = tuple[LabForm, Numbers]
 
 
 def distance(ground: Ground, hidden: Sequence[Planted], causes: Sequence[str]) -> float | None:
@@ -393,8 +393,8 @@ def _drawn(
     story: str,
     purpose: str,
     generator: np.random.Generator,
-    before: Sequence[Form],
-) -> Form | None:
+    before: Sequence[LabForm],
+) -> LabForm | None:
     """Return a form that makes sense on a specimen."""
     if story == "outside":
         choices = [form for form in outside_for(purpose) if form.applies(specimen)]
@@ -1109,7 +1109,7 @@ def forms_table() -> str:
     return "\n".join([*rows, *_rows(FORMS), *_rows(OUTSIDE)]) + "\n"
 
 
-def _rows(forms: Iterable[Form]) -> list[str]:
+def _rows(forms: Iterable[LabForm]) -> list[str]:
     rows = []
     for form in forms:
         cause = f"outside: {form.cause}" if form.outside else f"`{form.cause}`"

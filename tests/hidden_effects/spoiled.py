@@ -15,7 +15,16 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.channels import input_channels
 from catheter_sim.errors import InputError
-from catheter_sim.lab.engine import CannotMake, Form, Ground, Planted, columns_of, looked_at, rms, simulated
+from catheter_sim.lab.engine import (
+    CannotMake,
+    Ground,
+    LabForm,
+    Planted,
+    columns_of,
+    looked_at,
+    rms,
+    simulated,
+)
 from catheter_sim.lab.forms import FORMS
 from catheter_sim.lab.robots import BENCH_ROBOTS
 from catheter_sim.lab.specimen import drawn_courses, drawn_specimen, measured
@@ -143,7 +152,7 @@ def _planted(ground: Ground, generator: np.random.Generator) -> tuple[Planted, f
     raise CannotMake("no cause of a fitting size was drawn")
 
 
-def _drawn_form(ground: Ground, generator: np.random.Generator) -> Form:
+def _drawn_form(ground: Ground, generator: np.random.Generator) -> LabForm:
     choices = [form for form in FORMS if form.known and form.applies(ground.specimen)]
     causes = list(dict.fromkeys(form.cause for form in choices))
     cause = causes[int(generator.integers(len(causes)))]

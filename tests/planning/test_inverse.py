@@ -9,7 +9,7 @@ import pytest
 
 import catheter_sim as cs
 from catheter_sim.files import assets_folder
-from catheter_sim.planning.bounded import Found
+from catheter_sim.planning.bounded import BoundedFit
 from catheter_sim.planning.inverse import Forward, InSimulation, targets_of
 from catheter_sim.planning.models import plan_drives
 from catheter_sim.robots.catheter.kinematics import tool_frame
@@ -148,19 +148,19 @@ def test_other_ways_of_the_twin_are_tried_in_the_simulation() -> None:
     class Rows:
         spare = True
 
-        def others(self, found: object, row: int) -> list[Found]:
-            return [Found(point, point, np.zeros((1, 1))) for point in (far, lost, near)]
+        def others(self, found: object, row: int) -> list[BoundedFit]:
+            return [BoundedFit(point, point, np.zeros((1, 1))) for point in (far, lost, near)]
 
     class Simulated(InSimulation):
         def _misses(self, found: object, row: int, levels: np.ndarray) -> np.ndarray:
             return np.where(levels == lost, np.nan, levels)
 
-        def _search(self, found: object, row: int, start: np.ndarray) -> Found | None:
+        def _search(self, found: object, row: int, start: np.ndarray) -> BoundedFit | None:
             tried.append(float(start[0]))
-            return Found(start, start, np.zeros((1, 1))) if start == far else None
+            return BoundedFit(start, start, np.zeros((1, 1))) if start == far else None
 
     simulation = Simulated(Rows(), cs.load_robot("chest_tube"), np.zeros(3))  # type: ignore[arg-type]
-    ways = [Found(np.array([1.0]), np.array([1.0]), np.zeros((1, 1)))]
+    ways = [BoundedFit(np.array([1.0]), np.array([1.0]), np.zeros((1, 1)))]
     other = simulation.row(ways, 0)
     assert other is not None
     assert other.point == far

@@ -11,8 +11,8 @@ import pytest
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.procedure.heart import median_anatomy, pose_error
-from catheter_sim.procedure.operate import Tracker, corrected, ideal, is_ideal, measured
-from catheter_sim.procedure.plan import Step, between, displacements_m, duration_s, plan, steps
+from catheter_sim.procedure.operate import ProcedureTracker, corrected, ideal, is_ideal, measured
+from catheter_sim.procedure.plan import ProcedureStep, between, displacements_m, duration_s, plan, steps
 from catheter_sim.robots.catheter.kinematics import pk, tool_frame
 from catheter_sim.robots.catheter.published import mitral_transseptal, mitral_transseptal_tube
 
@@ -60,8 +60,8 @@ def test_steps_are_those_of_the_paper_in_order() -> None:
 
 def test_slowest_motion_sets_the_time() -> None:
     """30 deg at 30 deg/s takes longer than 10 mm at 20 mm/s."""
-    start = Step("a", 0.0, np.zeros(4), 0.0)
-    end = Step("b", 0.0, np.array([0.0, math.radians(30.0), 10e-3, 0.0]), 0.0)
+    start = ProcedureStep("a", 0.0, np.zeros(4), 0.0)
+    end = ProcedureStep("b", 0.0, np.array([0.0, math.radians(30.0), 10e-3, 0.0]), 0.0)
     assert duration_s(ROBOT, start, end) == pytest.approx(1.0)
     assert between(start, end, 0.5).q == pytest.approx(0.5 * end.q)
 
@@ -71,7 +71,7 @@ def test_correction_takes_a_joint_error_away() -> None:
     way = plan(ROBOT, median_anatomy())
     base = way.base(way.insertion_m)
     lag = np.array([math.radians(3.0), math.radians(4.0), -2e-3, math.radians(-2.0)])
-    wanted = Step("clip", way.insertion_m, way.q, 1.0)
+    wanted = ProcedureStep("clip", way.insertion_m, way.q, 1.0)
     reached = base @ tool_frame(ROBOT, way.q - lag)
     after = corrected(ROBOT, base, wanted, wanted, reached, base @ tool_frame(ROBOT, way.q), 1.0)
     again = way.base(after.insertion_m) @ tool_frame(ROBOT, after.q - lag)
@@ -83,6 +83,6 @@ def test_correction_takes_a_joint_error_away() -> None:
 def test_trackers_noise_is_as_stated() -> None:
     """Root mean square over 2000 readings (seed 0): 0.3 mm and 0.5 deg to 5 %."""
     rng, pose = np.random.default_rng(0), tool_frame(ROBOT, Q)
-    errors = np.array([pose_error(pose, measured(pose, Tracker(), rng)) for _ in range(2000)])
+    errors = np.array([pose_error(pose, measured(pose, ProcedureTracker(), rng)) for _ in range(2000)])
     size = np.sqrt((errors**2).reshape(-1, 2, 3).sum(axis=2).mean(axis=0))
     assert size == pytest.approx((0.3e-3, math.radians(0.5)), rel=0.05)

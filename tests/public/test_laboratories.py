@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.closed_loop.loop import Found, Outcome, Proposed, Step
+from catheter_sim.closed_loop.loop import LoopFinding, LoopOutcome, LoopStep, Proposed
 from catheter_sim.lab.simulated import stand_in
 from catheter_sim.public.laboratories import FoundOut
 from catheter_sim.tables import Table
@@ -125,15 +125,15 @@ def test_recordings_of_another_robot_do_not_begin_a_loop(tmp_path: Path) -> None
 
 def test_a_table_tells_what_was_believed_and_proposed(tmp_path: Path) -> None:
     """A row for each diagnosis: the most probable, and the experiment after it."""
-    first = Step(0, None, Proposed("first", "loops", 2.0))
-    unsure = Found("unexplained", {"rate": 0.2, "outside": 0.7}, "a sentence", [])
-    sure = Found("cause_found", {"rate": 0.96, "outside": 0.1}, "a sentence", ["rate"])
+    first = LoopStep(0, None, Proposed("first", "loops", 2.0))
+    unsure = LoopFinding("unexplained", {"rate": 0.2, "outside": 0.7}, "a sentence", [])
+    sure = LoopFinding("cause_found", {"rate": 0.96, "outside": 0.1}, "a sentence", ["rate"])
     steps = (
         first,
-        Step(4, unsure, Proposed("experiment_1", "holds", 3.0, nats=0.5)),
-        Step(8, sure, None, "sure"),
+        LoopStep(4, unsure, Proposed("experiment_1", "holds", 3.0, nats=0.5)),
+        LoopStep(8, sure, None, "sure"),
     )
-    found = FoundOut(Outcome(steps, "sure", ("rate",), "it is sure"), "robot", tmp_path)
+    found = FoundOut(LoopOutcome(steps, "sure", ("rate",), "it is sure"), "robot", tmp_path)
     table = found.to_table()
     assert table.column("recordings") == [4, 8]
     assert table.column("most_probable") == ["outside", "rate"]

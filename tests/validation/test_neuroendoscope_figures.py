@@ -17,8 +17,8 @@ from catheter_sim.validation.lines import NO_GRAVITY, given, tips_mm
 from catheter_sim.validation.neuroendoscope import (
     PEAK_N,
     TARGET_MM,
-    Case,
     Distances,
+    LoadCase,
     constant_curvature_range_N,
     validate_figures,
 )
@@ -27,7 +27,7 @@ from catheter_sim.validation.neuroendoscope import (
 def by_statics(mu: float, start_N: float) -> Distances:
     """Return the single tendon's distances by the exact arms, which are as the simulation after reversal."""
     robot = replace(neuroendoscope_section(), friction=Friction(mu))
-    case = Case("a set", "single", robot, start_N)
+    case = LoadCase("a set", "single", robot, start_N)
     inputs = given(case.rows_N)
     postures = fkm_exact_arm(robot, inputs, NO_GRAVITY).postures
     even = tips_mm(pcca(robot, inputs, NO_GRAVITY).postures)

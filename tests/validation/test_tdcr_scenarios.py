@@ -12,7 +12,7 @@ from catheter_sim.validation.spacer_disk import (
     SETS,
     SIMULATION,
     TIP_FORCES_N,
-    Scores,
+    ModelScores,
     Tips,
     benchmark_robot,
     by_links,
@@ -63,7 +63,7 @@ def test_simulated_chain_solves_co_contractions_at_one_disk():
 
 def test_every_score_is_written(tmp_path):
     """One row each, with the condition and the figures."""
-    found = Scores(1.25, 0.5, 16, 2.0)
+    found = ModelScores(1.25, 0.5, 16, 2.0)
     write_scores({("VC", 3): found}, {("PRB", "across", 0.2): found}, tmp_path / "scores.csv")
     rows = list(csv.DictReader((tmp_path / "scores.csv").open()))
     assert [(row["model"], row["tip_force"], row["disks"], row["stiffness"]) for row in rows] == [
@@ -76,9 +76,9 @@ def test_every_score_is_written(tmp_path):
 def test_guidelines_say_from_how_many_disks():
     """A model counts from the number of disks from which on it stays within the tolerance."""
     by_disks = {
-        ("VC", n): Scores(error, 0.0, 16, 1.0) for n, error in ((1, 0.9), (2, 3.0), (3, 0.5), (4, 0.2))
+        ("VC", n): ModelScores(error, 0.0, 16, 1.0) for n, error in ((1, 0.9), (2, 3.0), (3, 0.5), (4, 0.2))
     }
-    told = guidelines(by_disks, {("VC", "across", 1.0): Scores(0.2, 0.0, 16, 1.0)})
+    told = guidelines(by_disks, {("VC", "across", 1.0): ModelScores(0.2, 0.0, 16, 1.0)})
     assert "VC from 3 disks" in told[0]
     assert "VC never" in told[1]
     assert "VC 0.2 %" in told[2]

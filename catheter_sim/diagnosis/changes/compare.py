@@ -30,9 +30,9 @@ from catheter_sim.diagnosis.frame import registered, unmoved
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.pipeline import investigate_prepared
 from catheter_sim.diagnosis.prepare import (
+    DiagnosisRun,
     Faults,
     Prepared,
-    Run,
     calibrate,
     find_data_faults,
     not_searched,
@@ -48,7 +48,7 @@ from catheter_sim.diagnosis.result import (
     NO_DISCREPANCY,
     UNEXPLAINED,
     Cause,
-    Diagnosis,
+    DiagnosisResult,
     FittedParameter,
 )
 from catheter_sim.diagnosis.thresholds import (
@@ -179,7 +179,7 @@ _IN_WORDS = {CAUSE_FOUND: CHANGED, NO_DISCREPANCY: UNCHANGED, IMPROVED: UNEXPLAI
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Changes:
     """What changed between two recordings of one robot.
 
     Attributes:
@@ -195,7 +195,7 @@ class Comparison:
         left: of both recordings, root mean square by unit, by the earlier robot and the one that changed.
     """
 
-    diagnosis: Diagnosis
+    diagnosis: DiagnosisResult
     since: str
     name: str
     rows: int
@@ -242,8 +242,8 @@ def check_pair(before: Earlier, after: Dataset) -> None:
 
 
 def compared(
-    run: Run, base: Baseline, later: Differences, simulation: bool = True, most: int = MOST_CHANGES
-) -> Comparison:
+    run: DiagnosisRun, base: Baseline, later: Differences, simulation: bool = True, most: int = MOST_CHANGES
+) -> Changes:
     """Return what changed.
 
     Args:
@@ -260,7 +260,7 @@ def compared(
     causes = tuple(new_shapes_as_they_are(cause, base.robot) for cause in diagnosis.causes)
     diagnosis = replace(diagnosis, causes=causes)
     name = later.prepared.dataset.name
-    return Comparison(
+    return Changes(
         diagnosis,
         base.name,
         name,
@@ -271,7 +271,7 @@ def compared(
     )
 
 
-def not_compared(before: Dataset, after: Dataset, search_anyway: bool) -> Comparison | None:
+def not_compared(before: Dataset, after: Dataset, search_anyway: bool) -> Changes | None:
     """Return what is told of a later recording that lacks what a comparison needs; None: it can be compared.
 
     `search_anyway`: it need not be enough to name a change.
@@ -280,10 +280,12 @@ def not_compared(before: Dataset, after: Dataset, search_anyway: bool) -> Compar
     if not read.lacking or (search_anyway and read.can_be_fitted):
         return None
     rows = sum(len(trial.inputs) for trial in after.trials)
-    return Comparison(not_searched(read), before.name, after.name, rows, paired_rows=0)
+    return Changes(not_searched(read), before.name, after.name, rows, paired_rows=0)
 
 
-def compared_backward(run: Run, base: Baseline, earlier: Differences, simulation: bool = True) -> Comparison:
+def compared_backward(
+    run: DiagnosisRun, base: Baseline, earlier: Differences, simulation: bool = True
+) -> Changes:
     """Return what changed, from what explains the earlier recording and the later one has not.
 
     A dead-band that was taken up, a friction that fell: what is no cause of the later recording's errors, as
@@ -357,7 +359,7 @@ class OneRobot:
     later: Differences
     _left: Mapping[str, float] = field(default_factory=dict)
 
-    def is_as_good(self, run: Run, found: Comparison) -> bool:
+    def is_as_good(self, run: DiagnosisRun, found: Changes) -> bool:
         """Return whether it explains both recordings as well as a robot that changed."""
         if found.verdict != CHANGED:
             return False
@@ -371,7 +373,7 @@ class OneRobot:
         times = max(self._left[unit] / max(value, 1e-12) for unit, value in found.left.items())
         return times <= ONE_ROBOT_TIMES
 
-    def told(self, run: Run, found: Comparison, simulation: bool) -> Comparison:
+    def told(self, run: DiagnosisRun, found: Changes, simulation: bool) -> Changes:
         """Return what is told instead of changes that it explains as well.
 
         Args:
@@ -389,7 +391,7 @@ class OneRobot:
         return replace(told, diagnosis=replace(told.diagnosis, notes=(*told.diagnosis.notes, note)))
 
 
-def _one_robot(run: Run, base: Baseline, after: Dataset) -> RobotSpec:
+def _one_robot(run: DiagnosisRun, base: Baseline, after: Dataset) -> RobotSpec:
     """Return the robot with the causes that explain both recordings, believed or not."""
     moved = registered(after, base.registration)
     trials = (*_named(base.dataset.trials, "earlier"), *_named(moved.trials, "later"))
@@ -426,18 +428,23 @@ class _Earlier:
     dataset: Dataset
     found: Baseline | None
 
-    def explained(self, run: Run) -> Baseline:
+    def explained(self, run: DiagnosisRun) -> Baseline:
         if self.found is None:
             self.found = baseline(run, self.dataset, is_paired=False)
         return self.found
 
 
-Way = Callable[[Run, _Earlier, Dataset, bool], Comparison | None]
+Way = Callable[[DiagnosisRun, _Earlier, Dataset, bool], Changes | None]
 
 
 def told_best(
-    run: Run, before: Dataset, after: Dataset, found: Comparison, same: OneRobot | None, simulation: bool
-) -> Comparison:
+    run: DiagnosisRun,
+    before: Dataset,
+    after: Dataset,
+    found: Changes,
+    same: OneRobot | None,
+    simulation: bool,
+) -> Changes:
     """Return what changed, told in the first way that names one change; else with the fewest numbers.
 
     Args:
@@ -469,7 +476,7 @@ def told_best(
     return found
 
 
-def _tells_more(other: Comparison, found: Comparison) -> bool:
+def _tells_more(other: Changes, found: Changes) -> bool:
     """Return whether a further way names what the first did not, or not surely, or by more numbers."""
     if other.verdict != CHANGED or any(cause.probability < LIKELY for cause in other.changes):
         return False
@@ -480,12 +487,12 @@ def _tells_more(other: Comparison, found: Comparison) -> bool:
     return worse < 1.0
 
 
-def _numbers(found: Comparison) -> float:
+def _numbers(found: Changes) -> float:
     """Return how many numbers the changes have; without end where none is named."""
     return sum(len(cause.parameters) for cause in found.changes) or float("inf")
 
 
-def _of_paired_trials(run: Run, before: Dataset, after: Dataset, simulation: bool) -> Comparison | None:
+def _of_paired_trials(run: DiagnosisRun, before: Dataset, after: Dataset, simulation: bool) -> Changes | None:
     """Return what changed in the trials that pair; None: too few do, or the data look wrong by themselves."""
     pairs = [share >= MOSTLY_PAIRED for share in shares_paired(after, before)]
     if sum(pairs) < 2 or all(pairs):
@@ -506,13 +513,15 @@ def _of_paired_trials(run: Run, before: Dataset, after: Dataset, simulation: boo
     return None if found.verdict == DATA_SUSPECT else found
 
 
-def _from_best_causes(run: Run, earlier: _Earlier, after: Dataset, simulation: bool) -> Comparison:
+def _from_best_causes(run: DiagnosisRun, earlier: _Earlier, after: Dataset, simulation: bool) -> Changes:
     """Return what changed since the robot that explains the earlier recording best, believed or not."""
     base = earlier.explained(run)
     return compared(run, base, differences(after, base), simulation)
 
 
-def _from_own_causes(run: Run, earlier: _Earlier, after: Dataset, simulation: bool) -> Comparison | None:
+def _from_own_causes(
+    run: DiagnosisRun, earlier: _Earlier, after: Dataset, simulation: bool
+) -> Changes | None:
     """Return what changed since the robot that the earlier recording's own diagnosis found; None: none."""
     base = earlier.explained(run)
     before = earlier.dataset
@@ -525,7 +534,7 @@ def _from_own_causes(run: Run, earlier: _Earlier, after: Dataset, simulation: bo
     return compared(run, base, differences(after, base), simulation)
 
 
-def _backward(run: Run, earlier: _Earlier, after: Dataset, simulation: bool) -> Comparison | None:
+def _backward(run: DiagnosisRun, earlier: _Earlier, after: Dataset, simulation: bool) -> Changes | None:
     """Return what changed, by what explains the earlier recording and the later one has not."""
     before = earlier.dataset
     try:

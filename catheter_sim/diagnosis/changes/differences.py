@@ -18,9 +18,9 @@ from catheter_sim.diagnosis.frame import Registration, registered, unmoved
 from catheter_sim.diagnosis.noise import times_noise
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.prepare import (
+    DiagnosisRun,
     Faults,
     Prepared,
-    Run,
     calibrate,
     find_data_faults,
     lacking_in,
@@ -277,7 +277,7 @@ STEADY, STEP, DRIFT, OPEN, IRREGULAR = "steady", "step", "drift", "step or drift
 
 
 @dataclass(frozen=True)
-class Course:
+class NumberCourse:
     """How a number went over recordings.
 
     Attributes:
@@ -289,7 +289,7 @@ class Course:
     after: int | None = None
 
 
-def course_of(change: Array, deviation: Array) -> Course:
+def course_of(change: Array, deviation: Array) -> NumberCourse:
     """Return how a number went.
 
     Half of each variance is taken to be the first recording's, which all changes share (`COMMON_SHARE`).
@@ -299,7 +299,7 @@ def course_of(change: Array, deviation: Array) -> Course:
         deviation: standard deviation of each, shape (n,).
     """
     if not (np.isfinite(change).all() and np.isfinite(deviation).all()):
-        return Course(OPEN)
+        return NumberCourse(OPEN)
     rounding = 1e-12 * float(np.abs(change).max())
     spread = np.maximum(deviation, max(rounding, 1e-300))
     own = (1.0 - COMMON_SHARE) * np.diag(spread**2)
@@ -309,12 +309,12 @@ def course_of(change: Array, deviation: Array) -> Course:
     line = _missed(change, np.arange(1.0, count + 1.0), precision)
     still = float(change @ precision @ change)
     if still - min(*steps, line) < COURSE_SURER:
-        return Course(STEADY)
+        return NumberCourse(STEADY)
     if min(*steps, line) > float(chi2.ppf(1.0 - COURSE_MISSED, max(count - 1, 1))):
-        return Course(IRREGULAR)
+        return NumberCourse(IRREGULAR)
     if abs(min(steps) - line) < COURSE_SURER:
-        return Course(OPEN)
-    return Course(STEP, int(np.argmin(steps))) if min(steps) < line else Course(DRIFT)
+        return NumberCourse(OPEN)
+    return NumberCourse(STEP, int(np.argmin(steps))) if min(steps) < line else NumberCourse(DRIFT)
 
 
 def _missed(change: Array, shape: Array, precision: Array) -> float:
@@ -408,7 +408,7 @@ class Baseline:
         return tuple(trial.inputs for trial in self.dataset.trials)
 
 
-def baseline(run: Run, dataset: Dataset, is_paired: bool) -> Baseline:
+def baseline(run: DiagnosisRun, dataset: Dataset, is_paired: bool) -> Baseline:
     """Return what an earlier recording says of the robot.
 
     Its best hypothesis is taken whether or not its causes would be named: whatever it soaks up, both

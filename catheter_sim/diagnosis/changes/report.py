@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from catheter_sim.diagnosis.changes.compare import CHANGED, UNCHANGED, Comparison
+from catheter_sim.diagnosis.changes.compare import CHANGED, UNCHANGED, Changes
 from catheter_sim.diagnosis.changes.differences import HOLDS_IF, STEP, mass_of
 from catheter_sim.diagnosis.changes.series import NumberOverTime, Series
 from catheter_sim.diagnosis.document import causes_document, finite_document, stamped, to_json
@@ -166,7 +166,7 @@ ASKS: Mapping[str, str] = {
 }
 
 
-def comparison_sentence(found: Comparison) -> str:
+def comparison_sentence(found: Changes) -> str:
     """Return what changed, in a sentence or two."""
     error = heldout_error(found.diagnosis)
     between = f"From “{found.since}” to “{found.name}”"
@@ -188,13 +188,13 @@ def comparison_sentence(found: Comparison) -> str:
     return f"{between}, no change is established. {sentence(found.diagnosis)}"
 
 
-def comparison_head(found: Comparison) -> Head:
+def comparison_head(found: Changes) -> Head:
     """Return what the report of a comparison says at its head."""
     asks = ASKS.get(found.verdict, ASKS[UNEXPLAINED])
     return Head(comparison_sentence(found), found.verdict, asks, "What changed", "in the earlier recording")
 
 
-def mass_lines(found: Comparison) -> Iterator[str]:
+def mass_lines(found: Changes) -> Iterator[str]:
     """Yield a line for each force that came or went and that a mass explains."""
     for change in found.changes:
         mass = mass_of(change, found.diagnosis.dataset.gravity_mps2)
@@ -204,7 +204,7 @@ def mass_lines(found: Comparison) -> Iterator[str]:
             yield f"{change.name} as a mass: {shown} g (95 %: {ends}); {HOLDS_IF}"
 
 
-def comparison_document(found: Comparison, series: Series | None = None) -> dict[str, Any]:
+def comparison_document(found: Changes, series: Series | None = None) -> dict[str, Any]:
     """Return a comparison as the document of `diagnosis.json`: a diagnosis's, with what changed.
 
     `series`: the recordings of which it compares the last with the first, where there are more than two.
@@ -245,7 +245,7 @@ def comparison_document(found: Comparison, series: Series | None = None) -> dict
     return document
 
 
-def write_comparison(found: Comparison, folder: str | os.PathLike[str], series: Series | None = None) -> None:
+def write_comparison(found: Changes, folder: str | os.PathLike[str], series: Series | None = None) -> None:
     """Write report, diagnosis.json, the changed robot and its model, and the fitted series to `folder`.
 
     Of more than two recordings also a table and a picture of every number that changed.

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import norm
 
 from catheter_sim.diagnosis.changes.compare import (
-    Comparison,
+    Changes,
     Earlier,
     OneRobot,
     change_of,
@@ -22,8 +22,8 @@ from catheter_sim.diagnosis.changes.compare import (
 )
 from catheter_sim.diagnosis.changes.differences import (
     Baseline,
-    Course,
     Differences,
+    NumberCourse,
     baseline,
     course_of,
     differences,
@@ -32,7 +32,7 @@ from catheter_sim.diagnosis.changes.differences import (
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.intervals import cause_intervals
 from catheter_sim.diagnosis.notes import Attempts
-from catheter_sim.diagnosis.prepare import Run, pose, running
+from catheter_sim.diagnosis.prepare import DiagnosisRun, pose, running
 from catheter_sim.diagnosis.problem import Term
 from catheter_sim.diagnosis.report import with_notes
 from catheter_sim.diagnosis.result import DATA_SUSPECT, FittedParameter
@@ -56,7 +56,7 @@ class NumberOverTime:
     cause: str
     parameter: str
     changes: tuple[FittedParameter, ...]
-    course: Course
+    course: NumberCourse
 
 
 @dataclass(frozen=True)
@@ -68,11 +68,11 @@ class Series:
         numbers: of every cause that changed in any of them.
     """
 
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[Changes, ...]
     numbers: tuple[NumberOverTime, ...]
 
     @property
-    def last(self) -> Comparison:
+    def last(self) -> Changes:
         """Return the comparison of the last recording with the first."""
         return self.comparisons[-1]
 
@@ -150,14 +150,14 @@ def _soon_after(begun: float) -> float:
     return now + max(60.0, now - begun)
 
 
-def _with_a_share(run: Run, remaining: int) -> Run:
+def _with_a_share(run: DiagnosisRun, remaining: int) -> DiagnosisRun:
     """Return a run that ends with its part of the time that is left."""
     now = time.monotonic()
     return replace(run, deadline=now + (run.deadline - now) / remaining)
 
 
 def _numbers(
-    found: Sequence[tuple[Baseline, Differences]], comparisons: Sequence[Comparison]
+    found: Sequence[tuple[Baseline, Differences]], comparisons: Sequence[Changes]
 ) -> Iterator[NumberOverTime]:
     """Yield every number of the causes that changed in any recording, fitted in all of them."""
     terms = changed_terms(comparisons)
@@ -171,7 +171,7 @@ def _numbers(
             yield NumberOverTime(term.effect, name, (_at_first(values[0]), *changes), _course(changes))
 
 
-def changed_terms(comparisons: Sequence[Comparison]) -> tuple[Term, ...]:
+def changed_terms(comparisons: Sequence[Changes]) -> tuple[Term, ...]:
     """Return the causes that changed in any recording, each with the numbers that explained most."""
     best: dict[str, tuple[float, Term]] = {}
     for item in comparisons:
@@ -201,7 +201,7 @@ def _at_first(value: FittedParameter) -> FittedParameter:
     return FittedParameter(change, (change, change), change)
 
 
-def _course(changes: Sequence[FittedParameter]) -> Course:
+def _course(changes: Sequence[FittedParameter]) -> NumberCourse:
     """Return how a number went; of one that is infinite in the first recording, its inverse."""
     low, high = np.array([item.ci95 for item in changes]).T
     values = np.array([item.value for item in changes])

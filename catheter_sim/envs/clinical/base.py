@@ -43,7 +43,7 @@ A = TypeVar("A")  # what a task's anatomy is
 
 
 @dataclass(frozen=True)
-class Motion:
+class BaseMotion:
     """A joint under the robot's base, and how an action moves it.
 
     Attributes:
@@ -90,7 +90,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
         peak_N: the same since the episode's start.
     """
 
-    motions: tuple[Motion, ...]
+    motions: tuple[BaseMotion, ...]
     limits_N: ClassVar[Mapping[str, float]]
     reset_options = ("anatomy",)
     anatomy: A

@@ -14,7 +14,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.document import Settings
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.envs.clinical.base import ClinicalEnv, Motion
+from catheter_sim.envs.clinical.base import BaseMotion, ClinicalEnv
 from catheter_sim.envs.surroundings import Surroundings
 from catheter_sim.envs.tip import (
     CONTROL_STEP_S,
@@ -46,7 +46,7 @@ from catheter_sim.procedure.plan import (
     DELIVERING,
     PUSH_M_PER_S,
     Case,
-    Step,
+    ProcedureStep,
     displacements_m,
     implant_turn_rad,
     median_case,
@@ -279,7 +279,7 @@ class DeliverEnv(ClinicalEnv[Case]):
         self.known = known
         self.waiting_m = waiting_m(known)
         self._mount = turned(implant_turn_rad(known))
-        self.motions = (Motion(INSERTION, 0.0, DEEPEST_M - self.waiting_m, PUSH_M_PER_S),)
+        self.motions = (BaseMotion(INSERTION, 0.0, DEEPEST_M - self.waiting_m, PUSH_M_PER_S),)
         self.middle_ahead_m: float = kind.face("delivery", "delivery").middle_ahead_m(known)
         super()._prepare()
 
@@ -416,26 +416,26 @@ def deliver(env: DeliverEnv, observation: Observation) -> Action:
     joints = part["bend"] * env.plant.quick.bend_unit
     inserted = env.waiting_m + float(part["base"][0]) * env.motions[0].highest
     asked = env.plant.quick.reach(part["level"][np.newaxis], _STILL)[1][0]
-    now = Step("", inserted, asked, 0.0)
+    now = ProcedureStep("", inserted, asked, 0.0)
     on_the_way = joints[2] < OUT_M and abs(way.q[1] - joints[1]) > BENT_RAD
     if not on_the_way:
         step = _placed(env, part, now, joints)
     elif inserted < way.straight_m - _STRAIGHT_M and joints[1] < BENT_RAD:
         turns = known.segments[0].joint == "torsion"
         goal = np.array([way.q[0] if turns else 0.0, 0.0, 0.0, way.q[3]])
-        step = Step("", way.straight_m, asked + GAIN * (goal - joints), 0.0)
+        step = ProcedureStep("", way.straight_m, asked + GAIN * (goal - joints), 0.0)
     else:
         share = min(max(joints[1] / way.q[1], 0.0), 1.0)
         goal = np.array([way.q[0], way.q[1], 0.0, way.q[3]])
         inside = way.straight_m + share * (way.insertion_m - way.straight_m)
-        step = Step("", inside, asked + GAIN * (goal - joints), 0.0)
+        step = ProcedureStep("", inside, asked + GAIN * (goal - joints), 0.0)
     level = displacements_m(known, step.q, _STILL) / np.diag(env.drives.tendon)
     change = (level - part["level"]) / (RATE_PER_S * CONTROL_STEP_S)
     push = (step.insertion_m - inserted) / (PUSH_M_PER_S * CONTROL_STEP_S)
     return np.clip(np.append(change, push), -1.0, 1.0).astype(np.float32)
 
 
-def _placed(env: DeliverEnv, part: dict[str, Array], now: Step, joints: Array) -> Step:
+def _placed(env: DeliverEnv, part: dict[str, Array], now: ProcedureStep, joints: Array) -> ProcedureStep:
     """Return the command that brings the implant to its place, or to the next one on the valve's axis."""
     length = env.length_m
     target, here = (
@@ -450,4 +450,6 @@ def _placed(env: DeliverEnv, part: dict[str, Array], now: Step, joints: Array) -
     next_one[:3, 3] -= max(ahead - (AHEAD_M if above else 0.0), 0.0) * down
     base = np.eye(4)
     base[2, 3] = now.insertion_m
-    return corrected(env.known, base, Step("", now.insertion_m, joints, 0.0), now, here, next_one, SHARE)
+    return corrected(
+        env.known, base, ProcedureStep("", now.insertion_m, joints, 0.0), now, here, next_one, SHARE
+    )

@@ -40,7 +40,7 @@ from catheter_sim.anatomy.anatomies import (
 from catheter_sim.anatomy.anatomies import CHEST_RANGES as RANGES
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.envs.clinical.base import ClinicalEnv, Motion, Rates, Wish
+from catheter_sim.envs.clinical.base import BaseMotion, ClinicalEnv, Rates, Wish
 from catheter_sim.envs.surroundings import Surroundings, let_touch, robot_tree
 from catheter_sim.envs.tip import CONTROL_STEP_S, Action, Bounds
 from catheter_sim.mjcf.document import ALL_DIGITS, Element
@@ -123,8 +123,8 @@ class InsertEnv(ClinicalEnv[Chest]):
     """
 
     motions = (
-        Motion(INSERTION, 0.0, INSERT_STROKE_M, 30e-3),
-        Motion(ROLL, -math.pi / 3.0, math.pi / 3.0, math.pi / 6.0),
+        BaseMotion(INSERTION, 0.0, INSERT_STROKE_M, 30e-3),
+        BaseMotion(ROLL, -math.pi / 3.0, math.pi / 3.0, math.pi / 6.0),
     )
     limits_N: ClassVar[Mapping[str, float]] = {
         "wall": WALL_LIMIT_N,
@@ -287,8 +287,8 @@ class TumourEnv(ClinicalEnv[Ventricles]):
     """
 
     motions = (
-        Motion(INSERTION, 0.0, TUMOUR_STROKE_M, 20e-3),
-        Motion(ROLL, -math.pi / 3.0, math.pi / 3.0, math.pi / 6.0),
+        BaseMotion(INSERTION, 0.0, TUMOUR_STROKE_M, 20e-3),
+        BaseMotion(ROLL, -math.pi / 3.0, math.pi / 3.0, math.pi / 6.0),
     )
     limits_N: ClassVar[Mapping[str, float]] = dict.fromkeys(REGIONS, LIMIT_N)
     points_m: Array

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from catheter_sim.lab.engine import Form
+from catheter_sim.lab.engine import LabForm
 from catheter_sim.lab.forms import (
     axial,
     elasticity,
@@ -19,19 +19,19 @@ from catheter_sim.lab.forms import (
 
 # In the order in which forms act on commands: what is sensed and driven first, then what the routing does.
 _FILES = (inputs, timing, hysteresis, axial, loads, elasticity, rest_shape, tracker)
-FORMS: tuple[Form, ...] = tuple(form for file in _FILES for form in file.FORMS)
-OUTSIDE: tuple[Form, ...] = outside.FORMS
+FORMS: tuple[LabForm, ...] = tuple(form for file in _FILES for form in file.FORMS)
+OUTSIDE: tuple[LabForm, ...] = outside.FORMS
 CAUSES: tuple[str, ...] = tuple(dict.fromkeys(form.cause for form in FORMS))
-BY_KEY: Mapping[str, Form] = {form.key: form for form in (*FORMS, *OUTSIDE)}
+BY_KEY: Mapping[str, LabForm] = {form.key: form for form in (*FORMS, *OUTSIDE)}
 PURPOSES = ("tune", "judge")
 
 
-def forms_for(purpose: str, cause: str | None = None) -> tuple[Form, ...]:
+def forms_for(purpose: str, cause: str | None = None) -> tuple[LabForm, ...]:
     """Return the forms that may be drawn for a purpose: known ones, and the foreign ones that are its own."""
     found = FORMS if cause is None else tuple(form for form in FORMS if form.cause == cause)
     return tuple(form for form in found if form.purpose in ("both", purpose))
 
 
-def outside_for(purpose: str) -> tuple[Form, ...]:
+def outside_for(purpose: str) -> tuple[LabForm, ...]:
     """Return the causes outside the list that may be drawn for a purpose."""
     return tuple(form for form in OUTSIDE if form.purpose == purpose)

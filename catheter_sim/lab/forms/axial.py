@@ -12,7 +12,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Mount, RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.lab import memory
-from catheter_sim.lab.engine import Acting, Form, Numbers, Scale, Shapes, shortened
+from catheter_sim.lab.engine import Acting, LabForm, Numbers, Scale, Shapes, shortened
 from catheter_sim.lab.forms.hysteresis import bends_joints
 from catheter_sim.lab.specimen import Course, Specimen
 
@@ -129,7 +129,7 @@ def _rubber(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
 
 
 FORMS = (
-    Form(
+    LabForm(
         cause="tendon_elongation",
         name="spring",
         law="a tendon is longer by T / k",
@@ -141,7 +141,7 @@ FORMS = (
         robot=_softened,
         parameters=_spring,
     ),
-    Form(
+    LabForm(
         cause="tendon_elongation",
         name="set",
         law="a tendon stays longer by a share of the most that it has been pulled",
@@ -154,7 +154,7 @@ FORMS = (
         also=("backlash",),
         parameters=lambda acting: {"set_share": _PERCENT * acting.size},
     ),
-    Form(
+    LabForm(
         cause="tendon_elongation",
         name="bedded",
         law="a tendon is longer for good by x (1 - exp(-most u so far / u0)): its ends bed in",
@@ -166,7 +166,7 @@ FORMS = (
         command=_bedded,
         also=("backlash", "actuation_offset"),
     ),
-    Form(
+    LabForm(
         cause="tendon_elongation",
         name="creep",
         law="a pulled tendon lengthens by about log(1 + t / t0) (four Kelvin-Voigt elements)",
@@ -179,7 +179,7 @@ FORMS = (
         command=_crept,
         also=("drift",),
     ),
-    Form(
+    LabForm(
         cause="tendon_elongation",
         name="braid",
         law="a braid gives way at first: longer by x (1 - exp(-u / u0))",
@@ -191,7 +191,7 @@ FORMS = (
         command=_braided,
         also=("backlash", "actuation_offset"),
     ),
-    Form(
+    LabForm(
         cause="axial_compression",
         name="mount",
         law="the base sinks by the sum of the tensions / k",
@@ -203,7 +203,7 @@ FORMS = (
         robot=_mounted,
         parameters=_mount,
     ),
-    Form(
+    LabForm(
         cause="axial_compression",
         name="backbone",
         law="every element shortens by the tensions that pass it, T / EA",
@@ -214,7 +214,7 @@ FORMS = (
         most=30.0,
         shape=_pressed,
     ),
-    Form(
+    LabForm(
         cause="axial_compression",
         name="rubber",
         law="the base sinks by x (1 - exp(-T / T0)): a rubber seat",

@@ -9,7 +9,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec, with_segments
-from catheter_sim.lab.engine import Acting, Form, Numbers, Scale, Shapes, of_cells, places_along, rebent
+from catheter_sim.lab.engine import Acting, LabForm, Numbers, Scale, Shapes, of_cells, places_along, rebent
 from catheter_sim.lab.specimen import Course, Specimen
 
 _PERCENT = 0.01
@@ -126,7 +126,7 @@ def _sectioned_cubic(specimen: Specimen) -> bool:
 
 
 FORMS = (
-    Form(
+    LabForm(
         cause="stiffness",
         name="scale",
         law="moment s EI k, all along",
@@ -139,7 +139,7 @@ FORMS = (
         robot=_scaled,
         parameters=_scale_found,
     ),
-    Form(
+    LabForm(
         cause="stiffness",
         name="taper",
         law="EI grows along the robot, 1 + 2 a z / L",
@@ -151,7 +151,7 @@ FORMS = (
         shape=_tapered,
         also=("actuation_gain",),
     ),
-    Form(
+    LabForm(
         cause="stiffness",
         name="section",
         law="s EI in one section only",
@@ -167,7 +167,7 @@ FORMS = (
         also=("actuation_gain", "coupling"),
         parameters=_section_found,
     ),
-    Form(
+    LabForm(
         cause="stiffness",
         name="aged",
         law="what has been bent is softer, by its largest bend so far (Mullins 1969)",
@@ -179,7 +179,7 @@ FORMS = (
         shape=_aged,
         also=("actuation_gain", "drift", "nonlinear_stiffness"),
     ),
-    Form(
+    LabForm(
         cause="nonlinear_stiffness",
         name="cubic",
         law="moment EI (k + c k^3), all along",
@@ -191,7 +191,7 @@ FORMS = (
         robot=_cubed,
         parameters=lambda acting: {"cubic_mm2": 1e6 * _cubic(acting)},
     ),
-    Form(
+    LabForm(
         cause="nonlinear_stiffness",
         name="plateau",
         law="beyond a bend an element gives way by more: the plateau of superelastic NiTi",
@@ -204,7 +204,7 @@ FORMS = (
         shape=_plateau,
         also=("actuation_gain",),
     ),
-    Form(
+    LabForm(
         cause="nonlinear_stiffness",
         name="quintic",
         law="moment EI (k + c k^5), all along",
@@ -216,7 +216,7 @@ FORMS = (
         robot=_quintic,
         parameters=lambda acting: {"quintic_mm4": 1e12 * _quintic_m4(acting)},
     ),
-    Form(
+    LabForm(
         cause="nonlinear_stiffness",
         name="section",
         law="moment EI (k + c k^3) in one section only",

@@ -12,7 +12,7 @@ from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.lab import memory
 from catheter_sim.lab.engine import (
     Acting,
-    Form,
+    LabForm,
     Numbers,
     Scale,
     Shapes,
@@ -194,7 +194,7 @@ def _upper_ends(specimen: Specimen, segment: str) -> list[int]:
     return np.ceil(np.arange(1, _FIFTHS + 1) / _FIFTHS * len(own)).astype(int).tolist()
 
 
-_PLAY = Form(
+_PLAY = LabForm(
     cause="backlash",
     name="play",
     law="y = clip(y, u - w/2, u + w/2): the play operator, all channels alike",
@@ -205,7 +205,7 @@ _PLAY = Form(
     command=_played,
     parameters=_width,
 )
-_MU = Form(
+_MU = LabForm(
     cause="tendon_friction",
     name="capstan",
     law="at every hole T' in [T exp(-mu phi), T exp(mu phi)] (Euler), another mu",
@@ -229,7 +229,7 @@ FORMS = (
         every=each_channel,
         parameters=_own_width,
     ),
-    Form(
+    LabForm(
         cause="backlash",
         name="slack",
         law="a pair draws sign(u) max(|u| - s, 0)",
@@ -243,7 +243,7 @@ FORMS = (
         command=_slackened,
         parameters=_slack,
     ),
-    Form(
+    LabForm(
         cause="backlash",
         name="smooth",
         law="the mean of plays of widths 0 to 2 w (Prandtl and Ishlinskii): round corners",
@@ -253,7 +253,7 @@ FORMS = (
         most=40.0,
         command=_smooth,
     ),
-    Form(
+    LabForm(
         cause="backlash",
         name="uneven",
         law="the play operator, of another width in every channel",
@@ -267,7 +267,7 @@ FORMS = (
         command=_uneven,
         parameters=_own_widths,
     ),
-    Form(
+    LabForm(
         cause="backlash",
         name="at_joint",
         law="every joint's angle follows its elastic bend through a play of its own",
@@ -278,7 +278,7 @@ FORMS = (
         shape=_at_the_joints,
         also=("tendon_friction",),
     ),
-    Form(
+    LabForm(
         cause="backlash",
         name="soft",
         law="y = s u + (1 - s) play(u, w): a spring across the dead-band",
@@ -291,7 +291,7 @@ FORMS = (
         command=_soft,
         parameters=_soft_width,
     ),
-    Form(
+    LabForm(
         cause="backlash",
         name="narrowing",
         law="y = clip(y, u - w'/2, u + w'/2), w' = w (1 - 0.7 |u| / reach): the pull presses it together",
@@ -302,7 +302,7 @@ FORMS = (
         command=_narrowing,
     ),
     _MU,
-    Form(
+    LabForm(
         cause="tendon_friction",
         name="routing",
         law="before the robot T' in [T exp(-a), T exp(a)]: a path of a fixed turn (Euler)",
@@ -315,7 +315,7 @@ FORMS = (
         also=("backlash",),
         parameters=lambda acting: {"path_loss": 0.01 * acting.size},
     ),
-    Form(
+    LabForm(
         cause="tendon_friction",
         name="rusted",
         law="the same with the loss a (1 + u / reach) of a rusted path: its turn grows with the pull",
@@ -327,7 +327,7 @@ FORMS = (
         command=_rusted,
         also=("backlash",),
     ),
-    Form(
+    LabForm(
         cause="tendon_friction",
         name="wall",
         law="T' in T -+ c max(T - T0, 0): the tendon presses on a wall beyond a tension (Coulomb)",
@@ -340,7 +340,7 @@ FORMS = (
         command=_pressed,
         also=("backlash",),
     ),
-    Form(
+    LabForm(
         cause="tendon_friction",
         name="constant",
         law="every hole holds back the same force, whatever the tension: T_k in T_(k-1) -+ f",

@@ -11,7 +11,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Quantity
 from catheter_sim.lab.engine import (
     Acting,
-    Form,
+    LabForm,
     Numbers,
     Scale,
     channel_name,
@@ -193,7 +193,7 @@ def _coefficient(acting: Acting) -> Mapping[str, float]:
     return {f"{numbers['from']}_to_{numbers['to']}": _unit_share(acting) * acting.size}
 
 
-_COMMON = Form(
+_COMMON = LabForm(
     cause="actuation_gain",
     name="common",
     law="u' = s u, all channels alike",
@@ -205,7 +205,7 @@ _COMMON = Form(
     command=_scaled,
     parameters=_gain,
 )
-_ZERO = Form(
+_ZERO = LabForm(
     cause="actuation_offset",
     name="common",
     law="u' = u + o, all tendons alike",
@@ -226,7 +226,7 @@ FORMS = (
         every=each_channel,
         applies=several_channels,
     ),
-    Form(
+    LabForm(
         cause="actuation_gain",
         name="saturating",
         law="u' = u up to a knee, less of what exceeds it: an amplifier near its end",
@@ -238,7 +238,7 @@ FORMS = (
         command=_saturated,
         also=("nonlinear_stiffness",),
     ),
-    Form(
+    LabForm(
         cause="actuation_gain",
         name="wound",
         law="u' = u (1 + a |u| / reach): a tendon wound on itself lies on a larger drum",
@@ -250,7 +250,7 @@ FORMS = (
         also=("nonlinear_stiffness",),
         parameters=_curve,
     ),
-    Form(
+    LabForm(
         cause="actuation_gain",
         name="cranked",
         law="u' = r sin(u / r): a lever that a servo motor turns, in place of a drum",
@@ -270,7 +270,7 @@ FORMS = (
         every=each_channel,
         applies=several_channels,
     ),
-    Form(
+    LabForm(
         cause="actuation_offset",
         name="each_trial",
         law="u' = u + o_trial, uniform in -+o: zeroed by hand before each trial",
@@ -281,7 +281,7 @@ FORMS = (
         most=30.0,
         command=_zeroed_anew,
     ),
-    Form(
+    LabForm(
         cause="actuation_offset",
         name="preload",
         law="u' = u + o exp(-|u| / u0): a preload spring that is overcome",
@@ -291,7 +291,7 @@ FORMS = (
         most=30.0,
         command=_preloaded,
     ),
-    Form(
+    LabForm(
         cause="coupling",
         name="share",
         law="u_b' = u_b + c u_a, side to side",
@@ -306,7 +306,7 @@ FORMS = (
         command=_shared,
         parameters=_coefficient,
     ),
-    Form(
+    LabForm(
         cause="coupling",
         name="growing",
         law="u_b' = u_b + c u_a |u_a| / reach: it grows with bending",
@@ -321,7 +321,7 @@ FORMS = (
         command=_growing,
         parameters=_growth,
     ),
-    Form(
+    LabForm(
         cause="coupling",
         name="even",
         law="u_b' = u_b + c u_a^2 / reach: whichever way the other part is bent",
@@ -334,7 +334,7 @@ FORMS = (
         most=90.0,
         command=_even,
     ),
-    Form(
+    LabForm(
         cause="coupling",
         name="beyond",
         law="u_b' = u_b + c max(u_a - u0, 0): the tendons touch only beyond a bend, one way",

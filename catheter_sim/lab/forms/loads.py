@@ -9,7 +9,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.lab.engine import Acting, Form, Numbers, Scale, Shapes
+from catheter_sim.lab.engine import Acting, LabForm, Numbers, Scale, Shapes
 from catheter_sim.lab.specimen import Course, Specimen
 
 _EARTH_MPS2 = 9.81
@@ -92,7 +92,7 @@ def _tethered(acting: Acting, shapes: Shapes) -> Array:
 
 
 FORMS = (
-    Form(
+    LabForm(
         cause="payload",
         name="force",
         law="a constant force on the tip, base frame",
@@ -107,7 +107,7 @@ FORMS = (
         tip_force=_forced,
         parameters=_force,
     ),
-    Form(
+    LabForm(
         cause="payload",
         name="mass",
         law="a mass on the tip, where weight acts: it turns with nothing but gravity",
@@ -119,7 +119,7 @@ FORMS = (
         robot=_hung,
         parameters=lambda acting: {"mass_g": 1e3 * _mass_kg(acting)},
     ),
-    Form(
+    LabForm(
         cause="payload",
         name="unstated_weight",
         law="the robot's own weight, where the data set says that none acts",
@@ -132,7 +132,7 @@ FORMS = (
         most=10.0,
         gravity=_weight,
     ),
-    Form(
+    LabForm(
         cause="payload",
         name="body_force",
         law="a constant force halfway along the robot",
@@ -146,7 +146,7 @@ FORMS = (
         body_force=_pushed,
         also=("precurvature",),
     ),
-    Form(
+    LabForm(
         cause="payload",
         name="tether",
         law="a cable pulls the tip back toward its place at rest, as a spring",

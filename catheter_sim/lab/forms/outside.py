@@ -8,7 +8,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.lab import memory
-from catheter_sim.lab.engine import Acting, Form, Numbers, Scale, Shapes, of_cells, one_channel, rebent
+from catheter_sim.lab.engine import Acting, LabForm, Numbers, Scale, Shapes, of_cells, one_channel, rebent
 from catheter_sim.lab.specimen import Course, Specimen
 
 _PERCENT = 0.01
@@ -131,7 +131,7 @@ def _wall(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> N
     }
 
 
-_OUTSIDE = Form(cause="", name="outside", law="", known=False, purpose="tune", outside=True, start=5.0)
+_OUTSIDE = LabForm(cause="", name="outside", law="", known=False, purpose="tune", outside=True, start=5.0)
 FORMS = (
     replace(
         _OUTSIDE,

@@ -9,7 +9,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec, with_segments
-from catheter_sim.lab.engine import Acting, Form, Numbers, Scale, Shapes, of_cells, places_along, rebent
+from catheter_sim.lab.engine import Acting, LabForm, Numbers, Scale, Shapes, of_cells, places_along, rebent
 from catheter_sim.lab.forms.hysteresis import bends_joints
 from catheter_sim.lab.specimen import Course, Specimen
 
@@ -162,7 +162,7 @@ def _tip_half(along: Array) -> Array:
     return np.asarray(2.0 * (along > 0.5), dtype=np.float64)
 
 
-_CURVED = Form(
+_CURVED = LabForm(
     cause="precurvature",
     name="",
     law="",
@@ -234,7 +234,7 @@ FORMS = (
         applies=of_cells,
         shape=_rest_shape(_s_shape),
     ),
-    Form(
+    LabForm(
         cause="twist",
         name="holes",
         law="the holes turn about the backbone at a constant rate",
@@ -247,7 +247,7 @@ FORMS = (
         robot=_twisted,
         parameters=_twist_rate,
     ),
-    Form(
+    LabForm(
         cause="twist",
         name="cells",
         law="every cell of a robot that bends in one plane is mounted turned about the axis, alike",
@@ -260,7 +260,7 @@ FORMS = (
         shape=_turned_cells(lambda along: np.ones_like(along)),
         parameters=_cells_rate,
     ),
-    Form(
+    LabForm(
         cause="twist",
         name="more_and_more",
         law="the cells are turned about the axis the more, the nearer they are to the tip",
@@ -272,7 +272,7 @@ FORMS = (
         most=120.0,
         shape=_turned_cells(lambda along: 2.0 * along),
     ),
-    Form(
+    LabForm(
         cause="twist",
         name="tip_half",
         law="only the cells of the tip's half are turned",
@@ -284,7 +284,7 @@ FORMS = (
         most=160.0,
         shape=_turned_cells(_tip_half),
     ),
-    Form(
+    LabForm(
         cause="twist",
         name="wrung",
         law="it turns about its axis in proportion to the tensions' sum",

@@ -11,7 +11,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.lab import memory
 from catheter_sim.lab.engine import (
     Acting,
-    Form,
+    LabForm,
     Numbers,
     Scale,
     Shapes,
@@ -153,8 +153,8 @@ def _clamped(acting: Acting, course: Course, u: Array) -> Array:
     return u - 0.2 * acting.size * per_channel(acting) * memory.turning_points(u)
 
 
-_LATE = Form(cause="rate", name="", law="", known=True, purpose="both", start=3.0, most=_LONGEST)
-_ZERO = Form(
+_LATE = LabForm(cause="rate", name="", law="", known=True, purpose="both", start=3.0, most=_LONGEST)
+_ZERO = LabForm(
     cause="drift",
     name="zero",
     law="u' = u + z t, t from the trial's start, all tendons alike",
@@ -237,7 +237,7 @@ FORMS = (
         draw=one_channel,
         every=each_channel,
     ),
-    Form(
+    LabForm(
         cause="drift",
         name="creep",
         law="u' = u + a x with T x' = u - x: one Kelvin-Voigt element",
@@ -250,7 +250,7 @@ FORMS = (
         command=_creeping,
         parameters=_creep,
     ),
-    Form(
+    LabForm(
         cause="drift",
         name="temperature",
         law="u' = u + o sin(2 pi t / P + phase), phase by trial: a zero that follows the room",
@@ -261,7 +261,7 @@ FORMS = (
         most=25.0,
         command=_warm,
     ),
-    Form(
+    LabForm(
         cause="drift",
         name="response",
         law="every element bends on, by one Kelvin-Voigt element",
@@ -273,7 +273,7 @@ FORMS = (
         most=50.0,
         shape=_responding_once,
     ),
-    Form(
+    LabForm(
         cause="drift",
         name="log_creep",
         law="every element bends on, by about log(1 + t / t0): four Kelvin-Voigt elements",
@@ -285,7 +285,7 @@ FORMS = (
         most=50.0,
         shape=_responding,
     ),
-    Form(
+    LabForm(
         cause="drift",
         name="clamp",
         law="u' = u - s n, n reversals so far: a clamp that slips at every reversal",

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.arrays import Array
-from catheter_sim.lab.engine import Acting, Form, Numbers, Scale, Shapes
+from catheter_sim.lab.engine import Acting, LabForm, Numbers, Scale, Shapes
 from catheter_sim.lab.specimen import Course, Specimen
 
 _TENTH_MM = 1e-4
@@ -114,7 +114,7 @@ def _seed(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> N
 
 
 FORMS = (
-    Form(
+    LabForm(
         cause="measurement_frame",
         name="rigid",
         law="p' = R p + t",
@@ -128,7 +128,7 @@ FORMS = (
         seen=_moved,
         parameters=_frame,
     ),
-    Form(
+    LabForm(
         cause="measurement_frame",
         name="scale",
         law="p' = s p: a camera's scale",
@@ -140,7 +140,7 @@ FORMS = (
         seen=_stretched,
         parameters=lambda acting: {"scale": 1.0 + _FIFTH_PERCENT * acting.size},
     ),
-    Form(
+    LabForm(
         cause="measurement_frame",
         name="sheared",
         law="p' = p + a (p m) n, m and n at right angles: a tracker whose axes are not",
@@ -154,7 +154,7 @@ FORMS = (
         seen=_sheared,
         parameters=_shears,
     ),
-    Form(
+    LabForm(
         cause="measurement_frame",
         name="oblique",
         law="p' = p / (1 - a p n / L): a camera that looks on at a slant",
@@ -165,7 +165,7 @@ FORMS = (
         most=100.0,
         seen=_oblique,
     ),
-    Form(
+    LabForm(
         cause="measurement_frame",
         name="distorted",
         law="p' = p + a |p|^2 n: the bent field of an electromagnetic tracker",
@@ -176,7 +176,7 @@ FORMS = (
         most=200.0,
         seen=_distorted,
     ),
-    Form(
+    LabForm(
         cause="measurement_frame",
         name="each_trial",
         law="p' = p + t_trial, uniform in -+t: put up anew before each trial",

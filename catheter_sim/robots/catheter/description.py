@@ -50,7 +50,7 @@ FOUR_DOF = ("bending", "rigid", "bending", "rigid", "prismatic", "torsion")
 
 
 @dataclass(frozen=True)
-class Element:
+class CatheterElement:
     """A rigid piece of the catheter.
 
     Attributes:
@@ -73,7 +73,7 @@ def _ring_length_m(length_m: float, rings: int, half_gap_m: float) -> float:
     return length_m / rings - 2.0 * half_gap_m * (rings + 1) / rings
 
 
-def elements(robot: CatheterRobot) -> tuple[Element, ...]:
+def elements(robot: CatheterRobot) -> tuple[CatheterElement, ...]:
     """Return the robot's elements, base to tip."""
     rings = (item.rings if item.joint == "bending" else 0 for item in robot.segments)
     return _elements(
@@ -82,15 +82,15 @@ def elements(robot: CatheterRobot) -> tuple[Element, ...]:
 
 
 @lru_cache(maxsize=64)  # a diagnosis asks for the same few, robot by robot
-def _elements(segments: tuple[tuple[float, int, float], ...]) -> tuple[Element, ...]:
+def _elements(segments: tuple[tuple[float, int, float], ...]) -> tuple[CatheterElement, ...]:
     """Return the elements of segments of given length, rings (0: it is one rigid piece) and half gap."""
     result = []
     for index, (length_m, rings, half_gap_m) in enumerate(segments):
         if rings:
             pitch = _ring_length_m(length_m, rings, half_gap_m) + 2.0 * half_gap_m
-            result += [Element(index, ring, ring * pitch) for ring in range(1, rings + 1)]
+            result += [CatheterElement(index, ring, ring * pitch) for ring in range(1, rings + 1)]
         else:
-            result.append(Element(index, 0, length_m))
+            result.append(CatheterElement(index, 0, length_m))
     return tuple(result)
 
 

@@ -44,7 +44,7 @@ from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 
 
 @dataclass(frozen=True)
-class Piece:
+class VisualPiece:
     """What one body of the model stands for.
 
     Attributes:
@@ -63,19 +63,19 @@ class Piece:
     origin_m: float
 
 
-def pieces(robot: CatheterRobot) -> list[Piece]:
+def pieces(robot: CatheterRobot) -> list[VisualPiece]:
     """Return the bodies of the robot's model, base to tip."""
-    result: list[Piece] = []
+    result: list[VisualPiece] = []
     parts = list(enumerate(elements(robot), 1))
     for index, segment in enumerate(robot.segments):
         numbers = [number for number, part in parts if part.segment == index]
         if segment.joint != "bending":
-            result.append(Piece(link(numbers[0]), index, numbers[0], 0, 0.0))
+            result.append(VisualPiece(link(numbers[0]), index, numbers[0], 0, 0.0))
             continue
         heights = [float(height) for height in hinge_heights_m(segment)]
         for gap, number in enumerate(numbers, 1):
-            result.append(Piece(link(number), index, number, gap, heights[gap - 1]))
-        result.append(Piece(f"end_{segment.name}", index, 0, len(heights), heights[-1]))
+            result.append(VisualPiece(link(number), index, number, gap, heights[gap - 1]))
+        result.append(VisualPiece(f"end_{segment.name}", index, 0, len(heights), heights[-1]))
     return result
 
 
@@ -277,7 +277,7 @@ def base_bottom_m(robot: CatheterRobot) -> float:
     return -_BASE_MODULE * robot.segments[0].outer_radius_m
 
 
-def _starts_bending(every: list[Piece], index: int, first: bool = False) -> bool:
+def _starts_bending(every: list[VisualPiece], index: int, first: bool = False) -> bool:
     """Return whether the piece beyond body `index` is a bending segment's first ring."""
     return (index == 0) == first and index < len(every) and every[index].gap == 1
 
@@ -287,13 +287,13 @@ def _ends_guide(robot: CatheterRobot, index: int) -> bool:
     return index == len(robot.segments) - 1 or robot.segments[index + 1].joint == "prismatic"
 
 
-def _wire_start(robot: CatheterRobot, piece: Piece, height: float) -> Part:
+def _wire_start(robot: CatheterRobot, piece: VisualPiece, height: float) -> Part:
     """Return the wires below a bending segment's first hinge, which the piece before it carries."""
     segment = robot.segments[piece.segment]
     return Part(f"wires_{segment.name}.start", "wire_start", height, _turn(segment), NITI, "metal", False)
 
 
-def _module_parts(robot: CatheterRobot, piece: Piece) -> list[Part]:
+def _module_parts(robot: CatheterRobot, piece: VisualPiece) -> list[Part]:
     segment = robot.segments[piece.segment]
     colour = {"prismatic": _TUBE_MODULE, "rigid": PEEK_NEXT}.get(segment.joint, _STEEL)
     parts = [Part(f"module_{segment.name}", MODULE_PREFIX, 0.0, 0.0, colour, "plastic", True)]

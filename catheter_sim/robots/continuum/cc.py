@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
-from catheter_sim.robots.continuum.rods import Problem
+from catheter_sim.robots.continuum.rods import RodProblem
 
 # ----------------------------------------------------------------------------------------------------
 # Disks on chains of arcs, rows of tensions at once: the closed form of CC, compiled.
@@ -202,7 +202,7 @@ def _straightened(theta: Array, subsegments: Array | float) -> Array:
     return np.asarray(np.sinc(np.asarray(theta) / (2.0 * np.asarray(subsegments)) / math.pi))
 
 
-def bend_per_tension(rod: Problem) -> Array:
+def bend_per_tension(rod: RodProblem) -> Array:
     """Return each subsegment's unknowns (bend toward +x, +y, twist) per tension, shape (t, n, 3) [rad/N]."""
     runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]
     bent = runs[:, :, None] * rod.hole_m[:, None, :] * (rod.length_m / rod.bending_N_m2)[:, None]
@@ -210,7 +210,7 @@ def bend_per_tension(rod: Problem) -> Array:
     return np.concatenate([bent, np.zeros((*runs.shape, 1))], axis=2)
 
 
-def poses(rod: Problem, per_tension: Array, tension_N: Array) -> tuple[Array, Array]:
+def poses(rod: RodProblem, per_tension: Array, tension_N: Array) -> tuple[Array, Array]:
     """Return CC's disks 0 to n under tensions alone.
 
     Args:

@@ -14,7 +14,7 @@ from scipy.integrate import solve_bvp
 
 from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError
-from catheter_sim.robots.continuum.rods import Problem
+from catheter_sim.robots.continuum.rods import RodProblem
 
 # State of a piece, stacked: position, quaternion (w first), force and moment in the base frame.
 _SIZE = 13
@@ -37,7 +37,7 @@ class Ends:
 
 
 def collocate(
-    rod: Problem,
+    rod: RodProblem,
     tension_N: Array,
     force_N: Array,
     moment_N_m: Array,
@@ -116,7 +116,7 @@ def _cross_matrix(a: Array) -> Array:
     )
 
 
-def _strains(rod: Problem, y: Array) -> tuple[Array, Array, Array, Array, Array]:
+def _strains(rod: RodProblem, y: Array) -> tuple[Array, Array, Array, Array, Array]:
     """Return R, v, u and the wrench (n, m) in the body's frame at `y`, shape (pieces, points, 13)."""
     R = _matrices(y[..., _Q])
     n = np.einsum("...ji,...j->...i", R, y[..., _N])
@@ -126,7 +126,7 @@ def _strains(rod: Problem, y: Array) -> tuple[Array, Array, Array, Array, Array]
     return R, n / soft_shear + np.array([0.0, 0.0, 1.0]), m / soft_bend, n, m
 
 
-def _rates(rod: Problem, tension: Array, path: str, y: Array) -> Array:
+def _rates(rod: RodProblem, tension: Array, path: str, y: Array) -> Array:
     """Return the derivative of the stacked state by the share of each piece's length."""
     pieces = len(rod.length_m)
     y = np.moveaxis(y.reshape(pieces, _SIZE, -1), 1, 2)
@@ -155,7 +155,7 @@ def _rates(rod: Problem, tension: Array, path: str, y: Array) -> Array:
 
 
 def _tendons_along(
-    rod: Problem, tension: Array, v: Array, u: Array, n: Array, m: Array
+    rod: RodProblem, tension: Array, v: Array, u: Array, n: Array, m: Array
 ) -> tuple[Array, Array]:
     """Return the force and the moment per length of continuous tendons on the rod, in the body's frame.
 
@@ -197,7 +197,7 @@ def _tendons_along(
 
 
 def _conditions(
-    rod: Problem, tension: Array, force: Array, moment: Array, path: str, start: Array, end: Array
+    rod: RodProblem, tension: Array, force: Array, moment: Array, path: str, start: Array, end: Array
 ) -> Array:
     """Return what the pieces' ends miss of the base, of one another and of the disks' balance."""
     n = len(rod.length_m)
@@ -221,7 +221,7 @@ def _conditions(
 
 
 def _tendon_at_disk(
-    rod: Problem, k: int, j: int, path: str, start: Array, end: Array, R_start: Array, R_end: Array
+    rod: RodProblem, k: int, j: int, path: str, start: Array, end: Array, R_start: Array, R_end: Array
 ) -> Array:
     """Return the force on disk j + 1 per tension of tendon k, in the base frame (Eqs 24, 30, 32, 58)."""
     r = np.array([*rod.hole_m[k], 0.0])

@@ -561,7 +561,7 @@ class ReadChain:
 
 
 @dataclass(frozen=True)
-class _Cell:
+class _ChainCell:
     """What is between two disks that follow one another.
 
     Attributes:
@@ -665,7 +665,7 @@ def _cells(
     routed: Sequence[Routed],
     notes: list[str],
     where: str,
-) -> tuple[list[_Cell], int]:
+) -> tuple[list[_ChainCell], int]:
     """Return what is between the disks, from the base to the tip, and how many hinges each cell has."""
     count, places = len(hinges), [item.z_m for item in hinges]
     apart = float(np.mean(np.diff(places))) if count > 1 else max(abs(places[0]), 1e-3)
@@ -703,7 +703,7 @@ def _cells(
         if passed < there and any(abs(item.holes[0][1] - low) <= same for _, low in disks[:1]):
             notes.append(f"tendon {item.name}: it passes {passed} of {there} disks, and is led through all")
     return [
-        _Cell(low[1], high[1], tuple(hinges[low[0] : high[0]]), k + 1 in last)
+        _ChainCell(low[1], high[1], tuple(hinges[low[0] : high[0]]), k + 1 in last)
         for k, (low, high) in enumerate(pairwise(disks))
     ], every
 
@@ -766,14 +766,14 @@ def _tip(
 
 def _segments(
     model: mujoco.MjModel,
-    cells: Sequence[_Cell],
+    cells: Sequence[_ChainCell],
     every: int,
     routed: Sequence[Routed],
     notes: list[str],
 ) -> tuple[tuple[Segment, ...], list[int]]:
     """Return stretches of equal cells, cut where a tendon ends, and the segment's number of each cell."""
     radius_m = _outer_radius(model, routed)
-    groups: list[list[_Cell]] = []
+    groups: list[list[_ChainCell]] = []
     for k, cell in enumerate(cells):
         if k == 0 or cells[k - 1].ends or not _same_cells(groups[-1][0], cell):
             groups.append([])
@@ -822,12 +822,12 @@ def _segments(
     return tuple(found), [k for k, group in enumerate(groups) for _ in group]
 
 
-def _share(group: Sequence[_Cell]) -> float:
+def _share(group: Sequence[_ChainCell]) -> float:
     share = float(np.mean([cell.places[0] for cell in group]))
     return 0.5 if abs(share - 0.5) < _SAME_SHARE else _round(share)
 
 
-def _spread(cells: Sequence[_Cell], every: int, notes: list[str]) -> str:
+def _spread(cells: Sequence[_ChainCell], every: int, notes: list[str]) -> str:
     """Return how several hinges a cell stand there, "even" or "rod" (`layout.hinge_places`)."""
     if every == 1:
         return "even"
@@ -839,7 +839,7 @@ def _spread(cells: Sequence[_Cell], every: int, notes: list[str]) -> str:
     return "even"
 
 
-def _same_cells(one: _Cell, other: _Cell) -> bool:
+def _same_cells(one: _ChainCell, other: _ChainCell) -> bool:
     """Return whether two cells may be of one segment."""
     if len(one.hinges) != len(other.hinges) or abs(one.length_m / other.length_m - 1.0) > _SAME_SHARE:
         return False
@@ -875,7 +875,7 @@ def _round(value: float) -> float:
 
 
 def _tendon(
-    routed: Routed, segments: Sequence[Segment], cells: Sequence[_Cell], numbers: Sequence[int]
+    routed: Routed, segments: Sequence[Segment], cells: Sequence[_ChainCell], numbers: Sequence[int]
 ) -> Tendon:
     last = min(
         (k for k, cell in enumerate(cells) if cell.ends),
@@ -896,7 +896,7 @@ def _with_masses(
     frame: Frame,
     hinges: Sequence[Hinge],
     segments: tuple[Segment, ...],
-    cells: Sequence[_Cell],
+    cells: Sequence[_ChainCell],
     numbers: Sequence[int],
 ) -> tuple[tuple[Segment, ...], str, float]:
     """Return segments with masses, where these are, and how far they are off what each hinge carries [m]."""

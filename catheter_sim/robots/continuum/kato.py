@@ -236,7 +236,7 @@ _SAME_OPENING_M = 2e-5  # a root of a jump misses its value by more
 
 
 @dataclass(frozen=True)
-class Loop:
+class PublishedLoop:
     """A published opening between arching and extending.
 
     Attributes:
@@ -291,8 +291,8 @@ def _antagonistic(*tensions: float) -> tuple[tuple[float, float], ...]:
     return tuple((tension, 0.12) for tension in tensions)
 
 
-SINGLE_LOOP = Loop(9.8e-3, _single(0.0, 0.1, 0.2, 0.3, 0.4), "Kato 2016, Results: 9.8 mm at 0.4 N")
-ANTAGONISTIC_LOOP = Loop(
+SINGLE_LOOP = PublishedLoop(9.8e-3, _single(0.0, 0.1, 0.2, 0.3, 0.4), "Kato 2016, Results: 9.8 mm at 0.4 N")
+ANTAGONISTIC_LOOP = PublishedLoop(
     13.2e-3, _antagonistic(0.12, 0.24, 0.36, 0.48), "Kato 2016, Results: 13.2 mm at (0.12, 0.48) N"
 )
 
@@ -327,7 +327,7 @@ def identify(solve: _Solve, highest_N: float = FULL_REVERSAL_N) -> Identificatio
     return Identification(highest_N, found, checks)
 
 
-def loop_opening(solve: _Solve, loop: Loop, mu: float, highest_N: float) -> float:
+def loop_opening(solve: _Solve, loop: PublishedLoop, mu: float, highest_N: float) -> float:
     """Return the distance of a model's tips in arching and extending [m].
 
     Args:
@@ -342,12 +342,12 @@ def loop_opening(solve: _Solve, loop: Loop, mu: float, highest_N: float) -> floa
     return float(np.linalg.norm(tips[-1] - tips[len(loop.arching) - 1]))
 
 
-def friction_from_opening(solve: _Solve, loop: Loop, highest_N: float) -> tuple[float, ...]:
+def friction_from_opening(solve: _Solve, loop: PublishedLoop, highest_N: float) -> tuple[float, ...]:
     """Return the values of mu in 0 to 1 that give the loop's published opening; often two, or none."""
     return _crossings(lambda mu: loop_opening(solve, loop, mu, highest_N), loop.opening_m, _MU_GRID)
 
 
-def highest_tension_from_opening(solve: _Solve, loop: Loop, mu: float) -> tuple[float, ...]:
+def highest_tension_from_opening(solve: _Solve, loop: PublishedLoop, mu: float) -> tuple[float, ...]:
     """Return the tensions [N] from which extending must start to give the loop's published opening."""
     grid = loop.arching[-1][0] + _TENSION_GRID_N
     return _crossings(lambda tension: loop_opening(solve, loop, mu, tension), loop.opening_m, grid)

@@ -24,8 +24,8 @@ from catheter_sim.robots.continuum.lumped_kernels import (
     solve_rows,
 )
 from catheter_sim.robots.continuum.rods import (
-    Load,
-    Problem,
+    RodLoad,
+    RodProblem,
     driven,
     linear_bends,
     load,
@@ -52,7 +52,7 @@ _STEP_RAD = 2.5
 
 
 @dataclass(frozen=True)
-class Equilibria:
+class LumpedEquilibria:
     """Equilibria of a robot under r rows of loads, and the evidence.
 
     Attributes:
@@ -69,8 +69,8 @@ class Equilibria:
         steps: load steps that were taken, shape (r,).
     """
 
-    rod: Problem
-    load: Load
+    rod: RodProblem
+    load: RodLoad
     model: int
     unknowns: Array
     p_w: Array
@@ -83,13 +83,13 @@ class Equilibria:
 
 
 def equilibria(
-    rod: Problem,
-    loads: Load,
+    rod: RodProblem,
+    loads: RodLoad,
     model: int,
     projected: bool = True,
     guess: Array | None = None,
     threads: int = 1,
-) -> Equilibria:
+) -> LumpedEquilibria:
     """Return the equilibria of `rod` under `loads`.
 
     Args:
@@ -109,7 +109,7 @@ def equilibria(
         guess = np.concatenate([linear, np.zeros((rows, n, 1))], axis=2)
     unknowns = np.array(guess, dtype=float)
     turn = np.hypot(linear[:, :, 0], linear[:, :, 1]).sum(axis=1)
-    result = Equilibria(
+    result = LumpedEquilibria(
         rod=rod,
         load=loads,
         model=model,
@@ -151,7 +151,7 @@ def equilibria(
     return result
 
 
-def free(rod: Problem, model: int) -> NDArray[np.bool_]:
+def free(rod: RodProblem, model: int) -> NDArray[np.bool_]:
     """Return which unknowns may move, shape (n, d): no twist where GJ is infinite, no plane but xz."""
     result = np.ones((len(rod.length_m), DEGREES[model]), dtype=bool)
     result[:, -1] = np.isfinite(rod.torsion_N_m2)
@@ -227,8 +227,8 @@ def prb_middle(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> St
 
 
 def prb_printed(
-    rod: Problem, loads: Load, row: int = 0, start: Array | None = None, tolerance: float = 1e-10
-) -> tuple[Equilibria, float]:
+    rod: RodProblem, loads: RodLoad, row: int = 0, start: Array | None = None, tolerance: float = 1e-10
+) -> tuple[LumpedEquilibria, float]:
     """Return what Levenberg and Marquardt's method makes of the printed residual, as the benchmark used it.
 
     Derivatives by differences; the plane's residual is M* . y - |M*|.
@@ -244,7 +244,7 @@ def prb_printed(
         Where it stopped, as one row whose `residual` is that of the simple form [N m], and the sum of
         squares of the printed residual there.
     """
-    one = Load(loads.tension_N[[row]], loads.force_N[[row]], loads.moment_N_m[[row]])
+    one = RodLoad(loads.tension_N[[row]], loads.force_N[[row]], loads.moment_N_m[[row]])
     n = len(rod.length_m)
     may_move = free(rod, LINKS)
     if rod.mu or not may_move.all():
@@ -271,7 +271,7 @@ def prb_printed(
     begin = np.zeros(5 * n) if start is None else np.asarray(start, dtype=float).ravel()
     found = least_squares(printed, begin, method="lm", xtol=tolerance, ftol=tolerance, gtol=tolerance)
     printed(found.x)
-    stopped = Equilibria(
+    stopped = LumpedEquilibria(
         rod=rod, load=one, model=LINKS, unknowns=found.x.reshape(1, n, 5), p_w=p_w[None], R_w=R_w[None],
         span_tension=span[None], wrench=wrench[None], residual=np.abs(r).max()[None],
         reached=np.ones(1), steps=np.ones(1, dtype=np.int64),

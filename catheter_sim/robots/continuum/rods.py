@@ -55,7 +55,7 @@ def share_out(solve: Callable[[slice], None], rows: int, threads: int) -> None:
 
 
 @dataclass(frozen=True)
-class Problem:
+class RodProblem:
     """A robot of n subsegments and t tendons; `stiffness_scale` is already in the stiffnesses.
 
     Attributes:
@@ -90,7 +90,7 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Load:
+class RodLoad:
     """What acts on a robot at each of r rows, in the base frame; the loads keep their direction.
 
     Attributes:
@@ -107,7 +107,7 @@ class Load:
         return len(self.tension_N)
 
 
-def problem(robot: ContinuumRobot) -> Problem:
+def problem(robot: ContinuumRobot) -> RodProblem:
     """Return `robot` as arrays; its `effects`, `dynamics` and `links_per_subsegment` are not read.
 
     `stiffness_scale` multiplies all four stiffnesses, as a change of Young's modulus does.
@@ -124,7 +124,7 @@ def problem(robot: ContinuumRobot) -> Problem:
     def scaled(name: str) -> Array:
         return robot.stiffness_scale * np.array([float(getattr(segment, name)) for segment in parts])
 
-    return Problem(
+    return RodProblem(
         name=robot.name,
         length_m=length,
         bending_N_m2=scaled("bending_stiffness_N_m2"),
@@ -178,7 +178,7 @@ def is_rod(robot: ContinuumRobot) -> bool:
     return not unsupported(robot)
 
 
-def load(rod: Problem, inputs: Inputs, gravity_mps2: Array) -> Load:
+def load(rod: RodProblem, inputs: Inputs, gravity_mps2: Array) -> RodLoad:
     """Return the tensions, weights and tip loads of every row of `inputs`.
 
     Displacement inputs leave the tensions at zero: see `displacement.driven`.
@@ -192,10 +192,10 @@ def load(rod: Problem, inputs: Inputs, gravity_mps2: Array) -> Load:
     tension = np.array(inputs.tendon, dtype=float)
     if inputs.actuation != "tension":
         tension[:] = 0.0
-    return Load(tension_N=tension, force_N=force, moment_N_m=moment)
+    return RodLoad(tension_N=tension, force_N=force, moment_N_m=moment)
 
 
-def linear_bends(rod: Problem, loads: Load) -> Array:
+def linear_bends(rod: RodProblem, loads: RodLoad) -> Array:
     """Return the bends toward +x and +y that the straight robot's moments give, shape (r, n, 2) [rad]."""
     runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]  # (t, n)
     by_tendon = loads.tension_N @ (rod.hole_m[:, :, None] * runs[:, None]).transpose(1, 0, 2)  # (2, r, n)
@@ -216,11 +216,11 @@ def linear_bends(rod: Problem, loads: Load) -> Array:
 # The disks' poses of a rod model as postures and as a run.
 
 
-class Solved(Protocol):
+class SolvedRods(Protocol):
     """What the solvers of all models return, row by row."""
 
     @property
-    def load(self) -> Load:
+    def load(self) -> RodLoad:
         """What was balanced."""
 
     @property
@@ -243,10 +243,10 @@ class Solved(Protocol):
 def run_of(
     model: str,
     robot: ContinuumRobot,
-    rod: Problem,
+    rod: RodProblem,
     inputs: Inputs,
     gravity_mps2: Array,
-    found: Solved,
+    found: SolvedRods,
     residual: Array,
 ) -> StaticRun:
     """Return what a solver found as a run.
@@ -273,7 +273,12 @@ def run_of(
 
 
 def postures(
-    robot: ContinuumRobot, rod: Problem, p_w: Array, R_w: Array, actuator_tension: Array, span_tension: Array
+    robot: ContinuumRobot,
+    rod: RodProblem,
+    p_w: Array,
+    R_w: Array,
+    actuator_tension: Array,
+    span_tension: Array,
 ) -> tuple[Posture, ...]:
     """Return r postures of `robot`.
 
@@ -293,7 +298,7 @@ def postures(
     )
 
 
-def hinge_angles(robot: ContinuumRobot, rod: Problem, R_w: Array) -> Array:
+def hinge_angles(robot: ContinuumRobot, rod: RodProblem, R_w: Array) -> Array:
     """Return the hinges' angles in the order of `joint_names`, shape (r, m) [rad].
 
     The turn from disk to disk, as a rotation vector, is shared equally by the hinges between them.
@@ -360,7 +365,7 @@ _AT_ONCE = (0.0,)
 _SOFTENING = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0)
 _MOST_SWAPS = 50
 
-Found = TypeVar("Found", bound=Solved)
+Found = TypeVar("Found", bound=SolvedRods)
 
 
 @dataclass(frozen=True)
@@ -390,12 +395,12 @@ def drive(robot: ContinuumRobot, displacement_m: Array) -> DisplacementDrive:
 def driven(
     model: str,
     robot: ContinuumRobot,
-    rod: Problem,
+    rod: RodProblem,
     inputs: Inputs,
-    loads: Load,
-    solve: Callable[[Load], Found],
+    loads: RodLoad,
+    solve: Callable[[RodLoad], Found],
     lengths: Callable[[Found], Array],
-) -> Load:
+) -> RodLoad:
     """Return `loads` with the tensions that the displacements of `inputs` bring about.
 
     Args:
@@ -420,10 +425,10 @@ def driven(
 
 
 def tensions(
-    rod: Problem,
+    rod: RodProblem,
     drive: DisplacementDrive,
-    loads: Load,
-    solve: Callable[[Load], Found],
+    loads: RodLoad,
+    solve: Callable[[RodLoad], Found],
     lengths: Callable[[Found], Array],
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Return tensions, shape (r, t) [N], and whether they were found, shape (r,).
@@ -441,7 +446,7 @@ def tensions(
         left = np.flatnonzero(~good)
         tension[left] = 0.0
         for softer in softening:
-            part = Load(tension[left], loads.force_N[left], loads.moment_N_m[left])
+            part = RodLoad(tension[left], loads.force_N[left], loads.moment_N_m[left])
             compliance = 1.0 / drive.stiffness_N_per_m + softer * bending
             found, balanced = _balanced(typical, compliance, target[left], part, rod, solve, lengths)
             tension[left[balanced]] = found[balanced]
@@ -454,9 +459,9 @@ def _balanced(
     typical: Array,
     compliance: Array,
     target: Array,
-    loads: Load,
-    rod: Problem,
-    solve: Callable[[Load], Found],
+    loads: RodLoad,
+    rod: RodProblem,
+    solve: Callable[[RodLoad], Found],
     lengths: Callable[[Found], Array],
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Return tensions where compliance T + d meets `target` or T is zero, and the rows that balance.
@@ -472,7 +477,7 @@ def _balanced(
         # Each row and, next to it, the same with each tension a little higher.
         tries = (tension[left, None] + shift).reshape(-1, tendons)
         around = np.repeat(left, tendons + 1)
-        found = solve(Load(tries, loads.force_N[around], loads.moment_N_m[around]))
+        found = solve(RodLoad(tries, loads.force_N[around], loads.moment_N_m[around]))
         short = (straight - lengths(found)).reshape(-1, tendons + 1, tendons)
         slope = np.swapaxes(short[:, 1:] - short[:, :1], 1, 2) / (_DIFFERENCE * typical)
         slope += np.diag(compliance)
@@ -492,7 +497,7 @@ def _balanced(
     return tension, good
 
 
-def _bending_tensions(rod: Problem) -> Array:
+def _bending_tensions(rod: RodProblem) -> Array:
     """Return the tension of each tendon that would bend the robot by 1 rad, shape (t,) [N]."""
     radius = np.maximum(np.hypot(rod.hole_m[:, 0], rod.hole_m[:, 1]), 1e-3 * rod.disk_z_m[-1])
     compliance = np.cumsum(rod.length_m / rod.bending_N_m2)[rod.last_disk - 1]
@@ -520,7 +525,7 @@ def _taut(matrix: Array, constant: Array) -> Array:
     return np.maximum(result, 0.0)
 
 
-def straight_lengths(found: Solved, rod: Problem) -> Array:
+def straight_lengths(found: SolvedRods, rod: RodProblem) -> Array:
     """Return the lengths of tendons that are straight from disk to disk, shape (r, t) [m]."""
     at = found.p_w[:, :, None] + np.einsum("rjab,tb->rjta", found.R_w[..., :2], rod.hole_m)
     spans = np.linalg.norm(np.diff(at, axis=1), axis=-1)  # (r, n, t)
@@ -566,8 +571,8 @@ class Equilibria:
         corrections: of Newton's method, shape (r,).
     """
 
-    rod: Problem
-    load: Load
+    rod: RodProblem
+    load: RodLoad
     path: str
     p_w: Array
     R_w: Array
@@ -579,8 +584,8 @@ class Equilibria:
 
 
 def equilibria(
-    rod: Problem,
-    loads: Load,
+    rod: RodProblem,
+    loads: RodLoad,
     path: str,
     steps: int = 0,
     longest_step: float = 1.0,
@@ -637,7 +642,7 @@ def equilibria(
     return result
 
 
-def far_from_before(rod: Problem, loads: Load) -> NDArray[np.bool_]:
+def far_from_before(rod: RodProblem, loads: RodLoad) -> NDArray[np.bool_]:
     """Return which rows do not start from the row before, by the turn of the straight robot, shape (r,)."""
     change = np.diff(linear_bends(rod, loads), axis=0)
     turn = np.hypot(change[:, :, 0], change[:, :, 1]).sum(axis=1)
@@ -657,7 +662,7 @@ def path_lengths(found: Equilibria) -> Array:
     return length
 
 
-def sections(rod: Problem, steps: int) -> Array:
+def sections(rod: RodProblem, steps: int) -> Array:
     """Return the subsegments as the compiled code takes them, shape (n, 8).
 
     Args:

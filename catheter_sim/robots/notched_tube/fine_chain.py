@@ -33,7 +33,7 @@ _STRETCH = 1e-3  # of the unknown stretches
 
 
 @dataclass(frozen=True)
-class Acting:
+class FineLoads:
     """What acts on a tube: each notch's tension, tip force and gravity, (n,) [N], (3,) [N] and [m/s^2]."""
 
     tension: Array
@@ -56,7 +56,7 @@ class FineChain:
     energy_J: float
 
 
-def at_rest(robot: NotchedTubeRobot, acting: Acting, links: int, alike: bool, axes: int) -> FineChain:
+def at_rest(robot: NotchedTubeRobot, acting: FineLoads, links: int, alike: bool, axes: int) -> FineChain:
     """Return the chain's rest by minimising its energy.
 
     Args:
@@ -133,7 +133,7 @@ def _elastic(robot: NotchedTubeRobot, item: Notch, grid: Array, turns: Array, st
 
 
 def _potential(
-    robot: NotchedTubeRobot, row: list[Notch], turns: Array, stretch: Array, acting: Acting
+    robot: NotchedTubeRobot, row: list[Notch], turns: Array, stretch: Array, acting: FineLoads
 ) -> float:
     """Return tension times tendon less the work of force and weight."""
     faces, middles, spans = _placed(robot, row, turns, stretch)

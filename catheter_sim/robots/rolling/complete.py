@@ -122,7 +122,7 @@ def _turns(chain: RollingChain, theta: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Loads:
+class LinkLoads:
     """Forces at points of links, and a moment on the last link, all steady in the base frame.
 
     Attributes:
@@ -146,7 +146,7 @@ def loads(
     force_tip: Array | None = None,
     moment_tip: Array | None = None,
     others: Sequence[LinkForce] = (),
-) -> Loads:
+) -> LinkLoads:
     """Return the weight of every link, the tip's load and `others`.
 
     Args:
@@ -182,10 +182,10 @@ def loads(
     )
     order = np.argsort(link, kind="stable")
     moment = np.zeros(3) if moment_tip is None else np.asarray(moment_tip, dtype=float)
-    return Loads(link[order], point[order], force[order], moment, int(np.flatnonzero(order == n)[0]))
+    return LinkLoads(link[order], point[order], force[order], moment, int(np.flatnonzero(order == n)[0]))
 
 
-def load_points(links: Frames, acting: Loads) -> Array:
+def load_points(links: Frames, acting: LinkLoads) -> Array:
     """Return where the forces act in the base frame, shape (..., p, 3) [m]."""
     origin = links.origin[..., acting.link, :]
     R = links.R_w[..., acting.link, :, :]
@@ -217,11 +217,11 @@ class Stretch:
 
     drive_from: Array
     drive_to: Array
-    loads_from: Loads
-    loads_to: Loads
+    loads_from: LinkLoads
+    loads_to: LinkLoads
     steps: int
 
-    def at(self, part: float) -> tuple[Array, Loads]:
+    def at(self, part: float) -> tuple[Array, LinkLoads]:
         """Return what acts at a share of the way."""
 
         def blend(start: Array, end: Array) -> Array:
@@ -234,7 +234,7 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Standing:
+class StandingLinks:
     """Where a robot stands after rows of inputs, and what its friction remembers: rows may go on from there.
 
     Attributes:
@@ -272,7 +272,7 @@ class Ways:
     force: Array
     tip_moment: Array
     steps: np.ndarray
-    at_rest: Loads
+    at_rest: LinkLoads
 
 
 def ways(
@@ -282,7 +282,7 @@ def ways(
     others: Sequence[LinkForce] = (),
     step_bend_rad: float | None = None,
     alone_bend_rad: float | None = None,
-    after: Standing | None = None,
+    after: StandingLinks | None = None,
 ) -> Ways:
     """Return the way to rest under the weight and `others` alone, and the way to each row of inputs.
 
@@ -590,7 +590,7 @@ def reactions(
     chain: RollingChain,
     theta: Array,
     tension: Tensions,
-    acting: Loads,
+    acting: LinkLoads,
     link_length: Array | None = None,
 ) -> Reactions:
     """Return what the joints carry at the bend angles `theta`.
@@ -647,7 +647,7 @@ def _pulls(
             yield lower, chord, float(tension.at_joint[r, k])
 
 
-def compressions(chain: RollingChain, links: Frames, tension: Tensions, acting: Loads) -> Array:
+def compressions(chain: RollingChain, links: Frames, tension: Tensions, acting: LinkLoads) -> Array:
     """Return the force that presses each link together along its axis, shape (..., n) [N].
 
     Its rods, whose tension falls along the hole by friction (the mean is taken), and the loads that
@@ -688,7 +688,7 @@ class Balance:
     link_length: Array
 
 
-def load_moments(chain: RollingChain, links: Frames, theta: Array, acting: Loads) -> tuple[Array, Array]:
+def load_moments(chain: RollingChain, links: Frames, theta: Array, acting: LinkLoads) -> tuple[Array, Array]:
     """Return what the loads do about each joint, and its derivative, shapes (..., n) and (..., n, n)."""
     arm = load_points(links, acting)[..., None, :, :] - links.contact[..., :, None, :]
     beyond = acting.link[None, :] >= np.arange(chain.joints)[:, None]
@@ -709,7 +709,7 @@ def load_moments(chain: RollingChain, links: Frames, theta: Array, acting: Loads
 
 
 def balance(
-    chain: RollingChain, theta: Array, drive: Array, kept: Array, acting: Loads, link_length: Array
+    chain: RollingChain, theta: Array, drive: Array, kept: Array, acting: LinkLoads, link_length: Array
 ) -> Balance:
     """Return what acts about each joint at the bend angles `theta`.
 
@@ -743,7 +743,7 @@ def balance(
 def equilibrium(
     chain: RollingChain,
     drive: Array,
-    acting: Loads,
+    acting: LinkLoads,
     start: Array,
     kept: Array,
     link_length: Array | None = None,
@@ -808,7 +808,7 @@ class Solved:
     unbalanced: Array
     steps: np.ndarray
     made: Array
-    end: Standing | None = None
+    end: StandingLinks | None = None
 
 
 def complete(
@@ -863,7 +863,7 @@ def solve_history(
     alone_bend_rad: float | None = None,
     guide: Solved | None = None,
     pre_sliding_m: tuple[float, ...] = (),
-    after: Standing | None = None,
+    after: StandingLinks | None = None,
 ) -> Solved:
     """Return the equilibria of every row, one after another, by the complete balance.
 
@@ -903,7 +903,7 @@ def solve_history(
     )
     if reached < r:
         raise _no_equilibrium("complete", inputs, reached)
-    end = Standing(angle, lengths, memory, way.drive[-1], way.force[-1], way.tip_moment[-1])
+    end = StandingLinks(angle, lengths, memory, way.drive[-1], way.force[-1], way.tip_moment[-1])
     return Solved(theta[1:], at_joint[1:], length[1:], value[1:], steps, made, end)
 
 

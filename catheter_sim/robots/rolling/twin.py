@@ -11,7 +11,13 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, numbers_of, slice_inputs
 from catheter_sim.core.statics import Twin, TwinStates
 from catheter_sim.errors import InputError
-from catheter_sim.robots.rolling.complete import Solved, Standing, faces, several_rods_at_once, solve_history
+from catheter_sim.robots.rolling.complete import (
+    Solved,
+    StandingLinks,
+    faces,
+    several_rods_at_once,
+    solve_history,
+)
 from catheter_sim.robots.rolling.description import RollingChain, rolling_chain
 from catheter_sim.robots.rolling.spec import RollingRobot
 
@@ -42,7 +48,9 @@ class _How:
     gravity_mps2: Array
     sliding: bool
 
-    def solve(self, inputs: Inputs, guide: Solved | None = None, after: Standing | None = None) -> Solved:
+    def solve(
+        self, inputs: Inputs, guide: Solved | None = None, after: StandingLinks | None = None
+    ) -> Solved:
         """Return where the robot is along rows of inputs; arguments and errors of `solve_history`."""
         return solve_history(
             self.chain,

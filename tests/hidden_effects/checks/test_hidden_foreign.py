@@ -19,7 +19,7 @@ from hidden_effects.foreign_models import (
     summary,
 )
 
-from catheter_sim.foreign.model import SUMMARIES, ForeignModel, Runner, Trial, variants_of
+from catheter_sim.foreign.model import SUMMARIES, ForeignModel, ForeignTrial, Runner, variants_of
 
 MODELS = Path(__file__).parents[3] / "assets" / "foreign"
 
@@ -74,7 +74,7 @@ def test_nature_without_causes_is_the_file_with_a_finer_step(name: str) -> None:
     path = MODELS / name / f"{name}.xml"
     time_s, controls, readings = recordings(MODELS / name, subject, None, np.random.default_rng(1), 1)[0]
     model = ForeignModel(path, (0.0, 0.0, -9.81), timestep_s=0.00025).measured(subject.columns, "test")
-    trial = Trial("a", "train", time_s, controls, readings)
+    trial = ForeignTrial("a", "train", time_s, controls, readings)
     errors = Runner(model, 1.0).outputs([{}], [trial])[0][0] - readings
     noise = [0.05] * len(subject.joints) + [0.3] * 3
     assert np.sqrt(np.mean((errors / noise) ** 2)) == pytest.approx(1.0, abs=0.1)

@@ -16,7 +16,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.nuisance import calibration_numbers
-from catheter_sim.effects.apply import Commands, arriving_inputs, embodied, with_effects
+from catheter_sim.effects.apply import ArrivingCommands, arriving_inputs, embodied, with_effects
 from catheter_sim.envs.robots import Plant, quick_model
 from catheter_sim.errors import InputError
 from catheter_sim.exporting.elements import EXACT, find_causes
@@ -134,7 +134,7 @@ def test_a_cause_of_a_channel_acts_on_what_the_channel_moves(
     np.testing.assert_allclose(arrived[:, :2], arriving_inputs(four, other).tendon[:, :2], atol=1e-15)
     np.testing.assert_allclose(arrived[:, 1], -arrived[:, 0], atol=1e-15)
     assert np.abs(arrived - one.tendon).max() > 1e-4
-    commands = Commands(motors)
+    commands = ArrivingCommands(motors)
     stepped = [commands.step(row, float(k > 0))[0] for k, row in enumerate(one.tendon)]
     np.testing.assert_allclose(stepped, arrived, atol=1e-9)
 

@@ -35,7 +35,7 @@ from catheter_sim.robots.continuum.lumped_kernels import (
     evaluate,
     newton_step,
 )
-from catheter_sim.robots.continuum.rods import Load, Problem, load, problem
+from catheter_sim.robots.continuum.rods import RodLoad, RodProblem, load, problem
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("tdcr")]  # compiled once, half a minute
 
@@ -98,7 +98,7 @@ def test_published_mean_errors_of_scenario_2():
     assert mean_errors(cc_sub(robot, inputs, NO_GRAVITY), across) == pytest.approx((0.93, 1.19), abs=6e-3)
 
 
-def moments_at_bases(body: Problem, loads: Load, p_w, R_w, projected=True) -> np.ndarray:
+def moments_at_bases(body: RodProblem, loads: RodLoad, p_w, R_w, projected=True) -> np.ndarray:
     """Moment of everything beyond each subsegment's base, from Eqs. 30-33, 44-47, 58 in plain loops."""
     n = len(body.length_m)
     forces = [loads.force_N[0, m].copy() for m in range(n)]
@@ -123,7 +123,7 @@ def test_arcs_balance_by_a_second_sum(projected):
     """The arcs' moments (Eq. 43) are those of all forces beyond their bases, summed in plain loops."""
     body = problem(benchmark(4))
     rng = np.random.default_rng(7)
-    loads = Load(
+    loads = RodLoad(
         rng.uniform(0.0, 5.0, (1, 4)), 0.1 * rng.normal(size=(1, 8, 3)), 2e-3 * rng.normal(size=(1, 8, 3))
     )
     found = equilibria(body, loads, ARC, projected)
@@ -234,7 +234,9 @@ def test_full_load_is_reached_by_the_way_of_small_loads(name, force):
     assert (straight.reached == 1.0).all()
     guess = None
     for share in np.linspace(0.025, 1.0, 40):
-        part = Load(share * straight.load.tension_N, share * straight.load.force_N, straight.load.moment_N_m)
+        part = RodLoad(
+            share * straight.load.tension_N, share * straight.load.force_N, straight.load.moment_N_m
+        )
         found = equilibria(body, part, model, guess=guess)
         guess = found.unknowns
     np.testing.assert_allclose(found.p_w, straight.p_w, atol=1e-9)

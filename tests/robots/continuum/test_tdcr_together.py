@@ -10,13 +10,13 @@ import pytest
 from catheter_sim.robots.continuum import lumped, rods
 from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
 from catheter_sim.robots.continuum.published import spacer_disk
-from catheter_sim.robots.continuum.rods import Load, Problem, problem
+from catheter_sim.robots.continuum.rods import RodLoad, RodProblem, problem
 
 FULL_PULL_N = 5.55
 ROWS = 19  # two eights and three
 
 
-def _loads(body: Problem, size_N: float, rows: int = ROWS, pull_N: float = FULL_PULL_N) -> Load:
+def _loads(body: RodProblem, size_N: float, rows: int = ROWS, pull_N: float = FULL_PULL_N) -> RodLoad:
     """Return random tensions and forces on the tip; the first row has none, the second one no tension."""
     rng = np.random.default_rng(5)
     n = len(body.length_m)
@@ -25,11 +25,11 @@ def _loads(body: Problem, size_N: float, rows: int = ROWS, pull_N: float = FULL_
     force[:, -1] = rng.normal(size=(rows, 3)) * size_N
     moment[:, -1] = rng.normal(size=(rows, 3)) * size_N * 0.02
     tension[:2], force[0], moment[0] = 0.0, 0.0, 0.0
-    return Load(tension, force, moment)
+    return RodLoad(tension, force, moment)
 
 
-def _row(loads: Load, k: int) -> Load:
-    return Load(loads.tension_N[k : k + 1], loads.force_N[k : k + 1], loads.moment_N_m[k : k + 1])
+def _row(loads: RodLoad, k: int) -> RodLoad:
+    return RodLoad(loads.tension_N[k : k + 1], loads.force_N[k : k + 1], loads.moment_N_m[k : k + 1])
 
 
 @pytest.mark.parametrize("model", [ARC, LINKS, LINKS_MIDDLE])
@@ -72,6 +72,6 @@ def test_rows_near_one_another_follow_the_row_before() -> None:
     body = problem(spacer_disk())
     tension = np.linspace(0.0, 1.0, 40)[:, None] * [FULL_PULL_N, 0.0, 0.3 * FULL_PULL_N, 0.0]
     zero = np.zeros((40, len(body.length_m), 3))
-    loads = Load(tension, zero, zero)
+    loads = RodLoad(tension, zero, zero)
     assert not rods.far_from_before(body, loads)[1:].any()
-    assert rods.far_from_before(body, Load(tension[::-20], zero[::-20], zero[::-20])).all()
+    assert rods.far_from_before(body, RodLoad(tension[::-20], zero[::-20], zero[::-20])).all()

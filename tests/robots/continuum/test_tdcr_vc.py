@@ -19,7 +19,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum import lumped
 from catheter_sim.robots.continuum.lumped_kernels import LINKS
 from catheter_sim.robots.continuum.published import spacer_disk
-from catheter_sim.robots.continuum.rods import Equilibria, Load, Problem, equilibria, load, problem
+from catheter_sim.robots.continuum.rods import Equilibria, RodLoad, RodProblem, equilibria, load, problem
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.theory.static_models import STATIC_MODELS
 
@@ -31,7 +31,7 @@ LENGTH_M, EI, GJ, EA, GA, ARM_M = 0.1, 4e-3, 3e-3, 1e5, 4e4, 8e-3
 FULL_N = 5.55329741  # Rao 2021, Eq. 55
 
 
-def rod(disks: int = 10, mu: float = 0.0, turned: float = 0.0, stiff: bool = False) -> Problem:
+def rod(disks: int = 10, mu: float = 0.0, turned: float = 0.0, stiff: bool = False) -> RodProblem:
     """Return a rod of one segment, three tendons 120 deg apart, the first one at +x turned by `turned`."""
     segment = Segment(
         "s", LENGTH_M, disks, 0.01, EI, 2e-3, torsion_stiffness_N_m2=GJ,
@@ -46,18 +46,18 @@ def rod(disks: int = 10, mu: float = 0.0, turned: float = 0.0, stiff: bool = Fal
     )
 
 
-def benchmark(disks: int = 10, **changes) -> Problem:
+def benchmark(disks: int = 10, **changes) -> RodProblem:
     """Return the benchmark robot."""
     return problem(replace(spacer_disk(), disks_per_segment=disks, **changes))
 
 
-def loads(robot: Problem, tensions, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)) -> Load:
+def loads(robot: RodProblem, tensions, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)) -> RodLoad:
     """Return rows of tensions with the same force and moment on the tip."""
     rows = np.atleast_2d(np.array(tensions, dtype=float))
     forces = np.zeros((len(rows), len(robot.length_m), 3))
     moments = np.zeros_like(forces)
     forces[:, -1], moments[:, -1] = force, moment
-    return Load(rows, forces, moments)
+    return RodLoad(rows, forces, moments)
 
 
 def tendon_lengths(found: Equilibria) -> np.ndarray:

@@ -11,12 +11,12 @@ from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum.collocation import collocate
 from catheter_sim.robots.continuum.published import spacer_disk
-from catheter_sim.robots.continuum.rods import Load, Problem, equilibria, problem
+from catheter_sim.robots.continuum.rods import RodLoad, RodProblem, equilibria, problem
 
 pytestmark = pytest.mark.slow
 
 
-def robot(disks: int) -> Problem:
+def robot(disks: int) -> RodProblem:
     """Return the benchmark robot, its second segment softer."""
     whole = spacer_disk()
     first, second = whole.segments
@@ -48,11 +48,11 @@ def test_shooting_and_collocation_agree(path: str, disks: int) -> None:
     force, moment = np.zeros((n, 3)), np.zeros((n, 3))
     force[-1], force[0], moment[-1] = (0.4, 0.3, -0.2), (0.1, 0.0, 0.05), (0.0, 0.005, 0.01)
     slow = collocate(rod, tension, force, moment, path, tolerance=1e-10)
-    fast = equilibria(rod, Load(tension[None], force[None], moment[None]), path, steps=640)
+    fast = equilibria(rod, RodLoad(tension[None], force[None], moment[None]), path, steps=640)
     np.testing.assert_allclose(fast.p_w[0], slow.p_w, atol=1e-8 * 0.1)
     np.testing.assert_allclose(fast.R_w[0], slow.R_w, atol=1e-8)
     assert slow.residual <= 1e-10
-    usual = equilibria(rod, Load(tension[None], force[None], moment[None]), path)
+    usual = equilibria(rod, RodLoad(tension[None], force[None], moment[None]), path)
     np.testing.assert_allclose(usual.p_w[0], slow.p_w, atol=1e-6 * 0.1)
 
 

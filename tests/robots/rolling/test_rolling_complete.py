@@ -18,7 +18,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling import complete as history
 from catheter_sim.robots.rolling import complete as rods
 from catheter_sim.robots.rolling.complete import (
-    Loads,
+    LinkLoads,
     balance,
     complete,
     equilibrium,
@@ -54,7 +54,7 @@ def tips(run: StaticRun) -> Array:
     return np.array([posture.p_w[-1] for posture in run.postures]) * 1e3
 
 
-def something(chain: RollingChain, seed: int) -> tuple[Array, Array, Array, Loads, Array]:
+def something(chain: RollingChain, seed: int) -> tuple[Array, Array, Array, LinkLoads, Array]:
     """Return drawn angles, tensions, history, loads in all directions, and compressed lengths."""
     draw = np.random.default_rng(seed)
     acting = loads(
