@@ -34,11 +34,11 @@ def program() -> Program:
     """
     import elastica
 
-    class Scene(elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing, elastica.Damping):  # type: ignore[misc,name-defined]
+    class RodScene(elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing, elastica.Damping):  # type: ignore[misc,name-defined]
         """A collection of systems with what this rod needs."""
 
     def rod(scale: float, force_N: float) -> tuple[Any, Any]:
-        scene = Scene()
+        scene = RodScene()
         made = elastica.CosseratRod.straight_rod(
             ELEMENTS, np.zeros(3), np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), LENGTH_M, RADIUS_M,
             DENSITY, youngs_modulus=scale * YOUNG_PA, shear_modulus=scale * SHEAR_PA,
