@@ -1,0 +1,1 @@
+"""Control of catheters: motions, feedforward, feedback, motors."""

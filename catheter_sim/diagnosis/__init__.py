@@ -1,0 +1,1 @@
+"""From measured data to a diagnosis: what the simulation gets wrong, and why."""

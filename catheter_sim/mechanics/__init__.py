@@ -1,0 +1,1 @@
+"""Equations that several kinds of robots share, an equation family a file."""

@@ -1,0 +1,1 @@
+"""Robots in MuJoCo, with the laws that run beside its step."""

@@ -1,0 +1,1 @@
+"""Static models of all kinds, and the twins that fits go by."""

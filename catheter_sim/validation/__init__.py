@@ -1,0 +1,1 @@
+"""Simulation against analytic models and published values."""

@@ -1,0 +1,1 @@
+"""Clinical tasks: a robot is pushed into a parametric anatomy whose tissue must not be pressed hard."""

@@ -1,0 +1,1 @@
+"""Robots as MuJoCo models, alone or in somebody's scene."""
