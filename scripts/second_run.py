@@ -60,7 +60,7 @@ RUNS = {
     "render": ("render", _ROBOT, "--inputs", "in.csv", "--width", "96", "--height", "72", "-o", "out.png"),
     "diagnose": ("diagnose", "data", "-o", "report"),
     "validate": ("validate", _ROBOT, "-o", "validated"),
-    "bench": ("bench", "--peers", "--turns", "1"),
+    "bench": ("bench", "--json", "--turns", "1"),
 }
 
 

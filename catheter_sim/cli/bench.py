@@ -21,11 +21,6 @@ a catheter displacements and an advance:
 Then the cost of a step over the number of cells, 10 to 120, of neuroendoscope_section, and the exponent
 of the power that fits it; to be at most 1.3.
 
-At last other programs beside this one, where they are installed (pip install 'catheter-sim[peers]'), on
-one rod of 20 elements that a force at its tip bends: the error against an independent reference, and the
-time of an equilibrium, of a step and of a fit; and the static models of spacer_disk beside their authors'
-program. With --peers this alone; --json without --peers leaves it out.
-
 The loops take turns, each figure is a median over the turns, and seconds are the processor's (of two
 threads the wall clock's), so that whatever else the machine does counts little. Ratios travel from
 machine to machine; steps/s do not.
@@ -35,16 +30,13 @@ Friction on means the specified coefficient, or 0.3 where the specification of a
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 from catheter_sim.cli import arguments
-
-_PEER_TURNS = 3  # some take seconds for one equilibrium
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
-    parser.add_argument("--peers", action="store_true", help="only the tables beside other programs")
     parser.add_argument("--json", action="store_true", help="for programs")
     parser.add_argument(
         "--turns", metavar="N", type=arguments.whole_number(1, 1000), default=9, help="default 9"
@@ -58,31 +50,15 @@ def run(options: argparse.Namespace) -> int:
     from catheter_sim.progress import EVERY_S, Stages
     from catheter_sim.speed.benchmark import ROBOTS, Speed, as_dict, measure, measure_growth, table_text
     from catheter_sim.speed.chain import GROWTH_ROBOT
-    from catheter_sim.speed.peers import table, tdcr_modeling
 
     speeds: list[Speed] = []
     with Stages("bench", True, EVERY_S) as stages:
-        for reference in () if options.peers else ROBOTS:
+        for reference in ROBOTS:
             stages.say(reference)
             speeds.append(measure(reference, turns=options.turns))
-        if GROWTH_ROBOT in ROBOTS and not options.peers:
+        if GROWTH_ROBOT in ROBOTS:
             stages.say("growth of a step's cost")
             growth = measure_growth(turns=options.turns)
             speeds = [replace(item, growth=growth) if item.robot == GROWTH_ROBOT else item for item in speeds]
-        peers, authors = [], []
-        if options.peers or not options.json:
-            for name in table.PROGRAMS:
-                stages.say(name)
-                peers.append(table.measure(name, min(options.turns, _PEER_TURNS)))
-            stages.say("static models of spacer_disk")
-            authors = list(tdcr_modeling.measure(options.turns))
-    if options.json:
-        rows = [as_dict(speed) for speed in speeds]
-        rows += [{"peer": asdict(row)} for row in peers]
-        rows += [{"static_model": asdict(row)} for row in authors]
-        print(json.dumps(rows, indent=2))
-        return 0
-    if speeds:
-        print(table_text(speeds), end="\n\n")
-    print(table.text(peers), tdcr_modeling.text(authors), sep="\n\n")
+    print(json.dumps([as_dict(speed) for speed in speeds], indent=2) if options.json else table_text(speeds))
     return 0

@@ -139,15 +139,13 @@ def test_picture_shows_the_weight(run: Run, folder: Path) -> None:
 
 def test_bench_takes_as_many_turns_as_it_is_told(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each robot is measured over so many turns; without the option over nine."""
+
     from catheter_sim.speed import benchmark
-    from catheter_sim.speed.peers import table, tdcr_modeling
 
     asked: list[int] = []
     monkeypatch.setattr(benchmark, "ROBOTS", ("chest_tube_section",))
     monkeypatch.setattr(benchmark, "measure", lambda reference, turns: asked.append(turns))
     monkeypatch.setattr(benchmark, "as_dict", lambda speed: {})
-    monkeypatch.setattr(table, "PROGRAMS", ())
-    monkeypatch.setattr(tdcr_modeling, "THEIRS_S", {})
     assert run("bench", "--json", "--turns", "2").status == 0
     assert run("bench", "--json").status == 0
     assert asked == [2, 9]

@@ -7,9 +7,9 @@ import math
 from typing import Any
 
 import pytest
-
-from catheter_sim.speed.peers import ours, table, tdcr_modeling
-from catheter_sim.speed.peers.rod import (
+from peers import rods as ours
+from peers import table, tdcr_modeling
+from peers.rods import (
     AREA_M2,
     FORCES_N,
     LENGTH_M,

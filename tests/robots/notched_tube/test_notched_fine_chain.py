@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from notched_cases import LINEAR, WRIST, changed, inputs
+from reference.fine_chain import FineLoads, at_rest, loaded_tensions
 
-from catheter_sim.robots.notched_tube.fine_chain import FineLoads, at_rest, loaded_tensions
 from catheter_sim.robots.notched_tube.spec import Superelastic
 from catheter_sim.robots.notched_tube.statics import solve_rows
 

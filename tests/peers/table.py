@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from catheter_sim.speed.peers.rod import FORCES_N, Measured, Program, measured
+from peers.rods import FORCES_N, Measured, Program, measured
 
 PROGRAMS = (
     "catheter-sim, statics VC",
@@ -26,7 +26,8 @@ def measure(name: str, turns: int) -> Measured:
 
 
 def _maker(name: str) -> Callable[[], Program]:
-    from catheter_sim.speed.peers import ours, pyelastica, soromox
+    from peers import pyelastica, soromox
+    from peers import rods as ours
 
     makers = (ours.static_model, ours.simulation, ours.plain_mujoco, pyelastica.program, soromox.program)
     return dict(zip(PROGRAMS, makers, strict=True))[name]

@@ -1,0 +1,1 @@
+"""Second solvers and finer models that the tests hold the package against."""
