@@ -174,13 +174,14 @@ class House:
         """Yield the package's functions that a function calls by name, in the order of its text."""
         names = self.names_in(file, function)
         asked = [node for node in ast.walk(function) if isinstance(node, ast.Name | ast.Attribute)]
+        called = {id(node.func) for node in ast.walk(function) if isinstance(node, ast.Call)}
         for node in sorted(asked, key=lambda node: (node.lineno, node.col_offset)):
             if isinstance(node, ast.Name):
                 wanted = names.get(node.id, f"{file.name}.{node.id}")
             elif isinstance(node.value, ast.Name) and node.value.id in names:
                 wanted = f"{names[node.value.id]}.{node.attr}"
             else:
-                wanted = f".{node.attr}"
+                wanted = f".{node.attr}" if id(node) in called else ""
             if wanted in self.functions:
                 yield self.functions[wanted]
 

@@ -1,0 +1,80 @@
+"""The package stays one that a stranger can read: what `scripts/house.py` counts of it, and its bounds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from scripts_as_modules import script_module
+
+ROOT = Path(__file__).parent.parent
+house = script_module("house")
+pytestmark = pytest.mark.xdist_group("layers")  # whose worker reads every file once
+
+
+@pytest.fixture(scope="module")
+def package():
+    """Return the package as it is counted."""
+    return house.House(ROOT)
+
+
+def made(folder: Path, **files: str):
+    """Return a package of some files, by module name with double underscores for dots."""
+    for name, text in files.items():
+        path = folder / "catheter_sim" / (name.replace("__", "/") + ".py")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return house.House(folder)
+
+
+def test_the_package_has_few_files_of_few_imports(package) -> None:
+    """Topics, not splinters: at most 350 files, 7 % of the lines imports, folders four levels deep."""
+    assert 200 < len(package.files) <= 350
+    assert 0.02 < package.import_lines / package.lines <= 0.07
+    assert package.depth <= 4
+
+
+def test_imports_make_no_circle_and_reach_no_test(package) -> None:
+    """Files can be read one after another, and the wheel needs nothing of the tests."""
+    assert package.circles == []
+    assert package.imports_tests == []
+
+
+def test_a_class_name_stands_once(package) -> None:
+    """Whoever reads a name knows which class is meant."""
+    assert package.classes_twice == {}
+
+
+def test_a_circle_a_test_and_a_name_twice_are_seen(tmp_path: Path) -> None:
+    """Each count notices what it is for."""
+    found = made(
+        tmp_path,
+        a="from catheter_sim.b import B\nclass A: ...\n",
+        b="from catheter_sim.a import A\nimport hidden_effects\nclass B: ...\nclass A: ...\n",
+    )
+    assert found.circles == [["catheter_sim.a", "catheter_sim.b"]]
+    assert found.imports_tests == ["catheter_sim.b"]
+    assert found.classes_twice == {"A": 2}
+    assert found.import_lines == 3
+
+
+def test_a_walk_counts_each_function_once_and_every_return(tmp_path: Path) -> None:
+    """From `start` in one folder to another, back, and there again: one return to each folder."""
+    found = made(
+        tmp_path,
+        one__a="from catheter_sim.two.b import there, last\ndef start():\n    there()\n    last()\n"
+        "def back(): ...\n",
+        two__b="from catheter_sim.one import a\ndef there():\n    a.back()\ndef last(): ...\n",
+    )
+    walk = found.walk("catheter_sim.one.a.start")
+    assert [function.name for _, function in walk] == ["start", "there", "back", "last"]
+    assert house.returns(walk) == 2
+
+
+def test_long_signatures_are_counted(tmp_path: Path) -> None:
+    """A private function of ten arguments, and a kernel of thirteen."""
+    ten, thirteen = (", ".join(f"a{k}" for k in range(count)) for count in (10, 13))
+    found = made(
+        tmp_path, a=f"def _long({ten}): ...\n@compiled\ndef kernel({thirteen}): ...\ndef wide({ten}): ...\n"
+    )
+    assert found.long_signatures == (["catheter_sim.a._long: 10"], ["catheter_sim.a.kernel: 13"])
