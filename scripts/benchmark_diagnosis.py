@@ -30,8 +30,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
-from hidden_effects.first_draws import CannotMake, history, simulated, write_dataset
-
 from catheter_sim.arrays import Array
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.diagnosis.pipeline import diagnose
@@ -39,6 +37,7 @@ from catheter_sim.effects.apply import with_effects
 from catheter_sim.errors import InputError
 from catheter_sim.lab.robots import BENCH_ROBOTS, BenchRobot, bench_robot
 from catheter_sim.tables import read_table, write_table
+from hidden_effects.first_draws import CannotMake, history, simulated, write_dataset
 
 NOISE_MM = 0.1
 HIDDEN = {"actuation_gain": {"scale": 0.85}, "rate": {"lag_s": 0.6}}

@@ -25,7 +25,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
-from hidden_effects.running import read_json
 from scipy.optimize import minimize
 
 from catheter_sim.arrays import Array
@@ -41,6 +40,7 @@ from catheter_sim.diagnosis.probabilities import (
 )
 from catheter_sim.diagnosis.result import DATA_SUSPECT
 from catheter_sim.effects import EFFECTS
+from hidden_effects.running import read_json
 
 SPREAD = 0.5  # standard deviation of a believed weight, of itself: a few dozen answers change it
 FOLDS = 10

@@ -21,11 +21,10 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
-from hidden_effects.natural import NOT_MADE, commit, judging_code, run_bench
-
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError
 from catheter_sim.tables import replaced_when_whole
+from hidden_effects.natural import NOT_MADE, commit, judging_code, run_bench
 
 OF_A_RUN = ("seconds", "seconds_to_make", "commit", "code", "carried_from", "made_by")
 

@@ -19,11 +19,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
-from hidden_effects.foreign_models import as_text, drawn_once, met, outcome, summary
-from hidden_effects.running import keep_settings, read_json, run_all, show_table
-
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError
+from hidden_effects.foreign_models import as_text, drawn_once, met, outcome, summary
+from hidden_effects.running import keep_settings, read_json, run_all, show_table
 
 MODELS = Path(__file__).parent.parent / "assets" / "foreign"
 

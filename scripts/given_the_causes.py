@@ -26,9 +26,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
-from hidden_effects.natural import accepted, scores_in
-from hidden_effects.running import ANSWER, Folders, read_json
-
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.diagnosis.choose import Choice, acquit_trials, decide_on_heldout
 from catheter_sim.diagnosis.conclude import judge
@@ -45,6 +42,8 @@ from catheter_sim.diagnosis.problem import (
 )
 from catheter_sim.diagnosis.search import Selection, candidates_for
 from catheter_sim.diagnosis.workers import SERIAL
+from hidden_effects.natural import accepted, scores_in
+from hidden_effects.running import ANSWER, Folders, read_json
 
 ROUGH_STEPS, FITTED_WELL = 6, 3
 COLUMNS = (

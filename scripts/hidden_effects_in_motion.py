@@ -16,10 +16,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
-from hidden_effects.in_motion import run_bench, summary
-
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError
+from hidden_effects.in_motion import run_bench, summary
 
 
 def main() -> int:

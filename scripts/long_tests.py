@@ -19,9 +19,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
-from hidden_effects.natural import commit
-
 from catheter_sim.cli.arguments import whole_number
+from hidden_effects.natural import commit
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "truth" / "long_tests.md"

@@ -25,6 +25,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
+from catheter_sim.cli.arguments import whole_number, whole_numbers
+from catheter_sim.errors import InputError
+from catheter_sim.lab.robots import named_robots
 from hidden_effects.next_experiments import (
     ASKED_DRAWS,
     as_text,
@@ -35,10 +38,6 @@ from hidden_effects.next_experiments import (
     summary,
 )
 from hidden_effects.running import keep_settings, run_all, show_table
-
-from catheter_sim.cli.arguments import whole_number, whole_numbers
-from catheter_sim.errors import InputError
-from catheter_sim.lab.robots import named_robots
 
 ROBOTS = "mitral_4dof,mitral_transseptal,file_displacement"  # a diagnosis of them takes seconds
 

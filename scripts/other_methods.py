@@ -17,12 +17,11 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
+from catheter_sim.cli.arguments import whole_number
+from catheter_sim.errors import InputError
 from hidden_effects.natural import scores_in
 from hidden_effects.other_methods import METHODS, PLACE, as_text, rows, run_methods
 from hidden_effects.running import write_json
-
-from catheter_sim.cli.arguments import whole_number
-from catheter_sim.errors import InputError
 
 
 def main() -> int:

@@ -18,10 +18,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the programs' files lie
 
-from peers import table, tdcr_modeling
-
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.progress import EVERY_S, Stages
+from peers import table, tdcr_modeling
 
 PEER_TURNS = 3  # some take seconds for one equilibrium
 

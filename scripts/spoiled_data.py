@@ -22,13 +22,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
-from hidden_effects.natural import commit, judging_code, scores_in
-from hidden_effects.spoiled import MOST_DRAWS, as_markdown, run_bench, score_text, summary_text
-from hidden_effects.spoiled_kinds import BY_NAME
-
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import replaced_when_whole
+from hidden_effects.natural import commit, judging_code, scores_in
+from hidden_effects.spoiled import MOST_DRAWS, as_markdown, run_bench, score_text, summary_text
+from hidden_effects.spoiled_kinds import BY_NAME
 
 
 def main() -> int:

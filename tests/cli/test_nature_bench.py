@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 
 import pytest
+
+from catheter_sim.errors import InputError
 from hidden_effects.natural import scores_in
 from hidden_effects.options import hand_on, parser_of, take_up
 from hidden_effects.running import Folders, write_json
-
-from catheter_sim.errors import InputError
 
 
 def asked(folder: Path, seed: int = 3):

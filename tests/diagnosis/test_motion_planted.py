@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden_effects.in_motion import Specimen, measured
 
 from catheter_sim.core.robot import Friction
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.trials import DYNAMIC, Dataset, Trial
 from catheter_sim.tables import Table
+from hidden_effects.in_motion import Specimen, measured
 from tests.simulation.moving import HANGING, pulled, swinging
 
 pytestmark = [

@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hidden_effects.first_draws import history, simulated, twin_outputs
 
 from catheter_sim.core.effect import Form, Stage
 from catheter_sim.core.inputs import Inputs
@@ -18,6 +17,7 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.lab.robots import BENCH_ROBOTS, BenchRobot, bench_robot
+from hidden_effects.first_draws import history, simulated, twin_outputs
 
 pytestmark = pytest.mark.slow
 

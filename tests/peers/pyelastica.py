@@ -9,6 +9,7 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+
 from peers.rods import DENSITY, ELEMENTS, LENGTH_M, RADIUS_M, SHEAR_PA, YOUNG_PA, Program
 
 _STEP_S = 0.3 * LENGTH_M / ELEMENTS / math.sqrt(YOUNG_PA / DENSITY)  # of the way of sound through an element

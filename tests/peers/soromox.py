@@ -8,9 +8,8 @@ from __future__ import annotations
 from importlib.metadata import version
 from typing import Any
 
-from peers.rods import DENSITY, ELEMENTS, LENGTH_M, POISSON, RADIUS_M, YOUNG_PA, Program
-
 from catheter_sim.arrays import Array
+from peers.rods import DENSITY, ELEMENTS, LENGTH_M, POISSON, RADIUS_M, YOUNG_PA, Program
 
 _CORRECTIONS = 8  # beyond the fifth nothing changes at these loads
 _STEPS = 100

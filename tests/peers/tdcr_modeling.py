@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from peers.rods import shortest
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.theory.static_models import STATIC_MODELS
+from peers.rods import shortest
 
 THEIRS_S = {"CC": 1.1e-6, "CC_sub": 10e-3, "PRB": 350e-3, "VC": 53e-3, "VC_ref": 160e-3}
 LOOP_THERE_S = 0.0165  # assumed: see above

@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 import pytest
+
 from peers import rods as ours
 from peers import table, tdcr_modeling
 from peers.rods import (

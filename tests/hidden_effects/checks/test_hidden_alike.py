@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hidden_effects.first_draws import TOLD_APART, distance
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
@@ -16,6 +15,7 @@ from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.tables import Table
 from catheter_sim.theory.twins import twin_for
+from hidden_effects.first_draws import TOLD_APART, distance
 
 pytestmark = pytest.mark.slow
 COLUMNS = ("tip_x_mm", "tip_z_mm")

@@ -8,6 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import channel_of, read_inputs
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.diagnosis.problem import Problem
+from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.effects.apply import with_effects
+from catheter_sim.lab.robots import BENCH_ROBOTS, bench_robot
+from catheter_sim.tables import Table, read_table, write_table
+from catheter_sim.theory.static_models import STATIC_MODELS
 from hidden_effects import first_bench
 from hidden_effects.first_bench import _coverage, score, summary
 from hidden_effects.first_draws import (
@@ -22,17 +33,6 @@ from hidden_effects.first_draws import (
     story_of,
 )
 from hidden_effects.running import ANSWER, Folders, write_json
-from scipy.spatial.transform import Rotation
-
-from catheter_sim.catalogue import load_robot
-from catheter_sim.channels import channel_of, read_inputs
-from catheter_sim.core.inputs import Inputs
-from catheter_sim.diagnosis.problem import Problem
-from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.effects.apply import with_effects
-from catheter_sim.lab.robots import BENCH_ROBOTS, bench_robot
-from catheter_sim.tables import Table, read_table, write_table
-from catheter_sim.theory.static_models import STATIC_MODELS
 
 
 @pytest.fixture

@@ -8,6 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from catheter_sim.effects import EFFECTS
+from catheter_sim.lab.robots import BENCH_ROBOTS, bench_robot
 from hidden_effects.first_draws import (
     SMALLEST,
     Direction,
@@ -19,9 +22,6 @@ from hidden_effects.first_draws import (
     setting_of,
     story_of,
 )
-
-from catheter_sim.effects import EFFECTS
-from catheter_sim.lab.robots import BENCH_ROBOTS, bench_robot
 
 QUICK = [name for name in BENCH_ROBOTS if name != "neuroendoscope"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hidden_effects import first_draws
-from hidden_effects.first_bench import miss_text, run_draw
 
 from catheter_sim.diagnosis.pipeline import diagnose
+from hidden_effects import first_draws
+from hidden_effects.first_bench import miss_text, run_draw
 
 SEED, DRAWS = 7, 20  # as many of each story as in any twenty draws in a row
 WITH_EVERY_CHANGE = (0, 3)  # of them: one effect, none; one that is not on the list and pairs run apart

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+
+from catheter_sim.foreign.model import SUMMARIES, ForeignModel, ForeignTrial, Runner, variants_of
 from hidden_effects.foreign_models import (
     NOTHING_EVERY,
     SUBJECTS,
@@ -18,8 +20,6 @@ from hidden_effects.foreign_models import (
     recordings,
     summary,
 )
-
-from catheter_sim.foreign.model import SUMMARIES, ForeignModel, ForeignTrial, Runner, variants_of
 
 MODELS = Path(__file__).parents[3] / "assets" / "foreign"
 

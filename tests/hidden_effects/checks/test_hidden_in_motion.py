@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden_effects import in_motion
-from hidden_effects.in_motion import CAUSES, HANGING, Specimen, arriving, measured
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import posture_columns
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.effects import EFFECTS
 from catheter_sim.simulation.replay import simulate
+from hidden_effects import in_motion
+from hidden_effects.in_motion import CAUSES, HANGING, Specimen, arriving, measured
 from tests.simulation.moving import pulled, swinging
 
 COLUMNS = ("tip_x_mm", "tip_z_mm")

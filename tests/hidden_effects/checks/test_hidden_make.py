@@ -7,6 +7,13 @@ import tomllib
 
 import numpy as np
 import pytest
+
+from catheter_sim.catalogue import load_robot
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.trials import measured_of
+from catheter_sim.effects import EFFECTS
+from catheter_sim.effects.apply import with_effects
+from catheter_sim.lab.robots import BENCH_ROBOTS
 from hidden_effects import first_draws
 from hidden_effects.first_draws import (
     GAP_SHARE,
@@ -26,13 +33,6 @@ from hidden_effects.first_draws import (
     write_draw,
 )
 from hidden_effects.running import ANSWER, Folders, read_json
-
-from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.dataset import load_dataset
-from catheter_sim.diagnosis.trials import measured_of
-from catheter_sim.effects import EFFECTS
-from catheter_sim.effects.apply import with_effects
-from catheter_sim.lab.robots import BENCH_ROBOTS
 
 pytestmark = pytest.mark.slow
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hidden_effects.first_draws import OUTSIDE, EccentricPulley, KinkedCell, RandomSlip
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.theory.static_models import STATIC_MODELS
+from hidden_effects.first_draws import OUTSIDE, EccentricPulley, KinkedCell, RandomSlip
 
 SLIP = {"seed": 3.0, "again": 0.0, "pulled": 1}
 NUMBERS = {

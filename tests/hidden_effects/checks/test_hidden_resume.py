@@ -11,11 +11,11 @@ import time
 from pathlib import Path
 
 import pytest
+
+from catheter_sim.errors import InputError
 from hidden_effects import first_bench, running
 from hidden_effects.first_draws import CannotMake
 from hidden_effects.running import ANSWER, Folders, read_json, write_json
-
-from catheter_sim.errors import InputError
 
 
 class Steps:

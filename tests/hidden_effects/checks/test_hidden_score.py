@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from hidden_effects.first_bench import _accounted, _coverage, _stands_for, as_text, miss_text, summary
 
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reference.collocation import collocate
 
 from catheter_sim.core.robot import Friction
 from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.robots.continuum.rods import RodLoad, RodProblem, equilibria, problem
+from reference.collocation import collocate
 
 pytestmark = pytest.mark.slow
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from notched_cases import LINEAR, WRIST, changed, inputs
-from reference.fine_chain import FineLoads, at_rest, loaded_tensions
 
 from catheter_sim.robots.notched_tube.spec import Superelastic
 from catheter_sim.robots.notched_tube.statics import solve_rows
+from reference.fine_chain import FineLoads, at_rest, loaded_tensions
 
 SLOPED = Superelastic(60e9, 500e6, 750e6, 0.08)
 NONE = np.zeros(3)

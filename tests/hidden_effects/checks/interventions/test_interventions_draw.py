@@ -8,10 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden_effects import interventions
-from hidden_effects.interventions import NEW, OLD, Recordings, drawn_recordings, make
-from hidden_effects.natural import Draw, scored_draw
-from hidden_effects.running import ANSWER, Folders, read_json
 
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
@@ -19,6 +15,10 @@ from catheter_sim.lab import specimen
 from catheter_sim.lab.engine import Planted
 from catheter_sim.lab.forms import BY_KEY
 from catheter_sim.lab.planting import clean_outputs
+from hidden_effects import interventions
+from hidden_effects.interventions import NEW, OLD, Recordings, drawn_recordings, make
+from hidden_effects.natural import Draw, scored_draw
+from hidden_effects.running import ANSWER, Folders, read_json
 
 ROBOTS = ("mitral_transseptal",)
 

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden_effects import interventions, natural
-from hidden_effects.natural import generator_of
-from hidden_effects.running import ANSWER, Folders, read_json
 
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
 from catheter_sim.lab import specimen
 from catheter_sim.lab.engine import LARGEST, SMALLEST, Ground, Planted, rms
 from catheter_sim.lab.forms import BY_KEY
+from hidden_effects import interventions, natural
+from hidden_effects.natural import generator_of
+from hidden_effects.running import ANSWER, Folders, read_json
 
 ROBOTS = ("mitral_transseptal",)
 SEED = 3

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hidden_effects.natural import STORIES, story_of
 
 from catheter_sim.effects import EFFECTS
 from catheter_sim.lab.engine import Planted, Scale, changed_robot, possible
 from catheter_sim.lab.forms import BY_KEY, CAUSES, FORMS, OUTSIDE, forms_for, outside_for
 from catheter_sim.lab.forms.inputs import crossed
+from hidden_effects.natural import STORIES, story_of
 
 SCALE = Scale(0.1, 50.0, 0.5, 30.0, 0.2, 0.04)
 

@@ -7,13 +7,13 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
-import hidden_effects
 import pytest
-from hidden_effects.natural import COMPARING, NOT_JUDGED
 
 import catheter_sim
+import hidden_effects
 from catheter_sim.effects import EFFECTS, apply
 from catheter_sim.lab import engine
+from hidden_effects.natural import COMPARING, NOT_JUDGED
 
 PACKAGE = Path(catheter_sim.__file__).parent
 NATURE = PACKAGE / "lab"

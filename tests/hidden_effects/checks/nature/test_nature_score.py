@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from hidden_effects.natural import (
     NOT_MADE,
     answers_of,

@@ -6,6 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+
+from catheter_sim.diagnosis.programmes import Programme
+from catheter_sim.lab.simulated import stand_in
+from catheter_sim.tables import Table
 from hidden_effects.next_experiments import (
     as_text,
     drawn,
@@ -18,10 +22,6 @@ from hidden_effects.next_experiments import (
     summary,
     tellable,
 )
-
-from catheter_sim.diagnosis.programmes import Programme
-from catheter_sim.lab.simulated import stand_in
-from catheter_sim.tables import Table
 
 
 def draw(index: int, proposed: list[str], random: list[str]) -> dict[str, Any]:

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden_effects import spoiled
-from hidden_effects.spoiled import scored
-from hidden_effects.spoiled_kinds import KINDS, Recording, Trial
 
 from catheter_sim.channels import input_channels
 from catheter_sim.lab.robots import bench_robot
+from hidden_effects import spoiled
+from hidden_effects.spoiled import scored
+from hidden_effects.spoiled_kinds import KINDS, Recording, Trial
 
 OUTPUTS = ("tip_x_mm", "tip_z_mm", "body_15_x_mm", "body_15_z_mm")
 
