@@ -3,7 +3,7 @@
     python scripts/natural_effects.py --draws 450 --seed 1 --purpose judge -o results/nature
 
 The data come of the MuJoCo simulation and of physics that is written a second time
-(`catheter_sim.blind_bench.nature`, docs/truth/independent_bench.md); no cause's own code makes them. Of every
+(`hidden_effects.natural`, docs/truth/independent_bench.md); no cause's own code makes them. Of every
 cause there are forms that the diagnosis knows and forms that it does not (foreign). Half of the foreign ones
 are drawn with --purpose tune, the other half with --purpose judge: tune with the first, judge with the other.
 

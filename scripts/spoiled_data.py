@@ -3,7 +3,7 @@
     python scripts/spoiled_data.py --draws 2 --seed 1 -o results/spoiled
     python scripts/spoiled_data.py --draws 2 --seed 1 --only bumped_between,frozen -o results/spoiled
 
-The recordings are those of the independent bench (`catheter_sim.blind_bench.nature`), of 220 to 420 rows;
+The recordings are those of the independent bench (`hidden_effects.natural`), of 220 to 420 rows;
 every other one hides a cause of a form that the diagnosis knows. They are spoiled in the ways of
 `hidden_effects.spoiled_kinds` and diagnosed in another process. Right is whatever names no cause
 that is not there: data that are called suspect or refused, nothing named, or the causes that are truly there.

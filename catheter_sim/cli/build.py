@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     check_output_file(options.output)
     import mujoco
 
-    from catheter_sim.cli.arguments import load
+    from catheter_sim.cli.driven import load
     from catheter_sim.effects.apply import outside_the_robot
     from catheter_sim.errors import InputError
     from catheter_sim.modelling.build import build_mjcf

@@ -92,7 +92,7 @@ def robot_listing(reference: str) -> dict[str, Any]:
         input_channels,
         output_channels,
     )
-    from catheter_sim.cli.arguments import load
+    from catheter_sim.cli.driven import load
     from catheter_sim.errors import InputError
     from catheter_sim.modelling.build import remembered_mjcf
     from catheter_sim.public.data import list_effects, list_models, parameter_sets, plain

@@ -56,7 +56,7 @@ def _row_numbers(text: str) -> tuple[int, ...]:
 def run(options: argparse.Namespace) -> int:
     """Simulate and render."""
     check_output_file(options.output)
-    from catheter_sim.cli.arguments import drive, inputs_until, lines_named
+    from catheter_sim.cli.driven import drive, inputs_until, lines_named
     from catheter_sim.errors import InputError
     from catheter_sim.pictures.images import PICTURE, suffix_of
     from catheter_sim.pictures.offscreen import render

@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
     arguments.check_plot(options.plot)
     from catheter_sim.catalogue import load_robot
     from catheter_sim.channels import check_output_channels
-    from catheter_sim.cli.arguments import lines_named
+    from catheter_sim.cli.driven import lines_named
     from catheter_sim.public.planning import sense, sensed_columns
     from catheter_sim.tables import read_table, write_table
 

@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Simulate; write every row that was reached."""
     check_output_file(options.output)
-    from catheter_sim.cli.arguments import drive, lines_named, warn_of_limits, with_lines, write_outputs
+    from catheter_sim.cli.driven import drive, lines_named, warn_of_limits, with_lines, write_outputs
     from catheter_sim.core.motion import MOST_STEPS, require_steps
     from catheter_sim.core.posture import finite_rows
     from catheter_sim.errors import SimulationDiverged

@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Solve every row and write them."""
     check_output_file(options.output)
-    from catheter_sim.cli.arguments import drive, lines_named, warn_of_limits, write_outputs
+    from catheter_sim.cli.driven import drive, lines_named, warn_of_limits, write_outputs
     from catheter_sim.core.posture import finite_rows
     from catheter_sim.errors import InputError
     from catheter_sim.theory.static_models import static_model

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Open the viewer; return when it is closed."""
     gravity_mps2 = arguments.gravity(options.gravity)
-    from catheter_sim.cli.arguments import load
+    from catheter_sim.cli.driven import load
     from catheter_sim.effects.apply import outside_the_robot
     from catheter_sim.viewer import view
 

@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     if options.output is not None:
         check_output_file(options.output)
     arguments.check_plot(options.plot)
-    from catheter_sim.cli.arguments import drive, lines_named
+    from catheter_sim.cli.driven import drive, lines_named
     from catheter_sim.planning.models import compare_models
     from catheter_sim.public.planning import ModelChoice
 

@@ -56,7 +56,7 @@ def test_list_shows_every_registry(run: Run) -> None:
 @pytest.mark.slow
 def test_listed_effect_parameters_can_be_set(run: Run, folder: Path) -> None:
     """Every listed parameter of every effect is taken by --set within its listed bounds, for every robot."""
-    from catheter_sim.cli.arguments import load
+    from catheter_sim.cli.driven import load
 
     content = json.loads(run("list", "--json").out)
     for effect in content["effects"]:

@@ -145,7 +145,7 @@ def test_where_nothing_can_be_kept_the_work_goes_on(tmp_path, capsys, jobs):
 
 PARENT = """
 import sys, time
-from catheter_sim.diagnosis.fitting.workers import Workers, map_calls, workers
+from catheter_sim.diagnosis.workers import Workers, map_calls, workers
 from killed import say_and_sleep
 
 with workers(Workers(2)) as pool:

@@ -33,7 +33,7 @@ def placed(code: str, copy: Path) -> bool:
     if named is None:
         return False
     file = copy / named[1]
-    if file == copy / "catheter_sim" / "kinds" / "__init__.py":
+    if file == copy / "catheter_sim" / "robots" / "__init__.py":
         (kind,) = re.findall(r"import KIND as (\w+)", code)
         text = file.read_text(encoding="utf-8")
         code = text.replace("\nKINDS:", f"\n{code}\nKINDS:").replace(

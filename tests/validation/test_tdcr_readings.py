@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from catheter_sim.validation import tdcr_readings
+from catheter_sim.validation import pictures, tdcr_readings
 from catheter_sim.validation.spacer_disk import (
     SETS,
     TIP_FORCES_N,
@@ -99,5 +99,5 @@ def test_figure_9_is_drawn(tmp_path: Path) -> None:
             for points in models.values():
                 assert points.shape == (2 * disks + 1, 3)
                 assert not points[0].any()
-    tdcr_readings.tdcr_plots.shapes(found, tmp_path / "shapes.png")
+    pictures.model_shapes(found, tmp_path / "shapes.png")
     assert (tmp_path / "shapes.png").stat().st_size > 5000

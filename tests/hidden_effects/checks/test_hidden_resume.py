@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import hidden_effects
 from catheter_sim.errors import InputError
 from hidden_effects import first_bench, running
 from hidden_effects.first_draws import CannotMake
@@ -175,8 +176,10 @@ def test_bad_data_set_is_a_failure(tmp_path):
     assert "dataset.toml" in running.diagnose_elsewhere(tmp_path, tmp_path / "out", 60.0)
 
 
-POOL = """
-import os, time
+TESTS = str(Path(hidden_effects.__file__).parents[1])
+POOL = f"""
+import os, sys, time
+sys.path.insert(0, {TESTS!r})
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from hidden_effects.running import end_with_parent

@@ -1,0 +1,168 @@
+"""From command line arguments to a robot with its effects and the inputs that arrive at it."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from catheter_sim.arrays import Array
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import check_output_channels, output_table, read_inputs
+from catheter_sim.core.inputs import Inputs, slice_inputs
+from catheter_sim.core.posture import Posture
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.effects.apply import built_in, in_force
+from catheter_sim.errors import InputError
+from catheter_sim.tables import Table, read_table, time_text, write_table
+
+if TYPE_CHECKING:
+    pass
+
+from catheter_sim.cli.arguments import columns, gravity
+
+_ROW = re.compile(r"row (\d+) \(time_s = [^)]*\)")  # as models and the simulation name a row of inputs
+
+
+@dataclass(frozen=True)
+class DrivenRobot:
+    """What a verb drives.
+
+    Attributes:
+        specified: the robot as the user wrote it, effects named: what `simulate` and static models take.
+        robot: the same with the effects built in.
+        table: the file of inputs.
+        commanded: the inputs in it: what `simulate` and static models take.
+        arriving: what reaches the robot of them, through the effects.
+        gravity_mps2: in the base frame, shape (3,) [m/s^2].
+        columns: the output columns that are wanted; None: all.
+    """
+
+    specified: RobotSpec
+    robot: RobotSpec
+    table: Table
+    commanded: Inputs
+    arriving: Inputs
+    gravity_mps2: Array
+    columns: Sequence[str] | None
+
+
+def load(reference: str, settings: Sequence[str]) -> tuple[RobotSpec, RobotSpec]:
+    """Return the robot as specified, and with its effects built in; both checked.
+
+    Raises:
+        InputError: unknown robot, key or effect, or an impossible robot.
+    """
+    specified = load_robot(reference, settings, "--set")
+    return specified, built_in(specified, reference)
+
+
+def drive(options: argparse.Namespace) -> DrivenRobot:
+    """Return what the arguments ROBOT, --set, --inputs, --gravity and --columns name.
+
+    Raises:
+        InputError: any of them is wrong.
+    """
+    specified = load_robot(options.robot, options.settings, "--set")
+    gravity_mps2 = np.array(gravity(options.gravity))
+    names = columns(getattr(options, "columns", None))
+    if names is not None:
+        check_output_channels(specified, names, "--columns")
+    table = read_table(options.inputs)
+    commanded = read_inputs(specified, table)
+    acting = in_force(specified, commanded, options.robot)
+    return DrivenRobot(
+        specified=acting.specified,
+        robot=acting.robot,
+        table=table,
+        commanded=commanded,
+        arriving=acting.inputs,
+        gravity_mps2=gravity_mps2,
+        columns=names,
+    )
+
+
+def inputs_until(driven: DrivenRobot, row: int | None, time_s: float | None) -> Inputs:
+    """Return what arrives at the robot up to a row of the file, or up to a time of its clock.
+
+    Args:
+        driven: what a verb drives.
+        row: the last row, 1 for the first; None: as `time_s` says.
+        time_s: where the inputs end, on the line between two rows [s]; None: at the last row.
+
+    Raises:
+        InputError: the file has no such row or time.
+    """
+    where, clock = driven.table.where, driven.table.time_s
+    if row is not None:
+        if row > len(clock):
+            raise InputError(f"--row {row}: {where} has rows 1 to {len(clock)}")
+        return slice_inputs(driven.arriving, slice(0, row))
+    if time_s is None:
+        return driven.arriving
+    if not clock[0] <= time_s <= clock[-1]:
+        first, last = time_text(clock[0]), time_text(clock[-1])
+        raise InputError(f"--time {time_text(time_s)}: {where} runs from time_s = {first} to {last}")
+    from catheter_sim.pictures.offscreen import resampled  # brings what draws
+
+    own = driven.arriving.time_s
+    end = min(time_s - clock[0], own[-1])
+    return resampled(driven.arriving, np.append(own[own < end], end))
+
+
+@contextmanager
+def lines_named(table: Table, always: bool = False) -> Iterator[None]:
+    """Put the file and its line into an error that tells of a row of the inputs in `table`.
+
+    Args:
+        table: the file of inputs.
+        always: put the file before every other error too.
+    """
+    try:
+        yield
+    except InputError as error:
+        message = with_lines(str(error), table)
+        if always and message == str(error):
+            message = f"{table.where}: {message}"
+        raise type(error)(message) from None
+
+
+def with_lines(message: str, table: Table) -> str:
+    """Return `message` with the rows that it names as lines of the table's file, after the file's name.
+
+    Time is the file's there; the robot's own clock starts at the first row.
+    """
+
+    def line(found: re.Match[str]) -> str:
+        row = int(found[1]) - 1
+        if row >= len(table.time_s):
+            return found[0]
+        name = table.row(row).removeprefix(f"{table.where}: ")
+        return f"{name} (time_s = {time_text(table.time_s[row])})"
+
+    changed, count = _ROW.subn(line, message)
+    return f"{table.where}: {changed}" if count else message
+
+
+def warn_of_limits(driven: DrivenRobot) -> None:
+    """Say on standard error which inputs are beyond what the robot can follow, a line for each column."""
+    from catheter_sim.planning.bounded import beyond_limits
+
+    for line in beyond_limits(driven.specified, driven.commanded):
+        print(f"catheter-sim: warning: {with_lines(line, driven.table)}", file=sys.stderr)
+
+
+def outputs(driven: DrivenRobot, postures: Sequence[Posture]) -> Table:
+    """Return the output columns of `postures`, the first rows of the drive as they are observed."""
+    return output_table(driven.specified, driven.table.time_s, postures, driven.columns)
+
+
+def write_outputs(driven: DrivenRobot, postures: Sequence[Posture], path: str) -> None:
+    """Write the output columns of `postures` to the CSV file `path`."""
+    write_table(outputs(driven, postures), path)
