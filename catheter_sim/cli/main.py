@@ -172,9 +172,7 @@ def _known_noise_silenced() -> Iterator[None]:
     if os.environ.get(TRACEBACK_VARIABLE):
         yield
         return
-    import absl.logging  # noqa: F401 - it makes the logger to which MuJoCo warns
-
-    noisy = logging.getLogger("absl")
+    noisy = logging.getLogger("mujoco")  # to which the engine warns (`modelling.build`)
     noisy.addFilter(_is_error)
     try:
         with warnings.catch_warnings():
