@@ -339,7 +339,7 @@ def test_known_noise_is_silenced_and_any_other_warning_is_a_line(
     """MuJoCo's and NumPy's words about numbers that are not finite go; all else is seen; after it all is."""
 
     def warn(_: object) -> int:
-        logging.getLogger("absl").warning("Nan, Inf or huge value in QACC at DOF 0.")
+        logging.getLogger("mujoco").warning("Nan, Inf or huge value in QACC at DOF 0.")
         warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
         warnings.warn("the covariance\ncould not be estimated", UserWarning, stacklevel=1)
         logging.getLogger("somebody").warning("a disk is nearly full")
@@ -352,7 +352,7 @@ def test_known_noise_is_silenced_and_any_other_warning_is_a_line(
     monkeypatch.setattr(VERBS["list"], "run", warn)
     try:
         ran = run("list")
-        logging.getLogger("absl").warning("outside")
+        logging.getLogger("mujoco").warning("outside")
     finally:
         logging.getLogger().removeHandler(handler)
     assert ran.status == 0
