@@ -32,7 +32,7 @@ NO_THRESHOLDS = {
     "report.py": {"_LONGEST_NAME", "_MOST_CANDIDATES"},
     "trials.py": {"_ALIKE", "_LOADS_ALIKE", "_MOST_LISTED", "_MOST_NEAREST"},
     "words.py": {"LEGEND", "_DPI", "_MOST_CHECKS"},
-    "workers.py": {"_LARGEST_BYTES", "_LONGEST_WAIT_S", "_LOOK_EVERY_S", "_ROUNDS"},
+    "workers.py": {"_LARGEST_BYTES", "_LONGEST_WAIT_S", "_ROUNDS"},
 }
 
 

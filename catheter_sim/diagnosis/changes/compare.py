@@ -464,7 +464,9 @@ def told_best(
         ways = ways[1:]  # it was the first
     earlier = _Earlier(before, None if same is None else same.base)
     for way in ways:
-        if found.verdict not in (CHANGED, UNEXPLAINED) or len(found.changes) == 1:
+        if found.verdict not in (CHANGED, UNEXPLAINED):
+            break
+        if found.verdict == CHANGED and len(_corrected(found)) == 1:
             break
         if time.monotonic() >= run.deadline:
             break
@@ -482,14 +484,19 @@ def _tells_more(other: Changes, found: Changes) -> bool:
         return False
     worse = max(other.left[unit] / max(left, 1e-12) for unit, left in found.left.items())
     if found.verdict == CHANGED:
-        unsure = any(cause.probability < LIKELY for cause in found.changes)
+        unsure = any(cause.probability < LIKELY for cause in _corrected(found))
         return worse < ONE_ROBOT_TIMES and (unsure or _numbers(other) < _numbers(found))
     return worse < 1.0
 
 
+def _corrected(found: Changes) -> tuple[Cause, ...]:
+    """Return all causes of the hypothesis that a comparison told: those that are named, and the others."""
+    return (*found.changes, *found.diagnosis.corrections)
+
+
 def _numbers(found: Changes) -> float:
-    """Return how many numbers the changes have; without end where none is named."""
-    return sum(len(cause.parameters) for cause in found.changes) or float("inf")
+    """Return how many numbers they have; without end where there is none."""
+    return sum(len(cause.parameters) for cause in _corrected(found)) or float("inf")
 
 
 def _of_paired_trials(run: DiagnosisRun, before: Dataset, after: Dataset, simulation: bool) -> Changes | None:
