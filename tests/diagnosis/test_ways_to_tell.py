@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from test_comparisons import HIDDEN, recording
 
 import catheter_sim as cs
+from catheter_sim.diagnosis.changes import compare
 from catheter_sim.diagnosis.changes.compare import (
     CHANGED,
     OneRobot,
@@ -23,6 +25,7 @@ from catheter_sim.diagnosis.changes.compare import (
 from catheter_sim.diagnosis.changes.differences import LEFT_OUT, baseline, differences, shares_paired
 from catheter_sim.diagnosis.prepare import DiagnosisRun, running
 from catheter_sim.diagnosis.result import CAUSE_FOUND, Cause, FittedParameter
+from catheter_sim.diagnosis.thresholds import ESTABLISHED
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.diagnosis.workers import SERIAL
 
@@ -43,6 +46,7 @@ class _Told:
     verdict: str
     left: dict[str, float]
     changes: tuple[Cause, ...] = field(default=())
+    diagnosis: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(corrections=()))
 
 
 def told(left_mm: float, *causes: tuple[float, int], verdict: str = CHANGED) -> _Told:
@@ -52,7 +56,9 @@ def told(left_mm: float, *causes: tuple[float, int], verdict: str = CHANGED) -> 
         Cause(f"cause_{k}", {f"number_{i}": number for i in range(count)}, 10.0, probability=chance)
         for k, (chance, count) in enumerate(causes)
     )
-    return _Told(verdict, {"mm": left_mm}, changes)
+    likely = tuple(cause for cause in changes if cause.probability >= ESTABLISHED)
+    rest = tuple(cause for cause in changes if cause not in likely)
+    return _Told(verdict, {"mm": left_mm}, likely, SimpleNamespace(corrections=rest))
 
 
 def test_a_further_way_has_to_be_sure_and_as_good() -> None:
@@ -67,6 +73,28 @@ def test_a_further_way_has_to_be_sure_and_as_good() -> None:
     assert not _tells_more(told(1.4, (0.9, 1)), two)
     assert not _tells_more(told(1.0, (0.9, 3)), two)
     assert _tells_more(told(1.0, (0.9, 3)), told(1.0, (0.9, 1), (0.3, 1)))
+
+
+@pytest.mark.parametrize(
+    ("first", "further"),
+    [
+        (told(1.0, (0.9, 1)), False),
+        (told(1.0, (0.6, 1), (0.3, 1)), True),
+        (told(1.0, (0.9, 1), (0.9, 1)), True),
+        (told(1.0, (0.4, 1), verdict="unexplained"), True),
+        (told(1.0, verdict="unchanged"), False),
+    ],
+    ids=["one change", "a correction beside it", "two changes", "a correction alone", "unchanged"],
+)
+def test_further_ways_are_tried_until_one_change_tells_all(
+    first: _Told, further: bool, run: DiagnosisRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One change ends it only where no correction stands beside it."""
+    tried: list[str] = []
+    for name in ("_from_best_causes", "_from_own_causes", "_backward"):
+        monkeypatch.setattr(compare, name, lambda *_, name=name: tried.append(name))
+    compare.told_best(run, None, None, first, None, False)  # type: ignore[arg-type]
+    assert bool(tried) is further
 
 
 @pytest.mark.slow
