@@ -207,22 +207,6 @@ def unwound_by_signals() -> Iterator[None]:
 
 
 @contextmanager
-def held_back() -> Iterator[None]:
-    """Let such a signal wait until the context is left; a process of one's own is started meanwhile.
-
-    A signal between a process's start and the note of it would leave a process that nobody ends, which makes
-    its file after that has been taken away.
-    """
-    came: list[int] = []
-    try:
-        with _handled(lambda number, _: came.append(number)):
-            yield
-    finally:
-        if came:
-            signal.raise_signal(came[0])
-
-
-@contextmanager
 def _handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
     """Give such signals to `handler`, but those that are ignored; outside the main thread change nothing."""
     before: dict[int, Any] = {}

@@ -8,21 +8,18 @@ import importlib
 import math
 import os
 import platform
-import signal
-import subprocess
 import sys
 import warnings
 from collections.abc import Iterable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
-from threading import Thread
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
-from imageio_ffmpeg import count_frames_and_secs, get_ffmpeg_exe
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw, ImageFont
 
@@ -30,13 +27,16 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.files import held_back, placed_when_whole
+from catheter_sim.files import placed_when_whole
 from catheter_sim.mjcf.names import tendon as tendon_name
 from catheter_sim.modelling.build import View
 from catheter_sim.progress import counted
 from catheter_sim.robots import kind_of
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import replaced_when_whole
+
+if TYPE_CHECKING:
+    from av.filter import Graph
 
 # ----------------------------------------------------------------------------------------------------
 # An OpenGL context without a screen: which backend, and one line where there is none.
@@ -344,8 +344,10 @@ Picture = NDArray[np.uint8]  # shape (height, width, 3)
 
 PICTURE, VIDEO, ANIMATION = ".png", ".mp4", ".gif"
 _LOSS = 10  # of the encoder, 0 (none) to 51
+# The numbers of H.273 for how colours are stored: swscale's own matrix, BT.601; sRGB's primaries, and its
+# curve as videos name it; luma from 16 to 235.
+_COLOURS = {"colorspace": 6, "color_primaries": 1, "color_trc": 1, "color_range": 1}
 INK = (40, 48, 60)
-_PALETTE = "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none"
 
 
 def suffix_of(path: str | os.PathLike[str]) -> str:
@@ -403,97 +405,120 @@ def write_video(
 def _encoded(
     path: str | os.PathLike[str], frames: Iterable[Picture], fps: int, encoded: Path
 ) -> tuple[int, str]:
-    """Write `frames` to the file `encoded`; return how many, and the encoder's complaint, "" for none.
+    """Write `frames` to the file `encoded`; return how many, and the encoder's complaint, "" for none."""
+    from av import FFmpegError
 
-    imageio's own writer asks neither for the encoder's exit status nor for its words.
-    """
     encoder: _Encoder | None = None
     written = 0
-    with ExitStack() as opened:
+    try:
         for frame in frames:
             height, width = frame.shape[:2]
             if encoder is None:
                 animation = Path(path).suffix.lower() == ANIMATION
                 if not animation:
                     require_even(path, width, height)
-                with held_back():  # a process that has begun is ended, whatever comes meanwhile
-                    encoder = opened.enter_context(_Encoder(width, height, fps, encoded, animation))
+                encoder = _Encoder(width, height, fps, encoded, animation)
             if (width, height) != encoder.size:
                 raise ValueError(f"frame {written + 1} is {width} x {height}, others are {encoder.size}")
-            if not encoder.took(frame):
-                break
+            encoder.take(frame)
             written += 1
-        return written, encoder.ended() if encoder else "it has no frames"
+        if encoder is None:
+            return 0, "it has no frames"
+        encoder.end()
+    except FFmpegError as error:
+        return written, error.strerror or type(error).__name__
+    finally:
+        if encoder is not None:
+            with suppress(FFmpegError):  # what is wrong has been said
+                encoder.close()
+    return written, ""
 
 
 class _Encoder:
-    """A process that encodes the pictures which it is given; at the end of its context it is gone.
+    """Encodes the pictures which it is given into a file; every method may raise `av.FFmpegError`.
 
     Attributes:
         size: width and height of the pictures [pixels].
     """
 
     def __init__(self, width: int, height: int, fps: int, encoded: Path, animation: bool) -> None:
+        import av  # takes a tenth of a second, which only a video needs
+
         self.size = (width, height)
-        picture = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps}"]
-        coding = ["-an", "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", f"{_LOSS}", "-f", "mp4"]
-        if animation:  # 256 colours, chosen for what is shown
-            coding = ["-an", "-vf", _PALETTE, "-loop", "0", "-f", "gif"]
-        command = [get_ffmpeg_exe(), "-y", "-v", "error", *picture, "-i", "-", *coding, os.fspath(encoded)]
-        self._process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C is for us, who end it
-        )
-        assert self._process.stdin is not None
-        assert self._process.stderr is not None
-        self._given, self._said = self._process.stdin, self._process.stderr
-        self._words = b""
-        self._reader = Thread(target=self._listen, daemon=True)
+        self._beat = Fraction(1, fps)  # time from picture to picture [s]
+        self._given = 0
+        self._palette: Graph | None = None
+        if animation:
+            self._file = av.open(os.fspath(encoded), "w", format="gif", options={"loop": "0"})
+            self._stream = self._file.add_stream("gif", rate=fps)
+            self._stream.pix_fmt = "pal8"
+            self._palette = _palette(width, height, self._beat)
+        else:
+            self._file = av.open(os.fspath(encoded), "w", format="mp4")
+            self._stream = self._file.add_stream("libx264", rate=fps, options={"crf": f"{_LOSS}"})
+            self._stream.pix_fmt = "yuv420p"
+            self._stream.thread_type = "FRAME"  # slices would cost size
+            for name, number in _COLOURS.items():
+                setattr(self._stream.codec_context, name, number)
+        self._stream.width, self._stream.height = width, height
 
-    def __enter__(self) -> _Encoder:
-        self._reader.start()  # at once: who is not listened to waits
-        return self
+    def take(self, picture: Picture) -> None:
+        """Encode the next picture."""
+        from av import VideoFrame
 
-    def __exit__(self, *_: object) -> None:
-        self._process.kill()
-        self._process.wait()
-        self._reader.join()
-        for pipe in (self._given, self._said):
-            with suppress(BrokenPipeError):
-                pipe.close()
+        frame = VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+        frame.pts, frame.time_base = self._given, self._beat
+        self._given += 1
+        if self._palette is not None:  # whose colours are chosen when all are there
+            self._palette.push(frame)
+        else:
+            self._file.mux(self._stream.encode(frame.reformat(format="yuv420p", interpolation="BICUBIC")))
 
-    def took(self, frame: Picture) -> bool:
-        """Hand over a picture; return whether the process was still there to take it."""
-        try:
-            self._given.write(np.ascontiguousarray(frame).data)
-        except BrokenPipeError:
-            return False
-        return True
+    def end(self) -> None:
+        """Write what is still held, and close the file."""
+        from av import VideoFrame
 
-    def ended(self) -> str:
-        """Wait for the end of the process; return its complaint, "" where all went well."""
-        with suppress(BrokenPipeError):
-            self._given.close()
-        self._reader.join()
-        status = self._process.wait()
-        if status == 0:
-            return ""
-        lines = self._words.decode(errors="replace").strip().splitlines()
-        ended = f"by {signal.Signals(-status).name}" if status < 0 else f"with status {status}"
-        return lines[-1].rpartition("] ")[2] if lines else f"the encoder ended {ended}"
+        if self._palette is not None:
+            self._palette.push(None)
+            for _ in range(self._given):
+                frame = self._palette.pull()
+                assert isinstance(frame, VideoFrame)
+                self._file.mux(self._stream.encode(frame))
+        self._file.mux(self._stream.encode())
+        self.close()
 
-    def _listen(self) -> None:
-        self._words = self._said.read()
+    def close(self) -> None:
+        """Close the file, whole or not; once is enough."""
+        self._file.close()
+
+
+def _palette(width: int, height: int, beat: Fraction) -> Graph:
+    """Return what turns pictures into ones of 256 colours, chosen for what is shown."""
+    from av import VideoFormat
+    from av.filter import Graph
+
+    graph = Graph()
+    given = graph.add_buffer(width=width, height=height, format=VideoFormat("rgb24"), time_base=beat)
+    twice, chosen, sink = graph.add("split"), graph.add("palettegen"), graph.add("buffersink")
+    drawn = graph.add("paletteuse", "dither=none")
+    given.link_to(twice)
+    twice.link_to(chosen, 0)
+    twice.link_to(drawn, 1, 0)
+    chosen.link_to(drawn, 0, 1)
+    drawn.link_to(sink)
+    graph.configure()
+    return graph
 
 
 def _frames_in(video: Path) -> int:
     """Return how many frames of a video can be decoded, 0 if it is none."""
+    import av
+
     try:
-        return int(count_frames_and_secs(video)[0] or 0)
-    except RuntimeError:
+        with av.open(os.fspath(video)) as file:
+            file.streams.video[0].thread_type = "AUTO"
+            return sum(1 for _ in file.decode(video=0))
+    except (av.FFmpegError, IndexError):
         return 0
 
 

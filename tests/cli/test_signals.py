@@ -16,7 +16,7 @@ from catheter_sim.cli.main import VERBS, main
 from catheter_sim.errors import InputError
 from catheter_sim.files import Stopped, unwound_by_signals
 
-NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+NUMBERS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
 @pytest.mark.parametrize("number", NUMBERS)
@@ -87,7 +87,7 @@ def test_clean_up_that_hangs_is_ended_by_the_system() -> None:
 
 
 def processes_of(session: int, folder: Path) -> list[str]:
-    """Return the commands that run in a session, or that name a folder, as an encoder's does."""
+    """Return the commands that run in a session, or that name a folder."""
     found = []
     for process in Path("/proc").iterdir():
         with suppress(OSError):
@@ -101,11 +101,12 @@ def processes_of(session: int, folder: Path) -> list[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [*NUMBERS, signal.SIGKILL])
 def test_a_stopped_render_leaves_nothing(number: signal.Signals, tmp_path: Path) -> None:
-    """No half video, no temporary file, no encoder; what SIGKILL leaves, the next run takes away."""
+    """No half video, no temporary file, no process; what SIGKILL leaves, the next run takes away."""
     rows = "".join(f"{row},{0.3 * (row % 2)}\n" for row in range(9))
     (tmp_path / "in.csv").write_text(f"time_s,tension_right_N\n{rows}")
     (tmp_path / "out.mp4").write_bytes(b"old")
     words = ["render", "neuroendoscope_section", "--inputs", "in.csv", "-o", "out.mp4"]
+    words += ["--width", "160", "--height", "120"]
     with subprocess.Popen(
         [sys.executable, "-m", "catheter_sim", *words],
         cwd=tmp_path,
@@ -114,7 +115,7 @@ def test_a_stopped_render_leaves_nothing(number: signal.Signals, tmp_path: Path)
         start_new_session=True,
     ) as program:
         end = time.monotonic() + 240
-        while not any("ffmpeg" in command for command in processes_of(program.pid, tmp_path)):
+        while not any(path.stat().st_size for path in tmp_path.glob(".out.*.unfinished.mp4")):
             assert time.monotonic() < end
             assert program.poll() is None
             time.sleep(0.02)
@@ -122,7 +123,8 @@ def test_a_stopped_render_leaves_nothing(number: signal.Signals, tmp_path: Path)
         said = program.communicate()[1]
     killed = number == signal.SIGKILL
     assert program.returncode == (-number if killed else 128 + number), said
-    assert said.count("\n") == (0 if killed else 1), said
+    lines = [line for line in said.splitlines() if not line.startswith("drawing: ")]  # how far it was
+    assert len(lines) == (0 if killed else 1), said
     end = time.monotonic() + 30
     while processes_of(program.pid, tmp_path):
         assert time.monotonic() < end, processes_of(program.pid, tmp_path)

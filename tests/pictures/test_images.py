@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import resource
+import errno
 import signal
-import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
-import imageio.v2 as imageio
+import av
+import imageio.v3 as imageio
 import numpy as np
 import pytest
 from PIL import Image
@@ -37,21 +36,31 @@ def test_picture_comes_back_as_it_was(tmp_path: Path) -> None:
 def test_video_holds_every_frame_in_order(tmp_path: Path) -> None:
     """An MP4 has the frames, their size and their rate, in a format that players know."""
     images.write_video(tmp_path / "a.mp4", colour_frames(12), fps=25, count=12)
-    with imageio.get_reader(tmp_path / "a.mp4") as reader:
-        meta = reader.get_meta_data()
-        frames = [frame.mean() for frame in reader]
+    meta = imageio.immeta(tmp_path / "a.mp4", plugin="pyav")
+    frames = imageio.imread(tmp_path / "a.mp4", plugin="pyav")
     assert meta["codec"] == "h264"
-    assert meta["pix_fmt"].startswith("yuv420p")
+    assert meta["video_format"] == "yuv420p"
     assert meta["fps"] == pytest.approx(25)
-    assert meta["size"] == (64, 48)
-    assert frames == pytest.approx([40 + 10 * index for index in range(12)], abs=4)
+    assert frames.shape == (12, 48, 64, 3)
+    assert frames.mean(axis=(1, 2, 3)) == pytest.approx([40 + 10 * index for index in range(12)], abs=4)
+
+
+def test_a_videos_colours_are_the_frames_and_it_says_how_they_are_stored(tmp_path: Path) -> None:
+    """Colours by BT.601's matrix; without its name players would take a large picture's for BT.709."""
+    colours = np.array([[200, 40, 40], [40, 160, 60], [40, 60, 200], [230, 210, 40]], dtype=np.uint8)
+    frames = [np.broadcast_to(colour, (48, 64, 3)) for colour in colours]
+    images.write_video(tmp_path / "a.mp4", frames, fps=25, count=4)
+    shown = imageio.imread(tmp_path / "a.mp4", plugin="pyav")
+    assert np.abs(shown.astype(int) - colours[:, None, None]).max() <= 4
+    with av.open(str(tmp_path / "a.mp4")) as file:
+        coded = file.streams.video[0].codec_context
+        assert (coded.colorspace, coded.color_primaries, coded.color_trc, coded.color_range) == (6, 1, 1, 1)
 
 
 def test_one_frame_makes_a_video(tmp_path: Path) -> None:
     """A file of inputs with a single row is still a video."""
     images.write_video(tmp_path / "a.mp4", colour_frames(1), fps=25, count=1)
-    with imageio.get_reader(tmp_path / "a.mp4") as reader:
-        assert sum(1 for _ in reader) == 1
+    assert len(imageio.imread(tmp_path / "a.mp4", plugin="pyav")) == 1
 
 
 def test_failure_midway_leaves_nothing_behind(tmp_path: Path) -> None:
@@ -68,25 +77,15 @@ def test_failure_midway_leaves_nothing_behind(tmp_path: Path) -> None:
     assert (tmp_path / "old.mp4").read_bytes() == b"before"
 
 
-def test_a_signal_while_the_encoder_starts_leaves_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It is ended before its file is taken away; else it would make the file anew."""
-    started: list[subprocess.Popen[bytes]] = []
+def test_a_signal_while_frames_are_encoded_leaves_nothing(tmp_path: Path) -> None:
+    """The encoder's file is closed, and gone."""
 
-    class Interrupted(subprocess.Popen[bytes]):
-        def __init__(self, *words: Any, **options: Any) -> None:
-            super().__init__(*words, **options)
-            started.append(self)
-            signal.raise_signal(signal.SIGINT)  # before the caller has it
+    def interrupted() -> Iterator[images.Picture]:
+        yield from colour_frames(3)
+        signal.raise_signal(signal.SIGINT)
 
-    images.get_ffmpeg_exe()  # tried once by starting it
-    monkeypatch.setattr(subprocess, "Popen", Interrupted)
-    before = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
-        images.write_video(tmp_path / "out.mp4", [np.zeros((16, 16, 3), np.uint8)], 10, 1)
-    assert signal.getsignal(signal.SIGINT) is before
-    assert [process.returncode for process in started] == [-signal.SIGKILL]
+        images.write_video(tmp_path / "out.mp4", interrupted(), 10, 9)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -102,6 +101,7 @@ def test_odd_size_and_missing_folder_are_one_line(tmp_path: Path) -> None:
 @contextmanager
 def room(size: int) -> Iterator[None]:
     """Let no file of this process and of those that it starts grow beyond `size` bytes."""
+    resource = pytest.importorskip("resource")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
@@ -132,30 +132,65 @@ def test_a_full_temporary_folder_does_not_matter(tmp_path: Path, monkeypatch: py
     """A video is encoded where it is to lie; the system's temporary folder is not used."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
     images.write_video(tmp_path / "a.mp4", colour_frames(3), fps=25, count=3)
-    with imageio.get_reader(tmp_path / "a.mp4") as reader:
-        assert sum(1 for _ in reader) == 3
+    assert len(imageio.imread(tmp_path / "a.mp4", plugin="pyav")) == 3
 
 
+End = Callable[[images._Encoder], None]
+
+
+def cut(encoder: images._Encoder, end: End) -> None:
+    """End as if all were well, with a file that is not whole."""
+    end(encoder)
+    path = Path(encoder._file.name)
+    path.write_bytes(path.read_bytes()[:-200])
+
+
+def broken(encoder: images._Encoder, end: End) -> None:
+    """End with the words of a device that fails."""
+    raise av.FFmpegError(errno.EIO, "Input/output error")
+
+
+def wordless(encoder: images._Encoder, end: End) -> None:
+    """Fail, and say nothing."""
+    raise av.FFmpegError(errno.EIO, "")
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
 @pytest.mark.parametrize(
-    ("encoder", "message"),
+    ("fault", "message"),
     [
-        ("cat > /dev/null", "not all of its 3 frames are in the file"),
-        ("head -c 100 > /dev/null; echo '[x @ 0x1] broken' >&2; exit 3", "broken"),
-        ("exit 4", "the encoder ended with status 4"),
-        ("kill -9 $$", "the encoder ended by SIGKILL"),
+        (cut, "not all of its 3 frames are in the file"),
+        (broken, "Input/output error"),
+        (wordless, "FFmpegError"),
     ],
 )
 def test_what_the_encoder_leaves_is_checked(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, encoder: str, message: str
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    fault: Callable[[images._Encoder, End], None],
+    message: str,
+    name: str,
 ) -> None:
-    """An encoder that fails, or that says nothing and writes nothing: one line, and no video."""
-    program = tmp_path / "encoder"
-    program.write_text(f"#!/bin/sh\n{encoder}\n")
-    program.chmod(0o755)
-    monkeypatch.setattr(images, "get_ffmpeg_exe", lambda: str(program))
-    with pytest.raises(InputError, match=rf"a\.mp4: the video cannot be written: {message}$"):
+    """An encoder that fails, or whose file is not whole: one line, and no video."""
+    end = images._Encoder.end
+    monkeypatch.setattr(images._Encoder, "end", lambda encoder: fault(encoder, end))
+    with pytest.raises(InputError, match=rf"{name}: the video cannot be written: {message}$"):
+        images.write_video(tmp_path / name, colour_frames(3), fps=25, count=3)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_frame_that_is_lost_is_missed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An encoder that takes three frames and writes two."""
+    take = images._Encoder.take
+
+    def lossy(encoder: images._Encoder, picture: images.Picture) -> None:
+        if picture[0, 0, 0] != 50:
+            take(encoder, picture)
+
+    monkeypatch.setattr(images._Encoder, "take", lossy)
+    with pytest.raises(InputError, match="not all of its 3 frames are in the file"):
         images.write_video(tmp_path / "a.mp4", colour_frames(3), fps=25, count=3)
-    assert [path.name for path in tmp_path.iterdir()] == ["encoder"]
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_animation_has_all_frames_their_time_and_runs_for_ever(tmp_path: Path) -> None:
