@@ -13,17 +13,16 @@ fail() {
     exit 2
 }
 
-# Python 3.11 or 3.12: python3 itself, or one that carries its version in its name. For 3.13 labmaze, which
-# dm-control needs, has no wheel, and building it takes bazel.
+# Python 3.11 or later: python3 itself, or one that carries its version in its name.
 find_python() {
     local candidate
-    for candidate in python3 python3.12 python3.11; do
-        if "$candidate" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 13))' 2>/dev/null; then
+    for candidate in python3 python3.14 python3.13 python3.12 python3.11; do
+        if "$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
             echo "$candidate"
             return
         fi
     done
-    fail "Python 3.11 or 3.12 is needed (Debian 12: python3 and python3-venv)"
+    fail "Python 3.11 or later is needed (Debian 12 and 13: python3 and python3-venv)"
 }
 
 can_render() {
