@@ -8,7 +8,6 @@ import re
 import secrets
 import shutil
 import signal
-import stat
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
@@ -17,21 +16,16 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from catheter_sim import platforms
 from catheter_sim.errors import InputError
 
 # ----------------------------------------------------------------------------------------------------
 # Files that appear whole or not at all, and the removal of what a killed run left of one.
 #
 # A new file is written beside its target, as `.NAME.X….unfinished.SUFFIX`, and renamed once it is whole.
-# Whoever writes it holds a lock on it, which the system lets go when that process ends, however it ends. So
-# a file of such a name that nobody holds was left by a process that was killed: the next one that writes
-# into the folder removes it.
-
-try:
-    import fcntl
-except ImportError:  # no POSIX: nothing is locked, so nothing is ever taken for left behind
-    fcntl = None  # type: ignore[assignment]
-
+# Whoever writes it holds it (`platforms`), and the system lets it go when that process ends, however it
+# ends. So a file of such a name that nobody holds was left by a process that was killed: the next one that
+# writes into the folder removes it.
 
 _MARK = "unfinished"
 _LEFT = re.compile(rf"\..*\.[0-9a-f]{{16}}\.{_MARK}(\..*)?", re.DOTALL)
@@ -62,10 +56,10 @@ def placed_when_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
         return
     target = Path(os.path.realpath(target))
     remove_abandoned(target.parent)
-    with _reserved(target, path) as temporary:
+    with _reserved(target, path) as (temporary, place):
         try:
             yield temporary
-            os.replace(temporary, target)
+            place()
         except OSError as error:
             if error.errno not in _NO_ROOM:
                 raise
@@ -73,10 +67,22 @@ def placed_when_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 @contextmanager
-def _reserved(target: Path, path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give an empty file beside `target`, held as long as it is written, and gone at the end in any case."""
+def _reserved(target: Path, path: str | os.PathLike[str]) -> Iterator[tuple[Path, Callable[[], None]]]:
+    """Give an empty file beside `target`, held as long as it is written, and gone at the end in any case.
+
+    The second is to be called when it is whole: it puts it into its place.
+    """
     temporary: Path | None = None
-    held = None
+    held: int | None = None
+
+    def place() -> None:
+        nonlocal held
+        assert temporary is not None
+        if platforms.WINDOWS and held is not None:
+            os.close(held)
+            held = None
+        os.replace(temporary, target)
+
     try:  # before the file is there: a signal may interrupt anywhere
         while held is None:
             name = f".{target.stem[:_LONGEST_STEM]}.{secrets.token_hex(8)}.{_MARK}{target.suffix}"
@@ -85,18 +91,14 @@ def _reserved(target: Path, path: str | os.PathLike[str]) -> Iterator[Path]:
                 held = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
             except OSError as error:
                 raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
-            if fcntl is None:
-                os.close(held)
-                break
-            with suppress(OSError):  # a file system without locks
-                fcntl.flock(held, fcntl.LOCK_EX)
+            platforms.hold(held)
             if not temporary.exists():  # swept by another process before it was held
                 os.close(held)
                 held = None
         assert temporary is not None
-        yield temporary
+        yield temporary, place
     finally:
-        if held is not None and fcntl is not None:
+        if held is not None:
             os.close(held)
         if temporary is not None:
             with suppress(OSError):  # gone to its place, or never made
@@ -105,8 +107,6 @@ def _reserved(target: Path, path: str | os.PathLike[str]) -> Iterator[Path]:
 
 def remove_abandoned(folder: Path) -> None:
     """Remove the files in `folder` that were begun by processes which ended before they were whole."""
-    if fcntl is None:
-        return
     try:
         with os.scandir(folder) as entries:
             begun = [
@@ -115,14 +115,7 @@ def remove_abandoned(folder: Path) -> None:
     except OSError:  # whoever writes there will say so
         return
     for path in begun:
-        with suppress(OSError):  # held by another process, or gone meanwhile
-            descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
-            try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                if stat.S_ISREG(os.fstat(descriptor).st_mode):
-                    os.unlink(path)
-            finally:
-                os.close(descriptor)
+        platforms.remove_if_left(path)
 
 
 def check_output_file(path: str | os.PathLike[str]) -> None:
@@ -159,7 +152,6 @@ def check_output_folder(path: str | os.PathLike[str]) -> Path:
 # ----------------------------------------------------------------------------------------------------
 # Signals that ask a program to end unwind it, as Ctrl-C does: what it began it takes away itself.
 
-_NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # those that the system has
 _LONGEST_S = 30  # to take everything away; then the system ends the program
 
 
@@ -190,8 +182,7 @@ def unwound_by_signals() -> Iterator[None]:
         if asked:  # `timeout` and some terminals ask twice: it is on its way
             return
         asked.append(number)
-        if hasattr(signal, "alarm"):
-            signal.alarm(_LONGEST_S)
+        platforms.set_alarm(_LONGEST_S)
         raise Stopped(number)
 
     with _handled(stop):
@@ -202,8 +193,8 @@ def unwound_by_signals() -> Iterator[None]:
                 raise Stopped(asked[0]) from error
             raise
         finally:
-            if asked and hasattr(signal, "alarm"):
-                signal.alarm(0)
+            if asked:
+                platforms.set_alarm(0)
 
 
 @contextmanager
@@ -211,8 +202,7 @@ def _handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]
     """Give such signals to `handler`, but those that are ignored; outside the main thread change nothing."""
     before: dict[int, Any] = {}
     if threading.current_thread() is threading.main_thread():  # signals are the main thread's
-        numbers = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
-        before = {number: signal.getsignal(number) for number in numbers}
+        before = {number: signal.getsignal(number) for number in platforms.ending_signals()}
     taken = [number for number, old in before.items() if old not in (signal.SIG_IGN, None)]
     try:
         for number in taken:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -49,6 +48,7 @@ def writer(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
 @contextmanager
 def room(size: int) -> Iterator[None]:
     """Let no file of this process and of those that it starts grow beyond `size` bytes."""
+    resource = pytest.importorskip("resource")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
@@ -85,6 +85,7 @@ def test_what_another_process_is_writing_stays(tmp_path: Path, writer: subproces
     assert (tmp_path / "out.csv").read_text() == "half and half"
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name here")
 def test_only_files_of_ours_are_removed(tmp_path: Path) -> None:
     """Of hidden files those alone go that bear our mark; links, folders and pipes stay."""
     stay = [
@@ -128,6 +129,7 @@ def test_a_long_name_can_be_written(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == [path.name]
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name here")
 def test_a_pipe_gets_the_finished_file(tmp_path: Path) -> None:
     """What is no regular file is not replaced by one, also where the writer needs a file to seek in."""
     pipe = tmp_path / "pipe.mp4"

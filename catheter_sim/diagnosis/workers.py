@@ -35,6 +35,7 @@ import scipy
 from tqdm import tqdm
 
 import catheter_sim
+from catheter_sim import platforms
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.motion import motion_step_s
@@ -376,7 +377,6 @@ T = TypeVar("T")
 
 _ROUNDS = 3  # of calls whose process was killed
 _LONGEST_WAIT_S = 10.0  # for a cluster to answer
-_LOOK_EVERY_S = 0.5  # whether the process that started this one is still there
 _SUFFIX = ".npz"
 _OURS = re.compile(rf"[0-9a-f]{{40}}\{_SUFFIX}|\..*")  # files in the folder; with a dot: not yet whole
 _LARGEST_BYTES = 1 << 30  # of one kept result
@@ -508,8 +508,7 @@ def end_with(starter: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:
-        while os.getppid() == starter:
-            time.sleep(_LOOK_EVERY_S)
+        platforms.wait_for_parents_end(starter)
         os._exit(1)
 
     Thread(target=watch, daemon=True).start()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -55,6 +54,7 @@ from catheter_sim.envs.tip import (
 from catheter_sim.errors import InputError, shown
 from catheter_sim.pictures.images import Picture
 from catheter_sim.pictures.offscreen import DrawnState
+from catheter_sim.platforms import processors
 from catheter_sim.units import in_file_units
 
 # ----------------------------------------------------------------------------------------------------
@@ -697,7 +697,7 @@ def vector_env(
     """
     refuse_unknown(arguments, [*_OF_MANY, *argument_names(task)], f"many {task.__name__}")
     count = checked_whole("num_envs", num_envs)
-    threads = min(_processors() if threads is None else checked_whole("threads", threads), count)
+    threads = min(processors() if threads is None else checked_whole("threads", threads), count)
     if max_episode_steps is not None:
         max_episode_steps = checked_whole("max_episode_steps", max_episode_steps)
     if not isinstance(autoreset_mode, AutoresetMode):
@@ -712,13 +712,6 @@ def vector_env(
         return env if max_episode_steps is None else TimeLimit(env, max_episode_steps)
 
     return OneByOneEnv([make] * count, 1 if one.pixels or one.render_mode else threads, autoreset_mode)
-
-
-def _processors() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 # ----------------------------------------------------------------------------------------------------

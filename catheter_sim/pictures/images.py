@@ -7,7 +7,6 @@ import copy
 import importlib
 import math
 import os
-import platform
 import sys
 import warnings
 from collections.abc import Iterable, Sequence
@@ -30,6 +29,7 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.files import placed_when_whole
 from catheter_sim.mjcf.names import tendon as tendon_name
 from catheter_sim.modelling.build import View
+from catheter_sim.platforms import drawing_needs, offscreen_backend
 from catheter_sim.progress import counted
 from catheter_sim.robots import kind_of
 from catheter_sim.simulation.simulator import Simulator
@@ -42,9 +42,9 @@ if TYPE_CHECKING:
 # An OpenGL context without a screen: which backend, and one line where there is none.
 #
 # MuJoCo picks its backend from the environment variable `MUJOCO_GL` once, as `mujoco` is imported, and
-# takes a window where it is unset. Here an unset variable means EGL, also where `mujoco` was imported long
-# before. The variable itself is left alone: `MUJOCO_GL=egl` breaks `import mujoco` on a machine without an
-# EGL library, which needs none to simulate.
+# takes a window where it is unset. Here an unset variable means EGL on Linux and CGL on macOS, also where
+# `mujoco` was imported long before. The variable itself is left alone: `MUJOCO_GL=egl` breaks `import mujoco`
+# on a machine without an EGL library, which needs none to simulate.
 #
 # OpenGL does not survive a fork: the child of a process that has drawn would wait forever for threads that
 # only its parent has. It gets an error instead.
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
 SMALLEST_SIDE, LARGEST_SIDE = 16, 4096  # of a picture [pixels]
 _VARIABLE = "MUJOCO_GL"
 _drew: set[int] = set()  # numbers of the processes that have drawn: this one, and those it was forked from
-_PACKAGES = "EGL is needed; on Debian: apt install libegl1 libgl1-mesa-dri"
 
 
 def require_mujoco() -> None:
@@ -129,11 +128,11 @@ def _forked() -> InputError:
 
 
 def _choose_backend() -> None:
-    """Let `mujoco.Renderer` use the backend that `MUJOCO_GL` names now; on Linux EGL where it is unset."""
+    """Let `mujoco.Renderer` use the backend that `MUJOCO_GL` names now, or the system's."""
     import mujoco
 
     setting = os.environ.get(_VARIABLE)
-    wanted = (setting or "").strip().lower() or ("egl" if platform.system() == "Linux" else "")
+    wanted = (setting or "").strip().lower() or offscreen_backend()
     module = sys.modules[mujoco.Renderer.__module__].gl_context  # where it takes `GLContext` from
     present = getattr(getattr(module, "GLContext", None), "__module__", "")
     if not wanted or present == f"mujoco.{wanted}":
@@ -151,8 +150,10 @@ def _choose_backend() -> None:
 def _no_context(error: Exception) -> InputError:
     reason = " ".join(str(error).split()).partition(". ")[0] or type(error).__name__
     setting = os.environ.get(_VARIABLE, "").strip()
-    hint = f" with {_VARIABLE}={setting} (unset, it means EGL)" if setting.lower() not in ("", "egl") else ""
-    return InputError(f"cannot draw{hint}: {_PACKAGES} ({reason})")
+    own = offscreen_backend()
+    hint = f" with {_VARIABLE}={setting}" if setting.lower() not in ("", own) else ""
+    hint += f" (unset, it means {own.upper()})" if hint and own else ""
+    return InputError(f"cannot draw{hint}: {drawing_needs()} ({reason})")
 
 
 # ----------------------------------------------------------------------------------------------------

@@ -60,6 +60,7 @@ def test_a_signal_that_compiled_code_made_an_error_of_its_own_is_no_error(
     assert capsys.readouterr().err == "catheter-sim: error: stopped by SIGTERM\n"
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="no such signal here")
 def test_a_signal_that_was_ignored_stays_ignored() -> None:
     """`nohup catheter-sim …` goes on when the terminal is closed."""
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
@@ -71,6 +72,7 @@ def test_a_signal_that_was_ignored_stays_ignored() -> None:
         signal.signal(signal.SIGHUP, before)
 
 
+@pytest.mark.skipif(not hasattr(signal, "alarm"), reason="no such watch here")
 def test_clean_up_that_hangs_is_ended_by_the_system() -> None:
     """A watch is set while things are taken away, and taken back afterwards."""
 
@@ -99,7 +101,8 @@ def processes_of(session: int, folder: Path) -> list[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [*NUMBERS, signal.SIGKILL])
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are looked for in /proc")
+@pytest.mark.parametrize("number", [*NUMBERS, getattr(signal, "SIGKILL", None)])
 def test_a_stopped_render_leaves_nothing(number: signal.Signals, tmp_path: Path) -> None:
     """No half video, no temporary file, no process; what SIGKILL leaves, the next run takes away."""
     rows = "".join(f"{row},{0.3 * (row % 2)}\n" for row in range(9))

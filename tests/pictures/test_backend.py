@@ -19,7 +19,7 @@ from catheter_sim.pictures.images import open_renderer
 PROGRAM = """
 import os, mujoco
 from catheter_sim.errors import InputError
-from catheter_sim.pictures.backend import open_renderer
+from catheter_sim.pictures.images import open_renderer
 model = mujoco.MjModel.from_xml_string("<mujoco/>")
 try:
     with open_renderer(model, 64, 48) as renderer:
@@ -30,7 +30,7 @@ except InputError as error:
 """
 BEFORE_IMPORT = """
 from catheter_sim.errors import InputError
-from catheter_sim.pictures.backend import require_mujoco
+from catheter_sim.pictures.images import require_mujoco
 try:
     require_mujoco()
 except InputError as error:
@@ -41,7 +41,7 @@ except InputError as error:
 FORK = """
 import os, signal, sys, mujoco
 from catheter_sim.errors import InputError
-from catheter_sim.pictures.backend import open_renderer
+from catheter_sim.pictures.images import open_renderer
 model = mujoco.MjModel.from_xml_string("<mujoco/>")
 renderer = open_renderer(model, 64, 48)
 if sys.argv[1] == "closed":
