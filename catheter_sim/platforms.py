@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import multiprocessing
 import os
 import platform
@@ -9,6 +10,8 @@ import signal
 import stat
 import time
 from contextlib import suppress
+
+from catheter_sim.errors import InputError
 
 try:
     import fcntl
@@ -20,6 +23,7 @@ WINDOWS = os.name == "nt"
 _LET_GO_S = 60.0  # a file is let go before it is renamed there, at once: one that is older was left
 _LOOK_EVERY_S = 0.5  # whether the parent is still there
 _ENDING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # the last is Windows'
+BACKEND_VARIABLE = "MUJOCO_GL"  # read by MuJoCo once, as it is imported
 _BACKENDS = {"Linux": "egl", "Darwin": "cgl"}
 _NEEDED = {
     "Linux": "EGL is needed; on Debian: apt install libegl1 libgl1-mesa-dri",
@@ -80,9 +84,27 @@ def offscreen_backend() -> str:
     return _BACKENDS.get(platform.system(), "")
 
 
-def drawing_needs() -> str:
-    """Return in a few words what drawing without a screen needs on this system."""
-    return _NEEDED.get(platform.system(), "a graphics driver with OpenGL is needed")
+def require_mujoco() -> None:
+    """Import `mujoco`, which a backend that is named but not installed prevents.
+
+    Raises:
+        InputError: `MUJOCO_GL` names no backend, or one that is not installed.
+    """
+    try:
+        importlib.import_module("mujoco")
+    except (AttributeError, RuntimeError) as error:  # PyOpenGL's and MuJoCo's ways to say so
+        raise no_context(error) from None
+
+
+def no_context(error: Exception) -> InputError:
+    """Return the line that says why nothing can be drawn, and what is needed."""
+    reason = " ".join(str(error).split()).partition(". ")[0] or type(error).__name__
+    setting = os.environ.get(BACKEND_VARIABLE, "").strip()
+    own = offscreen_backend()
+    hint = f" with {BACKEND_VARIABLE}={setting}" if setting.lower() not in ("", own) else ""
+    hint += f" (unset, it means {own.upper()})" if hint and own else ""
+    needed = _NEEDED.get(platform.system(), "a graphics driver with OpenGL is needed")
+    return InputError(f"cannot draw{hint}: {needed} ({reason})")
 
 
 def processors() -> int:

@@ -18,7 +18,6 @@ import pytest
 from catheter_sim import platforms
 from catheter_sim.errors import InputError
 from catheter_sim.files import placed_when_whole, remove_abandoned, unwound_by_signals
-from catheter_sim.pictures import images
 from catheter_sim.tables import replaced_when_whole
 
 # A program on a system without POSIX's modules and signals, as far as Python can be made to believe it.
@@ -188,11 +187,11 @@ def test_each_system_has_its_backend(
     monkeypatch.setattr(platform, "system", lambda: system)
     monkeypatch.delenv("MUJOCO_GL", raising=False)
     assert platforms.offscreen_backend() == backend
-    said = str(images._no_context(RuntimeError("no display")))
+    said = str(platforms.no_context(RuntimeError("no display")))
     assert said.startswith("cannot draw: ")
     assert needed in said
     monkeypatch.setenv("MUJOCO_GL", "glfw")
-    said = str(images._no_context(RuntimeError("no display")))
+    said = str(platforms.no_context(RuntimeError("no display")))
     assert said.startswith("cannot draw with MUJOCO_GL=glfw")
     assert ("(unset, it means" in said) == bool(backend)
 

@@ -46,6 +46,7 @@ from catheter_sim.cli import (
 from catheter_sim.cli.arguments import split_settings
 from catheter_sim.errors import LONGEST_MESSAGE, TRACEBACK_VARIABLE, InputError, RobotNote, cut
 from catheter_sim.files import Stopped, unwound_by_signals
+from catheter_sim.platforms import require_mujoco
 from catheter_sim.progress import compilations_told, note
 
 VERBS: dict[str, ModuleType] = {
@@ -157,8 +158,6 @@ def _run(argv: Sequence[str]) -> int:
     arguments.command_line = shlex.join(["catheter-sim", *argv])
     with _known_noise_silenced(), compilations_told():
         # Here and not in each verb: every one of them uses MuJoCo sooner or later.
-        from catheter_sim.pictures.images import require_mujoco
-
         require_mujoco()
         return int(VERBS[arguments.verb].run(arguments))
 

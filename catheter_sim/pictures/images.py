@@ -29,7 +29,7 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.files import placed_when_whole
 from catheter_sim.mjcf.names import tendon as tendon_name
 from catheter_sim.modelling.build import View
-from catheter_sim.platforms import drawing_needs, offscreen_backend
+from catheter_sim.platforms import BACKEND_VARIABLE, no_context, offscreen_backend, require_mujoco
 from catheter_sim.progress import counted
 from catheter_sim.robots import kind_of
 from catheter_sim.simulation.simulator import Simulator
@@ -50,20 +50,7 @@ if TYPE_CHECKING:
 # only its parent has. It gets an error instead.
 
 SMALLEST_SIDE, LARGEST_SIDE = 16, 4096  # of a picture [pixels]
-_VARIABLE = "MUJOCO_GL"
 _drew: set[int] = set()  # numbers of the processes that have drawn: this one, and those it was forked from
-
-
-def require_mujoco() -> None:
-    """Import `mujoco`, which a backend that is named but not installed prevents.
-
-    Raises:
-        InputError: `MUJOCO_GL` names no backend, or one that is not installed.
-    """
-    try:
-        importlib.import_module("mujoco")
-    except (AttributeError, RuntimeError) as error:  # PyOpenGL's and MuJoCo's ways to say so
-        raise _no_context(error) from None
 
 
 def open_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
@@ -90,7 +77,7 @@ def open_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Rend
             _choose_backend()
             return _renderer_class()(model, height, width)
     except Exception as error:  # ctypes, PyOpenGL and MuJoCo each raise classes of their own
-        raise _no_context(error) from None
+        raise no_context(error) from None
 
 
 @cache
@@ -131,29 +118,20 @@ def _choose_backend() -> None:
     """Let `mujoco.Renderer` use the backend that `MUJOCO_GL` names now, or the system's."""
     import mujoco
 
-    setting = os.environ.get(_VARIABLE)
+    setting = os.environ.get(BACKEND_VARIABLE)
     wanted = (setting or "").strip().lower() or offscreen_backend()
     module = sys.modules[mujoco.Renderer.__module__].gl_context  # where it takes `GLContext` from
     present = getattr(getattr(module, "GLContext", None), "__module__", "")
     if not wanted or present == f"mujoco.{wanted}":
         return
-    os.environ[_VARIABLE] = wanted
+    os.environ[BACKEND_VARIABLE] = wanted
     try:
         importlib.reload(module)
     finally:
         if setting is None:
-            del os.environ[_VARIABLE]
+            del os.environ[BACKEND_VARIABLE]
         else:
-            os.environ[_VARIABLE] = setting
-
-
-def _no_context(error: Exception) -> InputError:
-    reason = " ".join(str(error).split()).partition(". ")[0] or type(error).__name__
-    setting = os.environ.get(_VARIABLE, "").strip()
-    own = offscreen_backend()
-    hint = f" with {_VARIABLE}={setting}" if setting.lower() not in ("", own) else ""
-    hint += f" (unset, it means {own.upper()})" if hint and own else ""
-    return InputError(f"cannot draw{hint}: {drawing_needs()} ({reason})")
+            os.environ[BACKEND_VARIABLE] = setting
 
 
 # ----------------------------------------------------------------------------------------------------

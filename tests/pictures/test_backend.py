@@ -30,7 +30,7 @@ except InputError as error:
 """
 BEFORE_IMPORT = """
 from catheter_sim.errors import InputError
-from catheter_sim.pictures.images import require_mujoco
+from catheter_sim.platforms import require_mujoco
 try:
     require_mujoco()
 except InputError as error:
