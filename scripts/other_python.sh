@@ -2,8 +2,8 @@
 # Tries the package on another Python, in an environment that is made for it and taken away again:
 #     bash scripts/other_python.sh python3.13
 # The wheel is built and installed with the libraries from the package index; then simulate, diagnose and render
-# run outside the checkout, and the fast tests on what is installed (JOBS processes, 2 unless set). The last line
-# says what passed; the exit status is 1 where something did not.
+# run outside the checkout, and the fast tests in it (JOBS processes, 2 unless set). The last line says what passed;
+# the exit status is 1 where something did not.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -57,7 +57,7 @@ try "render to png" catheter-sim render neuroendoscope_section --inputs "$inputs
 try "render to mp4" catheter-sim render neuroendoscope_section --inputs "$inputs" -o bent.mp4 --width 320 --height 240
 try diagnose diagnosed
 
-tests=("$bin/python" -P -m pytest -q -p no:cacheprovider -n "${JOBS:-2}" --dist loadgroup -m "not slow and not long")
+tests=("$bin/python" -m pytest -q -p no:cacheprovider -n "${JOBS:-2}" --dist loadgroup -m "not slow and not long")
 if "${tests[@]}" | tee "$out/tests.txt"; then
     passed+=("the fast tests ($(tail -n 1 "$out/tests.txt"))")
 else
@@ -66,7 +66,7 @@ fi
 
 joined() { printf '%s' "$1"; shift; printf ', %s' "$@"; }
 said="Python $version, $size MB:"
-[ ${#passed[@]} = 0 ] || said+=" passed: $(joined "${passed[@]}")"
-[ ${#failed[@]} = 0 ] || said+="; failed: $(joined "${failed[@]}")"
-echo "$said"
+[ ${#passed[@]} = 0 ] || said+=" passed: $(joined "${passed[@]}");"
+[ ${#failed[@]} = 0 ] || said+=" failed: $(joined "${failed[@]}");"
+echo "${said%;}"
 [ ${#failed[@]} = 0 ]
