@@ -64,7 +64,7 @@ else
     failed+=("the fast tests ($(tail -n 1 "$out/tests.txt"))")
 fi
 
-joined() { printf '%s' "$1"; shift; printf ', %s' "$@"; }
+joined() { printf ', %s' "$@" | cut -c 3-; }
 said="Python $version, $size MB:"
 [ ${#passed[@]} = 0 ] || said+=" passed: $(joined "${passed[@]}");"
 [ ${#failed[@]} = 0 ] || said+=" failed: $(joined "${failed[@]}");"
