@@ -105,8 +105,8 @@ def given(root: Path, score: dict[str, Any]) -> dict[str, Any]:
         choice = told(posed.train, [item["cause"] for item in hidden], posed.thorough)
         settled = decide_on_heldout(run, posed, before, choice)
         verdict = judge(posed, before, settled, faults)
-    of_unit = settled.weighed.by_unit[settled.unit]
-    names = set(settled.weighed.after.causes) if verdict.names_causes else set()
+    of_unit = settled.pruned.by_unit[settled.unit]
+    names = set(settled.pruned.after.causes) if verdict.names_causes else set()
     values = (
         score["index"],
         score["robot"],

@@ -13,6 +13,15 @@ from catheter_sim.diagnosis.intervals import cause_intervals
 from catheter_sim.diagnosis.noise import errors_of, rmse_by_unit, times_noise
 from catheter_sim.diagnosis.prepare import Calibrated, DiagnosisRun, Faults, Posed, data_faults, noise_beside
 from catheter_sim.diagnosis.problem import Term
+from catheter_sim.diagnosis.pruning import (
+    Pruned,
+    Pruning,
+    implausible,
+    prune,
+    with_intervals,
+    with_shares,
+    without_soaking,
+)
 from catheter_sim.diagnosis.result import Cause, Unproved
 from catheter_sim.diagnosis.search import (
     Selection,
@@ -32,15 +41,6 @@ from catheter_sim.diagnosis.thresholds import (
     PAYS_SHARE,
 )
 from catheter_sim.diagnosis.verdict import held_out
-from catheter_sim.diagnosis.weighing import (
-    Scales,
-    Weighed,
-    implausible,
-    weigh,
-    with_intervals,
-    with_shares,
-    without_soaking,
-)
 
 # ----------------------------------------------------------------------------------------------------
 # Causes chosen inside the training trials, and fitted to all their rows.
@@ -85,26 +85,26 @@ class Settled:
     """The hypothesis that the held-out trials leave.
 
     Attributes:
-        scales: on what its causes were weighed: noise, unit, where to fit.
-        weighed: it, its held-out figures, and what was taken out.
+        pruning: what its causes were pruned by: noise, unit, where to fit.
+        pruned: it, its held-out figures, and what was taken out.
         soaked: causes taken out since their numbers are not plausible.
         equals: hypotheses that do as well on both parts, one other effect in each.
     """
 
-    scales: Scales
-    weighed: Weighed
+    pruning: Pruning
+    pruned: Pruned
     soaked: tuple[Cause, ...]
     equals: tuple[Fit, ...]
 
     @property
     def unit(self) -> str:
         """Return the unit that is reported first: the worst explained one."""
-        return self.scales.unit
+        return self.pruning.unit
 
     @property
     def terms(self) -> tuple[Term, ...]:
         """Return the causes that the held-out trials leave, plausible or not."""
-        return (*self.weighed.after.terms, *(Term(item.name, tuple(item.parameters)) for item in self.soaked))
+        return (*self.pruned.after.terms, *(Term(item.name, tuple(item.parameters)) for item in self.soaked))
 
 
 def nothing_settled(run: DiagnosisRun, posed: Posed, before: Calibrated) -> Settled:
@@ -112,8 +112,8 @@ def nothing_settled(run: DiagnosisRun, posed: Posed, before: Calibrated) -> Sett
     train, heldout = posed.train, posed.heldout
     by_unit = held_out(train, heldout, before.fit, before.fit, before.noise)
     unit = max(by_unit, key=lambda name: times_noise(by_unit[name].rmse_after, by_unit[name].noise_floor))
-    scales = Scales(train, heldout, before.fit, before.noise, unit, posed.thorough, run.pool)
-    return Settled(scales, Weighed(before.fit, by_unit, ()), (), ())
+    pruning = Pruning(train, heldout, before.fit, before.noise, unit, posed.thorough, run.pool)
+    return Settled(pruning, Pruned(before.fit, by_unit, ()), (), ())
 
 
 def decide_on_heldout(run: DiagnosisRun, posed: Posed, before: Calibrated, choice: Choice) -> Settled:
@@ -126,9 +126,9 @@ def decide_on_heldout(run: DiagnosisRun, posed: Posed, before: Calibrated, choic
     by_unit = held_out(train, heldout, before.fit, after, noise)
     unit = max(by_unit, key=lambda name: times_noise(by_unit[name].rmse_after, by_unit[name].noise_floor))
     run.say("testing the causes on held-out data")
-    scales = Scales(train, heldout, before.fit, noise, unit, posed.thorough, run.pool)
+    pruning = Pruning(train, heldout, before.fit, noise, unit, posed.thorough, run.pool)
     return with_plausible_causes(
-        run, posed, choice, scales, weigh(scales, with_shares(scales, after)), equals
+        run, posed, choice, pruning, prune(pruning, with_shares(pruning, after)), equals
     )
 
 
@@ -136,30 +136,30 @@ def with_plausible_causes(
     run: DiagnosisRun,
     posed: Posed,
     choice: Choice,
-    scales: Scales,
-    weighed: Weighed,
+    pruning: Pruning,
+    pruned: Pruned,
     equals: tuple[Fit, ...],
     soaked: tuple[Cause, ...] = (),
 ) -> Settled:
-    """Return a weighed hypothesis without what is not plausible, and with its equals.
+    """Return a pruned hypothesis without what is not plausible, and with its equals.
 
     Args:
         run: where to fit.
         posed: the trials.
         choice: the effects that were tried.
-        scales: what causes were weighed on.
-        weighed: the hypothesis.
+        pruning: what causes were pruned by.
+        pruned: the hypothesis.
         equals: hypotheses that do as well as the one from which causes were taken out.
         soaked: causes that were not plausible before.
     """
-    plausible, more = without_soaking(scales, weighed)
-    if plausible.after.terms and (more or weighed.weak or weighed.unsure):
+    plausible, more = without_soaking(pruning, pruned)
+    if plausible.after.terms and (more or pruned.weak or pruned.unsure):
         # What was found to be as good was fitted beside causes that are gone now.
         found = equals_of(posed.train, plausible.after, choice.candidates, run.pool)
         equals = also_equal_on_heldout(
             posed.train, posed.heldout, plausible.after, found, posed.thorough, run.pool
         )
-    return Settled(scales, plausible, (*soaked, *more), equals if plausible.after.terms else ())
+    return Settled(pruning, plausible, (*soaked, *more), equals if plausible.after.terms else ())
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -168,18 +168,18 @@ def with_plausible_causes(
 
 def fit_unproved(posed: Posed, choice: Choice, settled: Settled) -> Unproved:
     """Return the hypothesis that fits: the settled one, or the simplest of the best that were tried."""
-    after = settled.weighed.after
+    after = settled.pruned.after
     if not after.terms:
         after = _best_tried(posed, choice)
-    scales = replace(settled.scales, noise=noise_beside(posed.train, after))
-    by_unit = scales.held_out(after)
+    pruning = replace(settled.pruning, noise=noise_beside(posed.train, after))
+    by_unit = pruning.held_out(after)
     training = rmse_by_unit(posed.train, errors_of(posed.train, after))
     times = max(
         times_noise(max(training.get(unit, 0.0), item.rmse_after), item.noise_floor)
         for unit, item in by_unit.items()
     )
     unlikely = implausible(after)
-    causes = tuple(cause for cause in scales.causes(after, by_unit) if cause.name not in unlikely)
+    causes = tuple(cause for cause in pruning.causes(after, by_unit) if cause.name not in unlikely)
     return Unproved(with_intervals(causes, cause_intervals(after)), times, by_unit)
 
 

@@ -20,8 +20,6 @@ from catheter_sim.diagnosis.noise import repeat_noise, times_noise
 from catheter_sim.diagnosis.notes import Attempts, Note
 from catheter_sim.diagnosis.prepare import Calibrated, DiagnosisRun, Faults, Posed, Prepared
 from catheter_sim.diagnosis.probabilities import (
-    NONE,
-    OUTSIDE,
     Beliefs,
     UnlistedForm,
     alike_groups,
@@ -30,6 +28,7 @@ from catheter_sim.diagnosis.probabilities import (
     evidence,
     one_unlisted_form,
 )
+from catheter_sim.diagnosis.pruning import prune, pruning_notes, soaking_notes, with_intervals
 from catheter_sim.diagnosis.readings import resolution_by_unit
 from catheter_sim.diagnosis.residuals import STAGES, structure_tests
 from catheter_sim.diagnosis.result import (
@@ -37,6 +36,8 @@ from catheter_sim.diagnosis.result import (
     DATA_SUSPECT,
     IMPROVED,
     NO_DISCREPANCY,
+    NONE,
+    OUTSIDE,
     UNEXPLAINED,
     Cause,
     DiagnosisResult,
@@ -74,7 +75,6 @@ from catheter_sim.diagnosis.verdict import (
     unproved_note,
     verdict_of,
 )
-from catheter_sim.diagnosis.weighing import soaking_notes, weigh, weighing_notes, with_intervals
 from catheter_sim.diagnosis.workers import calibrated_numbers
 from catheter_sim.effects import EFFECTS
 
@@ -120,26 +120,26 @@ class Examined:
 
 def examine(posed: Posed, before: Calibrated, settled: Settled) -> Examined:
     """Return what the hypothesis that is left makes of the trials."""
-    weighed, unit = settled.weighed, settled.unit
+    pruned, unit = settled.pruned, settled.unit
     trials = (*posed.train.trials, *posed.heldout.trials)
-    fits = trial_fits(posed.train, trials, before.fit, weighed.after)
+    fits = trial_fits(posed.train, trials, before.fit, pruned.after)
     structure = {stage: structure_tests(posed.dataset, fits, unit, stage) for stage in STAGES}
-    told, share = weighed.by_unit[unit], posed.train.model_share
+    figures, share = pruned.by_unit[unit], posed.train.model_share
     return Examined(
         fits,
         structure,
-        weighed.by_unit,
-        structured_remainder(told, structure["after"], len(weighed.after.terms), share),
-        most_error_remains(told, share),
-        harms(posed.heldout, before.fit, weighed.after, settled.scales.noise),
+        pruned.by_unit,
+        structured_remainder(figures, structure["after"], len(pruned.after.terms), share),
+        most_error_remains(figures, share),
+        harms(posed.heldout, before.fit, pruned.after, settled.pruning.noise),
     )
 
 
 def examined_plainly(posed: Posed, before: Calibrated, settled: Settled) -> Examined:
     """Return the series alone, where the rest could not be found."""
     trials = (*posed.train.trials, *posed.heldout.trials)
-    fits = trial_fits(posed.train, trials, before.fit, settled.weighed.after)
-    return Examined(fits, dict.fromkeys(STAGES, ()), settled.weighed.by_unit, None, False, ())
+    fits = trial_fits(posed.train, trials, before.fit, settled.pruned.after)
+    return Examined(fits, dict.fromkeys(STAGES, ()), settled.pruned.by_unit, None, False, ())
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -168,15 +168,15 @@ def score_hypotheses(
 ) -> Scores:
     """Return what every hypothesis predicts, and how probable every cause is."""
     run.say("scoring the hypotheses")
-    train, heldout, weighed = posed.train, posed.heldout, settled.weighed
-    known = dict(weighed.after.values)
+    train, heldout, pruned = posed.train, posed.heldout, settled.pruned
+    known = dict(pruned.after.values)
     for cause in settled.soaked:
         known |= {(cause.name, name): item.value for name, item in cause.parameters.items()}
     hypotheses = scored(train, heldout, choice.selection, settled.terms, known)
     if faults.found or posed.lacking:
         return Scores(hypotheses, Beliefs({}, {}, {}) if posed.lacking else beliefs(None), {})
     names = tuple(term.effect for term in settled.terms)
-    rivals = [] if settled.soaked else rivals_of(weighed.after, settled.equals)
+    rivals = [] if settled.soaked else rivals_of(pruned.after, settled.equals)
     chosen = next(item.fit for item in hypotheses if item.causes == tuple(sorted(names)))
     against = [item for item in hypotheses if not only_mends(train, chosen, item.fit)]
     found = evidence(
@@ -190,7 +190,7 @@ def score_hypotheses(
         bool(examined.harms),
     )
     unlisted = None
-    if len(weighed.after.causes) >= FEWEST_UNLISTED and examined.times_after > UNLISTED_NOISE:
+    if len(pruned.after.causes) >= FEWEST_UNLISTED and examined.times_after > UNLISTED_NOISE:
         unlisted = one_unlisted_form(train, heldout, hypotheses, names)
     believed = beliefs(found, tuple(cause.name for cause in settled.soaked))
     return Scores(hypotheses, believed, as_numbers(found), unlisted)
@@ -233,7 +233,7 @@ def judge(
     posed: Posed, before: Calibrated, settled: Settled, faults: Faults, examined: Examined, scores: Scores
 ) -> Verdict:
     """Return the verdict."""
-    after = settled.weighed.after
+    after = settled.pruned.after
     more = examined.remainder is not None or examined.much_left
     if faults.found:
         return Verdict(DATA_SUSPECT, before.fit, more_is_wrong=more)
@@ -242,7 +242,7 @@ def judge(
         posed.train,
         before.fit,
         after,
-        settled.weighed.by_unit,
+        settled.pruned.by_unit,
         established=bool(likely),
         harmful=bool(examined.harms),
         structured=strongest_structure(examined.structure["before"]) is not None,
@@ -263,7 +263,7 @@ def unjudged(before: Calibrated, faults: Faults) -> Verdict:
 
 
 # ----------------------------------------------------------------------------------------------------
-# The held-out trials replayed in MuJoCo, and the causes weighed once more beside that.
+# The held-out trials replayed in MuJoCo, and the causes pruned once more beside that.
 #
 # Where the simulation differs from the twin, it would change the fitted numbers; their intervals are
 # widened by as much, and a cause whose numbers may then be nothing is taken out.
@@ -305,16 +305,16 @@ def replay_in_mujoco(run: DiagnosisRun, posed: Posed, verdict: Verdict, simulati
     return Replayed(found, shift_by_model(posed.heldout, shown, [item.outputs for item in found]))
 
 
-def weigh_again(
+def prune_again(
     run: DiagnosisRun, posed: Posed, choice: Choice, settled: Settled, replayed: Replayed
 ) -> Settled:
-    """Return the hypothesis with its causes weighed by the intervals that the simulation widens."""
-    if replayed.shift is None or not settled.weighed.after.terms:
+    """Return the hypothesis with its causes pruned by the intervals that the simulation widens."""
+    if replayed.shift is None or not settled.pruned.after.terms:
         return settled
-    again = weigh(settled.scales, settled.weighed, replayed.shift)
-    if again.after is settled.weighed.after:
-        return replace(settled, weighed=again)
-    return with_plausible_causes(run, posed, choice, settled.scales, again, settled.equals, settled.soaked)
+    again = prune(settled.pruning, settled.pruned, replayed.shift)
+    if again.after is settled.pruned.after:
+        return replace(settled, pruned=again)
+    return with_plausible_causes(run, posed, choice, settled.pruning, again, settled.equals, settled.soaked)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -359,10 +359,10 @@ def concluded_plainly(
     posed: Posed, before: Calibrated, settled: Settled, examined: Examined, scores: Scores, verdict: Verdict
 ) -> Conclusion:
     """Return the reported hypothesis with its figures and nothing else, where the rest could not be told."""
-    shown, by_unit = verdict.shown, settled.weighed.by_unit
-    ordered = by_probability(settled.weighed.causes, scores.beliefs)
+    shown, by_unit = verdict.shown, settled.pruned.by_unit
+    ordered = by_probability(settled.pruned.causes, scores.beliefs)
     if not verdict.corrects:
-        ordered, by_unit = (), settled.scales.held_out(shown)
+        ordered, by_unit = (), settled.pruning.held_out(shown)
     causes = tuple(cause for cause in ordered if cause.name in verdict.established)
     corrections = tuple(cause for cause in ordered if cause not in causes)
     trials = (*posed.train.trials, *posed.heldout.trials)
@@ -383,13 +383,13 @@ def conclude(
 ) -> Conclusion:
     """Return what is reported: the hypothesis that is left, or the calibrated model if that is no better."""
     shown, fits, structure = verdict.shown, examined.fits, dict(examined.structure)
-    by_unit, ordered = settled.weighed.by_unit, by_probability(settled.weighed.causes, scores.beliefs)
+    by_unit, ordered = settled.pruned.by_unit, by_probability(settled.pruned.causes, scores.beliefs)
     groups = tuple(cause.one_of for cause in ordered if len(cause.one_of) > 1)
     alike = scores.beliefs.members
-    rivals = rivals_of(settled.weighed.after, settled.equals)
+    rivals = rivals_of(settled.pruned.after, settled.equals)
     equals = tuple(item for name, rival, item in rivals if rival in alike.get(name, {}))
     if not verdict.corrects:
-        by_unit, ordered, groups, equals = settled.scales.held_out(shown), (), (), ()
+        by_unit, ordered, groups, equals = settled.pruning.held_out(shown), (), (), ()
         trials = (*posed.train.trials, *posed.heldout.trials)
         fits = trial_fits(posed.train, trials, before.fit, before.fit)
         structure["after"] = structure["before"]
@@ -452,7 +452,7 @@ def _notes_on_causes(
     replayed: Replayed,
 ) -> list[Note]:
     """Return what to say of causes that are reported, of those that are not, and why."""
-    weighed = settled.weighed
+    pruned = settled.pruned
     notes = []
     if choice.selection.unfinished:
         notes.append(
@@ -461,12 +461,12 @@ def _notes_on_causes(
                 "Time ran out before the search for causes ended. The report shows the best set so far.",
             )
         )
-    if set(weighed.after.causes) - set(choice.fit.causes) and verdict.corrects:
-        notes.append(heldout_choice_note(choice.fit, weighed.after))
-    if weighed.after.terms and verdict.more_is_wrong:
-        notes.append(remainder_note(weighed.after, weighed.by_unit[settled.unit], examined.remainder))
-    if weighed.after.terms and examined.harms and not verdict.corrects:
-        notes.append(harm_note(weighed.after, examined.harms))
+    if set(pruned.after.causes) - set(choice.fit.causes) and verdict.corrects:
+        notes.append(heldout_choice_note(choice.fit, pruned.after))
+    if pruned.after.terms and verdict.more_is_wrong:
+        notes.append(remainder_note(pruned.after, pruned.by_unit[settled.unit], examined.remainder))
+    if pruned.after.terms and examined.harms and not verdict.corrects:
+        notes.append(harm_note(pruned.after, examined.harms))
     if verdict.unproved:
         notes.append(unproved_note(verdict.unproved))
     notes += soaking_notes(settled.soaked)
@@ -476,12 +476,12 @@ def _notes_on_causes(
             Note(
                 "one_unlisted_form",
                 f"{unlisted.name.replace('_', ' ').capitalize()} alone, in a form that is not listed, may "
-                f"replace these {len(weighed.after.causes)} corrections. With a smooth error beside it, it "
+                f"replace these {len(pruned.after.causes)} corrections. With a smooth error beside it, it "
                 "explains the held-out data as well.",
             )
         )
     if verdict.corrects:
-        notes += weighing_notes(weighed, replayed.shift)
+        notes += pruning_notes(pruned, replayed.shift)
     return notes
 
 
@@ -489,7 +489,7 @@ def _as_chosen_in_training(
     posed: Posed, before: Calibrated, choice: Choice, settled: Settled
 ) -> dict[str, float]:
     """Return the held-out numbers of the hypothesis as it was chosen, where another one is reported."""
-    if settled.weighed.after is choice.fit:
+    if settled.pruned.after is choice.fit:
         return {}
     fits = trial_fits(posed.train, posed.heldout.trials, before.fit, choice.fit)
     found, _ = further_numbers(posed.train, fits, choice.fit)

@@ -112,10 +112,10 @@ def to_json(diagnosis: DiagnosisResult) -> dict[str, Any]:
         "resolution": dict(diagnosis.resolution),
         "heldout": _heldout(head),
         "tip_mm": tip_mm(diagnosis),
-        "causes": _causes(diagnosis.causes),
-        "corrections": _causes(diagnosis.corrections),
-        "absorbs": _causes(diagnosis.absorbs),
-        "unproved": _causes(diagnosis.unproved.causes if diagnosis.unproved else ()),
+        "causes": cause_entries(diagnosis.causes),
+        "corrections": cause_entries(diagnosis.corrections),
+        "absorbs": cause_entries(diagnosis.absorbs),
+        "unproved": cause_entries(diagnosis.unproved.causes if diagnosis.unproved else ()),
         "probabilities": dict(diagnosis.probabilities),
         "evidence": {name: dict(numbers) for name, numbers in diagnosis.evidence.items()},
         "ranking": _ranked(diagnosis),
@@ -145,11 +145,13 @@ def to_json(diagnosis: DiagnosisResult) -> dict[str, Any]:
         "residual_tests": _residual_tests(diagnosis),
         **{name: text or None for name, text in asdict(diagnosis.provenance).items()},
     }
-    undefined: dict[str, str] = {}
-    finite: dict[str, Any] = _finite(document, "", undefined)
-    if undefined:
-        finite["undefined"] = undefined
-    return finite
+    return with_undefined(document)
+
+
+def with_undefined(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a whole document with finite numbers; `undefined` says why others are missing."""
+    finite, undefined = finite_document(document, "")
+    return {**finite, "undefined": undefined} if undefined else dict(finite)
 
 
 def tip_mm(diagnosis: DiagnosisResult) -> dict[str, Any] | None:
@@ -165,18 +167,14 @@ def tip_mm(diagnosis: DiagnosisResult) -> dict[str, Any] | None:
     return {"before": before, "after": after, "of": "held-out", "aligned": aligned}
 
 
-def causes_document(causes: Sequence[Cause], key: str) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return causes as they stand in `diagnosis.json` under `key`, and why numbers of it are not finite."""
-    return finite_document(_causes(causes), key)
-
-
 def finite_document(value: Any, key: str) -> tuple[Any, dict[str, str]]:
     """Return what stands in `diagnosis.json` under `key`, and why numbers of it are not finite."""
     undefined: dict[str, str] = {}
     return _finite(value, key, undefined), undefined
 
 
-def _causes(causes: Sequence[Cause]) -> list[dict[str, Any]]:
+def cause_entries(causes: Sequence[Cause]) -> list[dict[str, Any]]:
+    """Return causes as they stand in `diagnosis.json`, numbers not rounded."""
     return [
         {
             "name": cause.name,

@@ -11,7 +11,6 @@ from scipy.special import logsumexp
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import output_channels, read_inputs
-from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.comparison import rivals_of
 from catheter_sim.diagnosis.fit import Fit, blocks_of, fit, linearised, predicted, robot_with
 from catheter_sim.diagnosis.hypotheses import Scored
@@ -21,31 +20,23 @@ from catheter_sim.diagnosis.programmes import (
     Bench,
     Programme,
     loops,
-    only,
+    moving_programmes,
     programmes,
     programmes_within,
-    reach_of,
-    table_of,
 )
-from catheter_sim.diagnosis.result import NEXT_EXPERIMENT_FILE, NextExperiment, Separation
+from catheter_sim.diagnosis.result import NEXT_EXPERIMENT_FILE, NONE, NextExperiment, Separation
 from catheter_sim.diagnosis.thresholds import (
     ALIVE_BELIEF,
     ENOUGH_APART_NOISE,
     IDLE_BELIEF,
     INFORMATION_DRAWS,
-    LET_GO_S,
     MARKER_NOISE,
     MOST_OF_STRETCH,
-    MOVING_ROW_S,
     NATS_PER_MINUTE,
     REFITTED_PROGRAMMES,
     ROWS_AS_ONE,
     SENSOR_WORTH,
-    SLOW_LOOP_S,
     SURE_BELIEF,
-    SWEEP_HZ,
-    SWEEP_S,
-    SWING_S,
     TELLS_APART_NOISE,
     TRUSTED_SHARE,
 )
@@ -59,8 +50,6 @@ from catheter_sim.theory.twins import twin_for
 
 # ----------------------------------------------------------------------------------------------------
 # Which hypotheses are still alive after a diagnosis, and how much each is believed.
-
-NONE = "none"
 
 
 @dataclass(frozen=True)
@@ -282,7 +271,7 @@ def _weighed(prior: Array, errors: Array, beside: Array) -> Array:
 # What a hypothesis says of a programme, how sure it is of it, and what the programme so tells.
 
 
-def told_by(
+def information_of(
     problem: Problem, hypotheses: Sequence[Alive], programme: Programme, noise: Array
 ) -> Information | None:
     """Return what a programme tells; None where a hypothesis cannot follow it."""
@@ -317,6 +306,12 @@ def playable(problem: Problem, programme: Programme) -> Trial | None:
     except InputError:
         return None
     return Trial(NEXT_EXPERIMENT_FILE, "train", inputs, Table(inputs.time_s, {}, NEXT_EXPERIMENT_FILE))
+
+
+def played(problem: Problem, result: Fit, programme: Programme) -> Trial | None:
+    """Return a programme as a trial with the outputs that a hypothesis says; None: it cannot follow it."""
+    inputs = playable(problem, programme)
+    return None if inputs is None else as_said(problem, result, inputs)
 
 
 def as_said(problem: Problem, result: Fit, trial: Trial) -> Trial | None:
@@ -401,8 +396,7 @@ def _error_by_stretch(problem: Problem, truth: Fit, other: Fit, programme: Progr
 
     Over the noise, rows counted as in `_predictive`; zero where it finds no posture.
     """
-    inputs = playable(problem, programme)
-    trial = None if inputs is None else as_said(problem, truth, inputs)
+    trial = played(problem, truth, programme)
     if trial is None:
         return np.zeros(1)
     together = replace(problem, trials=(*problem.trials, trial))
@@ -419,8 +413,7 @@ def off_by(
     problem: Problem, hypotheses: Sequence[Alive], programme: Programme, noise: Array
 ) -> dict[str, float]:
     """Return by how much rivals, fitted anew to all data and the programme, are off, over the noise."""
-    inputs = playable(problem, programme)
-    trial = None if inputs is None else as_said(problem, hypotheses[0].fit, inputs)
+    trial = played(problem, hypotheses[0].fit, programme)
     if trial is None:
         return {}
     found = {}
@@ -429,8 +422,7 @@ def off_by(
         again = fit(together, item.fit.terms, item.fit.values, cross_validate=False)
         outputs = as_said(problem, again, trial)
         if outputs is not None:
-            apart = (said(problem, outputs) - said(problem, trial)) / noise
-            found[item.about] = float(np.sqrt(np.mean(apart**2)))
+            found[item.about] = _apart(said(problem, outputs), said(problem, trial), noise)
     return found
 
 
@@ -472,9 +464,9 @@ def further_sensors(
     for words, columns in _sensors(problem).items():
         extended = _measuring(problem, (*problem.columns, *columns), gravity_mps2)
         size = sizes_of(extended.columns, noise)
-        told = told_by(extended, hypotheses, programme, size)
-        if told is not None and told.nats > before + SENSOR_WORTH:
-            found.append(Sensor(words, columns, told.nats))
+        more = information_of(extended, hypotheses, programme, size)
+        if more is not None and more.nats > before + SENSOR_WORTH:
+            found.append(Sensor(words, columns, more.nats))
     return tuple(sorted(found, key=lambda item: -item.nats))
 
 
@@ -578,7 +570,7 @@ def best_experiment(
     size = sizes_of(problem.columns, noise)
     work = [(problem, tuple(hypotheses), item, size) for item in choices]
     worths = []
-    for programme, found in zip(choices, map_calls(pool, told_by, work), strict=True):
+    for programme, found in zip(choices, map_calls(pool, information_of, work), strict=True):
         if found is not None:
             minutes = float(programme.table.time_s[-1] - programme.table.time_s[0]) / 60.0
             worths.append(Worth(programme, minutes, found, found.nats - price * minutes))
@@ -609,64 +601,11 @@ def _checked_by_fits(
             break
         item = ranking.pop(0)
         found = by_fits(problem, hypotheses, item.programme, noise, pool)
-        told = min(found, item.information, key=lambda one: one.nats)
-        ranking.append(Worth(item.programme, item.minutes, told, told.nats - price * item.minutes))
+        least = min(found, item.information, key=lambda one: one.nats)
+        ranking.append(Worth(item.programme, item.minutes, least, least.nats - price * item.minutes))
         ranking.sort(key=lambda one: -one.score)
         done.add(item.programme.words)
     return ranking
-
-
-# ----------------------------------------------------------------------------------------------------
-# Series of inputs for a robot that is measured while it moves: short, as every simulated second costs time.
-#
-# All start and end at zero input and stay within the reach of what was played so far.
-
-
-def moving_programmes(robot: RobotSpec, trials: Sequence[Trial]) -> tuple[Programme, ...]:
-    """Return what may be played next, simplest first; arguments as of `programmes.programmes`."""
-    return (
-        Programme("each channel pulled at once, held, and let go at once", _let_go(robot, trials)),
-        Programme("each channel out and home slowly, twice", _slow(robot, trials)),
-        Programme("each channel through a sweep of rising frequency", _sweep(robot, trials)),
-    )
-
-
-def _let_go(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
-    rise, swing = _count(LET_GO_S), _count(SWING_S)
-    way = np.concatenate([_line(0.0, 0.7, rise), np.full(swing, 0.7), _line(0.7, 0.0, rise), np.zeros(swing)])
-    return _each(robot, trials, way)
-
-
-def _slow(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
-    half = _count(0.5 * SLOW_LOOP_S)
-    loops = [_line(a, b, half) for a, b in ((0.0, 1.0), (1.0, 0.2), (0.2, 0.6), (0.6, 0.0))]
-    return _each(robot, trials, np.concatenate(loops))
-
-
-def _sweep(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
-    time_s = MOVING_ROW_S * np.arange(1, _count(SWEEP_S) + 1)
-    low, high = SWEEP_HZ
-    phase = 2.0 * np.pi * (low * time_s + 0.5 * (high - low) * time_s**2 / SWEEP_S)
-    way = 0.25 * (1.0 - np.cos(phase))
-    return _each(robot, trials, np.concatenate([way, _line(float(way[-1]), 0.0, _count(LET_GO_S))]))
-
-
-def _each(robot: RobotSpec, trials: Sequence[Trial], way: Array) -> Table:
-    """Return a way, in shares of the reach, of each channel after the other."""
-    reach = reach_of(robot, trials)
-    rows = np.concatenate(
-        [[np.zeros(len(reach))], *(np.outer(way, only(reach, k)) for k in range(len(reach)))]
-    )
-    return table_of(robot, trials, rows, np.full(len(rows), MOVING_ROW_S))
-
-
-def _count(seconds: float) -> int:
-    return max(1, round(seconds / MOVING_ROW_S))
-
-
-def _line(start: float, end: float, count: int) -> Array:
-    """Return the rows after `start` up to `end`."""
-    return np.linspace(start, end, count + 1)[1:]
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -715,18 +654,18 @@ def next_experiment(
         return NextExperiment(f"{checking} {_LOOPS}".strip(), table)
     rivals = _rivals(chosen, equals)
     choices = moving_programmes if problem.moving else programmes
-    playable = [item for item in choices(problem.robot, problem.trials) if _played(problem, chosen, item)]
-    if not playable:  # the twin follows none of them
+    possible = [item for item in choices(problem.robot, problem.trials) if played(problem, chosen, item)]
+    if not possible:  # the twin follows none of them
         return _in_words(groups)
     few = with_fewer_rows(replace(problem, model_share=0.0))  # a plan needs no more of a motion than that
-    work = [(few, chosen, rival, item, noise) for item in playable for rival in rivals.values()]
+    work = [(few, chosen, rival, item, noise) for item in possible for rival in rivals.values()]
     try:
         found = map_calls(pool, _refitted, work, deadline)
     except OutOfTime:
         return _in_words(groups)
-    apart = np.array([size for _, size in found]).reshape(len(playable), len(rivals))
+    apart = np.array([size for _, size in found]).reshape(len(possible), len(rivals))
     best = int(np.argmax(np.minimum(apart, ENOUGH_APART_NOISE).sum(axis=1)))
-    trial = _played(problem, chosen, playable[best])
+    trial = played(problem, chosen, possible[best])
     assert trial is not None
     refits = [item for item, _ in found[best * len(rivals) : (best + 1) * len(rivals)]]
     simulated = [float("nan")] * len(rivals)
@@ -739,9 +678,9 @@ def next_experiment(
         name: Separation(float(twin), float(again))
         for name, twin, again in zip(rivals, apart[best], simulated, strict=True)
     }
-    sentences = [f"Play the CSV: {playable[best].words}."] if apart[best].max() >= TELLS_APART_NOISE else []
+    sentences = [f"Play the CSV: {possible[best].words}."] if apart[best].max() >= TELLS_APART_NOISE else []
     sentences += [_group_words(group, checked) for group in groups]
-    return NextExperiment(" ".join(sentences), playable[best].table, checked)
+    return NextExperiment(" ".join(sentences), possible[best].table, checked)
 
 
 def _in_words(groups: Sequence[Sequence[str]]) -> NextExperiment:
@@ -767,9 +706,9 @@ def _group_words(group: Sequence[str], checked: dict[str, Separation]) -> str:
     """Return what the proposed inputs would show of one group, and what else to do where they show
     nothing."""
     first, *others = group
-    told = [name for name in others if checked[_for(name, first)].twin >= TELLS_APART_NOISE]
+    apart = [name for name in others if checked[_for(name, first)].twin >= TELLS_APART_NOISE]
     words = []
-    for name in told:
+    for name in apart:
         item = checked[_for(name, first)]
         simulated = item.simulation
         again = f", {simulated:.1f} times in the simulation" if np.isfinite(simulated) else ""
@@ -777,7 +716,7 @@ def _group_words(group: Sequence[str], checked: dict[str, Separation]) -> str:
             f"If the cause is {_said([first])}, a refitted {_said([name])} would miss the new data by "
             f"{item.twin:.1f} times the noise{again}."
         )
-    left = [name for name in others if name not in told]
+    left = [name for name in others if name not in apart]
     if left:
         alone = advice([first, *left]) or "Measure more of the robot: points along it, or tensions."
         words.append(f"None of the inputs that were tried tells {_said([first])} from {_said(left)}. {alone}")
@@ -800,34 +739,17 @@ def _rivals(chosen: Fit, equals: Sequence[Fit]) -> dict[str, Fit]:
     return found
 
 
-def _played(problem: Problem, chosen: Fit, programme: Programme) -> Trial | None:
-    """Return the programme with the twin's outputs, with the chosen causes, as measured; None: it fails on
-    it."""
-    robot = replace(problem.robot, actuation=problem.trials[0].inputs.actuation)
-    try:
-        inputs = read_inputs(robot, programme.table)
-        trial = Trial(NEXT_EXPERIMENT_FILE, "train", inputs, Table(inputs.time_s, {}, NEXT_EXPERIMENT_FILE))
-        outputs = outputs_of(problem, trial, chosen)
-    except InputError:
-        return None
-    if not np.isfinite(outputs).all():
-        return None
-    columns = {name: outputs[:, index] for index, name in enumerate(problem.columns)}
-    return replace(trial, outputs=Table(inputs.time_s, columns, NEXT_EXPERIMENT_FILE))
-
-
 def _refitted(
     problem: Problem, chosen: Fit, rival: Fit, programme: Programme, noise: Array
 ) -> tuple[Fit, float]:
     """Return a rival fitted to measurements and a programme, and its error on the programme over the
     noise."""
-    trial = _played(problem, chosen, programme)
+    trial = played(problem, chosen, programme)
     assert trial is not None
     result = fit(
         replace(problem, trials=(*problem.trials, trial)), rival.terms, rival.values, cross_validate=False
     )
-    measured = np.stack([trial.outputs.columns[name] for name in problem.columns], axis=1)
-    return result, _apart(outputs_of(problem, trial, result), measured, noise)
+    return result, _apart(outputs_of(problem, trial, result), said(problem, trial), noise)
 
 
 def _apart(first: Array, second: Array, noise: Array) -> float:

@@ -24,19 +24,10 @@ from catheter_sim.diagnosis.residuals import (
     stack,
 )
 from catheter_sim.diagnosis.result import DiagnosisResult, TrialFit
-from catheter_sim.diagnosis.thresholds import LEAP_SHARE, SHOWN_MOTION_SHARE
+from catheter_sim.diagnosis.thresholds import LEAP_SHARE, PAUSE_FACTOR, SHOWN_MOTION_SHARE
 from catheter_sim.diagnosis.trials import TIP, Dataset, points_of, unit_of
-from catheter_sim.diagnosis.words import (
-    COLOURS,
-    LEGEND,
-    axis_label,
-    before_model,
-    errors_of,
-    png_of,
-    tidy_axes,
-    with_pauses,
-)
-from catheter_sim.pictures.curves import entitle, panels_of
+from catheter_sim.diagnosis.words import axis_label, before_model, errors_of
+from catheter_sim.pictures.curves import COLOURS, LEGEND, entitle, panels_of, png_of, tidy_axes
 from catheter_sim.tables import Table
 
 # ----------------------------------------------------------------------------------------------------
@@ -123,6 +114,15 @@ def _pick(residuals: Residuals, score: ViewScore) -> tuple[str, Array]:
 
 # ----------------------------------------------------------------------------------------------------
 # Pictures of one trial: outputs over time, or over the one input that is driven.
+
+
+def with_pauses(time_s: Array, values: Array) -> tuple[Array, Array]:
+    """Return the series with a NaN put into every long pause, so that no line crosses it."""
+    if len(time_s) < 3:
+        return time_s, values
+    steps = np.diff(time_s)
+    pauses = np.flatnonzero(steps > PAUSE_FACTOR * np.median(steps)) + 1
+    return np.insert(time_s, pauses, np.nan), np.insert(values, pauses, np.nan)
 
 
 def series_figure(

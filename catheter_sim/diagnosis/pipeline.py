@@ -35,11 +35,11 @@ from catheter_sim.diagnosis.conclude import (
     judge,
     nothing_planned,
     plan_next_experiment,
+    prune_again,
     replay_in_mujoco,
     score_hypotheses,
     unjudged,
     unscored,
-    weigh_again,
     widen_intervals,
 )
 from catheter_sim.diagnosis.dataset import load_dataset
@@ -172,7 +172,7 @@ def diagnose_dataset(
 
 @dataclass(frozen=True)
 class Investigation:
-    """A diagnosis with the hypotheses that it weighed, for whoever plans what to measure next.
+    """A diagnosis with the hypotheses that it tried, for whoever plans what to measure next.
 
     Attributes:
         diagnosis: the answer.
@@ -261,7 +261,7 @@ def investigate_prepared(
     )
     if found.has_too_little:
         found = replace(found, unproved=fit_unproved(posed, choice, settled))
-    return Investigation(found, posed, settled.weighed.after, conclusion.equals, scores.hypotheses)
+    return Investigation(found, posed, settled.pruned.after, conclusion.equals, scores.hypotheses)
 
 
 def _settle(
@@ -285,7 +285,7 @@ def _settle(
     )
     while True:
         found = _judged(run, posed, before, choice, settled, faults, simulation, attempt)
-        if found[0].weighed.after is settled.weighed.after:
+        if found[0].pruned.after is settled.pruned.after:
             return found
         settled = found[0]
 
@@ -300,7 +300,7 @@ def _judged(
     simulation: bool,
     attempt: Attempts,
 ) -> tuple[Settled, Examined, Scores, Verdict, Replayed]:
-    """Return a hypothesis weighed beside its replay, what was found of it, the verdict and the replay."""
+    """Return a hypothesis pruned beside its replay, what was found of it, the verdict and the replay."""
     examined = attempt(
         "On what the error depends",
         lambda: examine(posed, before, settled),
@@ -322,7 +322,7 @@ def _judged(
     if verdict.corrects:
         settled = attempt(
             "The weighing of the causes",
-            lambda: weigh_again(run, posed, choice, settled, replayed),
+            lambda: prune_again(run, posed, choice, settled, replayed),
             lambda: settled,
         )
     return settled, examined, scores, verdict, replayed

@@ -16,6 +16,7 @@ from catheter_sim.diagnosis.hypotheses import Scored, cost_of, stretch_sums, sur
 from catheter_sim.diagnosis.noise import chance_of_gain
 from catheter_sim.diagnosis.problem import Problem, with_fewer_rows
 from catheter_sim.diagnosis.residuals import turning_points
+from catheter_sim.diagnosis.result import NONE, OUTSIDE
 from catheter_sim.diagnosis.thresholds import (
     DISCREPANCY_PRICES,
     DISCREPANCY_SURE,
@@ -441,8 +442,6 @@ def _with_unknown(few: Problem, test: Problem, item: Scored) -> Array:
 # at work together: the probabilities need not add up to one. Causes that the data cannot tell apart have
 # one probability as a group, of which each member has a share.
 
-NONE, OUTSIDE = "none", "outside"
-
 
 @dataclass(frozen=True)
 class Beliefs:
@@ -561,6 +560,10 @@ def features_of_none(found: Evidence) -> tuple[float, ...]:
 
 
 def _of(features: tuple[float, ...], weights: tuple[float, ...]) -> float:
-    log_odds = float(np.dot(features, weights))
+    return probability_of(float(np.dot(features, weights)))
+
+
+def probability_of(log_odds: float) -> float:
+    """Return a probability, within `MOST_SURE`, from its log odds."""
     probability = 1.0 / (1.0 + math.exp(-min(max(log_odds, -30.0), 30.0)))
     return min(max(probability, 1.0 - MOST_SURE), MOST_SURE)

@@ -16,13 +16,19 @@ from catheter_sim.diagnosis.thresholds import (
     FORCE_SHARE,
     HOLD_ROWS,
     HOLD_S,
+    LET_GO_S,
+    MOVING_ROW_S,
     PACES,
     PROGRAMME_ROW_S,
     PROGRAMME_STEPS,
     PULL_LEVELS,
     RANGE_SHARE,
     SHORT_HOLD_S,
+    SLOW_LOOP_S,
     STANDING_SHARE,
+    SWEEP_HZ,
+    SWEEP_S,
+    SWING_S,
 )
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.robots import kind_of
@@ -85,94 +91,90 @@ def programmes(robot: RobotSpec, trials: Sequence[Trial]) -> tuple[Programme, ..
 
 def loops(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
     """Return nested loops of each channel alone, then the first channel's again, in file units."""
-    reach = reach_of(robot, trials)
+    reach = _reach(robot, trials)
     shape = _path([0.0, 1.0, 0.0, 0.5, 0.25, 0.5, 0.0])
-    parts = [np.outer(shape, only(reach, index)) for index in (*range(len(reach)), 0)]
-    return table_of(robot, trials, np.concatenate(parts))
+    parts = [np.outer(shape, _only(reach, index)) for index in (*range(len(reach)), 0)]
+    return _table(robot, trials, np.concatenate(parts))
 
 
 def _against(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
     """Return each channel's loops from the height at which the others stand, up to its reach."""
-    reach = reach_of(robot, trials)
+    reach = _reach(robot, trials)
     standing = STANDING_SHARE * reach
     parts = [np.outer(_path([0.0, 1.0]), standing)]
     for index in range(len(reach)):
-        moved = only((1.0 - STANDING_SHARE) * reach, index)
+        moved = _only((1.0 - STANDING_SHARE) * reach, index)
         parts.append(standing + np.outer(_path([0.0, 1.0, 0.0, 0.5, 0.0]), moved))
     parts.append(np.outer(_path([1.0, 0.0]), standing))
-    return table_of(robot, trials, np.concatenate(parts))
+    return _table(robot, trials, np.concatenate(parts))
 
 
 def _together(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
     shape = _path([0.0, 0.6, 0.0, 0.6, 0.0])
-    return table_of(robot, trials, np.outer(shape, reach_of(robot, trials)))
+    return _table(robot, trials, np.outer(shape, _reach(robot, trials)))
 
 
 def _held(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
     """Return each channel's way out and home with a long rest after each; rows of a rest are far apart."""
-    reach = reach_of(robot, trials)
+    reach = _reach(robot, trials)
     parts, steps = [], []
     for index in range(len(reach)):
         for way in ([0.0, 0.7], [0.7, 0.0]):
             ramp = _path(way)
-            parts.append(np.outer(np.append(ramp, np.full(HOLD_ROWS, way[1])), only(reach, index)))
+            parts.append(np.outer(np.append(ramp, np.full(HOLD_ROWS, way[1])), _only(reach, index)))
             steps += [PROGRAMME_ROW_S] * len(ramp) + [HOLD_S / HOLD_ROWS] * HOLD_ROWS
-    return table_of(robot, trials, np.concatenate(parts), np.array(steps))
+    return _table(robot, trials, np.concatenate(parts), np.array(steps))
 
 
 def _paced(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
-    reach = reach_of(robot, trials)
+    reach = _reach(robot, trials)
     usual = float(np.median(np.concatenate([np.diff(trial.inputs.time_s) for trial in trials])))
     way = _path([0.0, 0.5])
     shape = np.concatenate([way, [0.5] * 3, _path([0.5, 1.0]), _path([1.0, 0.5]), [0.5] * 3, way[::-1]])
     parts, steps = [], []
     for pace in PACES:
         for index in range(len(reach)):
-            parts.append(np.outer(shape, only(reach, index)))
+            parts.append(np.outer(shape, _only(reach, index)))
             steps += [pace * usual] * len(shape)
-    return table_of(robot, trials, np.concatenate(parts), np.array(steps))
+    return _table(robot, trials, np.concatenate(parts), np.array(steps))
 
 
 def _loaded(robot: RobotSpec, trials: Sequence[Trial], force_N: float) -> Table:
-    reach = reach_of(robot, trials)
+    reach = _reach(robot, trials)
     shape = _path([0.0, 1.0, 0.0])
     pushes = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0))
     parts, forces = [], []
     for push in pushes:
         for index in range(len(reach)):
-            parts.append(np.outer(shape, only(reach, index)))
+            parts.append(np.outer(shape, _only(reach, index)))
             forces.append(np.tile(force_N * np.array(push), (len(shape), 1)))
     values = np.concatenate([*parts, np.zeros((1, len(reach)))])
     force = np.concatenate([*forces, np.zeros((1, 2))])
     extra = {"force_tip_x_N": force[:, 0], "force_tip_y_N": force[:, 1]}
-    return table_of(robot, trials, values, None, extra)
+    return _table(robot, trials, values, None, extra)
 
 
 def _columns(robot: RobotSpec, trials: Sequence[Trial]) -> list[str]:
     return input_channels(robot, trials[0].inputs.actuation)
 
 
-def reach_of(robot: RobotSpec, trials: Sequence[Trial]) -> Array:
+def _reach(robot: RobotSpec, trials: Sequence[Trial]) -> Array:
     """Return the largest pull of each channel so far, shape (c,), in file units."""
     most = np.max([channel_inputs(robot, trial.inputs).max(axis=0) for trial in trials], axis=0)
     unit = np.array([1.0 / si_factor(column) for column in _columns(robot, trials)])
     return np.asarray(np.maximum(most, 0.0) * unit)
 
 
-def only(reach: Array, index: int) -> Array:
+def _only(reach: Array, index: int) -> Array:
     return np.where(np.arange(len(reach)) == index, reach, 0.0)
 
 
 def _path(corners: Sequence[float]) -> Array:
     """Return the way along `corners` in rows of the same step, both ends included."""
-    parts = [np.array(corners[:1])]
-    for start, end in pairwise(corners):
-        count = max(2, round(PROGRAMME_STEPS * abs(end - start)))
-        parts.append(np.linspace(start, end, count + 1)[1:])
-    return np.concatenate(parts)
+    return np.concatenate([corners[:1], _way(corners)])
 
 
-def table_of(
+def _table(
     robot: RobotSpec,
     trials: Sequence[Trial],
     values: Array,
@@ -193,6 +195,59 @@ def table_of(
     rounded = np.floor(values * 1e4) / 1e4
     columns = {name: rounded[:, index] for index, name in enumerate(_columns(robot, trials))}
     return Table(time_s, columns | dict(extra or {}), NEXT_EXPERIMENT_FILE)
+
+
+# ----------------------------------------------------------------------------------------------------
+# Series of inputs for a robot that is measured while it moves: short, as every simulated second costs time.
+#
+# All start and end at zero input and stay within the reach of what was played so far.
+
+
+def moving_programmes(robot: RobotSpec, trials: Sequence[Trial]) -> tuple[Programme, ...]:
+    """Return what may be played next, simplest first; arguments as of `programmes`."""
+    return (
+        Programme("each channel pulled at once, held, and let go at once", _let_go(robot, trials)),
+        Programme("each channel out and home slowly, twice", _slow(robot, trials)),
+        Programme("each channel through a sweep of rising frequency", _sweep(robot, trials)),
+    )
+
+
+def _let_go(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
+    rise, swing = _count(LET_GO_S), _count(SWING_S)
+    way = np.concatenate([_line(0.0, 0.7, rise), np.full(swing, 0.7), _line(0.7, 0.0, rise), np.zeros(swing)])
+    return _each(robot, trials, way)
+
+
+def _slow(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
+    half = _count(0.5 * SLOW_LOOP_S)
+    loops = [_line(a, b, half) for a, b in ((0.0, 1.0), (1.0, 0.2), (0.2, 0.6), (0.6, 0.0))]
+    return _each(robot, trials, np.concatenate(loops))
+
+
+def _sweep(robot: RobotSpec, trials: Sequence[Trial]) -> Table:
+    time_s = MOVING_ROW_S * np.arange(1, _count(SWEEP_S) + 1)
+    low, high = SWEEP_HZ
+    phase = 2.0 * np.pi * (low * time_s + 0.5 * (high - low) * time_s**2 / SWEEP_S)
+    way = 0.25 * (1.0 - np.cos(phase))
+    return _each(robot, trials, np.concatenate([way, _line(float(way[-1]), 0.0, _count(LET_GO_S))]))
+
+
+def _each(robot: RobotSpec, trials: Sequence[Trial], way: Array) -> Table:
+    """Return a way, in shares of the reach, of each channel after the other."""
+    reach = _reach(robot, trials)
+    rows = np.concatenate(
+        [[np.zeros(len(reach))], *(np.outer(way, _only(reach, k)) for k in range(len(reach)))]
+    )
+    return _table(robot, trials, rows, np.full(len(rows), MOVING_ROW_S))
+
+
+def _count(seconds: float) -> int:
+    return max(1, round(seconds / MOVING_ROW_S))
+
+
+def _line(start: float, end: float, count: int) -> Array:
+    """Return the rows after `start` up to `end`."""
+    return np.linspace(start, end, count + 1)[1:]
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -291,11 +346,9 @@ def _length_s(table: Table) -> float:
 
 def _way(corners: Sequence[float]) -> Array:
     """Return the way along corners in rows of the same step, without the first corner."""
-    parts = []
-    for start, end in pairwise(corners):
-        count = max(2, round(PROGRAMME_STEPS * abs(end - start)))
-        parts.append(np.linspace(start, end, count + 1)[1:])
-    return np.concatenate(parts)
+    return np.concatenate(
+        [_line(a, b, max(2, round(PROGRAMME_STEPS * abs(b - a)))) for a, b in pairwise(corners)]
+    )
 
 
 def _alone(bench: Bench, index: int, corners: Sequence[float]) -> Array:

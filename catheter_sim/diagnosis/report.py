@@ -406,33 +406,33 @@ def write_results(
     except OSError as error:
         raise InputError(f"{target}: cannot be made: {error.strerror or error}") from None
     attempt = attempt or Attempts()
-    written: list[Path] = []
+    files: list[Path] = []
     refused: list[InputError] = []
 
     def put(name: str, content: Content) -> None:
         try:
-            done = attempt(name, lambda: _written(content(), target / name), lambda: None)
+            done = attempt(name, lambda: written(content(), target / name), lambda: None)
         except InputError as error:
             refused.append(error)
         else:
-            written.extend([done] if done else [])
+            files.extend([done] if done else [])
 
     pictures: tuple[ReportPicture, ...] = attempt("Every picture", lambda: figures(diagnosis), lambda: ())
     for name, content in _beside(diagnosis, model_xml, pictures):
         put(name, content)
-    told = with_notes(diagnosis, attempt)
+    noted = with_notes(diagnosis, attempt)
     page = attempt(
         "Most of report.html",
-        lambda: report_html(told, pictures, head),
+        lambda: report_html(noted, pictures, head),
         lambda: _plain_page(with_notes(diagnosis, attempt), head),
     )
     put("report.html", lambda: page)
-    made = attempt("Most of diagnosis.json", lambda: dict(document or to_json(told)), lambda: _least(told))
+    made = attempt("Most of diagnosis.json", lambda: dict(document or to_json(noted)), lambda: _least(noted))
     made["notes"] = [note.text for note in with_notes(diagnosis, attempt).notes]
     put("diagnosis.json", lambda: json.dumps(made, indent=1, allow_nan=False) + "\n")
     if refused:
         raise refused[0]
-    return tuple(written)
+    return tuple(files)
 
 
 def _beside(
@@ -456,8 +456,8 @@ def with_notes(diagnosis: DiagnosisResult, attempt: Attempts) -> DiagnosisResult
     return replace(diagnosis, notes=tuple(dict.fromkeys((*diagnosis.notes, *attempt.notes))))
 
 
-def _written(content: str | bytes | Table, path: Path) -> Path:
-    """Write a file, whole or not at all; return it."""
+def written(content: str | bytes | Table, path: Path) -> Path:
+    """Return a path after the file there was written, whole or not at all."""
     if isinstance(content, Table):
         write_table(content, path)
     else:

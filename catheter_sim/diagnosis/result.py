@@ -53,6 +53,7 @@ class NextExperiment:
 
 VERDICTS = ("cause_found", "improved", "no_discrepancy", "unexplained", "data_suspect")
 CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED, DATA_SUSPECT = VERDICTS
+NONE, OUTSIDE = "none", "outside"  # beside the causes' names: no cause, and something outside the list
 
 
 @dataclass(frozen=True)
@@ -325,8 +326,8 @@ class DiagnosisResult:
         return bool(self.data_faults) and all(item.is_lack for item in self.data_faults)
 
     @property
-    def told(self) -> UnitResult:
-        """The figures that a page tells: the headline's, unless what was corrected gains nothing in its unit.
+    def shown(self) -> UnitResult:
+        """The figures that a page shows first: the headline's, unless the correction gains nothing there.
 
         A scale of torsion alone leaves positions as they were: then those of the unit that gains most.
         """

@@ -501,9 +501,9 @@ def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None) -
 
 def unproved_note(names: Sequence[str]) -> Note:
     """Return what to say of probable causes whose gain the held-out trials do not show."""
-    told = " and ".join(name.replace("_", " ") for name in names)
+    causes = " and ".join(name.replace("_", " ") for name in names)
     return Note(
         "cause_unproved",
-        f"{told.capitalize()} explains the training trials, but the held-out trials gain nothing by it for "
+        f"{causes.capitalize()} explains the training trials, but the held-out trials gain nothing by it for "
         "sure. Hold out trials that move the robot as the training trials do.",
     )

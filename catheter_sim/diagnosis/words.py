@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from markupsafe import Markup, escape
-from matplotlib.figure import Figure
 
 from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.document import tip_mm
@@ -30,7 +28,7 @@ from catheter_sim.diagnosis.result import (
     TrialFit,
     UnitResult,
 )
-from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY, PAUSE_FACTOR
+from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY
 from catheter_sim.diagnosis.trials import unit_of
 from catheter_sim.effects import EFFECTS
 from catheter_sim.units import SI_TO_FILE
@@ -245,47 +243,13 @@ def _said(token: str) -> Markup:
 
 
 # ----------------------------------------------------------------------------------------------------
-# How the pictures of a diagnosis are drawn: colours, axes, gaps.
-
-_DPI = 150
-
-
-COLOURS = {"measured": "#222222", "before": "#b5532a", "after": "#1f5f8b"}
-
-
-LEGEND: dict[str, Any] = {"fontsize": 9, "frameon": False}
-
-
-def tidy_axes(axes: Any) -> None:
-    axes.tick_params(labelsize=8)
-    axes.grid(color="0.92", linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-
-
-def with_pauses(time_s: Array, values: Array) -> tuple[Array, Array]:
-    """Return the series with a NaN put into every long pause, so that no line crosses it."""
-    if len(time_s) < 3:
-        return time_s, values
-    steps = np.diff(time_s)
-    pauses = np.flatnonzero(steps > PAUSE_FACTOR * np.median(steps)) + 1
-    return np.insert(time_s, pauses, np.nan), np.insert(values, pauses, np.nan)
-
-
-def png_of(figure: Figure) -> bytes:
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=_DPI)
-    return stream.getvalue()
+# The rows of the report's tables, in words.
 
 
 def errors_of(fit: TrialFit, columns: Sequence[str], stage: str) -> Array:
     """Return measured minus computed, shape (columns, r); NaN where nothing was measured."""
     table = fit.before if stage == "before" else fit.after
     return np.array([fit.measured.columns[name] - table.columns[name] for name in columns])
-
-
-# ----------------------------------------------------------------------------------------------------
-# The rows of the report's tables, in words.
 
 
 def test_rows(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
@@ -530,16 +494,16 @@ def heldout_error(diagnosis: DiagnosisResult) -> HeldOutError:
 
     The tip's distance in space comes first, unless what was corrected helps another unit alone.
     """
-    told, tip = diagnosis.told, tip_mm(diagnosis)
-    helped = told.unit == "mm" or not diagnosis.is_corrected
+    shown, tip = diagnosis.shown, tip_mm(diagnosis)
+    helped = shown.unit == "mm" or not diagnosis.is_corrected
     if tip is not None and "mm" in diagnosis.by_unit:
         result = diagnosis.by_unit["mm"]
         if helped or result.gain_percent_ci95[0] > 0.0:
             simulated = diagnosis.extra.get("heldout_simulation_tip_distance_rmse_after_mm", math.nan)
             errors = (tip["before"], tip["after"], simulated)
             return _error(diagnosis, result, "tip error", errors, math.sqrt(3.0))
-    errors = (told.rmse_before, told.rmse_after, simulated_error(diagnosis, told.unit))
-    return _error(diagnosis, told, "error", errors, 1.0)
+    errors = (shown.rmse_before, shown.rmse_after, simulated_error(diagnosis, shown.unit))
+    return _error(diagnosis, shown, "error", errors, 1.0)
 
 
 def _error(
@@ -613,7 +577,7 @@ def headline_numbers(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
     if not math.isnan(error.repeatability):
         numbers.append(("", error.said(error.repeatability), "repeatability: two runs of the same commands"))
     if corrected:
-        gain = diagnosis.told
+        gain = diagnosis.shown
         half = half_width(gain.gain_percent_ci95)
         says = interval(gain.gain_percent, gain.gain_percent_ci95)
         words = f"less error over all outputs in {shown_unit(gain.unit)} (95 % interval {says} %)"

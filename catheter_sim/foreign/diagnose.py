@@ -5,30 +5,40 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.document import finite_document
+from catheter_sim.diagnosis.document import cause_entries, with_undefined
 from catheter_sim.diagnosis.noise import times_noise
 from catheter_sim.diagnosis.notes import Attempts, Note
-from catheter_sim.diagnosis.result import CAUSE_FOUND, IMPROVED, NO_DISCREPANCY, UNEXPLAINED
+from catheter_sim.diagnosis.probabilities import probability_of
+from catheter_sim.diagnosis.report import written
+from catheter_sim.diagnosis.result import (
+    CAUSE_FOUND,
+    IMPROVED,
+    NO_DISCREPANCY,
+    NONE,
+    OUTSIDE,
+    UNEXPLAINED,
+    Cause,
+    FittedParameter,
+)
+from catheter_sim.diagnosis.thresholds import ESTABLISHED, LARGEST_GROUP, LEAST_MEMBER_SHARE, MOST_SURE
+from catheter_sim.diagnosis.words import cause_rows, listed, spoken, words
 from catheter_sim.files import check_output_folder
-from catheter_sim.foreign import model as causes
+from catheter_sim.foreign.extended import extended_text
 from catheter_sim.foreign.fit import Fitter, ForeignFit
 from catheter_sim.foreign.model import (
     BLOCK_S,
     DRY,
     EQUAL_ERROR,
-    ESTABLISHED,
     EXPLAINED_NOISE,
     EXPLAINED_SHARE,
     FAR_LESS_NOISE,
@@ -37,12 +47,9 @@ from catheter_sim.foreign.model import (
     HALVINGS,
     HARM_NOISE,
     HARM_SHARE,
-    LARGEST_GROUP,
     LAST_STEPS,
     LEAST_CAUSES,
     LEAST_GAIN,
-    LEAST_MEMBER_SHARE,
-    MOST_SURE,
     NATS,
     NOISE_SHARE,
     OWN_STEP_SHARE,
@@ -54,18 +61,16 @@ from catheter_sim.foreign.model import (
     STEP_NOISE,
     SUMMARIES,
     ForeignData,
-    ForeignModel,
     Number,
     Runner,
     Variant,
-    masses_of,
     noise_of,
     read_foreign,
     variants_of,
 )
 from catheter_sim.page.render import png_source, rendered
 from catheter_sim.progress import Stages
-from catheter_sim.tables import Table, replaced_when_whole, write_table
+from catheter_sim.tables import Table
 
 # ----------------------------------------------------------------------------------------------------
 # How probable it is that a generic cause is at work in somebody's MJCF.
@@ -75,8 +80,6 @@ from catheter_sim.tables import Table, replaced_when_whole, write_table
 # what is left on held-out data, beside what a right model leaves, speaks for something that was not tried:
 # with the error at which a model no longer explains the data, a cause is as probable as not at best. The
 # scales are assumed; docs/truth/foreign_models.md says how often names were right.
-
-NONE, OUTSIDE = "none", "outside"
 
 
 @dataclass(frozen=True)
@@ -88,39 +91,25 @@ class Tried:
     times_noise: float
 
 
-@dataclass(frozen=True)
-class Likely:
-    """A cause of the chosen fit.
-
-    Attributes:
-        name: of the cause.
-        probability: that it is at work, or one of its group.
-        members: of a group, the probability of each by name, the likeliest first; empty: it stands alone.
-    """
-
-    name: str
-    probability: float
-    members: Mapping[str, float] = field(default_factory=dict)
-
-
-def likely(chosen: Tried, before: Tried, tried: Sequence[Tried]) -> tuple[Likely, ...]:
-    """Return the causes of the chosen fit with their probabilities, the most probable first.
+def likely(chosen: Tried, before: Tried, tried: Sequence[Tried]) -> tuple[Cause, ...]:
+    """Return the causes of the chosen fit with their probabilities, the most probable first; no numbers yet.
 
     Args:
         chosen: the fit that is reported.
         before: the model as it is.
         tried: everything that was fitted, these two among it.
     """
-    listed = 1.0 - outside(chosen, before)
+    share = 1.0 - outside(chosen, before)
     found = []
     for name in chosen.causes:
         weights = _group(name, chosen, tried)
         others = [item.evidence for item in tried if not set(weights) & set(item.causes)]
-        whole = listed * _chance((chosen.evidence - max(others)) / NATS)
+        whole = share * probability_of((chosen.evidence - max(others)) / NATS)
         total = sum(weights.values())
         members = {other: whole * weight / total for other, weight in weights.items()}
         ordered = dict(sorted(members.items(), key=lambda pair: -pair[1]))
-        found.append(Likely(name, whole, ordered if len(ordered) > 1 else {}))
+        group = ordered if len(ordered) > 1 else {}
+        found.append(Cause(name, {}, math.nan, probability=whole, members=group))
     return tuple(sorted(found, key=lambda item: -item.probability))
 
 
@@ -130,14 +119,14 @@ def outside(chosen: Tried, before: Tried) -> float:
     return min(max(1.0 - 1.0 / (1.0 + (chosen.times_noise / explained) ** 4), 1.0 - MOST_SURE), MOST_SURE)
 
 
-def probabilities(found: Sequence[Likely], chosen: Tried, before: Tried) -> dict[str, float]:
+def probabilities(found: Sequence[Cause], chosen: Tried, before: Tried) -> dict[str, float]:
     """Return the probability of each cause of the fit, of its groups, of none and of something else."""
     each = {
         name: value
         for item in found
         for name, value in (item.members or {item.name: item.probability}).items()
     }
-    none = 1.0 - _chance((chosen.evidence - before.evidence) / NATS)
+    none = 1.0 - probability_of((chosen.evidence - before.evidence) / NATS)
     return {**each, NONE: MOST_SURE if not found else none, OUTSIDE: outside(chosen, before)}
 
 
@@ -164,98 +153,6 @@ def _group(name: str, chosen: Tried, tried: Sequence[Tried]) -> dict[str, float]
     return weights
 
 
-def _chance(log_odds: float) -> float:
-    chance = 1.0 / (1.0 + math.exp(-min(max(log_odds, -30.0), 30.0)))
-    return min(max(chance, 1.0 - MOST_SURE), MOST_SURE)
-
-
-# ----------------------------------------------------------------------------------------------------
-# A foreign model with what was found, as MJCF: what the file can carry, and what it cannot.
-
-_LABEL = "found"  # of the body that carries a payload
-_CARRIED = (causes.DAMPING, causes.FRICTION, causes.STIFFNESS, causes.PAYLOAD)
-
-
-def extended_spec(
-    model: ForeignModel, values: Mapping[Number, float]
-) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
-    """Return the file's model with numbers in it, and the names of those that it cannot carry.
-
-    Damping, friction, stiffness and masses are the file's own; gains and offsets go into actuators whose
-    force is linear in the control. Delays, play, the tracker's frame and muscles' controls stay outside.
-    """
-    spec = model.spec.copy()
-    spec.compile()  # its elements then have the numbers of the model's
-    folder = model.path.resolve().parent  # where the file's meshes and pictures are, seen from anywhere
-    spec.meshdir, spec.texturedir = (str(folder / own) for own in (spec.meshdir, spec.texturedir))
-    if model.gravity_mps2 is not None:
-        spec.option.gravity = model.gravity_mps2
-    for body, mass_kg, place_m in masses_of(values):
-        _hang(model, spec, body, mass_kg, place_m)
-    left = [number.name for number, value in values.items() if not _carried(model, spec, number, value)]
-    return spec, tuple(left)
-
-
-def _carried(model: ForeignModel, spec: mujoco.MjSpec, number: Number, value: float) -> bool:
-    """Put one number into a model, masses apart; return whether it is there."""
-    if number.cause == causes.DAMPING:
-        joint = _numbered(spec.joints, number.of[0])
-        joint.damping = _first_plus(joint.damping, value)
-    elif number.cause == causes.FRICTION:
-        _numbered(spec.joints, number.of[0]).frictionloss += value
-    elif number.cause == causes.STIFFNESS and number.of:
-        for actuator in (_numbered(spec.actuators, k) for k in number.of):
-            gain, bias = np.array(actuator.gainprm), np.array(actuator.biasprm)
-            gain[0] *= value
-            bias[:2] *= value
-            actuator.gainprm, actuator.biasprm = gain, bias
-    elif number.cause == causes.STIFFNESS:
-        for item in (*spec.joints, *spec.tendons):
-            item.stiffness = np.asarray(item.stiffness) * value
-    elif number.cause in (causes.GAIN, causes.OFFSET):
-        return _commanded(model, spec, number, value)
-    return number.cause in _CARRIED
-
-
-def _numbered(elements: Iterable[Any], number: int) -> Any:
-    """Return the element that has a number in the compiled model."""
-    return next(item for item in elements if item.id == number)
-
-
-def _first_plus(damping: object, value: float) -> object:
-    """Return a joint's damping with more of its linear part: a number, or a polynomial's coefficients."""
-    if np.ndim(damping) == 0:  # type: ignore[arg-type]
-        return float(damping) + value  # type: ignore[arg-type]
-    found = np.array(damping, dtype=float)
-    found[0] += value
-    return found
-
-
-def _hang(model: ForeignModel, spec: mujoco.MjSpec, body: int, mass_kg: float, place_m: Array) -> None:
-    """Weld a point-like mass [kg] to a body, a place from its centre of mass, shape (3,) [m]."""
-    at = np.array(model.compiled.body_ipos[body]) + place_m
-    hung = _numbered(spec.bodies, body).add_body(name=f"{_LABEL}_{body}", pos=at)
-    hung.mass, hung.inertia, hung.explicitinertial = mass_kg, [1e-12, 1e-12, 1e-12], True
-    hung.ipos = [0.0, 0.0, 0.0]  # without it MuJoCo puts the centre of mass where the body is in its parent
-
-
-def _commanded(model: ForeignModel, spec: mujoco.MjSpec, number: Number, value: float) -> bool:
-    """Put a gain or an offset of a control into its actuator; False where it is no linear one."""
-    k = number.of[0]
-    actuator = _numbered(spec.actuators, k)
-    fixed = int(model.compiled.actuator_gaintype[k]) == int(mujoco.mjtGain.mjGAIN_FIXED)
-    if not fixed or int(model.compiled.actuator_dyntype[k]) != int(mujoco.mjtDyn.mjDYN_NONE):
-        return False
-    gain, bias = np.array(actuator.gainprm), np.array(actuator.biasprm)
-    if number.cause == causes.GAIN:
-        gain[0] *= value
-    else:
-        bias[0] += float(model.compiled.actuator_gainprm[k, 0]) * value
-        actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
-    actuator.gainprm, actuator.biasprm = gain, bias
-    return True
-
-
 # ----------------------------------------------------------------------------------------------------
 # What is wrong with somebody's MJCF, by measured data: which generic cause, how large, and what is gained.
 #
@@ -266,6 +163,7 @@ def _commanded(model: ForeignModel, spec: mujoco.MjSpec, number: Number, value: 
 
 _SEED = 7
 _BOOTSTRAPS = 400
+_SIDES = 1.96
 
 
 @dataclass(frozen=True)
@@ -307,18 +205,18 @@ class ForeignDiagnosis:
     best: Judged
     ranking: tuple[Judged, ...]
     weights: Mapping[str, float]
-    likely: tuple[Likely, ...]
+    likely: tuple[Cause, ...]
     probabilities: Mapping[str, float]
     notes: tuple[Note, ...] = ()
 
     @property
-    def named(self) -> tuple[Likely, ...]:
+    def named(self) -> tuple[Cause, ...]:
         """The established causes, the most probable first: none unless the verdict is `CAUSE_FOUND`."""
         chosen = self.likely if self.verdict == CAUSE_FOUND else ()
         return tuple(item for item in chosen if item.probability >= ESTABLISHED)
 
     @property
-    def corrections(self) -> tuple[Likely, ...]:
+    def corrections(self) -> tuple[Cause, ...]:
         """What corrects the model beside them and is not established; none unless something does."""
         chosen = self.likely if self.verdict in (CAUSE_FOUND, IMPROVED) else ()
         return tuple(item for item in chosen if item not in self.named)
@@ -463,7 +361,7 @@ def _searched(data: ForeignData, noise: Array, jobs: int, stages: Stages) -> For
     held = [_tried(item) for item in ranking]
     found = likely(_tried(shown), _tried(before), held)
     named = any(item.probability >= ESTABLISHED for item in found)
-    return ForeignDiagnosis(
+    diagnosis = ForeignDiagnosis(
         data,
         noise,
         _verdict(before, shown, named, _harmful(data, noise, before, shown)),
@@ -475,6 +373,18 @@ def _searched(data: ForeignData, noise: Array, jobs: int, stages: Stages) -> For
         probabilities(found, _tried(shown), _tried(before)),
         tuple(attempt.notes),
     )
+    shares = diagnosis.gain_shares()
+    return replace(diagnosis, likely=tuple(_fitted(item, shown.fit, shares[item.name]) for item in found))
+
+
+def _fitted(cause: Cause, fit: ForeignFit, gain_percent: float) -> Cause:
+    """Return a cause of a fit with its numbers, their intervals, and its share of the gain."""
+    variant = next(item for item in fit.variants if item.cause == cause.name)
+    parameters = {}
+    for number in variant.numbers:
+        value, half = fit.values[number], _SIDES * fit.spread[number]
+        parameters[number.name] = FittedParameter(value, (value - half, value + half), number.null)
+    return replace(cause, parameters=parameters, gain_percent=gain_percent, form=variant.form)
 
 
 def _tried(judged: Judged) -> Tried:
@@ -607,12 +517,9 @@ def _weights(before: Judged, singles: Sequence[Judged]) -> dict[str, float]:
 
 
 # ----------------------------------------------------------------------------------------------------
-# The files of a diagnosis of a foreign model: `diagnosis.json`, `diagnosis.report`, `model.xml`, the
-# series.
+# The files of a diagnosis of a foreign model: `diagnosis.json`, `report.html`, `model.xml`, the series.
 
-_SIDES = 1.96
 _PANELS = 4  # rows of the picture
-_BEFORE, _AFTER = "#b5532a", "#1f5f8b"
 
 
 def write_foreign(found: ForeignDiagnosis, output: str | Path) -> tuple[str, ...]:
@@ -620,37 +527,28 @@ def write_foreign(found: ForeignDiagnosis, output: str | Path) -> tuple[str, ...
     folder = check_output_folder(output)
     folder.mkdir(parents=True, exist_ok=True)
     attempt = Attempts()
-    left = attempt(
+    text, left = attempt(
         "model.xml",
-        lambda: _write_model(found, folder / "model.xml"),
-        lambda: tuple(number.name for number in found.corrected),
+        lambda: extended_text(found.data.model, found.corrected),
+        lambda: ("", tuple(number.name for number in found.corrected)),
     )
+    if text:
+        written(text, folder / "model.xml")
     for number, trial in enumerate(found.data.of("heldout")):
         name = f"fitted_{Path(trial.file).stem}.csv"
         attempt(name, partial(_write_series, found, number, folder / name), lambda: None)
     picture = attempt("The picture", lambda: _picture(found), bytes)
-    told = replace(found, notes=(*found.notes, *attempt.notes))
+
+    def noted() -> ForeignDiagnosis:
+        return replace(found, notes=(*found.notes, *attempt.notes))
+
     page = attempt(
         "Most of report.html",
-        lambda: _page(told, document(told, left), picture),
+        lambda: _page(noted(), document(noted(), left), picture),
         lambda: f"<!doctype html><meta charset='utf-8'><h1>{escape(sentence(found))}</h1>",
     )
-    _put(folder / "report.html", page)
-    told = replace(found, notes=(*found.notes, *attempt.notes))
-    _put(folder / "diagnosis.json", json.dumps(document(told, left), indent=1))
-    return left
-
-
-def _put(path: Path, text: str) -> None:
-    with replaced_when_whole(path) as file:
-        file.write(text)
-
-
-def _write_model(found: ForeignDiagnosis, path: Path) -> tuple[str, ...]:
-    """Write the extended model; return the names of what its file lacks."""
-    spec, left = extended_spec(found.data.model, found.corrected)
-    spec.compile()
-    _put(path, spec.to_xml())
+    written(page, folder / "report.html")
+    written(json.dumps(document(noted(), left), indent=1), folder / "diagnosis.json")
     return left
 
 
@@ -664,28 +562,44 @@ def _write_series(found: ForeignDiagnosis, number: int, path: Path) -> None:
             f"before_{column.name}": found.before.outputs[number][:, k],
             f"after_{column.name}": found.best.outputs[number][:, k],
         }
-    write_table(Table(trial.time_s, columns), path)
+    written(Table(trial.time_s, columns), path)
 
 
 def _page(found: ForeignDiagnosis, described: dict[str, Any], picture: bytes) -> str:
-    """Return `diagnosis.report`; `picture` is a PNG, b"" where there is none."""
+    """Return `report.html`; `picture` is a PNG, b"" where there is none."""
+    unexplained = found.likely if found.verdict == UNEXPLAINED else ()
+    sections = (
+        ("What the model lacks", found.named),
+        ("Corrections, none of them established", found.corrections),
+        ("What a fit uses to soak up the error", unexplained),
+    )
     return rendered(
         "catheter_sim.foreign",
         "report.html",
         {
             "found": {"name": found.data.name, "robot": found.data.robot, "verdict": found.verdict},
             "sentence": sentence(found),
+            "sections": [(title, _cause_rows(causes)) for title, causes in sections if causes],
             "document": described,
             "picture": png_source(picture) if picture else "",
             "step_ms": 1e3 * described["timestep_s"],
         },
-        {"short": lambda value: "-" if value is None else f"{value:.4g}"},
+        {"short": lambda value: "-" if value is None else f"{value:.4g}", "spoken": spoken},
     )
+
+
+def _cause_rows(causes: Sequence[Cause]) -> list[dict[str, Any]]:
+    """Return causes in words, as any report has them, each with where it acts."""
+    return [
+        row | {"form": f"Fitted: {cause.form}"} for row, cause in zip(cause_rows(causes), causes, strict=True)
+    ]
 
 
 def _picture(found: ForeignDiagnosis) -> bytes:
     """Return the series of the first held-out trial, of the columns that err most at first, as a PNG."""
     from matplotlib.figure import Figure  # here, as the command line's help is to be there at once
+
+    from catheter_sim.pictures.curves import COLOURS, png_of, tidy_axes
 
     trial, before, after = found.data.of("heldout")[0], found.before.outputs[0], found.best.outputs[0]
     squares = np.nan_to_num(((before - trial.outputs) / found.noise) ** 2).sum(axis=0)
@@ -694,18 +608,18 @@ def _picture(found: ForeignDiagnosis) -> bytes:
     panels = figure.subplots(len(chosen), 2, sharex=True, squeeze=False)
     for (series, errors), k in zip(panels, chosen, strict=True):
         measured, noise = trial.outputs[:, k], float(found.noise[k])
-        series.plot(trial.time_s, measured, ".", color="0.6", ms=3)
-        for values, style, colour in ((before[:, k], "--", _BEFORE), (after[:, k], "-", _AFTER)):
-            series.plot(trial.time_s, values, style, color=colour)
-            errors.plot(trial.time_s, values - measured, style, color=colour, lw=1.0)
+        series.plot(trial.time_s, measured, ".", color=COLOURS["measured"], ms=3)
+        for stage, values, style in (("before", before[:, k], "--"), ("after", after[:, k], "-")):
+            series.plot(trial.time_s, values, style, color=COLOURS[stage])
+            errors.plot(trial.time_s, values - measured, style, color=COLOURS[stage], lw=1.0)
         errors.axhspan(-2.0 * noise, 2.0 * noise, color="0.9", lw=0.0)
         series.set_ylabel(found.data.model.columns[int(k)].name, fontsize=8)
     panels[0, 1].set_title("simulated less measured; grey: twice the noise", fontsize=9)
+    for panel in panels.flat:
+        tidy_axes(panel)
     for panel in panels[-1]:
         panel.set_xlabel("time [s]")
-    file = BytesIO()
-    figure.savefig(file, format="png", dpi=110)
-    return file.getvalue()
+    return png_of(figure)
 
 
 def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
@@ -714,44 +628,44 @@ def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
     before, after = (found.heldout_rms(item) for item in (found.before, found.best))
     noise = _noise_by_unit(found)
     unit = max(before, key=lambda name: times_noise(before[name], noise[name]))
-    described = {
-        "dataset": found.data.name,
-        "robot": found.data.robot,
-        "unit": unit,
-        "verdict": found.verdict,
-        "noise_floor": noise[unit],
-        "heldout": {
-            "rmse_before": before[unit],
-            "rmse_after": after[unit],
-            "gain_percent": gain,
-            "gain_percent_ci95": [low, high],
-        },
-        "causes": _causes(found, found.named),
-        "corrections": _causes(found, found.corrections),
-        "absorbs": _causes(found, found.likely) if found.verdict == UNEXPLAINED else [],
-        "probabilities": dict(found.probabilities),
-        "evidence_shares": dict(found.weights),
-        "ranking": [_ranked(item) for item in found.ranking[:SHOWN]],
-        "indistinguishable": [list(group) for group in found.indistinguishable],
-        "next_experiment": "none is planned for models from somebody's MJCF",
-        "by_unit": {
-            name: {
-                "noise_floor": noise[name],
-                "rmse_before": before[name],
-                "rmse_after": after[name],
-            }
-            for name in before
-        },
-        "times_noise": {
-            "before": found.before.times_noise,
-            "after": found.best.times_noise,
-        },
-        "timestep_s": float(found.data.model.simulated.opt.timestep),
-        "not_in_model": list(left),
-        "notes": [note.text for note in found.notes],
-    }
-    finite, undefined = finite_document(described, "")
-    return {**finite, "undefined": undefined} if undefined else dict(finite)
+    return with_undefined(
+        {
+            "dataset": found.data.name,
+            "robot": found.data.robot,
+            "unit": unit,
+            "verdict": found.verdict,
+            "noise_floor": noise[unit],
+            "heldout": {
+                "rmse_before": before[unit],
+                "rmse_after": after[unit],
+                "gain_percent": gain,
+                "gain_percent_ci95": [low, high],
+            },
+            "causes": cause_entries(found.named),
+            "corrections": cause_entries(found.corrections),
+            "absorbs": cause_entries(found.likely if found.verdict == UNEXPLAINED else ()),
+            "probabilities": dict(found.probabilities),
+            "evidence_shares": dict(found.weights),
+            "ranking": [
+                {
+                    "causes": list(item.fit.causes),
+                    "heldout_times_noise": item.times_noise,
+                    "evidence": item.fit.evidence,
+                }
+                for item in found.ranking[:SHOWN]
+            ],
+            "indistinguishable": [list(group) for group in found.indistinguishable],
+            "next_experiment": "none is planned for models from somebody's MJCF",
+            "by_unit": {
+                name: {"noise_floor": noise[name], "rmse_before": before[name], "rmse_after": after[name]}
+                for name in before
+            },
+            "times_noise": {"before": found.before.times_noise, "after": found.best.times_noise},
+            "timestep_s": float(found.data.model.simulated.opt.timestep),
+            "not_in_model": list(left),
+            "notes": [note.text for note in found.notes],
+        }
+    )
 
 
 def lines(found: ForeignDiagnosis) -> list[str]:
@@ -767,13 +681,12 @@ def lines(found: ForeignDiagnosis) -> list[str]:
         f"noise {noise[unit]:.2g}"
         for unit in before
     ]
-    told = [("cause", item) for item in _causes(found, found.named)]
-    told += [("correction", item) for item in _causes(found, found.corrections)]
-    for what, cause in told:
-        said.append(f"{what}: {cause['name']} ({cause['form']}), probability {cause['probability']:.2f}")
-        for name, value in cause["parameters"].items():
-            low, high = value["ci95"]
-            said.append(f"  {name} = {value['value']:.4g} (95 %: {low:.4g} to {high:.4g})")
+    for what, causes in (("cause", found.named), ("correction", found.corrections)):
+        for cause in causes:
+            said.append(f"{what}: {cause.name} ({cause.form}), probability {cause.probability:.2f}")
+            for name, item in cause.parameters.items():
+                low, high = item.ci95
+                said.append(f"  {name} = {item.value:.4g} (95 %: {low:.4g} to {high:.4g})")
     said += [f"the data cannot tell apart: {', '.join(group)}" for group in found.indistinguishable]
     own, used = (
         float(model.opt.timestep) for model in (found.data.model.compiled, found.data.model.simulated)
@@ -790,58 +703,21 @@ def sentence(found: ForeignDiagnosis) -> str:
         return f"The model agrees with the data to {before:.2g} times their noise."
     falls = f"held-out errors fall from {before:.3g} to {after:.3g} times the noise."
     if found.verdict == CAUSE_FOUND:
-        words = " and ".join(_one_of(item.name, tuple(item.members)) for item in found.named)
-        return f"The model lacks {words}: {falls}"
+        groups = [
+            listed([f"{words(name)} ({SUMMARIES[name]})" for name in cause.one_of], "or")
+            for cause in found.named
+        ]
+        return f"The model lacks {listed(groups)}: {falls}"
     if found.verdict == IMPROVED:
-        words = " and ".join(item.name.replace("_", " ") for item in found.corrections)
-        chance = found.probabilities[OUTSIDE]
         return (
-            f"Corrections improve the model ({words}): {falls} None of them is established: something else "
-            f"is at work with probability {chance:.2f}."
+            f"Corrections improve the model ({listed([words(item.name) for item in found.corrections])}): "
+            f"{falls} None of them is established: something else is at work with probability "
+            f"{found.probabilities[OUTSIDE]:.2f}."
         )
     return (
         f"The model errs by {before:.3g} times the noise, and no generic cause explains it: the best one "
         f"leaves {after:.3g}."
     )
-
-
-def _one_of(name: str, members: tuple[str, ...]) -> str:
-    """Return a cause in words, or those that the data cannot tell apart."""
-    return " or ".join(f"{item.replace('_', ' ')} ({SUMMARIES[item]})" for item in members or (name,))
-
-
-def _causes(found: ForeignDiagnosis, chosen: Sequence[Likely]) -> list[dict[str, Any]]:
-    """Return causes of the best fit as a document."""
-    fit, shares = found.best.fit, found.gain_shares()
-    variants = {item.cause: item for item in fit.variants}
-    return [
-        {
-            "name": variant.cause,
-            "form": variant.form,
-            "gain_percent": shares[variant.cause],
-            "probability": item.probability,
-            **({"one_of": list(item.members), "members": dict(item.members)} if item.members else {}),
-            "parameters": {
-                number.name: {
-                    "value": fit.values[number],
-                    "ci95": [
-                        fit.values[number] - _SIDES * fit.spread[number],
-                        fit.values[number] + _SIDES * fit.spread[number],
-                    ],
-                }
-                for number in variant.numbers
-            },
-        }
-        for item, variant in ((item, variants[item.name]) for item in chosen)
-    ]
-
-
-def _ranked(item: Judged) -> dict[str, Any]:
-    return {
-        "causes": list(item.fit.causes),
-        "heldout_times_noise": item.times_noise,
-        "evidence": item.fit.evidence,
-    }
 
 
 def _noise_by_unit(found: ForeignDiagnosis) -> Mapping[str, float]:

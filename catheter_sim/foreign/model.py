@@ -52,15 +52,9 @@ START_FAR = 3.0  # times a number's start, for numbers that do nothing alone
 STEPS = 6  # of a fit, of its Jacobian; those of the one that is chosen
 LAST_STEPS = 20
 SHOWN = 12  # sets of causes in a report's ranking
-ESTABLISHED = 0.5  # probability of a cause, or of a group, to be named
-LARGEST_GROUP = 3  # causes that the data cannot tell apart and that are one answer, at most
-LEAST_MEMBER_SHARE = 0.15  # of a group's probability: with less a cause is no member
 EQUAL_ERROR = 1.1  # of the held-out errors of two causes that are told apart by neither
-MOST_SURE = 0.99  # none is told above it
-HARM_SHARE, HARM_NOISE = (
-    0.05,
-    1.3,
-)  # by which an output's held-out error must rise to be worse, and above which
+HARM_SHARE = 0.05  # by which an output's held-out error must rise to be worse,
+HARM_NOISE = 1.3  # and above which [times the noise]
 
 
 # ----------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from typing import Any
 
 from jinja2 import DictLoader, Environment, StrictUndefined
 
-_FRAME = "page.html"
+_SHARED = ("page.html", "parts.html")
 
 
 def rendered(
@@ -26,14 +26,16 @@ def rendered(
 
     Args:
         package: in which the template lies ("catheter_sim.validation").
-        template: its file; it begins with `{% extends "page.html" %}`.
+        template: its file; it begins with `{% extends "page.html" %}`, and may import from `parts.html`.
         context: what it names; a name that is missing is a `jinja2.UndefinedError`.
         filters: further ones that it uses.
     """
-    frame = resources.files("catheter_sim.page").joinpath(_FRAME).read_text(encoding="utf-8")
-    text = resources.files(package).joinpath(template).read_text(encoding="utf-8")
+    places = {**dict.fromkeys(_SHARED, "catheter_sim.page"), template: package}
+    texts = {
+        name: resources.files(own).joinpath(name).read_text(encoding="utf-8") for name, own in places.items()
+    }
     environment = Environment(
-        loader=DictLoader({_FRAME: frame, template: text}),
+        loader=DictLoader(texts),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -20,6 +20,27 @@ from catheter_sim.pictures.images import INK, Picture
 from catheter_sim.units import si_factor
 
 # ----------------------------------------------------------------------------------------------------
+# How figures are drawn: colours, letters, axes; and a figure as a PNG.
+
+COLOURS = {"measured": "#222222", "before": "#b5532a", "after": "#1f5f8b"}
+LEGEND: dict[str, Any] = {"fontsize": 9, "frameon": False}
+_FIGURE_DPI = 150
+
+
+def tidy_axes(axes: Any) -> None:
+    axes.tick_params(labelsize=8)
+    axes.grid(color="0.92", linewidth=0.7)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def png_of(figure: Figure, dpi: float = _FIGURE_DPI) -> bytes:
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=dpi)
+    return stream.getvalue()
+
+
+# ----------------------------------------------------------------------------------------------------
 # Figures that a notebook shows by themselves, and axes that a user gives to be drawn into.
 
 Panels = NDArray[Any]  # of axes, shape (rows, columns)

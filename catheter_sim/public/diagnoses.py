@@ -487,9 +487,10 @@ class ModelDiagnosis:
 
     def to_dict(self) -> dict[str, Any]:
         """Return what stands in `diagnosis.json`."""
-        from catheter_sim.foreign.diagnose import document, extended_spec
+        from catheter_sim.foreign.diagnose import document
+        from catheter_sim.foreign.extended import extended_text
 
-        left = extended_spec(self.result.data.model, self.result.corrected)[1]
+        _, left = extended_text(self.result.data.model, self.result.corrected)
         return document(self.result, left)
 
     def save(self, path: str | os.PathLike[str]) -> None:

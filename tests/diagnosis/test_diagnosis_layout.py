@@ -18,7 +18,7 @@ ORDER = (
     ("intervals", "noise", "words"),
     ("faults_of_columns", "pictures", "workers"),
     ("comparison", "faults_of_readings", "faults_of_trials", "report", "verdict"),
-    ("prepare", "search", "weighing"),
+    ("prepare", "search", "pruning"),
     ("choose", "hypotheses"),
     ("next_experiment", "probabilities"),
     ("conclude",),

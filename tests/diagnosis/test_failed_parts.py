@@ -100,7 +100,7 @@ STAGES = {
     "examine": "On what the error depends",
     "judge": "The judgement of the causes",
     "replay_in_mujoco": "The replay in MuJoCo",
-    "weigh_again": "The weighing of the causes",
+    "prune_again": "The weighing of the causes",
     "score_hypotheses": "How probable each cause is",
     "conclude": "What is said of the causes",
     "plan_next_experiment": "The next experiment",

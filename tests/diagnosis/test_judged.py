@@ -50,7 +50,7 @@ def verdict(
     return judge(
         SimpleNamespace(train=case.problem, lacking=(0,) * lacking),
         SimpleNamespace(fit=case.before),
-        SimpleNamespace(weighed=SimpleNamespace(after=case.after, by_unit={"mm": gains})),
+        SimpleNamespace(pruned=SimpleNamespace(after=case.after, by_unit={"mm": gains})),
         SimpleNamespace(found=(0,) * faults),
         SimpleNamespace(remainder=None, much_left=False, harms=(0,) * harms, structure={"before": ()}),
         SimpleNamespace(beliefs=Beliefs({}, dict(zip(names, chances, strict=True)), {})),

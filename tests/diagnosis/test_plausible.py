@@ -10,7 +10,7 @@ from made_problem import gain_problem, noisy, pulls, trial_of
 
 from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.problem import Term
-from catheter_sim.diagnosis.weighing import Scales, implausible, soaking_notes, with_shares, without_soaking
+from catheter_sim.diagnosis.pruning import Pruning, implausible, soaking_notes, with_shares, without_soaking
 
 GAIN = Term("actuation_gain", ("scale",))
 
@@ -45,8 +45,8 @@ def test_what_soaks_up_is_no_part_of_the_corrected_robot(true: float, believed: 
         for pull, seed in ((pulls(seed=1), 2), (pulls(seed=3), 4))
     )
     null, found = (fit(problem, terms, cross_validate=False) for terms in ((), (GAIN,)))
-    scales = Scales(problem, test, null, {"mm": 0.01}, "mm", False)
-    left, soaked = without_soaking(scales, with_shares(scales, found))
+    pruning = Pruning(problem, test, null, {"mm": 0.01}, "mm", False)
+    left, soaked = without_soaking(pruning, with_shares(pruning, found))
     assert left.after.causes == (("actuation_gain",) if believed else ())
     assert [cause.name for cause in soaked] == ([] if believed else ["actuation_gain"])
     assert not any(cause.plausible for cause in soaked)

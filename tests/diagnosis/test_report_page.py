@@ -19,10 +19,10 @@ from catheter_sim.diagnosis.words import (
     figure_words,
     headline_numbers,
     number_words,
-    png_of,
     spoken,
 )
 from catheter_sim.effects import EFFECTS
+from catheter_sim.pictures.curves import png_of
 from catheter_sim.tables import Table
 
 SIMULATED = {"heldout_simulation_rmse_after_mm": 0.93, "heldout_simulation_minus_twin_rms_mm": 0.1}

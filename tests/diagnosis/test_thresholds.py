@@ -31,7 +31,7 @@ NO_THRESHOLDS = {
     "readings.py": {"_DIGITS"},
     "report.py": {"_LONGEST_NAME", "_MOST_CANDIDATES"},
     "trials.py": {"_ALIKE", "_LOADS_ALIKE", "_MOST_LISTED", "_MOST_NEAREST"},
-    "words.py": {"LEGEND", "_DPI", "_MOST_CHECKS"},
+    "words.py": {"_MOST_CHECKS"},
     "workers.py": {"_LARGEST_BYTES", "_LONGEST_WAIT_S", "_ROUNDS"},
 }
 

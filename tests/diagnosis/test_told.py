@@ -13,7 +13,7 @@ def told(causes: tuple[str, ...], **gains: tuple[float, float]) -> str:
     units = {unit: UnitResult(unit, 0.1, 1.0, 0.5, 50.0, interval) for unit, interval in gains.items()}
     first = next(iter(units))
     diagnosis = SimpleNamespace(is_corrected=bool(causes), by_unit=units, headline=units[first])
-    return DiagnosisResult.told.fget(diagnosis).unit
+    return DiagnosisResult.shown.fget(diagnosis).unit
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from catheter_sim.core.effect import Parameter
 from catheter_sim.diagnosis.fit import Fit
 from catheter_sim.diagnosis.intervals import cause_intervals
 from catheter_sim.diagnosis.problem import FittedNumber, Term
+from catheter_sim.diagnosis.pruning import needed, not_significant, weakest_cause, without_support
 from catheter_sim.diagnosis.result import Cause, StructureTest, UnitResult
 from catheter_sim.diagnosis.verdict import (
     gains_surely,
@@ -18,7 +19,6 @@ from catheter_sim.diagnosis.verdict import (
     remainder_note,
     structured_remainder,
 )
-from catheter_sim.diagnosis.weighing import needed, not_significant, weakest_cause, without_support
 
 RESULT = UnitResult("mm", 0.1, 5.0, 0.6, 88.0, (85.0, 90.0))
 HANGING = StructureTest("input", "tension_right_N", 45.0, 0.001)

@@ -93,7 +93,7 @@ def test_further_ways_are_tried_until_one_change_tells_all(
     tried: list[str] = []
     for name in ("_from_best_causes", "_from_own_causes", "_backward"):
         monkeypatch.setattr(compare, name, lambda *_, name=name: tried.append(name))
-    compare.told_best(run, None, None, first, None, False)  # type: ignore[arg-type]
+    compare.best_comparison(run, None, None, first, None, False)  # type: ignore[arg-type]
     assert bool(tried) is further
 
 
@@ -110,7 +110,7 @@ def test_one_robot_is_as_good_where_nothing_changed(run: DiagnosisRun) -> None:
         same = OneRobot(base, second, later)
         assert same.is_as_good(run, claimed) == as_good
         if as_good:
-            taken_back = same.told(run, claimed, simulation=False)
+            taken_back = same.instead_of(run, claimed, simulation=False)
             assert taken_back.verdict == "unchanged"
             assert taken_back.changes == ()
             assert taken_back.diagnosis.notes[-1].code == "one_robot"

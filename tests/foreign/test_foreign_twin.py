@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mujoco import rollout
 
-from catheter_sim.foreign.diagnose import extended_spec
+from catheter_sim.foreign.extended import extended_text
 from catheter_sim.foreign.model import (
     ForeignModel,
     ForeignTrial,
@@ -84,18 +84,86 @@ def test_a_mass_at_the_centre_changes_no_axes() -> None:
 )
 def test_the_extended_file_moves_as_the_fit_does(values: dict[str, float], tmp_path: Path) -> None:
     numbers = {NUMBERS[name]: value for name, value in values.items()}
-    spec, left = extended_spec(MODEL, numbers)
-    spec.compile()
-    (tmp_path / "model.xml").write_text(spec.to_xml())
+    text, left = extended_text(MODEL, numbers)
+    (tmp_path / "model.xml").write_text(text)
     own = played(**values)
     assert left == ()
     assert own == pytest.approx(by_hand(mujoco.MjSpec.from_file(str(tmp_path / "model.xml"))), abs=0.02)
     assert np.abs(own - played()).max() > 0.5
 
 
+AWKWARD = """<mujoco><compiler angle="degree" meshdir="m"/><include file="parts/classes.xml"/>
+<worldbody><frame pos="0 0 0.1234567890123"><body pos="0 0 1"><body pos="0.3333333333333333 0 0">
+<frame euler="0 10 0"><joint axis="0 1 0"/></frame><geom fromto="0 0 0 0.2 0 0"/></body>
+<geom fromto="0 0 0 0.3333333333333333 0 0"/><joint name="first" class="sprung" axis="0 1 0"/></body></frame>
+</worldbody>
+<tendon><fixed name="cord" stiffness="3.3333333333333335"><joint joint="first" coef="0.01"/></fixed></tendon>
+<actuator><position joint="first" dampratio="0.7" kp="31.41592653589793" inheritrange="1"/>
+<motor tendon="cord"/>
+<velocity joint="first" kv="0.1234567890123" ctrlrange="-1 1"/></actuator></mujoco>"""
+CLASSES = """<mujocoinclude><default><geom type="capsule" size="0.02" contype="0"/><general gear="2"/>
+<default class="sprung"><joint springdamper="0.1 0.9" range="-90.123456789012 45" damping="7"/></default>
+</default></mujocoinclude>"""
+
+
+def test_the_written_file_is_the_extended_model_to_the_last_digit(tmp_path: Path) -> None:
+    """Classes, shortcuts, an included file, names that are missing, joints after the bodies behind them."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "classes.xml").write_text(CLASSES)
+    (tmp_path / "arm.xml").write_text(AWKWARD)
+    model = ForeignModel(tmp_path / "arm.xml", (0.1234567890123, 0.0, -9.81))
+    numbers = {number.name: number for item in variants_of(model) for number in item.numbers}
+    values = {
+        numbers[name]: 1.1 + 1e-13 * k
+        for k, name in enumerate(
+            (
+                "damping_2",
+                "friction_first",
+                "scale_springs",
+                "scale_servo_1",
+                "scale_1",
+                "offset_1",
+                "scale_2",
+            )
+        )
+    }
+    text, left = extended_text(model, values)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "model.xml").write_text(text)
+    written = mujoco.MjModel.from_xml_path(str(tmp_path / "out" / "model.xml"))
+    wanted = changed(
+        model, {n: v for n, v in values.items() if not n.name.startswith(("scale_1", "scale_2", "off"))}
+    )
+    scale, gain, offset = (values[numbers[name]] for name in ("scale_servo_1", "scale_1", "offset_1"))
+    own = model.compiled.actuator_gainprm[0, 0]
+    wanted.actuator_gainprm[0, 0] *= gain
+    wanted.actuator_biasprm[0, 0] += scale * own * offset
+    wanted.actuator_gainprm[1, 0] *= values[numbers["scale_2"]]
+    assert left == ()
+    for field in dir(wanted):
+        value = getattr(wanted, field)
+        if isinstance(value, np.ndarray) and np.issubdtype(value.dtype, np.floating):
+            np.testing.assert_allclose(getattr(written, field), value, rtol=1e-12, atol=1e-15, err_msg=field)
+    assert "0.1234567890123" in text
+
+
+def test_an_element_that_the_text_only_makes_is_left_out(tmp_path: Path) -> None:
+    """Three links by `replicate`: which of them a number is of, the text cannot say."""
+    link = '<body><joint name="j" axis="0 1 0" stiffness="1"/><geom size="0.02"/></body>'
+    body = f'<replicate count="3" offset="0.1 0 0">{link}</replicate>'
+    text = f'<mujoco><worldbody>{body}</worldbody><actuator><motor joint="j0"/></actuator></mujoco>'
+    (tmp_path / "three.xml").write_text(text)
+    model = ForeignModel(tmp_path / "three.xml")
+    numbers = {number.name: number for item in variants_of(model) for number in item.numbers}
+    names = ("damping_j1", "scale_springs", "mass_2_g")
+    written, left = extended_text(model, {numbers[name]: 1.1 for name in (*names, "scale_1")})
+    assert left == names
+    assert mujoco.MjModel.from_xml_string(written).njnt == 3
+
+
 def test_what_a_file_cannot_carry_is_said() -> None:
     names = ("delay_s", "width_one", "rotation_x_deg")
-    assert extended_spec(MODEL, {NUMBERS[name]: 0.1 for name in names})[1] == names
+    assert extended_text(MODEL, {NUMBERS[name]: 0.1 for name in names})[1] == names
 
 
 def test_commands_pass_gain_and_offset_then_play_then_delay() -> None:
@@ -150,9 +218,8 @@ def test_the_extended_file_finds_meshes_from_anywhere(tmp_path: Path) -> None:
     )
     text = text.replace('<site name="end"', '<geom type="mesh" mesh="corner" mass="0"/><site name="end"')
     (tmp_path / "here" / "arm.xml").write_text(text)
-    spec, _ = extended_spec(ForeignModel(tmp_path / "here" / "arm.xml"), {NUMBERS["damping_first"]: 0.1})
-    spec.compile()
-    (tmp_path / "model.xml").write_text(spec.to_xml())
+    text, _ = extended_text(ForeignModel(tmp_path / "here" / "arm.xml"), {NUMBERS["damping_first"]: 0.1})
+    (tmp_path / "model.xml").write_text(text)
     assert mujoco.MjModel.from_xml_path(str(tmp_path / "model.xml")).nmesh == 1
 
 

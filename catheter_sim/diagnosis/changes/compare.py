@@ -373,8 +373,8 @@ class OneRobot:
         times = max(self._left[unit] / max(value, 1e-12) for unit, value in found.left.items())
         return times <= ONE_ROBOT_TIMES
 
-    def told(self, run: DiagnosisRun, found: Changes, simulation: bool) -> Changes:
-        """Return what is told instead of changes that it explains as well.
+    def instead_of(self, run: DiagnosisRun, found: Changes, simulation: bool) -> Changes:
+        """Return what is reported instead of changes that it explains as well.
 
         Args:
             run: where to fit.
@@ -387,8 +387,8 @@ class OneRobot:
             "But one unchanged robot explains both recordings equally well, so no change is shown. Repeat "
             "the earlier recording's commands.",
         )
-        told = compared(run, self.base, self.later, simulation, most=0)
-        return replace(told, diagnosis=replace(told.diagnosis, notes=(*told.diagnosis.notes, note)))
+        found = compared(run, self.base, self.later, simulation, most=0)
+        return replace(found, diagnosis=replace(found.diagnosis, notes=(*found.diagnosis.notes, note)))
 
 
 def _one_robot(run: DiagnosisRun, base: Baseline, after: Dataset) -> RobotSpec:
@@ -437,7 +437,7 @@ class _Earlier:
 Way = Callable[[DiagnosisRun, _Earlier, Dataset, bool], Changes | None]
 
 
-def told_best(
+def best_comparison(
     run: DiagnosisRun,
     before: Dataset,
     after: Dataset,
@@ -458,7 +458,7 @@ def told_best(
     if found.verdict == DATA_SUSPECT and time.monotonic() < run.deadline:
         found = _of_paired_trials(run, before, after, simulation) or found
     if same is not None and same.is_as_good(run, found):
-        return same.told(run, found, simulation)
+        return same.instead_of(run, found, simulation)
     ways: tuple[Way, ...] = (_from_best_causes, _from_own_causes, _backward)
     if same is not None:
         ways = ways[1:]  # it was the first

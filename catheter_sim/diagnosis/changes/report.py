@@ -15,10 +15,10 @@ import numpy as np
 from catheter_sim.diagnosis.changes.compare import CHANGED, UNCHANGED, Changes
 from catheter_sim.diagnosis.changes.differences import HOLDS_IF, STEP, mass_of
 from catheter_sim.diagnosis.changes.series import NumberOverTime, Series
-from catheter_sim.diagnosis.document import causes_document, finite_document, stamped, to_json
+from catheter_sim.diagnosis.document import cause_entries, finite_document, stamped, to_json
 from catheter_sim.diagnosis.notes import Attempts
 from catheter_sim.diagnosis.pipeline import model_of
-from catheter_sim.diagnosis.report import Head, sentence, write_results
+from catheter_sim.diagnosis.report import Head, sentence, write_results, written
 from catheter_sim.diagnosis.result import DATA_SUSPECT, UNEXPLAINED
 from catheter_sim.diagnosis.words import (
     half_width,
@@ -26,13 +26,10 @@ from catheter_sim.diagnosis.words import (
     interval,
     listed,
     name_and_unit,
-    png_of,
     rounded,
-    tidy_axes,
     words,
 )
 from catheter_sim.files import check_output_folder
-from catheter_sim.tables import replaced_when_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -110,7 +107,7 @@ def series_document(series: Series) -> tuple[dict[str, Any], dict[str, str]]:
 
 def series_figure(series: Series, ax: Any = None) -> Figure:
     """Return a figure of every number over the recordings, with 95 % intervals, a panel for each."""
-    from catheter_sim.pictures.curves import panels_of
+    from catheter_sim.pictures.curves import panels_of, tidy_axes
 
     count = max(len(series.numbers), 1)
     columns = min(count, 2)
@@ -137,12 +134,11 @@ def series_figure(series: Series, ax: Any = None) -> Figure:
 
 def write_series(series: Series, folder: Path) -> None:
     """Write the table and the picture of a series to a folder that is there."""
-    with replaced_when_whole(folder / TABLE_FILE) as file:
-        file.write(",".join(COLUMNS) + "\n")
-        for row in series_rows(series):
-            file.write(",".join(_cell(row[name]) for name in COLUMNS) + "\n")
-    with replaced_when_whole(folder / PICTURE_FILE, binary=True) as file:
-        file.write(png_of(series_figure(series)))
+    from catheter_sim.pictures.curves import png_of
+
+    rows = [",".join(_cell(row[name]) for name in COLUMNS) for row in series_rows(series)]
+    written("\n".join([",".join(COLUMNS), *rows, ""]), folder / TABLE_FILE)
+    written(png_of(series_figure(series)), folder / PICTURE_FILE)
 
 
 def _cell(value: Any) -> str:
@@ -210,16 +206,16 @@ def comparison_document(found: Changes, series: Series | None = None) -> dict[st
     `series`: the recordings of which it compares the last with the first, where there are more than two.
     """
     document = to_json(found.diagnosis)
-    changes, undefined = causes_document(found.changes, "changes")
+    changes, undefined = finite_document(cause_entries(found.changes), "changes")
     for change, entry in zip(found.changes, changes, strict=True):
         mass = mass_of(change, found.diagnosis.dataset.gravity_mps2)
         if mass is not None:
-            told = {
+            as_mass = {
                 "mass_g": {"value": mass.mass_g.value, "ci95": list(mass.mass_g.ci95)},
                 "sideways_N": mass.sideways_N,
                 "holds_if": HOLDS_IF,
             }
-            entry["as_mass"], endless = finite_document(told, f"changes.{change.name}.as_mass")
+            entry["as_mass"], endless = finite_document(as_mass, f"changes.{change.name}.as_mass")
             undefined |= endless
     document |= {
         "verdict": found.verdict,

@@ -14,11 +14,11 @@ from catheter_sim.diagnosis.changes.compare import (
     Changes,
     Earlier,
     OneRobot,
+    best_comparison,
     change_of,
     check_pair,
     compared,
     not_compared,
-    told_best,
 )
 from catheter_sim.diagnosis.changes.differences import (
     Baseline,
@@ -130,11 +130,11 @@ def compare_series(
         if len(later) == 1 and not first.is_of_report and (suspect or found[0][0].misfit > NEAR_NOISE):
             more = replace(run, deadline=min(run.deadline, _soon_after(begun)))
             same = None if paired else OneRobot(found[0][0], after, found[0][1])
-            told = comparisons[0]
+            plain = comparisons[0]
             comparisons[0] = attempt(
                 "What other ways to compare say",
-                lambda: told_best(more, first.dataset, after, told, same, simulation),
-                lambda: told,
+                lambda: best_comparison(more, first.dataset, after, plain, same, simulation),
+                lambda: plain,
             )
         numbers: tuple[NumberOverTime, ...] = ()
         if len(later) > 1:

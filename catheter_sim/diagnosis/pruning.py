@@ -174,13 +174,13 @@ def with_intervals(causes: Sequence[Cause], ends: Mapping[tuple[str, str], Inter
 #
 # Causes are taken out one at a time, since without one of them another may be needed. A cause surely does
 # something if the printed interval of one of its numbers does not hold the value that does nothing. The
-# simulation widens these intervals (`intervals.model_margin`), so that the causes are weighed again after
+# simulation widens these intervals (`intervals.model_margin`), so that the causes are pruned again after
 # the replay.
 
 
 @dataclass(frozen=True)
-class Scales:
-    """What causes are weighed on.
+class Pruning:
+    """What causes are pruned by.
 
     Attributes:
         problem: the training trials.
@@ -210,8 +210,8 @@ class Scales:
 
 
 @dataclass(frozen=True)
-class Weighed:
-    """A hypothesis whose causes were weighed.
+class Pruned:
+    """A hypothesis whose causes were pruned.
 
     Attributes:
         after: the hypothesis with those that are left, fitted to all training rows.
@@ -220,7 +220,7 @@ class Weighed:
         weak: causes taken out since they do not pay on the held-out trials.
         unsure: those taken out since their intervals hold the values that do nothing.
         needed: causes of which the same is true, but without which the error is far larger.
-        suspects: the first that did not pay (`support.without_support`); None: all did.
+        suspects: the first that did not pay (`without_support`); None: all did.
     """
 
     after: Fit
@@ -232,33 +232,33 @@ class Weighed:
     suspects: tuple[str, ...] | None = None
 
 
-def with_shares(scales: Scales, after: Fit) -> Weighed:
+def with_shares(pruning: Pruning, after: Fit) -> Pruned:
     """Return a hypothesis with its held-out figures and its causes' shares, nothing taken out yet."""
-    by_unit = scales.held_out(after)
-    return Weighed(after, by_unit, scales.causes(after, by_unit))
+    by_unit = pruning.held_out(after)
+    return Pruned(after, by_unit, pruning.causes(after, by_unit))
 
 
-def weigh(scales: Scales, weighed: Weighed, shift: Array | None = None) -> Weighed:
+def prune(pruning: Pruning, pruned: Pruned, shift: Array | None = None) -> Pruned:
     """Return a hypothesis without the causes that do not pay or may do nothing.
 
     Args:
-        scales: what to weigh on.
-        weighed: the hypothesis, and what was taken out of it already.
+        pruning: what to prune by.
+        pruned: the hypothesis, and what was taken out of it already.
         shift: by how much the simulation would change its numbers (`intervals.shift_by_model`); it belongs to
             this hypothesis alone. None: unknown.
     """
-    after, by_unit, causes = weighed.after, weighed.by_unit, weighed.causes
-    weak, unsure, sure, suspects = weighed.weak, weighed.unsure, weighed.needed, weighed.suspects
+    after, by_unit, causes = pruned.after, pruned.by_unit, pruned.causes
+    weak, unsure, sure, suspects = pruned.weak, pruned.unsure, pruned.needed, pruned.suspects
     while after.terms:
         unsupported = without_support(causes, suspects)
-        ends = cause_intervals(after, shift if after is weighed.after else None)
+        ends = cause_intervals(after, shift if after is pruned.after else None)
         doubted = () if unsupported else [name for name in not_significant(after, ends) if name not in sure]
         least = weakest_cause(causes, unsupported or doubted)
         if not least:
             break
         terms = tuple(term for term in after.terms if term.effect not in least)
-        without = fit(scales.problem, terms, after.values, cross_validate=False, thorough=scales.thorough)
-        by_unit_without = scales.held_out(without)
+        without = fit(pruning.problem, terms, after.values, cross_validate=False, thorough=pruning.thorough)
+        by_unit_without = pruning.held_out(without)
         if unsupported:
             suspects = suspects or unsupported
             weak += least
@@ -268,11 +268,11 @@ def weigh(scales: Scales, weighed: Weighed, shift: Array | None = None) -> Weigh
         else:
             unsure += least
         after, by_unit = without, by_unit_without
-        causes = scales.causes(after, by_unit)
-    return Weighed(after, by_unit, causes, weak, unsure, sure, suspects)
+        causes = pruning.causes(after, by_unit)
+    return Pruned(after, by_unit, causes, weak, unsure, sure, suspects)
 
 
-def without_soaking(scales: Scales, weighed: Weighed) -> tuple[Weighed, tuple[Cause, ...]]:
+def without_soaking(pruning: Pruning, pruned: Pruned) -> tuple[Pruned, tuple[Cause, ...]]:
     """Return a hypothesis without causes whose numbers are not plausible, and those causes, one at a time.
 
     Without one that soaks up what is missing another's numbers may be plausible: the one with the least share
@@ -280,20 +280,20 @@ def without_soaking(scales: Scales, weighed: Weighed) -> tuple[Weighed, tuple[Ca
     """
     soaked: tuple[Cause, ...] = ()
     while True:
-        not_likely = implausible(weighed.after)
-        names = weakest_cause(weighed.causes, tuple(not_likely))
+        not_likely = implausible(pruned.after)
+        names = weakest_cause(pruned.causes, tuple(not_likely))
         if not names:
-            return weighed, soaked
-        soaked += tuple(replace(item, plausible=False) for item in weighed.causes if item.name in names)
-        terms = tuple(term for term in weighed.after.terms if term.effect not in names)
+            return pruned, soaked
+        soaked += tuple(replace(item, plausible=False) for item in pruned.causes if item.name in names)
+        terms = tuple(term for term in pruned.after.terms if term.effect not in names)
         after = fit(
-            scales.problem, terms, weighed.after.values, cross_validate=False, thorough=scales.thorough
+            pruning.problem, terms, pruned.after.values, cross_validate=False, thorough=pruning.thorough
         )
-        left = with_shares(scales, after)
-        weighed = weigh(scales, replace(left, weak=weighed.weak, unsure=weighed.unsure))
+        left = with_shares(pruning, after)
+        pruned = prune(pruning, replace(left, weak=pruned.weak, unsure=pruned.unsure))
 
 
-def weighing_notes(weighed: Weighed, shift: Array | None) -> list[Note]:
+def pruning_notes(pruned: Pruned, shift: Array | None) -> list[Note]:
     """Return what to say of causes that were taken out, and of those that stay whatever their intervals."""
     notes = [
         Note(
@@ -301,7 +301,7 @@ def weighing_notes(weighed: Weighed, shift: Array | None) -> list[Note]:
             f"{name.replace('_', ' ')} lowers the error inside the training data, but not on the held-out "
             "data. It is not named.",
         )
-        for name in weighed.weak
+        for name in pruned.weak
     ]
     notes += [
         Note(
@@ -309,16 +309,16 @@ def weighing_notes(weighed: Weighed, shift: Array | None) -> list[Note]:
             f"{name.replace('_', ' ')} lowers the error, but the intervals of its numbers hold the values "
             "without effect. It is not named.",
         )
-        for name in weighed.unsure
+        for name in pruned.unsure
     ]
-    open_ones = not_significant(weighed.after, cause_intervals(weighed.after, shift))
+    open_ones = not_significant(pruned.after, cause_intervals(pruned.after, shift))
     notes += [
         Note(
             "named_though_open",
             f"Each number of {name.replace('_', ' ')} may be zero by itself, since others can replace it. It "
             "is kept because the held-out error is far larger without all of them.",
         )
-        for name in weighed.needed
+        for name in pruned.needed
         if name in open_ones
     ]
     return notes
