@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,16 +29,14 @@ from scipy.optimize import minimize
 
 from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.probabilities import (
-    NONE,
-    OUTSIDE,
+    CauseEvidence,
     Evidence,
     features_of_named,
     features_of_none,
     features_of_outside,
     features_of_rival,
-    from_numbers,
 )
-from catheter_sim.diagnosis.result import DATA_SUSPECT
+from catheter_sim.diagnosis.result import DATA_SUSPECT, NONE, OUTSIDE
 from catheter_sim.effects import EFFECTS
 from hidden_effects.running import read_json
 
@@ -149,6 +147,35 @@ def _rows(found: Evidence, true: set[str], outside: bool, draw: int) -> list[Row
     nothing = not true and not outside
     rows.append(Row(NONE, "none", draw, features_of_none(found), nothing))
     return rows
+
+
+def from_numbers(document: Mapping[str, Mapping[str, float]]) -> Evidence:
+    """Return the evidence of which `as_numbers` made a document."""
+    whole = document["all"]
+    causes = {
+        name: CauseEvidence(
+            bool(item["named"]),
+            item["over_others"],
+            item["over_unknown"],
+            item["ratio"],
+            int(item["numbers"]),
+            {other: item[f"over_{other}"] for other in EFFECTS if f"over_{other}" in item},
+        )
+        for name, item in document.items()
+        if name != "all"
+    }
+    return Evidence(
+        causes,
+        whole["over_none"],
+        int(whole["sets_tried"]),
+        whole["times_noise"],
+        whole["unknown"],
+        whole["unknown_share"],
+        whole["times_before"],
+        whole["structure"],
+        bool(whole["harmful"]),
+        int(whole["values"]),
+    )
 
 
 def weigh(kind: str, basis: Array, true: Array) -> Array:

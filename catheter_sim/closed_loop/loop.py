@@ -540,7 +540,7 @@ def _propose(
         chosen.programme.words,
         minutes_of(chosen.programme.table),
         chosen.information.nats,
-        chosen.information.settled,
+        chosen.information.decided,
         len(best.ranking),
         {item.about: item.belief for item in best.hypotheses},
         best.off if chosen is best.best else {},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -121,8 +121,7 @@ class Examined:
 def examine(posed: Posed, before: Calibrated, settled: Settled) -> Examined:
     """Return what the hypothesis that is left makes of the trials."""
     pruned, unit = settled.pruned, settled.unit
-    trials = (*posed.train.trials, *posed.heldout.trials)
-    fits = trial_fits(posed.train, trials, before.fit, pruned.after)
+    fits = _series(posed, before, pruned.after)
     structure = {stage: structure_tests(posed.dataset, fits, unit, stage) for stage in STAGES}
     figures, share = pruned.by_unit[unit], posed.train.model_share
     return Examined(
@@ -135,10 +134,15 @@ def examine(posed: Posed, before: Calibrated, settled: Settled) -> Examined:
     )
 
 
+def _series(posed: Posed, before: Calibrated, after: Fit) -> tuple[TrialFit, ...]:
+    """Return every trial, measured and computed by both hypotheses."""
+    trials = (*posed.train.trials, *posed.heldout.trials)
+    return trial_fits(posed.train, trials, before.fit, after)
+
+
 def examined_plainly(posed: Posed, before: Calibrated, settled: Settled) -> Examined:
     """Return the series alone, where the rest could not be found."""
-    trials = (*posed.train.trials, *posed.heldout.trials)
-    fits = trial_fits(posed.train, trials, before.fit, settled.pruned.after)
+    fits = _series(posed, before, settled.pruned.after)
     return Examined(fits, dict.fromkeys(STAGES, ()), settled.pruned.by_unit, None, False, ())
 
 
@@ -284,14 +288,7 @@ class Replayed:
 
 
 def replay_in_mujoco(run: DiagnosisRun, posed: Posed, verdict: Verdict, simulation: bool) -> Replayed:
-    """Return the held-out trials replayed with the reported hypothesis.
-
-    Args:
-        run: where to simulate.
-        posed: the trials.
-        verdict: has the hypothesis.
-        simulation: False: nothing is replayed.
-    """
+    """Return the held-out trials replayed with the reported hypothesis."""
     if not simulation:
         return Replayed()
     run.say("replaying in MuJoCo")
@@ -339,6 +336,7 @@ class Conclusion:
         frame: fitted numbers of the tracker's frame, by name.
         further: further numbers, by name, unit included.
         notes: on all of that.
+        calibrated: numbers of this specimen, by name; {}: not worked out.
     """
 
     fit: Fit
@@ -353,6 +351,7 @@ class Conclusion:
     frame: Mapping[str, float]
     further: Mapping[str, float]
     notes: tuple[Note, ...]
+    calibrated: Mapping[str, FittedParameter] = field(default_factory=dict)
 
 
 def concluded_plainly(
@@ -365,8 +364,7 @@ def concluded_plainly(
         ordered, by_unit = (), settled.pruning.held_out(shown)
     causes = tuple(cause for cause in ordered if cause.name in verdict.established)
     corrections = tuple(cause for cause in ordered if cause not in causes)
-    trials = (*posed.train.trials, *posed.heldout.trials)
-    fits = trial_fits(posed.train, trials, before.fit, shown)
+    fits = _series(posed, before, shown)
     structure = examined.structure
     return Conclusion(shown, dict(by_unit), causes, corrections, (), (), (), fits, structure, {}, {}, ())
 
@@ -390,8 +388,7 @@ def conclude(
     equals = tuple(item for name, rival, item in rivals if rival in alike.get(name, {}))
     if not verdict.corrects:
         by_unit, ordered, groups, equals = settled.pruning.held_out(shown), (), (), ()
-        trials = (*posed.train.trials, *posed.heldout.trials)
-        fits = trial_fits(posed.train, trials, before.fit, before.fit)
+        fits = _series(posed, before, before.fit)
         structure["after"] = structure["before"]
     causes = tuple(cause for cause in ordered if cause.name in verdict.established)
     frame = {
@@ -528,24 +525,10 @@ def plan_next_experiment(
 # How sure the reported numbers are, and what the simulation would change of them.
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """The reported numbers with their intervals.
-
-    Attributes:
-        causes, corrections: with their parameters and forms.
-        calibrated: numbers of this specimen, by name.
-    """
-
-    causes: tuple[Cause, ...]
-    corrections: tuple[Cause, ...]
-    calibrated: Mapping[str, FittedParameter]
-
-
 def widen_intervals(
     run: DiagnosisRun, posed: Posed, conclusion: Conclusion, replayed: Replayed, more_is_wrong: bool = False
-) -> Numbers:
-    """Return the numbers of the reported hypothesis with the intervals that are printed.
+) -> Conclusion:
+    """Return what is reported with forms, with the numbers of the specimen, and with the printed intervals.
 
     `more_is_wrong`: something else is known to be wrong, by as much as is left.
     """
@@ -556,7 +539,8 @@ def widen_intervals(
     every = with_forms(posed.train, (*conclusion.causes, *conclusion.corrections), shown, run.pool)
     every = with_intervals(every, cause_intervals(shown, shift, trusted))
     established = len(conclusion.causes)
-    return Numbers(
+    return replace(
+        conclusion,
         causes=every[:established],
         corrections=every[established:],
         calibrated=calibrated_numbers(posed.train, shown, posed.thorough, margin, run.pool),
@@ -576,7 +560,6 @@ def assemble(
     verdict: Verdict,
     conclusion: Conclusion,
     following: NextExperiment,
-    numbers: Numbers,
     scores: Scores,
     attempt: Attempts,
 ) -> DiagnosisResult:
@@ -596,7 +579,7 @@ def assemble(
         verdict=verdict.name,
         unit=unit,
         by_unit=conclusion.by_unit,
-        causes=numbers.causes,
+        causes=conclusion.causes,
         ranking=ranked,
         indistinguishable=conclusion.groups,
         next_experiment=following,
@@ -604,13 +587,13 @@ def assemble(
         fits=conclusion.fits,
         notes=(*faults.notes, *prepared.notes, *conclusion.notes, *attempt.notes),
         extra=conclusion.further,
-        calibrated=numbers.calibrated,
+        calibrated=conclusion.calibrated,
         structure=conclusion.structure,
         data_faults=faults.found or (prepared.lacking if verdict.name == DATA_SUSPECT else ()),
         registration=document(posed.registration, conclusion.frame),
         chosen_in_training=choice.fit.causes,
         absorbs=conclusion.absorbs,
-        corrections=numbers.corrections,
+        corrections=conclusion.corrections,
         probabilities=scores.beliefs.each,
         evidence=scores.evidence,
         residual=left,

@@ -71,23 +71,20 @@ class Alive:
 
 def alive_hypotheses(
     believed: Mapping[str, float],
-    settled: Fit,
+    chosen: Fit,
     equals: Sequence[Fit],
     tried: Sequence[Scored],
 ) -> tuple[Alive, ...]:
     """Return the hypotheses that are worth an experiment, most believed first.
 
-    They are the settled one; for each of its causes that is not sure, the best without it; and for each other
-    cause that is believed at all, the best with it in a settled one's place. Where fewer than two are left,
+    They are the chosen one; for each of its causes that is not sure, the best without it; and for each other
+    cause that is believed at all, the best with it in a chosen one's place. Where fewer than two are left,
     single causes that the data have never asked about stand beside them, little believed.
 
-    Args:
-        believed: of every cause and "none".
-        settled: the hypothesis at which the diagnosis ended.
-        equals: those that explain the data as well, another cause in a settled one's place.
-        tried: every set of causes that was fitted.
+    `believed`: the probability of every cause and "none"; `equals` explain the data as well, another cause in
+    a chosen one's place; `tried`: every set of causes that was fitted.
     """
-    named = set(settled.causes)
+    named = set(chosen.causes)
     ordered = sorted(tried, key=lambda item: float(item.squares.sum()))
     found: list[Alive] = []
 
@@ -98,8 +95,8 @@ def alive_hypotheses(
 
     if named:
         weakest = min(named, key=lambda name: believed.get(name, 0.0))
-        add(settled, weakest, believed.get(weakest, 0.0))
-        for gone, come, fit in rivals_of(settled, sorted(equals, key=lambda item: item.cross_validated_rms)):
+        add(chosen, weakest, believed.get(weakest, 0.0))
+        for gone, come, fit in rivals_of(chosen, sorted(equals, key=lambda item: item.cross_validated_rms)):
             about = come if come != gone else f"{come}, other numbers"
             if all(item.about != about for item in found):
                 add(fit, about, believed.get(come, 0.0))
@@ -170,11 +167,11 @@ class Information:
 
     Attributes:
         nats: information between hypothesis and data, as a diagnosis would read them.
-        settled: probability that one hypothesis then stands at `SURE_BELIEF` or more.
+        decided: probability that one hypothesis then stands at `SURE_BELIEF` or more.
     """
 
     nats: float
-    settled: float
+    decided: float
 
 
 def information(
@@ -197,14 +194,14 @@ def information(
     readers = [_Reader(item, stretch) for item in predicted]
     generator = np.random.default_rng(seed)
     noise = generator.normal(size=(draws, len(stretch)))
-    gain, settled = 0.0, 0.0
+    gain, decided = 0.0, 0.0
     for index, weight in enumerate(prior):
         own = predicted[index]
         unsure = generator.normal(size=(draws, own.spread.shape[1]))
         posterior = _posterior(prior, readers, own.mean + unsure @ own.spread.T + noise)
         gain += weight * float(np.mean(np.log(np.maximum(posterior[index], 1e-300)) - np.log(weight)))
-        settled += weight * float(np.mean(posterior.max(axis=0) >= SURE_BELIEF))
-    return Information(max(float(gain), 0.0), float(settled))
+        decided += weight * float(np.mean(posterior.max(axis=0) >= SURE_BELIEF))
+    return Information(max(float(gain), 0.0), float(decided))
 
 
 def from_refits(weights: Sequence[float], errors: Sequence[Sequence[Array]]) -> Information:
@@ -218,12 +215,12 @@ def from_refits(weights: Sequence[float], errors: Sequence[Sequence[Array]]) -> 
         errors: of data of hypothesis h, fitted by g: half the squared errors by stretch over the noise,
             shape (b,), as `errors[h][g]`.
     """
-    prior, gain, settled = np.asarray(weights, dtype=float), 0.0, 0.0
+    prior, gain, decided = np.asarray(weights, dtype=float), 0.0, 0.0
     for index, row in enumerate(errors):
-        posterior = _weighed(prior, np.stack(row)[:, None, :], np.zeros(len(prior)))[:, 0]
+        posterior = _posterior_of(prior, np.stack(row)[:, None, :], np.zeros(len(prior)))[:, 0]
         gain += prior[index] * float(np.log(max(posterior[index], 1e-300) / prior[index]))
-        settled += prior[index] * float(posterior.max() >= SURE_BELIEF)
-    return Information(max(float(gain), 0.0), float(settled))
+        decided += prior[index] * float(posterior.max() >= SURE_BELIEF)
+    return Information(max(float(gain), 0.0), float(decided))
 
 
 class _Reader:
@@ -249,16 +246,14 @@ def _posterior(prior: Array, readers: Sequence[_Reader], data: Array) -> Array:
     """Return the probability of each hypothesis for rows of data, shape (k, d)."""
     read = [reader(data) for reader in readers]
     beside = np.stack([0.5 * (far + reader.settles) for (_, far), reader in zip(read, readers, strict=True)])
-    return _weighed(prior, np.stack([errors for errors, _ in read]), beside)
+    return _posterior_of(prior, np.stack([errors for errors, _ in read]), beside)
 
 
-def _weighed(prior: Array, errors: Array, beside: Array) -> Array:
+def _posterior_of(prior: Array, errors: Array, beside: Array) -> Array:
     """Return probabilities, shape (k, d).
 
-    Args:
-        prior: shape (k,).
-        errors: half the squared errors by stretch, shape (k, d, b).
-        beside: what else speaks against each, shape (k, d) or (k,).
+    `prior` has the shape (k,), half the squared `errors` by stretch (k, d, b), what else speaks against each,
+    `beside`, (k, d) or (k,).
     """
     against = np.minimum(errors - errors.min(axis=0), MOST_OF_STRETCH).sum(axis=-1)
     beside = beside.reshape(len(prior), -1)
@@ -557,14 +552,7 @@ def best_experiment(
 ) -> BestExperiment:
     """Return the experiment that tells most between hypotheses.
 
-    Args:
-        problem: the training trials so far.
-        hypotheses: those alive, fitted to them.
-        bench: what can be played.
-        noise: floor of each unit, in it.
-        gravity_mps2: in the base frame, shape (3,) [m/s^2].
-        price: of a minute [nat].
-        pool: where to compute.
+    `noise` is the floor of each unit, `price` that of a minute [nat].
     """
     choices = programmes_within(bench)
     size = sizes_of(problem.columns, noise)

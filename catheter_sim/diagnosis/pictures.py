@@ -39,12 +39,7 @@ def view_figure(
 ) -> Figure:
     """Return the picture of one view: mean residual of each of `columns` along the coordinate.
 
-    Args:
-        dataset: where the trials' inputs are.
-        fits: trials to take.
-        score: the view, its coordinate and what it explains.
-        columns: outputs, a panel each.
-        subject: which trials these are, for the title ("held-out trials").
+    `subject` says in the title which trials these are ("held-out trials").
     """
     figure = Figure(figsize=(3.3 * max(len(columns), 2) + 0.6, 3.1), layout="constrained")
     panels = figure.subplots(1, len(columns), sharey=True, squeeze=False)[0]
@@ -116,6 +111,14 @@ def _pick(residuals: Residuals, score: ViewScore) -> tuple[str, Array]:
 # Pictures of one trial: outputs over time, or over the one input that is driven.
 
 
+_DOTS: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": ".",
+    "markersize": 3.5,
+    "color": COLOURS["measured"],
+}
+
+
 def with_pauses(time_s: Array, values: Array) -> tuple[Array, Array]:
     """Return the series with a NaN put into every long pause, so that no line crosses it."""
     if len(time_s) < 3:
@@ -136,22 +139,7 @@ def series_figure(
         entitle(figure, grid, title)
     chosen = np.any([np.isfinite(fit.measured.columns[name]) for name in columns], axis=0)
     for axes, column in zip(panels, columns, strict=False):
-        for stage, table in (("before", fit.before), ("after", fit.after)):
-            axes.plot(
-                *with_pauses(fit.time_s[chosen], table.columns[column][chosen]),
-                color=COLOURS[stage],
-                linewidth=1.2,
-                label=stage,
-            )
-        axes.plot(
-            fit.time_s[chosen],
-            fit.measured.columns[column][chosen],
-            linestyle="none",
-            marker=".",
-            markersize=3.0,
-            color=COLOURS["measured"],
-            label="measured",
-        )
+        _draw_column(axes, fit, column, chosen, fit.time_s, pauses=True)
         axes.set_ylabel(axis_label(column), fontsize=9)
         tidy_axes(axes)
     for stage in STAGES:
@@ -172,6 +160,18 @@ def series_figure(
     return figure
 
 
+def _draw_column(
+    axes: Any, fit: TrialFit, column: str, rows: np.ndarray, across: Array, pauses: bool = False
+) -> None:
+    """Draw an output, computed and measured, over `across`, shape (r,); lines end at `pauses` in time."""
+    for stage, table in (("before", fit.before), ("after", fit.after)):
+        x, y = across[rows], table.columns[column][rows]
+        line = with_pauses(x, y) if pauses else (x, y)
+        axes.plot(*line, color=COLOURS[stage], linewidth=1.4, label=stage)
+    measured = fit.measured.columns[column][rows]
+    axes.plot(across[rows], measured, **_DOTS, label="measured")
+
+
 def loops_figure(fit: TrialFit, columns: Sequence[str], name: str, values: Array) -> Figure:
     """Return the outputs against the one input `name`, side by side."""
     count = len(columns)
@@ -179,23 +179,7 @@ def loops_figure(fit: TrialFit, columns: Sequence[str], name: str, values: Array
     panels = figure.subplots(1, count, squeeze=False)[0]
     chosen = np.any([np.isfinite(fit.measured.columns[column]) for column in columns], axis=0)
     for axes, column in zip(panels, columns, strict=True):
-        for stage, table in (("before", fit.before), ("after", fit.after)):
-            axes.plot(
-                values[chosen],
-                table.columns[column][chosen],
-                color=COLOURS[stage],
-                linewidth=1.4,
-                label=stage,
-            )
-        axes.plot(
-            values[chosen],
-            fit.measured.columns[column][chosen],
-            linestyle="none",
-            marker=".",
-            markersize=3.5,
-            color=COLOURS["measured"],
-            label="measured",
-        )
+        _draw_column(axes, fit, column, chosen, values)
         axes.set_xlabel(axis_label(name), fontsize=9)
         axes.set_ylabel(axis_label(column), fontsize=9)
         tidy_axes(axes)
@@ -288,28 +272,21 @@ def _draw(axes: Any, fit: TrialFit, point: str, plane: tuple[str, str], faint: b
         return across, along
 
     measured = path(fit.measured)
-    seen = np.isfinite(measured[0]) & np.isfinite(measured[1])
+    known = np.isfinite(measured[0]) & np.isfinite(measured[1])
     opacity = 0.45 if faint else 1.0
     style = (
         {"linestyle": "none", "marker": "x", "markersize": 4.0} if _leaps(measured) else {"linewidth": 1.5}
     )
     for stage, table in (("before", fit.before), ("after", fit.after)):
-        computed = [with_pauses(fit.time_s[seen], values[seen])[1] for values in path(table)]
+        computed = [with_pauses(fit.time_s[known], values[known])[1] for values in path(table)]
         label = "" if faint else stage  # the caption says which models these are
         axes.plot(*computed, color=COLOURS[stage], alpha=opacity, label=label, **style)
-    rows = np.flatnonzero(seen)
+    rows = np.flatnonzero(known)
     for row in rows[:: max(1, len(rows) // _MOST_LINES)]:
         ends = [[mine[row], theirs[row]] for mine, theirs in zip(measured, path(fit.after), strict=True)]
         axes.plot(*ends, color="0.75", linewidth=0.6, zorder=1)
-    axes.plot(
-        *(values[seen] for values in measured),
-        linestyle="none",
-        marker=".",
-        markersize=3.5,
-        alpha=opacity,
-        color=COLOURS["measured"],
-        label="" if faint else "measured",
-    )
+    dots = (values[known] for values in measured)
+    axes.plot(*dots, **_DOTS, alpha=opacity, label="" if faint else "measured")
 
 
 def _leaps(path: tuple[Array, Array]) -> bool:

@@ -23,7 +23,6 @@ from catheter_sim.diagnosis.choose import (
 )
 from catheter_sim.diagnosis.conclude import (
     Examined,
-    Numbers,
     Replayed,
     Scores,
     Verdict,
@@ -251,14 +250,12 @@ def investigate_prepared(
         lambda: plan_next_experiment(run, posed, conclusion, simulation),
         nothing_planned,
     )
-    numbers = attempt(
+    sure = attempt(
         "How sure the numbers are",
         lambda: widen_intervals(run, posed, conclusion, replayed, verdict.more_is_wrong),
-        lambda: Numbers(conclusion.causes, conclusion.corrections, {}),
+        lambda: conclusion,
     )
-    found = assemble(
-        prepared, posed, faults, choice, settled, verdict, conclusion, following, numbers, scores, attempt
-    )
+    found = assemble(prepared, posed, faults, choice, settled, verdict, sure, following, scores, attempt)
     if found.has_too_little:
         found = replace(found, unproved=fit_unproved(posed, choice, settled))
     return Investigation(found, posed, settled.pruned.after, conclusion.equals, scores.hypotheses)

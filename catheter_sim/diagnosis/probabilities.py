@@ -148,7 +148,7 @@ def _functions(inputs: Inputs, driven: np.ndarray) -> Array:
 
 
 def alike_groups(
-    hypotheses: Sequence[Scored], settled: Sequence[str], equals: Sequence[tuple[str, str, Fit]]
+    hypotheses: Sequence[Scored], chosen: Sequence[str], equals: Sequence[tuple[str, str, Fit]]
 ) -> dict[str, dict[str, float]]:
     """Return, by causes of a hypothesis, those that the data cannot tell from it, with how surely it does
     better than each [standard deviations of chance].
@@ -157,18 +157,15 @@ def alike_groups(
     its error is within `EQUAL_FACTOR`, and what it errs more may be chance (`PAYS_CHANCE`). At most
     `LARGEST_GROUP` have a place; of more, those that err least.
 
-    Args:
-        hypotheses: every set that was tried.
-        settled: the causes of the one that is asked about.
-        equals: a cause of it, another one that stands in its place, and the hypothesis with that one.
+    `equals`: a cause of the hypothesis, another one in its place, and the hypothesis with that one.
     """
     by_causes = {item.causes: item for item in hypotheses}
-    mine = by_causes[tuple(sorted(settled))]
+    mine = by_causes[tuple(sorted(chosen))]
     found: dict[str, dict[str, Scored]] = {}
     taken: set[str] = set()
     for name, rival, item in sorted(equals, key=lambda entry: entry[2].cross_validated_rms):
         other = by_causes.get(tuple(sorted(item.causes)))
-        if rival in settled or rival in taken or other is None or not _explains_as_well(mine, other):
+        if rival in chosen or rival in taken or other is None or not _explains_as_well(mine, other):
             continue
         group = found.setdefault(name, {})
         if len(group) < LARGEST_GROUP - 1:
@@ -254,7 +251,7 @@ def evidence(
     problem: Problem,
     test: Problem,
     hypotheses: Sequence[Scored],
-    settled: Sequence[str],
+    chosen: Sequence[str],
     alike: Mapping[str, Mapping[str, float]],
     times: tuple[float, float],
     structure: float = 0.0,
@@ -262,18 +259,11 @@ def evidence(
 ) -> Evidence:
     """Return what speaks for every cause.
 
-    Args:
-        problem: the training trials.
-        test: the held-out trials.
-        hypotheses: every set that was tried, the one that is asked about and the one without causes among
-            them.
-        settled: the causes of the one that is asked about.
-        alike: by causes of that one, what the data cannot tell from it (`groups.alike_groups`).
-        times: the held-out error before and after over the noise.
-        structure, harmful: as of `Evidence`.
+    `hypotheses` are all that were tried, the one with the `chosen` causes and the one without any among them;
+    `alike` is from `alike_groups`, `times` the held-out error before and after over the noise.
     """
     few = with_fewer_rows(problem)
-    named = tuple(sorted(settled))
+    named = tuple(sorted(chosen))
     mine = next(item for item in hypotheses if item.causes == named)
     null = next(item for item in hypotheses if not item.causes)
     best = min(hypotheses, key=cost_of)
@@ -320,20 +310,14 @@ class UnlistedForm:
 
 
 def one_unlisted_form(
-    problem: Problem, test: Problem, hypotheses: Sequence[Scored], settled: Sequence[str]
+    problem: Problem, test: Problem, hypotheses: Sequence[Scored], chosen: Sequence[str]
 ) -> UnlistedForm | None:
     """Return the single cause that does best with a smooth error beside it; None: no single was fitted.
 
     A smooth function of the commands stands for what the cause's listed forms lack.
-
-    Args:
-        problem: the training trials.
-        test: the held-out trials.
-        hypotheses: every set that was tried.
-        settled: the corrections.
     """
     few = with_fewer_rows(problem)
-    mine = next(item for item in hypotheses if item.causes == tuple(sorted(settled)))
+    mine = next(item for item in hypotheses if item.causes == tuple(sorted(chosen)))
     own = stretch_sums(mine.heldout_block, mine.heldout)
     singles = sorted((item for item in hypotheses if len(item.causes) == 1), key=cost_of)
     found = [(_with_unknown(few, test, item), item.causes[0]) for item in singles[:UNLISTED_SINGLES]]
@@ -386,37 +370,8 @@ def as_numbers(found: Evidence) -> dict[str, dict[str, float]]:
     return {**causes, "all": whole}
 
 
-def from_numbers(document: Mapping[str, Mapping[str, float]]) -> Evidence:
-    """Return the evidence of which `as_numbers` made a document."""
-    whole = document["all"]
-    causes = {
-        name: CauseEvidence(
-            bool(item["named"]),
-            item["over_others"],
-            item["over_unknown"],
-            item["ratio"],
-            int(item["numbers"]),
-            {other: item[f"over_{other}"] for other in EFFECTS if f"over_{other}" in item},
-        )
-        for name, item in document.items()
-        if name != "all"
-    }
-    return Evidence(
-        causes,
-        whole["over_none"],
-        int(whole["sets_tried"]),
-        whole["times_noise"],
-        whole["unknown"],
-        whole["unknown_share"],
-        whole["times_before"],
-        whole["structure"],
-        bool(whole["harmful"]),
-        int(whole["values"]),
-    )
-
-
 def _stands_in(causes: Sequence[str], named: Sequence[str]) -> bool:
-    """Return whether a set is the settled one with at most one cause exchanged, and none more."""
+    """Return whether a set is the chosen one with at most one cause exchanged, and none more."""
     return len(causes) <= max(len(named), 1) and len(set(causes) - set(named)) == 1
 
 

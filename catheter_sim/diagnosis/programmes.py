@@ -56,12 +56,7 @@ class Programme:
 
 
 def programmes(robot: RobotSpec, trials: Sequence[Trial]) -> tuple[Programme, ...]:
-    """Return what may be played next, simplest first.
-
-    Args:
-        robot: its channels are driven.
-        trials: what was played so far.
-    """
+    """Return what may be played next, simplest first."""
     found = [
         Programme("each channel alone through a full loop, a half loop and a reversal", loops(robot, trials)),
         Programme("all channels pulled together and let go, twice", _together(robot, trials)),
@@ -183,12 +178,7 @@ def _table(
 ) -> Table:
     """Return channels' values, shape (r, c), as a table that starts and ends at zero.
 
-    Args:
-        robot: of which the channels are.
-        trials: what was played so far.
-        values: in file units.
-        steps_s: time before each row, shape (r,); None: the same before all.
-        extra: further columns, shape (r,) each.
+    Values in file units; `steps_s`: time before each row, shape (r,); None: the same before all.
     """
     steps = np.full(len(values), PROGRAMME_ROW_S) if steps_s is None else steps_s
     time_s = np.round(np.cumsum(steps) - steps[0], 6)
@@ -439,12 +429,7 @@ def _of(
 ) -> Programme:
     """Return rows, shape (r, c) in all, as a programme that begins with a row of zeros.
 
-    Args:
-        bench: its columns.
-        words: what they are.
-        parts: the rows.
-        steps_s: time before each row, shape (r,) [s]; None: the usual one.
-        further: further columns, shape (r,) each.
+    `steps_s`: time before each row, shape (r,) [s]; None: the usual one.
     """
     rows = np.concatenate(parts)
     steps = np.full(len(rows), bench.row_s) if steps_s is None else steps_s

@@ -62,9 +62,7 @@ def not_significant(result: Fit, ends: Mapping[tuple[str, str], Interval]) -> tu
     """Return the causes all of whose numbers may do nothing. A number surely does something if the value that
     does nothing lies outside its 95 % interval.
 
-    Args:
-        result: a fit.
-        ends: the intervals of its numbers, as they are printed (`intervals.cause_intervals`).
+    `ends`: the printed intervals (`cause_intervals`).
     """
     sure = {
         fitted.effect

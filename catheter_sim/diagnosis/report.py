@@ -252,10 +252,7 @@ def report_html(
 ) -> str:
     """Return the report as one HTML text.
 
-    Args:
-        diagnosis: what was found.
-        pictures: from `figures`.
-        head: of a comparison; None: the diagnosis's own.
+    `head` is that of a comparison; None: the diagnosis's own.
     """
     context = {
         "head": head or Head(sentence(diagnosis), diagnosis.verdict, asks_of(diagnosis)),

@@ -96,27 +96,21 @@ def replays(
     moving: bool = False,
 ) -> list[Replay]:
     """Return trials replayed with `robot`, its effects in force, in motion or row by held row."""
-    call = replay_in_motion if moving else replay
-    return map_calls(pool, call, [(robot, trial, columns, gravity_mps2) for trial in trials])
-
-
-def replay_in_motion(robot: RobotSpec, trial: Trial, columns: Sequence[str], gravity_mps2: Array) -> Replay:
-    """Return a trial in motion replayed with `robot`, its effects in force, from rest under the first row."""
-    arriving = arriving_inputs(robot, trial.inputs, moving=True)
-    run = simulate(embodied(robot), arriving, gravity_mps2, dynamic=True)
-    return _replayed(robot, trial, columns, run)
+    return map_calls(pool, replay, [(robot, trial, columns, gravity_mps2, moving) for trial in trials])
 
 
 def replay(
-    robot: RobotSpec, trial: Trial, columns: Sequence[str], gravity_mps2: Array, progress: bool = False
+    robot: RobotSpec, trial: Trial, columns: Sequence[str], gravity_mps2: Array, moving: bool = False
 ) -> Replay:
-    """Return a trial replayed with `robot`, its effects in force.
+    """Return a trial replayed with `robot`, its effects in force; in motion from rest under its first row.
 
-    In time steps longer than the robot's own: held rows end at rest, wherever the steps between them fell. A
-    run that so fails, or does not come to rest, is made anew in its own.
+    Held rows in time steps longer than the robot's own: they end at rest, wherever the steps between them
+    fell. A run that so fails, or does not come to rest, is repeated in its own.
     """
     built = embodied(robot)
-    arriving = arriving_inputs(robot, trial.inputs)
+    arriving = arriving_inputs(robot, trial.inputs, moving)
+    if moving:
+        return _replayed(robot, trial, columns, simulate(built, arriving, gravity_mps2, dynamic=True))
     # Dry friction remembers an overshoot, so that a robot without it may be moved faster.
     dry = built.friction.mu > 0.0
     ramp_s = DRY_RAMP_S if dry else SMOOTH_RAMP_S
@@ -125,9 +119,9 @@ def replay(
     else:
         stride = 1 if dry else SMOOTH_DRIVEN_STRIDE
     longer = replace(built.dynamics, timestep_s=built.dynamics.timestep_s * stride)
-    run = simulate(replace(built, dynamics=longer), arriving, gravity_mps2, ramp_s=ramp_s, progress=progress)
+    run = simulate(replace(built, dynamics=longer), arriving, gravity_mps2, ramp_s=ramp_s)
     if stride > 1 and (run.failure is not None or not run.at_rest.all()):
-        run = simulate(built, arriving, gravity_mps2, ramp_s=ramp_s, progress=progress)
+        run = simulate(built, arriving, gravity_mps2, ramp_s=ramp_s)
     return _replayed(robot, trial, columns, run)
 
 
@@ -268,12 +262,6 @@ def harms(test: Problem, before: Fit, after: Fit, noise: Mapping[str, float]) ->
     Worse is an error that rises by more than `HARM_SHARE`, to more than `HARM_NOISE` times the noise, and in
     more stretches than chance explains (`HARM_CHANCE`, shared among what is looked at). Of a model that is
     known to be wrong, by more than that besides (`Problem.model_share`).
-
-    Args:
-        test: the held-out trials.
-        before: the calibrated model.
-        after: the hypothesis.
-        noise: of each unit.
     """
     errors = errors_of(test, before), errors_of(test, after)
     block = blocks_of(test)
@@ -372,13 +360,7 @@ def _trial_fit(problem: Problem, trial: Trial, before: Fit, after: Fit) -> Trial
 def remainders(
     dataset: Dataset, fits: Sequence[TrialFit], by_unit: Mapping[str, UnitResult]
 ) -> dict[str, Remainder]:
-    """Return what is left of each unit's error.
-
-    Args:
-        dataset: what was diagnosed.
-        fits: every trial, computed by the model that is reported.
-        by_unit: its held-out figures.
-    """
+    """Return what is left of each unit's error."""
     found = {}
     for unit, result in by_unit.items():
         tests = structure_tests(dataset, fits, unit, "after")
@@ -409,15 +391,8 @@ def verdict_of(
     discrepancy where the calibrated model's residuals are near the noise, else the model is improved. Without
     corrections that hold there is no discrepancy, or it is unexplained.
 
-    Args:
-        problem: the training trials.
-        before: the calibrated model.
-        after: the hypothesis, its numbers plausible.
-        by_unit: its held-out figures.
-        established: one of its causes is at least as probable as `ESTABLISHED`.
-        harmful: it makes something worse (`diagnosis.verdict`).
-        structured: the calibrated model's residuals depend on something, whether or not neighbouring rows do:
-            commands may come in any order.
+    `structured`: the calibrated model's residuals depend on something, whether or not neighbouring rows do:
+    commands may come in any order.
     """
     holds = bool(after.terms) and not harmful and any(gains_surely(item) for item in by_unit.values())
     if holds and established:
@@ -478,10 +453,7 @@ def most_error_remains(result: UnitResult, model_share: float = 0.0) -> bool:
 def remainder_note(after: Fit, result: UnitResult, left: StructureTest | None) -> Note:
     """Return what to say where the error that is left says that something else is wrong as well.
 
-    Args:
-        after: the hypothesis.
-        result: its errors in the unit that is reported.
-        left: on what the rest depends; None: on nothing, but there is too much of it.
+    `left`: on what the rest depends; None: on nothing, but there is too much of it.
     """
     names = ", ".join(name.replace("_", " ") for name in after.causes)
     times = times_noise(result.rmse_after, result.noise_floor)

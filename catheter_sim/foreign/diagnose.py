@@ -34,31 +34,8 @@ from catheter_sim.diagnosis.thresholds import ESTABLISHED, LARGEST_GROUP, LEAST_
 from catheter_sim.diagnosis.words import cause_rows, listed, spoken, words
 from catheter_sim.files import check_output_folder
 from catheter_sim.foreign.extended import extended_text
-from catheter_sim.foreign.fit import Fitter, ForeignFit
+from catheter_sim.foreign.fit import BLOCK_S, Fitter, ForeignFit
 from catheter_sim.foreign.model import (
-    BLOCK_S,
-    DRY,
-    EQUAL_ERROR,
-    EXPLAINED_NOISE,
-    EXPLAINED_SHARE,
-    FAR_LESS_NOISE,
-    FAR_WORSE,
-    FITTED,
-    HALVINGS,
-    HARM_NOISE,
-    HARM_SHARE,
-    LAST_STEPS,
-    LEAST_CAUSES,
-    LEAST_GAIN,
-    NATS,
-    NOISE_SHARE,
-    OWN_STEP_SHARE,
-    SECOND_GAIN,
-    SECOND_SHARE,
-    SHOWN,
-    START_FAR,
-    START_SIZES,
-    STEP_NOISE,
     SUMMARIES,
     ForeignData,
     Number,
@@ -71,6 +48,32 @@ from catheter_sim.foreign.model import (
 from catheter_sim.page.render import png_source, rendered
 from catheter_sim.progress import Stages
 from catheter_sim.tables import Table
+
+# ----------------------------------------------------------------------------------------------------
+# Constants of the search for causes, each with its reason.
+
+NOISE_SHARE = 2e-4  # of a column's range: the least noise that is believed, where data are smoother than that
+FAR_LESS_NOISE = 0.5  # of the noise that outputs show, below which that of the model's errors is taken
+DRY = 1.25  # times the noise: a model that errs by no more is not contradicted
+EXPLAINED_NOISE = 2.0  # times the noise: a model that errs by no more explains the data
+EXPLAINED_SHARE = 0.25  # of the error before: neither does one that leaves more than that: real play rattles
+LEAST_GAIN = 0.3  # of the error before that a cause must take away from held-out data
+STEP_NOISE = 0.5  # times the noise: a step is halved until what is simulated changes by less
+OWN_STEP_SHARE = 0.7  # of what a finer step leaves, at most, where the file's own step is taken instead
+HALVINGS = 4  # of a step, at most
+SECOND_GAIN = 0.15  # of the error after the first cause that a second one must take away,
+SECOND_SHARE = 0.03  # and of the error before: small differences of any model are taken up by some cause
+NATS = 5.0  # by which evidence must grow for a second cause; two causes within it are alike
+FITTED = 2  # variants of a cause that are fitted, best first by what a straight line promises
+FAR_WORSE = 4.0  # times the error that the best variant promises: what promises more is not fitted, but of
+LEAST_CAUSES = 3  # so many causes
+START_SIZES = (0.3, 1.0, 3.0)  # of what a straight line promises, at which a fit may start
+START_FAR = 3.0  # times a number's start, for numbers that do nothing alone
+LAST_STEPS = 20  # of the fit that is chosen
+SHOWN = 12  # sets of causes in a report's ranking
+EQUAL_ERROR = 1.1  # of the held-out errors of two causes that are told apart by neither
+HARM_SHARE = 0.05  # by which an output's held-out error must rise to be worse,
+HARM_NOISE = 1.3  # and above which [times the noise]
 
 # ----------------------------------------------------------------------------------------------------
 # How probable it is that a generic cause is at work in somebody's MJCF.
@@ -92,13 +95,7 @@ class Tried:
 
 
 def likely(chosen: Tried, before: Tried, tried: Sequence[Tried]) -> tuple[Cause, ...]:
-    """Return the causes of the chosen fit with their probabilities, the most probable first; no numbers yet.
-
-    Args:
-        chosen: the fit that is reported.
-        before: the model as it is.
-        tried: everything that was fitted, these two among it.
-    """
+    """Return the causes of the chosen fit with their probabilities, likeliest first; no numbers yet."""
     share = 1.0 - outside(chosen, before)
     found = []
     for name in chosen.causes:
@@ -285,11 +282,6 @@ def diagnose_foreign(
     folder: str | os.PathLike[str], jobs: int = 1, progress: bool = False
 ) -> ForeignDiagnosis:
     """Return what is wrong with the MJCF of a data set.
-
-    Args:
-        folder: of the data set.
-        jobs: simulations at a time.
-        progress: write stages to standard error.
 
     Raises:
         InputError: the folder, the model or a recording cannot be used.

@@ -18,8 +18,10 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
 from catheter_sim.arrays import Array
-from catheter_sim.foreign.model import BLOCK_S, STEPS, ForeignTrial, Number, Runner, Values, Variant
+from catheter_sim.foreign.model import ForeignTrial, Number, Runner, Values, Variant
 
+BLOCK_S = 0.5  # rows closer than this err together, and count as one
+STEPS = 6  # of a fit, of its Jacobian
 _STEP = 0.05  # of a number's scale, for slopes
 _FAR = 1e4  # times the noise: larger errors count as that
 

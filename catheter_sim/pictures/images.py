@@ -295,12 +295,7 @@ def paint_tendons(
 ) -> None:
     """Add the tendons to `scene` over their own drawing, as far as it has room.
 
-    Args:
-        scene: what is drawn.
-        model, data: the robot, its tendons' sites up to date.
-        pulled: its tendons.
-        tensions: of `stretch_tensions`.
-        full_N: what is drawn in the last colour, of each tendon [N].
+    `full_N` is what is drawn in the last colour, of each tendon [N].
     """
     for (_, tendon), full, tension in zip(pulled.pulls, full_N, tensions, strict=True):
         first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
@@ -362,12 +357,7 @@ def write_video(
 ) -> None:
     """Write `frames` as an MP4 that every player shows (H.264, yuv420p), or as a GIF that runs for ever.
 
-    Args:
-        path: file to write, `.mp4` or `.gif`.
-        frames: pictures of one size, even in width and height.
-        fps: frames a second.
-        count: how many frames there are, for the progress bar.
-        progress: show on standard error how many frames are done.
+    `count` and `progress` are for the bar on standard error.
 
     Raises:
         InputError: a size is odd, there are no frames, or the file cannot be written, read and counted.
@@ -519,7 +509,16 @@ def caption_size(lines: Iterable[str], height: int) -> tuple[int, int]:
     return round(right - left) + 2 * gap_of(height), round(bottom - top) + 2 * gap_of(height)
 
 
-def font_of(height: int) -> ImageFont.ImageFont | ImageFont.FreeTypeFont:
+Letters = ImageFont.ImageFont | ImageFont.FreeTypeFont
+
+
+def _opened(image: Picture) -> tuple[Image.Image, ImageDraw.ImageDraw, Letters, int]:
+    """Return a picture to write on, what draws on it, its letters and the margin around them [pixels]."""
+    canvas = Image.fromarray(image)
+    return canvas, ImageDraw.Draw(canvas), font_of(image.shape[0]), gap_of(image.shape[0])
+
+
+def font_of(height: int) -> Letters:
     """Return the letters of a picture so high [pixels]."""
     return ImageFont.load_default(max(10, height // 36))
 
@@ -531,9 +530,8 @@ def gap_of(height: int) -> int:
 
 def with_caption(image: Picture, lines: Iterable[str], corner: tuple[int, int]) -> Picture:
     """Return `image` with lines of text in a corner (row, column: 0 first, 1 last)."""
-    canvas = Image.fromarray(image)
-    draw = ImageDraw.Draw(canvas)
-    font, text, gap = font_of(image.shape[0]), "\n".join(lines), gap_of(image.shape[0])
+    canvas, draw, font, gap = _opened(image)
+    text = "\n".join(lines)
     left, top, right, bottom = draw.multiline_textbbox((0, 0), text, font=font)
     x = image.shape[1] - gap - right if corner[1] else gap - left
     y = image.shape[0] - gap - bottom if corner[0] else gap - top
@@ -543,9 +541,7 @@ def with_caption(image: Picture, lines: Iterable[str], corner: tuple[int, int]) 
 
 def with_words(image: Picture, words: Iterable[str], places: NDArray[np.float64]) -> Picture:
     """Return `image` with a word beside each of `places`, shape (n, 2) (to the right, down) [pixels]."""
-    canvas = Image.fromarray(image)
-    draw = ImageDraw.Draw(canvas)
-    font, gap = font_of(image.shape[0]), gap_of(image.shape[0])
+    canvas, draw, font, gap = _opened(image)
     for word, (across, down) in zip(words, places, strict=True):
         draw.text(
             (across + gap, down), word, fill=INK, font=font, anchor="lm", stroke_width=2, stroke_fill="white"
@@ -581,9 +577,7 @@ def with_scale(image: Picture, view: View, corner: tuple[int, int]) -> Picture:
     The bar is true in the plane through the view's target; nearer to the camera things are a little larger.
     """
     height, width = image.shape[:2]
-    canvas = Image.fromarray(image)
-    draw = ImageDraw.Draw(canvas)
-    font, gap = font_of(height), gap_of(height)
+    canvas, draw, font, gap = _opened(image)
     across, along = scale_size(height)
     left = width - across + gap if corner[1] else gap
     bottom = height - gap if corner[0] else along - gap
@@ -616,9 +610,7 @@ def legend_size(height: int) -> tuple[int, int]:
 def with_tension_legend(image: Picture, full_N: float, corner: tuple[int, int]) -> Picture:
     """Return `image` with the colours of tensions from 0 to `full_N` in a corner, figures beside them."""
     height, width = image.shape[:2]
-    canvas = Image.fromarray(image)
-    draw = ImageDraw.Draw(canvas)
-    font, gap = font_of(height), gap_of(height)
+    canvas, draw, font, gap = _opened(image)
     across, along = legend_size(height)
     left = width - across + gap if corner[1] else gap
     top = height - along + gap if corner[0] else gap
@@ -686,12 +678,7 @@ def check_render(
 ) -> RenderCheck:
     """Return how far the model as it stands in `data` is drawn from the analytic `posture`.
 
-    Args:
-        robot: the robot.
-        model, data: its simulation, kinematics up to date.
-        posture: of the analytic model under the same inputs.
-        camera: a camera of the model that sees the whole robot.
-        width, height: of the picture [pixels].
+    The posture is the analytic model's under the same inputs; the camera sees the whole robot.
 
     Raises:
         InputError: unknown camera, or nothing to draw with.

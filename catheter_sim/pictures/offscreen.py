@@ -44,9 +44,9 @@ from catheter_sim.pictures.images import (
     with_scale,
     with_tension_legend,
     with_words,
+    write_picture,
+    write_video,
 )
-from catheter_sim.pictures.images import write_picture as write_picture_file
-from catheter_sim.pictures.images import write_video as write_video_file
 from catheter_sim.robots import kind_of
 from catheter_sim.simulation.replay import RAMP_S, simulate
 from catheter_sim.simulation.simulator import Simulator
@@ -81,10 +81,7 @@ def state_of(
 ) -> DrawnState:
     """Return what `simulator` shows now.
 
-    Args:
-        simulator: the robot.
-        tendons: whose tensions are shown, too.
-        before: an earlier state; what has not moved since is held once for both.
+    `tendons`: whose tensions are shown, too. What has not moved since `before` is held once for both.
     """
     model = simulator.model
     now = {name: getattr(model, name) for name in _MOVED}
@@ -129,9 +126,7 @@ _VISIBLE_GROUPS = 3  # MuJoCo shows the geom groups 0 to 2
 def swept_points(model: mujoco.MjModel, states: Iterable[DrawnState]) -> Array:
     """Return points that enclose what is drawn in all `states`, shape (n, 3) [m]: the corners of its boxes.
 
-    Args:
-        model: the robot; it is left in the last state.
-        states: of its simulator.
+    The model is left in the last state.
     """
     data = mujoco.MjData(model)
     shown = model.geom_group < _VISIBLE_GROUPS
@@ -149,10 +144,7 @@ def swept_points(model: mujoco.MjModel, states: Iterable[DrawnState]) -> Array:
 def fitted_view(view: View, points: Array, width: int, height: int) -> View:
     """Return a view along the same direction as `view` that just holds `points`.
 
-    Args:
-        view: whose direction is kept.
-        points: to be seen, shape (n, 3) [m].
-        width, height: of the picture [pixels].
+    Points have the shape (n, 3) [m]; the picture's size is in pixels.
     """
     right, up = view.axes
     half = math.tan(math.radians(FOVY_DEG / 2.0))
@@ -187,12 +179,7 @@ def emptiest_corner(
 ) -> tuple[int, int]:
     """Return the corner (row, column: 0 first, 1 last) where a small rectangle hides the fewest points.
 
-    Args:
-        view: what the picture shows.
-        points: shape (n, 3) [m].
-        width, height: of the picture [pixels].
-        size: width and height of the rectangle [pixels].
-        taken: corners that are no choice.
+    Points have the shape (n, 3) [m], sizes are in pixels; corners that are `taken` are no choice.
     """
     right, up = view.axes
     scale = height / view.height
@@ -248,15 +235,8 @@ def draw(
 ) -> Iterator[Picture]:
     """Yield one picture for each of `states`, all from one place that holds them all.
 
-    Args:
-        robot: the robot.
-        model: its model; it is left in the last state.
-        states: of its simulator; their tendons are painted where they have tensions.
-        captions: lines of text for each state.
-        width, height: [pixels].
-        camera: a view of the robot (`modelling.build.views`).
-        close_up: show the cells at the base, in the corner that the robot leaves free.
-        measures: show a scale bar, the base frame's axes, and what the tendons' colours mean.
+    The model is left in the last state. Tendons are painted where the states have tensions. `close_up` shows
+    the cells at the base; `measures` a scale bar, the base frame's axes, and what the colours mean.
     """
     layout = _layout(robot, model, states, captions[-1], (width, height), camera, close_up, measures)
     detail = next(view for view in views(robot) if view.name == "detail")
@@ -378,6 +358,21 @@ _CAPTION_LINES = 10
 _FEW_CHANNELS = 2  # whose inputs stand in one line of a caption
 
 
+@dataclass(frozen=True)
+class _Film:
+    """What is drawn into which file; fields are the arguments of `render`."""
+
+    robot: RobotSpec
+    inputs: Inputs
+    gravity_mps2: Sequence[float]
+    path: str | os.PathLike[str]
+    width: int
+    height: int
+    camera: str
+    progress: bool
+    states: Sequence[DrawnState]
+
+
 def render(
     robot: RobotSpec,
     inputs: Inputs,
@@ -391,109 +386,86 @@ def render(
     curves: bool = False,
     states: Sequence[DrawnState] = (),
 ) -> None:
-    """Write a picture (.png) or a video (.mp4, .gif), as the file's name says; see the two functions below.
+    """Write a picture (.png) or a video (.mp4, .gif), as the file's name says.
+
+    A picture shows the robot at the last row of `inputs`, after all rows before it, or at several rows.
+    Tendons are coloured by their tension, along their length; a scale bar, the base frame's axes and what
+    the colours mean stand beside the robot. A video runs in real time or in `LONGEST_VIDEO_S`, whichever is
+    shorter. Every frame is simulated: the inputs move linearly from row to row; with `states` given, the
+    robot moves evenly from one to the next instead.
+
+    Args:
+        robot: the robot; its `effects` are not read.
+        inputs: rows of inputs, held quasi-statically.
+        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+        path: file to write; a video has even width and height.
+        width, height: [pixels].
+        camera: where to look from, one of `CAMERAS`; the robot fills the picture.
+        progress: show on standard error what is done.
+        rows: numbers of the rows to show in one picture, the first 0, the last in full colours; none: the
+            last row alone, with a close look at the robot's base.
+        curves: the inputs' curves take the right part of a video, and a line in them runs along.
+        states: of a simulation, one a row of `inputs`, where that was made already; none: it is made.
 
     Raises:
-        InputError: also where `rows` or `curves` is given for a file that has no use for it.
+        InputError: bad path, size, camera or row, `rows` or `curves` for a file that has no use for it,
+            nothing to draw with, or the simulation diverged.
     """
     kind = suffix_of(path)
     if kind != PICTURE and rows:
         raise InputError(f"{os.fspath(path)}: several rows are shown in a picture; choices: {PICTURE}")
     if kind == PICTURE and curves:
         raise InputError(f"{os.fspath(path)}: curves stand beside a video; choices: {VIDEO}, {ANIMATION}")
+    if camera not in CAMERAS:
+        raise unknown("camera", camera, CAMERAS)
+    empty = mujoco.MjModel.from_xml_string("<mujoco/>")
+    open_renderer(empty, width, height).close()  # what it raises is not to come after the simulation
+    film = _Film(robot, inputs, gravity_mps2, path, width, height, camera, progress, states)
     if kind == PICTURE:
-        render_picture(robot, inputs, gravity_mps2, path, width, height, camera, progress, rows, states)
+        _render_picture(film, rows)
     else:
-        render_video(robot, inputs, gravity_mps2, path, width, height, camera, progress, curves, states)
+        _render_video(film, curves)
 
 
-def render_picture(
-    robot: RobotSpec,
-    inputs: Inputs,
-    gravity_mps2: Sequence[float],
-    path: str | os.PathLike[str],
-    width: int = 1280,
-    height: int = 720,
-    camera: str = "overview",
-    progress: bool = False,
-    rows: Sequence[int] = (),
-    states: Sequence[DrawnState] = (),
-) -> None:
-    """Write a PNG of the robot at the last row of `inputs`, after all rows before it; or of several rows.
-
-    Tendons are coloured by their tension, along their length; a scale bar, the base frame's axes and what
-    the colours mean stand beside the robot.
-
-    Args:
-        robot: the robot; its `effects` are not read.
-        inputs: rows of inputs, held quasi-statically.
-        gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
-        path: file to write, `.png`.
-        width, height: [pixels].
-        camera: where to look from, one of `CAMERAS`; the robot fills the picture.
-        progress: show on standard error what is done.
-        rows: numbers of the rows to show in one picture, the first 0, the last in full colours; none: the
-            last row alone, with a close look at the robot's base.
-        states: of a simulation, one a row of `inputs`, where that was made already; none: it is made.
-
-    Raises:
-        InputError: bad path, size, camera or row, nothing to draw with, or the simulation diverged.
-    """
-    _check(path, (PICTURE,), camera, width, height)
+def _render_picture(film: _Film, rows: Sequence[int]) -> None:
+    robot, inputs = film.robot, film.inputs
     for row in rows:
         if not 0 <= row < len(inputs):
             raise InputError(f"row {row + 1}: the inputs have the rows 1 to {len(inputs)}")
     shown = list(dict.fromkeys(rows)) or [len(inputs) - 1]
-    if states:
-        model, states = _model_of(robot, inputs), [states[row] for row in shown]
+    if film.states:
+        model, states = _model_of(film), [film.states[row] for row in shown]
     else:
-        model, states = _simulated(robot, inputs, gravity_mps2, shown, RAMP_S, progress)
+        model, states = _simulated(film, inputs, shown, RAMP_S)
     if len(shown) > 1:
         labels = [f"{row + 1}" for row in shown]
         lines = [row_words(robot, inputs, row) for row in shown][:_CAPTION_LINES]
-        image = draw_together(robot, model, states, labels, lines, width, height, camera)
+        image = draw_together(robot, model, states, labels, lines, film.width, film.height, film.camera)
     else:
-        (image,) = draw(robot, model, states, [caption(robot, inputs, shown[0])], width, height, camera)
-    write_picture_file(path, image)
+        captions = [caption(robot, inputs, shown[0])]
+        (image,) = draw(robot, model, states, captions, film.width, film.height, film.camera)
+    write_picture(film.path, image)
 
 
-def render_video(
-    robot: RobotSpec,
-    inputs: Inputs,
-    gravity_mps2: Sequence[float],
-    path: str | os.PathLike[str],
-    width: int = 1280,
-    height: int = 720,
-    camera: str = "overview",
-    progress: bool = False,
-    curves: bool = False,
-    states: Sequence[DrawnState] = (),
-) -> None:
-    """Write a video of the robot under `inputs`, in real time or in `LONGEST_VIDEO_S`, whichever is shorter.
-
-    Every frame is simulated: the inputs move linearly from row to row. With `states` given, the robot moves
-    evenly from one to the next instead. Arguments and errors are those
-    of `render_picture`; the file is an `.mp4`, with even width and height, or a `.gif`. With `curves` the
-    inputs' curves take the right part of the picture, and a line in them runs along.
-    """
-    _check(path, (VIDEO, ANIMATION), camera, width, height)
-    if suffix_of(path) == VIDEO:
-        require_even(path, width, height)
+def _render_video(film: _Film, curves: bool) -> None:
+    robot, inputs = film.robot, film.inputs
+    if suffix_of(film.path) == VIDEO:
+        require_even(film.path, film.width, film.height)
     times = frame_times(inputs)
     every = resampled(inputs, np.union1d(inputs.time_s, times))
     rows = [int(row) for row in np.searchsorted(every.time_s, times)]
-    if states:
-        model, states = _model_of(robot, inputs), [_state_at(states, inputs.time_s, time) for time in times]
+    if film.states:
+        model = _model_of(film)
+        states = [_state_at(film.states, inputs.time_s, time) for time in times]
     else:
         # Frames lie closer than rows: the inputs move no faster than from row to row otherwise.
-        ramp_s = RAMP_S * len(inputs) / len(every)
-        model, states = _simulated(robot, every, gravity_mps2, rows, ramp_s, progress)
+        model, states = _simulated(film, every, rows, RAMP_S * len(inputs) / len(every))
     captions = [caption(robot, every, row) for row in rows]
-    strip = strip_width(width) if curves else 0
-    frames = draw(robot, model, states, captions, width - strip, height, camera)
+    strip = strip_width(film.width) if curves else 0
+    frames = draw(robot, model, states, captions, film.width - strip, film.height, film.camera)
     if curves:
-        frames = _beside(frames, Curves(robot, inputs, strip, height), [float(time) for time in times])
-    write_video_file(path, frames, FPS, len(rows), progress)
+        frames = _beside(frames, Curves(robot, inputs, strip, film.height), [float(time) for time in times])
+    write_video(film.path, frames, FPS, len(rows), film.progress)
 
 
 def _beside(frames: Iterator[Picture], strip: Curves, times: Sequence[float]) -> Iterator[Picture]:
@@ -530,21 +502,9 @@ def resampled(inputs: Inputs, time_s: Array) -> Inputs:
     )
 
 
-def _check(
-    path: str | os.PathLike[str], suffixes: Sequence[str], camera: str, width: int, height: int
-) -> None:
-    """Raise what would otherwise be raised only after the simulation."""
-    if suffix_of(path) not in suffixes:
-        raise InputError(f"{os.fspath(path)}: the file's name must end in {' or '.join(suffixes)}")
-    if camera not in CAMERAS:
-        raise unknown("camera", camera, CAMERAS)
-    empty = mujoco.MjModel.from_xml_string("<mujoco/>")
-    open_renderer(empty, width, height).close()
-
-
-def _model_of(robot: RobotSpec, inputs: Inputs) -> mujoco.MjModel:
-    """Return the model that `states` of a simulation under `inputs` are drawn in."""
-    return mujoco.MjModel.from_xml_string(remembered_mjcf(robot, inputs.actuation))
+def _model_of(film: _Film) -> mujoco.MjModel:
+    """Return the model that states of a simulation that was made already are drawn in."""
+    return mujoco.MjModel.from_xml_string(remembered_mjcf(film.robot, film.inputs.actuation))
 
 
 def _state_at(states: Sequence[DrawnState], time_s: Array, when_s: float) -> DrawnState:
@@ -557,12 +517,7 @@ def _state_at(states: Sequence[DrawnState], time_s: Array, when_s: float) -> Dra
 
 
 def _simulated(
-    robot: RobotSpec,
-    inputs: Inputs,
-    gravity_mps2: Sequence[float],
-    rows: Sequence[int],
-    ramp_s: float,
-    progress: bool,
+    film: _Film, inputs: Inputs, rows: Sequence[int], ramp_s: float
 ) -> tuple[mujoco.MjModel, list[DrawnState]]:
     """Return the model, and its state at each of the given rows of `inputs`."""
     wanted, states = set(rows), {}
@@ -571,12 +526,12 @@ def _simulated(
 
     def keep(simulator: Simulator, row: int) -> None:
         if not models or models[0] is not simulator.model:
-            models[:], tendons[:] = [simulator.model], [pulled_tendons(simulator.model, robot)]
+            models[:], tendons[:] = [simulator.model], [pulled_tendons(simulator.model, film.robot)]
         if row in wanted:
             states[row] = state_of(simulator, tendons[0])
 
-    gravity = np.asarray(gravity_mps2, dtype=float)
-    run = simulate(robot, inputs, gravity, ramp_s=ramp_s, progress=progress, on_row=keep)
+    gravity = np.asarray(film.gravity_mps2, dtype=float)
+    run = simulate(film.robot, inputs, gravity, ramp_s=ramp_s, progress=film.progress, on_row=keep)
     if run.failure is not None:
         raise SimulationDiverged(run.failure)
     return models[0], [states[row] for row in rows]

@@ -115,7 +115,7 @@ def test_nothing_is_promised_where_nothing_tells() -> None:
     """Without the force, and where it bends both alike, every programme promises next to nothing."""
     for found in (best(1.0, forces=False), best(0.0)):
         assert found.best.information.nats < 0.05
-        assert found.best.information.settled == 0.0
+        assert found.best.information.decided == 0.0
 
 
 @pytest.mark.slow

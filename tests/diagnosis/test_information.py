@@ -23,7 +23,7 @@ def test_the_same_prediction_tells_nothing() -> None:
     """No data part hypotheses that say the same; nobody becomes sure who was not."""
     found = between(Predictive(ALTERNATING, NONE), Predictive(ALTERNATING, NONE))
     assert found.nats == pytest.approx(0.0, abs=1e-9)
-    assert found.settled == 0.0
+    assert found.decided == 0.0
 
 
 def test_far_predictions_tell_all_there_is_to_know() -> None:
@@ -32,7 +32,7 @@ def test_far_predictions_tell_all_there_is_to_know() -> None:
         found = between(Predictive(0.0 * ALTERNATING, NONE), Predictive(5.0 * ALTERNATING, NONE), weights)
         entropy = -sum(w * math.log(w) for w in weights)
         assert found.nats == pytest.approx(entropy, abs=0.02)
-        assert found.settled == 1.0
+        assert found.decided == 1.0
 
 
 def test_more_apart_tells_more() -> None:
@@ -71,7 +71,7 @@ def test_one_stretch_settles_nothing() -> None:
     alone = np.where(STRETCHES == 7, 50.0, 0.0)
     found = between(Predictive(0.0 * alone, NONE), Predictive(alone, NONE))
     at_most = 1.0 / (1.0 + math.exp(-MOST_OF_STRETCH))
-    assert found.settled == 0.0
+    assert found.decided == 0.0
     assert found.nats <= math.log(2.0 * at_most) + 0.05
 
 

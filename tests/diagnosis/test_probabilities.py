@@ -10,17 +10,16 @@ from made_problem import gain_problem, noisy, pulls, trial_of
 
 from catheter_sim.diagnosis.hypotheses import scored, surety
 from catheter_sim.diagnosis.probabilities import (
-    NONE,
-    OUTSIDE,
     CauseEvidence,
     Evidence,
     as_numbers,
     beliefs,
     evidence,
-    from_numbers,
 )
+from catheter_sim.diagnosis.result import NONE, OUTSIDE
 from catheter_sim.diagnosis.search import select
 from catheter_sim.effects import EFFECTS
+from tests.scripts_as_modules import script_module
 
 CLEAR = Evidence(
     causes={
@@ -107,8 +106,9 @@ def test_data_that_look_wrong_say_nothing_of_the_robot() -> None:
 def test_evidence_survives_its_document() -> None:
     """What is written can be read back, so that the weights can be fitted to finished diagnoses."""
     grouped = with_backlash(members={"tendon_friction": 0.3, "rate": -0.1})
+    script = script_module("calibrate_probabilities")
     for item in (CLEAR, grouped, replace(CLEAR, structure=0.4, harmful=True)):
-        assert from_numbers(as_numbers(item)) == item
+        assert script.from_numbers(as_numbers(item)) == item
 
 
 def test_surety_has_the_spread_of_chance() -> None:

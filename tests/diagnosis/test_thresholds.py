@@ -20,6 +20,7 @@ NO_THRESHOLDS = {
     "noise.py": {"_MAD_TO_SIGMA"},
     "nuisance.py": {"_RANGE_PARTS", "_SCALE"},
     "pictures.py": {
+        "_DOTS",
         "_LARGEST_HEIGHT",
         "_LEAST_HEIGHT",
         "_MOST_COLUMNS",

@@ -57,7 +57,7 @@ def test_picture_shows_the_last_row_after_those_before_it(tmp_path: Path) -> Non
     """The same last row gives another picture where friction holds what came before it."""
     for name, before in (("loaded.png", 0.0), ("unloaded.png", 0.4)):
         row = inputs([0.0, 1.0], [before, 0.2])
-        offscreen.render_picture(ROBOT, row, STILL, tmp_path / name, 480, 360, "side")
+        offscreen.render(ROBOT, row, STILL, tmp_path / name, 480, 360, "side")
     loaded, unloaded = (np.asarray(Image.open(tmp_path / name)) for name in ("loaded.png", "unloaded.png"))
     assert loaded.shape == (360, 480, 3)
     assert (np.abs(loaded.astype(int) - unloaded).max(axis=2) > 30).sum() > 500

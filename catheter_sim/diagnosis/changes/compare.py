@@ -87,10 +87,6 @@ class Earlier:
 def earlier_recording(where: Dataset | Path, later: Dataset) -> Earlier:
     """Return an earlier recording.
 
-    Args:
-        where: a data set, its folder, or the folder of its finished report.
-        later: the recording that is compared with it.
-
     Raises:
         InputError: there is no data set and no finished report, or it cannot be compared.
     """
@@ -109,9 +105,7 @@ def is_report(folder: Path) -> bool:
 def recording_of_report(folder: Path, later: Dataset) -> Dataset:
     """Return the recording that a report is about, with the robot that the report found.
 
-    Args:
-        folder: of the report.
-        later: the recording that is compared with it; conditions and outputs are taken to be the same.
+    Conditions and outputs are taken to be those of the later recording.
 
     Raises:
         InputError: the report is not complete, is of other outputs, or its tracker stood elsewhere than the
@@ -246,12 +240,7 @@ def compared(
 ) -> Changes:
     """Return what changed.
 
-    Args:
-        run: where to fit.
-        base: the earlier recording.
-        later: the later one, without what it shares with that.
-        simulation: replay the held-out trials in MuJoCo at the end.
-        most: causes that may be named.
+    `later` is without what it shares with the earlier recording; at most `most` causes are named.
     """
     if later.prepared.lacking and not run.search_anyway:
         diagnosis = not_searched(later.prepared)
@@ -291,11 +280,7 @@ def compared_backward(
     A dead-band that was taken up, a friction that fell: what is no cause of the later recording's errors, as
     it cannot be negative, is one of the earlier recording's.
 
-    Args:
-        run: where to fit.
-        base: the later recording.
-        earlier: the earlier one, without what it shares with that.
-        simulation: as of `compared`.
+    `base` is the later recording, and `earlier` without what it shares with that.
     """
     found = compared(run, base, earlier, simulation)
     diagnosis = replace(found.diagnosis, extended_robot=base.robot)
@@ -374,13 +359,7 @@ class OneRobot:
         return times <= ONE_ROBOT_TIMES
 
     def instead_of(self, run: DiagnosisRun, found: Changes, simulation: bool) -> Changes:
-        """Return what is reported instead of changes that it explains as well.
-
-        Args:
-            run: where to fit.
-            found: the changes.
-            simulation: replay the held-out trials in MuJoCo at the end.
-        """
+        """Return what is reported instead of changes that it explains as well."""
         note = Note(
             "one_robot",
             f"{listed([words(cause.name) for cause in found.changes])} would explain the later recording. "
@@ -447,13 +426,8 @@ def best_comparison(
 ) -> Changes:
     """Return what changed, told in the first way that names one change; else with the fewest numbers.
 
-    Args:
-        run: where to fit; no other way is tried when its time is up.
-        before, after: the recordings; the first holds more than its noise.
-        found: what was told at first. Other ways are tried where it names several changes, or none of what
-            there is.
-        same: asked before a change is told, where the rows do not pair.
-        simulation: replay the held-out trials in MuJoCo at the end.
+    Other ways are tried, while there is time, where the first one found several changes or none of what
+    there is. `same` is asked before a change is reported; None where the rows pair.
     """
     if found.verdict == DATA_SUSPECT and time.monotonic() < run.deadline:
         found = _of_paired_trials(run, before, after, simulation) or found

@@ -138,11 +138,7 @@ class _Other:
 def paired(inputs: Inputs, others: Sequence[Inputs], errors: Sequence[Array], moving: bool = False) -> Pairs:
     """Return what the rows of one trial pair with in another recording.
 
-    Args:
-        inputs: of the trial.
-        others: of the other recording's trials.
-        errors: theirs, shape (r, o) each; NaN where missing.
-        moving: the robot moved while it was measured.
+    `errors` of the others, shape (r, o) each; NaN where missing.
     """
     rows, outputs = len(inputs), errors[0].shape[1]
     unknown = np.full((rows, outputs), np.nan)
@@ -245,9 +241,7 @@ def mass_of(change: Cause, gravity_mps2: Array) -> Mass | None:
     interval does not leave open. The interval's half is the sum of the components' halves, each by its share
     in the weight's direction, so that it holds however they go together.
 
-    Args:
-        change: what changed.
-        gravity_mps2: in the base frame, shape (3,).
+    `gravity_mps2`: in the base frame, shape (3,).
     """
     strength = float(np.linalg.norm(gravity_mps2))
     given = [change.parameters.get(f"force_{axis}_N") for axis in "xyz"]
@@ -294,9 +288,7 @@ def course_of(change: Array, deviation: Array) -> NumberCourse:
 
     Half of each variance is taken to be the first recording's, which all changes share (`COMMON_SHARE`).
 
-    Args:
-        change: of each later recording since the first, shape (n,).
-        deviation: standard deviation of each, shape (n,).
+    `change` of each later recording since the first, and its standard deviation, shape (n,) each.
     """
     if not (np.isfinite(change).all() and np.isfinite(deviation).all()):
         return NumberCourse(OPEN)
@@ -335,9 +327,7 @@ def _missed(change: Array, shape: Array, precision: Array) -> float:
 def untold_share(problem: Problem, robot: RobotSpec) -> float:
     """Return the share of a change that a smooth function of the commands leaves of trials left out.
 
-    Args:
-        problem: the trials that train, without what both recordings share.
-        robot: the earlier recording's, whose errors are the change.
+    `problem`: the training trials without what both share; `robot`: the earlier recording's.
 
     Returns:
         A root mean square over another, at most `MOST_MODEL_SHARE`; 0 where a single trial trains.
@@ -489,10 +479,7 @@ def _without_wrong_trials(dataset: Dataset, faults: Faults) -> Dataset:
 def left_by_unit(base: Baseline, later: Sequence[Trial], robot: RobotSpec) -> Mapping[str, float]:
     """Return what is left of both recordings, root mean square by unit.
 
-    Args:
-        base: the earlier one.
-        later: the later one's trials, without what it shares with that.
-        robot: the later one's.
+    `later`: the later trials without what both share; `robot`: theirs.
     """
     errors = (*base.errors, *errors_with(base.problem, robot, later))
     return by_unit(base.columns, np.concatenate(errors))
@@ -501,9 +488,7 @@ def left_by_unit(base: Baseline, later: Sequence[Trial], robot: RobotSpec) -> Ma
 def smooth_errors(base: Baseline, there: Problem) -> tuple[Array, ...]:
     """Return what a smooth error of unknown cause, learned from the earlier recording, is elsewhere.
 
-    Args:
-        base: the earlier recording.
-        there: trials of the same outputs, none missing.
+    No output of `there` is missing.
 
     Returns:
         Measured minus computed, of each trial, shape (r, o), in file units.
