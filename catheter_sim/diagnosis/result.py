@@ -266,14 +266,13 @@ class DiagnosisResult:
         absorbs: causes whose numbers are not plausible: by them the fit soaks up what is missing.
         corrections: of the verdicts "cause_found" and "improved": what lowers the held-out error beside the
             causes and is not established, the most probable first.
-        repeatability: by how much a repeat at the same commands and history differs, root mean square, by
-            unit; empty where nothing was repeated.
         provenance: version, time, command and data; empty where nobody said.
         probabilities: that each cause is at work, by name, and "none" and "outside"
             (`diagnosis.probabilities`).
         evidence: what they were worked out from.
         residual: what the reported model leaves, by unit.
-        repeatability: by unit, RMS difference of repeated trials over sqrt(2); empty without repeats.
+        repeatability: by unit, root mean square difference of rows at the same commands and history, over
+            sqrt(2); empty where nothing was repeated.
         resolution: step of the readings, by unit that shows one.
         unproved: what fits, where too little was measured and a search was asked for all the same.
     """

@@ -236,10 +236,9 @@ class ForeignDiagnosis:
     def heldout_rms(self, judged: Judged) -> Mapping[str, float]:
         """Return a fit's root mean square error on held-out trials by unit."""
         squares: dict[str, list[Array]] = {}
-        for trial, outputs in zip(self.data.of("heldout"), judged.outputs, strict=True):
-            for k, column in enumerate(self.data.model.columns):
-                errors = outputs[:, k] - trial.outputs[:, k]
-                squares.setdefault(column.unit, []).append(errors[np.isfinite(errors)] ** 2)
+        for errors in _heldout_errors(self.data, judged.outputs):
+            for own, column in zip(errors.T, self.data.model.columns, strict=True):
+                squares.setdefault(column.unit, []).append(own[np.isfinite(own)] ** 2)
         return {unit: math.sqrt(float(np.mean(np.concatenate(parts)))) for unit, parts in squares.items()}
 
     def gain_percent(self) -> tuple[float, float, float]:
@@ -272,10 +271,16 @@ class ForeignDiagnosis:
 
     def _block_squares(self, judged: Judged) -> Array:
         found = []
-        for trial, outputs in zip(self.data.of("heldout"), judged.outputs, strict=True):
-            squares = np.nan_to_num(((outputs - trial.outputs) / self.noise) ** 2).sum(axis=1)
+        errors = _heldout_errors(self.data, judged.outputs)
+        for trial, own in zip(self.data.of("heldout"), errors, strict=True):
+            squares = np.nan_to_num((own / self.noise) ** 2).sum(axis=1)
             found.append(np.bincount(np.floor(trial.time_s / BLOCK_S).astype(int), weights=squares))
         return np.concatenate(found)
+
+
+def _heldout_errors(data: ForeignData, outputs: Sequence[Array]) -> list[Array]:
+    """Return simulated less measured along each held-out trial, shape (r, o) each, in the columns' units."""
+    return [own - trial.outputs for own, trial in zip(outputs, data.of("heldout"), strict=True)]
 
 
 def diagnose_foreign(
@@ -323,7 +328,7 @@ def _searched(data: ForeignData, noise: Array, jobs: int, stages: Stages) -> For
     runner = Runner(data.model, data.settle_s, jobs)
     fitter = Fitter(runner, data.of("train"), noise)
     stages.say("the model as it is")
-    judge = _Judge(data, runner, noise)
+    judge = partial(_judged, data, runner, noise)
     before = judge(fitter.nothing())
     if max(before.times_noise, math.sqrt(before.fit.mean_square)) <= DRY:
         sure = probabilities((), _tried(before), _tried(before))
@@ -387,8 +392,7 @@ def _harmful(data: ForeignData, noise: Array, before: Judged, after: Judged) -> 
     """Return whether a fit makes an output worse on the held-out trials, by more than its noise."""
     rms = []
     for judged in (before, after):
-        pairs = zip(judged.outputs, data.of("heldout"), strict=True)
-        errors = np.concatenate([(own - trial.outputs) / noise for own, trial in pairs])
+        errors = np.concatenate(_heldout_errors(data, judged.outputs)) / noise
         rms.append(np.sqrt(np.nanmean(errors**2, axis=0)))
     return bool((rms[1] > np.maximum((1.0 + HARM_SHARE) * rms[0], HARM_NOISE)).any())
 
@@ -415,17 +419,12 @@ def _stepped(data: ForeignData, noise: Array, jobs: int) -> ForeignData:
     return data
 
 
-class _Judge:
-    """Plays fits along the trials that were held out."""
-
-    def __init__(self, data: ForeignData, runner: Runner, noise: Array) -> None:
-        self._trials, self._runner, self._noise = data.of("heldout"), runner, noise
-
-    def __call__(self, fit: ForeignFit) -> Judged:
-        outputs = self._runner.outputs([fit.values], self._trials)[0]
-        errors = [(own - t.outputs) / self._noise for own, t in zip(outputs, self._trials, strict=True)]
-        every = np.concatenate([item[np.isfinite(item)] for item in errors])
-        return Judged(fit, tuple(outputs), math.sqrt(float(np.mean(every**2))))
+def _judged(data: ForeignData, runner: Runner, noise: Array, fit: ForeignFit) -> Judged:
+    """Return a fit with what it leaves on the held-out trials."""
+    outputs = runner.outputs([fit.values], data.of("heldout"))[0]
+    errors = [own / noise for own in _heldout_errors(data, outputs)]
+    every = np.concatenate([item[np.isfinite(item)] for item in errors])
+    return Judged(fit, tuple(outputs), math.sqrt(float(np.mean(every**2))))
 
 
 def _singles(fitter: Fitter, nothing: ForeignFit, variants: Sequence[Variant]) -> list[ForeignFit]:

@@ -141,11 +141,6 @@ def _choose_backend() -> None:
 # kind says (`picture.py`).
 
 
-def shows_centreline(robot: RobotSpec, geom: str) -> bool:
-    """Return whether the geom of this name is one whose pixels' middle is the robot's centreline."""
-    return geom.startswith(tuple(f"{prefix}_" for prefix in kind_of(robot).picture.CENTRELINE_PARTS))
-
-
 def centreline(robot: RobotSpec, posture: Posture) -> Array:
     """Return points on the centreline from the robot's base to its tip, shape (n, 3) [m]."""
     return kind_of(robot).picture.centreline(robot, posture)
@@ -696,8 +691,9 @@ def centreline_mask(
     Nothing else is drawn, so that nothing is hidden.
     """
     alone = copy.copy(model)
+    parts = tuple(f"{prefix}_" for prefix in kind_of(robot).picture.CENTRELINE_PARTS)
     names = [alone.geom(k).name for k in range(alone.ngeom)]
-    alone.geom_group[:] = [0 if shows_centreline(robot, name) else 1 for name in names]
+    alone.geom_group[:] = [0 if name.startswith(parts) else 1 for name in names]
     options = mujoco.MjvOption()
     options.geomgroup[:] = [1, 0, 0, 0, 0, 0]
     for groups in (options.sitegroup, options.tendongroup, options.skingroup, options.actuatorgroup):
