@@ -94,7 +94,7 @@ def test_a_path_follows_methods_by_their_classes_and_leaves_out_what_leads_nowhe
 
 
 def test_long_signatures_are_counted(tmp_path: Path) -> None:
-    """A private function of ten arguments, and a kernel of thirteen; a class's maker is no private function."""
+    """A private function of ten arguments, and a kernel of thirteen, but no class."""
     ten, thirteen = (", ".join(f"a{k}" for k in range(count)) for count in (10, 13))
     found = made(
         tmp_path,
