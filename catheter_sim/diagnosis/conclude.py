@@ -357,16 +357,18 @@ class Conclusion:
 def concluded_plainly(
     posed: Posed, before: Calibrated, settled: Settled, examined: Examined, scores: Scores, verdict: Verdict
 ) -> Conclusion:
-    """Return the reported hypothesis with its figures and nothing else, where the rest could not be told."""
-    shown, by_unit = verdict.shown, settled.pruned.by_unit
-    ordered = by_probability(settled.pruned.causes, scores.beliefs)
+    """Return the reported hypothesis, or the calibrated model if that is no better, and its figures alone."""
+    by_unit, ordered = settled.pruned.by_unit, by_probability(settled.pruned.causes, scores.beliefs)
+    fits, structure = examined.fits, dict(examined.structure)
     if not verdict.corrects:
-        ordered, by_unit = (), settled.pruning.held_out(shown)
+        by_unit, ordered = settled.pruning.held_out(verdict.shown), ()
+        fits = _series(posed, before, before.fit)
+        structure["after"] = structure["before"]
     causes = tuple(cause for cause in ordered if cause.name in verdict.established)
     corrections = tuple(cause for cause in ordered if cause not in causes)
-    fits = _series(posed, before, shown)
-    structure = examined.structure
-    return Conclusion(shown, dict(by_unit), causes, corrections, (), (), (), fits, structure, {}, {}, ())
+    return Conclusion(
+        verdict.shown, dict(by_unit), causes, corrections, (), (), (), fits, structure, {}, {}, ()
+    )
 
 
 def conclude(
@@ -379,18 +381,10 @@ def conclude(
     verdict: Verdict,
     replayed: Replayed,
 ) -> Conclusion:
-    """Return what is reported: the hypothesis that is left, or the calibrated model if that is no better."""
-    shown, fits, structure = verdict.shown, examined.fits, dict(examined.structure)
-    by_unit, ordered = settled.pruned.by_unit, by_probability(settled.pruned.causes, scores.beliefs)
-    groups = tuple(cause.one_of for cause in ordered if len(cause.one_of) > 1)
-    alike = scores.beliefs.members
-    rivals = rivals_of(settled.pruned.after, settled.equals)
-    equals = tuple(item for name, rival, item in rivals if rival in alike.get(name, {}))
-    if not verdict.corrects:
-        by_unit, ordered, groups, equals = settled.pruning.held_out(shown), (), (), ()
-        fits = _series(posed, before, before.fit)
-        structure["after"] = structure["before"]
-    causes = tuple(cause for cause in ordered if cause.name in verdict.established)
+    """Return what is reported, with groups, rivals, further numbers and notes."""
+    plain, shown = concluded_plainly(posed, before, settled, examined, scores, verdict), verdict.shown
+    ordered, alike = (*plain.causes, *plain.corrections), scores.beliefs.members
+    rivals = rivals_of(settled.pruned.after, settled.equals) if verdict.corrects else []
     frame = {
         name: value
         for (effect, name), value in shown.values.items()
@@ -400,27 +394,24 @@ def conclude(
         *registration_notes(posed.registration, frame),
         *_notes_on_causes(choice, settled, examined, scores, verdict, replayed),
     ]
-    further, said = further_numbers(posed.train, fits, shown)
+    further, said = further_numbers(posed.train, plain.fits, shown)
     if verdict.corrects:
         further |= _as_chosen_in_training(posed, before, choice, settled)
-    notes += [*said, *doubts(ordered, by_unit)]
+    notes += [*said, *doubts(ordered, plain.by_unit)]
     if replayed.replays:
-        found, said = agreement_with_simulation(posed.train, posed.heldout.trials, replayed.replays, fits)
+        found, said = agreement_with_simulation(
+            posed.train, posed.heldout.trials, replayed.replays, plain.fits
+        )
         further |= found
         notes += said
-    return Conclusion(
-        fit=shown,
-        by_unit=dict(by_unit),
-        causes=causes,
-        corrections=tuple(cause for cause in ordered if cause not in causes),
+    return replace(
+        plain,
         absorbs=tuple(
             replace(item, probability=scores.beliefs.groups.get(item.name, item.probability))
             for item in settled.soaked
         ),
-        equals=equals,
-        groups=groups,
-        fits=fits,
-        structure=structure,
+        equals=tuple(item for name, rival, item in rivals if rival in alike.get(name, {})),
+        groups=tuple(cause.one_of for cause in ordered if len(cause.one_of) > 1),
         frame=frame,
         further=further,
         notes=tuple(notes),

@@ -138,7 +138,7 @@ def alive_hypotheses(
 # I(h; y) >= sum_h w_h E_(y|h) [ln q(h|y) - ln w_h] [nat]
 #
 # for any reader q (Barber and Agakov 2003), of weights w. Ours reads as the diagnosis does: every
-# hypothesis g is fitted anew to the data, so that it errs only by what it cannot follow,
+# hypothesis g is refitted to the data, so that it errs only by what it cannot follow,
 #
 # ln q(g|y) = ln w_g - sum_b min(e_gb - min_k e_kb, E) - (f_g + p_g) / 2 + const
 #
@@ -224,7 +224,7 @@ def from_refits(weights: Sequence[float], errors: Sequence[Sequence[Array]]) -> 
 
 
 class _Reader:
-    """A hypothesis that is fitted anew to data."""
+    """A hypothesis that is refitted to data."""
 
     def __init__(self, predicted: Predictive, stretch: np.ndarray) -> None:
         self._predicted = predicted
@@ -407,7 +407,7 @@ def _error_by_stretch(problem: Problem, truth: Fit, other: Fit, programme: Progr
 def off_by(
     problem: Problem, hypotheses: Sequence[Alive], programme: Programme, noise: Array
 ) -> dict[str, float]:
-    """Return by how much rivals, fitted anew to all data and the programme, are off, over the noise."""
+    """Return by how much rivals, refitted to all data and the programme, are off, over the noise."""
     trial = played(problem, hypotheses[0].fit, programme)
     if trial is None:
         return {}
@@ -498,7 +498,7 @@ def _measuring(problem: Problem, columns: tuple[str, ...], gravity_mps2: Array) 
 #
 # The information of each programme (`information`) less a price for its duration (`NATS_PER_MINUTE`). For
 # the best one, whether one more sensor would tell more; and, as in `propose`, by how much each rival,
-# fitted anew to the data and to what the most believed one says of the programme, would still be off.
+# refitted to the data and to what the most believed one says of the programme, would still be off.
 
 
 @dataclass(frozen=True)
@@ -526,7 +526,7 @@ class BestExperiment:
         hypotheses: those that it is to tell apart.
         ranking: every programme that could be played, best first; (): none could.
         sensors: what one more sensor would tell with the best one, most first; only what is worth it.
-        off: by how many times the noise each other hypothesis, fitted anew, would be off on the best
+        off: by how many times the noise each other hypothesis, refitted, would be off on the best
             programme if the most believed one were right, by what it is about.
     """
 
@@ -600,7 +600,7 @@ def _checked_by_fits(
 # What to measure next: inputs that tell rivals apart, tried in the twin and the simulation, or words.
 #
 # Causes that explain the measurements equally well may differ on other inputs. The twin plays each series
-# of inputs (`programmes`) with the chosen causes. The rival is then fitted anew to the measurements *and*
+# of inputs (`programmes`) with the chosen causes. The rival is then refitted to the measurements *and*
 # to that series, so that only what it cannot follow counts. The series on which the rival errs most is
 # proposed, and both are simulated on it.
 

@@ -416,16 +416,16 @@ def _headline_picture(diagnosis: DiagnosisResult) -> ReportPicture:
     if len(driven) == 1:
         name, values = next(iter(driven.items()))
         figure = loops_figure(fit, columns, name, values[: len(fit.time_s)])
-        seen = f"against {axis_label(name)}"
+        against = f"against {axis_label(name)}"
         last = ""
     else:
         figure = series_figure(fit, columns, in_space=is_point(columns))
-        seen = "over time"
+        against = "over time"
         last = " The last panel is the error."
     said = f"{_stages_words(diagnosis)}{last}" if diagnosis.was_fitted else "No model was fitted."
     return ReportPicture(
         "headline",
-        f"The {which} {fit.file} {seen}. {said}",
+        f"The {which} {fit.file} {against}. {said}",
         png_of(figure),
     )
 

@@ -375,7 +375,7 @@ def write_results(
     diagnosis: DiagnosisResult,
     folder: str | os.PathLike[str],
     model_xml: str,
-    document: Mapping[str, Any] | None = None,
+    given: Mapping[str, Any] | None = None,
     head: Head | None = None,
     attempt: Attempts | None = None,
 ) -> tuple[Path, ...]:
@@ -388,7 +388,7 @@ def write_results(
         diagnosis: what was found.
         folder: where to; files of an earlier diagnosis are replaced.
         model_xml: the extended robot as MJCF; "": it could not be made.
-        document: of diagnosis.json; None: the diagnosis's.
+        given: document of diagnosis.json; None: the diagnosis's.
         head: of the report; None: the diagnosis's.
         attempt: has notes on what failed before; gets those on what fails here.
 
@@ -424,9 +424,9 @@ def write_results(
         lambda: _plain_page(with_notes(diagnosis, attempt), head),
     )
     put("report.html", lambda: page)
-    made = attempt("Most of diagnosis.json", lambda: dict(document or to_json(noted)), lambda: _least(noted))
-    made["notes"] = [note.text for note in with_notes(diagnosis, attempt).notes]
-    put("diagnosis.json", lambda: json.dumps(made, indent=1, allow_nan=False) + "\n")
+    document = attempt("Most of diagnosis.json", lambda: dict(given or to_json(noted)), lambda: _least(noted))
+    document["notes"] = [note.text for note in with_notes(diagnosis, attempt).notes]
+    put("diagnosis.json", lambda: json.dumps(document, indent=1, allow_nan=False) + "\n")
     if refused:
         raise refused[0]
     return tuple(files)
@@ -520,10 +520,10 @@ def _mark(cause: Cause, what: str, how_probable: str) -> str:
 
 def _origin(diagnosis: DiagnosisResult) -> list[str]:
     """Return where the extended robot comes from: the same for the same data, whenever it was made."""
-    made = diagnosis.provenance
-    if not made.made:
+    origin = diagnosis.provenance
+    if not origin.made:
         return []
     return [
-        f"catheter-sim {made.version}, diagnosis: {diagnosis.verdict}",
-        f"SHA-256 of the data: {made.data_digest}",
+        f"catheter-sim {origin.version}, diagnosis: {diagnosis.verdict}",
+        f"SHA-256 of the data: {origin.data_digest}",
     ]

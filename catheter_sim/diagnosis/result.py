@@ -25,7 +25,7 @@ class Separation:
     """How well inputs tell two causes apart: root mean square of their difference over the noise.
 
     Attributes:
-        twin: between the chosen cause and the other one, fitted anew, in the analytic twin.
+        twin: between the chosen cause and the other one, refitted, in the analytic twin.
         simulation: between the two in the simulation; NaN if it was not asked.
     """
 

@@ -519,10 +519,10 @@ class Runner:
         rest = np.repeat(arriving[:, :1], held, axis=1)
         controls = np.concatenate([rest, arriving], axis=1)
         states = np.stack([_at_rest(model) for model in models])
-        _, seen = pool.rollout(list(models), self._datas(models[0]), states, controls, skip_checks=False)
-        seen = seen[:, held:, self.model.sensor_places] * self.model.factors
+        _, sensed = pool.rollout(list(models), self._datas(models[0]), states, controls, skip_checks=False)
+        sensed = sensed[:, held:, self.model.sensor_places] * self.model.factors
         rows = []
-        for own, values in zip(seen, many, strict=True):
+        for own, values in zip(sensed, many, strict=True):
             own = np.where(np.isfinite(own), own, _LARGE)
             columns = [np.interp(trial.time_s, at_s, own[:, k]) for k in range(own.shape[1])]
             rows.append(as_tracked(self.model, np.stack(columns, axis=1), values))
@@ -570,7 +570,7 @@ def as_tracked(model: ForeignModel, outputs: Array, values: Values) -> Array:
     own = {number.name: value for number, value in values.items() if number.cause == FRAME}
     if not own:
         return outputs
-    seen = outputs.copy()
+    tracked = outputs.copy()
     for point in dict.fromkeys(column.point for column in model.columns if column.point):
         places = {item.index: k for k, item in enumerate(model.columns) if item.point == point}
         points = np.zeros((len(outputs), 3))
@@ -578,8 +578,8 @@ def as_tracked(model: ForeignModel, outputs: Array, values: Values) -> Array:
             points[:, axis] = outputs[:, k]
         moved = turned_and_shifted(points, own)
         for axis, k in places.items():
-            seen[:, k] = moved[:, axis]
-    return seen
+            tracked[:, k] = moved[:, axis]
+    return tracked
 
 
 def turned_and_shifted(points: Array, values: Mapping[str, float]) -> Array:

@@ -171,9 +171,9 @@ def overlaid(images: Sequence[Picture], depths: Sequence[NDArray[np.float32]]) -
     nearest = np.where(depths[-1] < background, depths[-1], np.inf)
     blank = _background(images, depths)
     for image, depth in zip(images[-2::-1], depths[-2::-1], strict=True):
-        seen = (depth < depth.max()) & (depth < nearest)
-        result[seen] = (1.0 - FADED) * image[seen] + FADED * blank[seen]
-        nearest[seen] = depth[seen]
+        in_front = (depth < depth.max()) & (depth < nearest)
+        result[in_front] = (1.0 - FADED) * image[in_front] + FADED * blank[in_front]
+        nearest[in_front] = depth[in_front]
     return np.asarray(np.rint(result), dtype=np.uint8)
 
 

@@ -124,7 +124,7 @@ def validation_html(validation: Validation, pictures: Sequence[Path] = ()) -> st
 
 
 def write_report(validation: Validation, folder: Path, pictures: Sequence[Path] = ()) -> None:
-    """Write `diagnosis.report` into `folder`."""
+    """Write `report.html` into `folder`."""
     with replaced_when_whole(folder / REPORT) as file:
         file.write(validation_html(validation, pictures))
 

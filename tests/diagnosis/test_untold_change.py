@@ -7,7 +7,7 @@ import pytest
 from made_problem import gain_problem, noisy, pulls, trial_of
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.changes.differences import untold_share
+from catheter_sim.diagnosis.changes.differences import unpredicted_share
 from catheter_sim.diagnosis.result import UnitResult
 from catheter_sim.diagnosis.thresholds import MOST_MODEL_SHARE
 from catheter_sim.diagnosis.verdict import most_error_remains, structured_remainder
@@ -22,7 +22,7 @@ def share(changes: list[Array], driven: list[Array] | None = None) -> float:
         for pull, change in zip(driven or PULLS, changes, strict=False)
     )
     problem = gain_problem(trials, 0.01, COLUMN)
-    return untold_share(problem, problem.robot)
+    return unpredicted_share(problem, problem.robot)
 
 
 PULLS = [pulls(seed=seed) for seed in range(4)]

@@ -261,7 +261,7 @@ def compared(
 
 
 def not_compared(before: Dataset, after: Dataset, search_anyway: bool) -> Changes | None:
-    """Return what is told of a later recording that lacks what a comparison needs; None: it can be compared.
+    """Return the report on a later recording that lacks what a comparison needs; None: it lacks nothing.
 
     `search_anyway`: it need not be enough to name a change.
     """
@@ -305,7 +305,7 @@ def new_shapes_as_they_are(cause: Cause, earlier: RobotSpec) -> Cause:
 def change_of(parameter: FittedParameter, share: float, backward: bool = False) -> FittedParameter:
     """Return a number's change, its interval wider by a share of it.
 
-    A number that changed from an infinite value, or from none, is told as it is. `backward`: what went
+    A number that changed from an infinite value, or from none, is reported as it is. `backward`: what went
     away.
     """
     null = parameter.null
@@ -325,7 +325,7 @@ def change_of(parameter: FittedParameter, share: float, backward: bool = False) 
 #
 # Where the later recording has other commands, what both share is known only as far as the earlier one's
 # causes say it. They may be others than the true ones: then they err on other commands, and that looks like
-# a change. So causes are chosen anew for both recordings together. A robot that changed cannot be explained
+# a change. So causes are chosen again for both recordings together. A robot that changed cannot be explained
 # so.
 
 
@@ -424,7 +424,7 @@ def best_comparison(
     same: OneRobot | None,
     simulation: bool,
 ) -> Changes:
-    """Return what changed, told in the first way that names one change; else with the fewest numbers.
+    """Return what changed, by the first way that names one change; else with the fewest numbers.
 
     Other ways are tried, while there is time, where the first one found several changes or none of what
     there is. `same` is asked before a change is reported; None where the rows pair.
@@ -464,7 +464,7 @@ def _tells_more(other: Changes, found: Changes) -> bool:
 
 
 def _corrected(found: Changes) -> tuple[Cause, ...]:
-    """Return all causes of the hypothesis that a comparison told: those that are named, and the others."""
+    """Return all causes of the hypothesis of a comparison: those that are named, and the others."""
     return (*found.changes, *found.diagnosis.corrections)
 
 

@@ -324,7 +324,7 @@ def _missed(change: Array, shape: Array, precision: Array) -> float:
 # better.
 
 
-def untold_share(problem: Problem, robot: RobotSpec) -> float:
+def unpredicted_share(problem: Problem, robot: RobotSpec) -> float:
     """Return the share of a change that a smooth function of the commands leaves of trials left out.
 
     `problem`: the training trials without what both share; `robot`: the earlier recording's.
@@ -554,7 +554,7 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
         _without(trial, base.columns, np.where(np.isfinite(item.error), item.error, other))
         for trial, item, other in zip(readings.trials, pairs, smooth, strict=True)
     )
-    made = replace(
+    difference = replace(
         readings,
         robot=base.robot,
         trials=trials,
@@ -562,18 +562,19 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
         repeatability=_repeatability(base, pairs, smooth, readings),
         model_share=MODEL_SHARE if base.misfit > NEAR_NOISE else 0.0,
     )
-    train, heldout = split(made)
-    if moving and made.model_share:
+    train, heldout = split(difference)
+    if moving and difference.model_share:
         change = replace(base.problem, trials=train, every=1)
-        made = replace(made, model_share=max(made.model_share, untold_share(change, base.robot)))
+        share = max(difference.model_share, unpredicted_share(change, base.robot))
+        difference = replace(difference, model_share=share)
     prepared = Prepared(
-        made,
+        difference,
         train,
         heldout,
         unmoved(base.registration),
         base.twin,
         (*readings.notes, *base.notes, *frozen),
-        lacking=lacking_in(made, train, heldout),
+        lacking=lacking_in(difference, train, heldout),
     )
     rows = _measured_rows(readings)
     with_pair = [mine & (item.count > 0) for mine, item in zip(rows, pairs, strict=True)]
