@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import os
 from collections.abc import Iterator, Mapping
@@ -136,15 +138,14 @@ def write_series(series: Series, folder: Path) -> None:
     """Write the table and the picture of a series to a folder that is there."""
     from catheter_sim.pictures.curves import png_of
 
-    rows = [",".join(_cell(row[name]) for name in COLUMNS) for row in series_rows(series)]
-    written("\n".join([",".join(COLUMNS), *rows, ""]), folder / TABLE_FILE)
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for row in series_rows(series):
+        cells = (row[name] for name in COLUMNS)
+        writer.writerow([f"{cell:.6g}" if isinstance(cell, float) else cell for cell in cells])
+    written(table.getvalue(), folder / TABLE_FILE)
     written(png_of(series_figure(series)), folder / PICTURE_FILE)
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return '"' + str(value).replace('"', '""') + '"' if any(c in str(value) for c in ',"') else str(value)
 
 
 def _short(name: str, most: int = 18) -> str:
