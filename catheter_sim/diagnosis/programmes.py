@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -274,14 +274,7 @@ class Bench:
 
 
 def bench_of(columns: Sequence[str], ranges: Ranges, row_s: float, longest_s: float) -> Bench:
-    """Return what programmes are made for.
-
-    Args:
-        columns: the robot's input columns.
-        ranges: least and most by column; one that is missing, or zero, is not driven.
-        row_s: usual time from row to row [s].
-        longest_s: of one programme [s].
-    """
+    """Return what programmes are made for; a column whose range is missing, or zero, is not driven."""
     driven = [name for name in columns if name in ranges and ranges[name][0] < ranges[name][1]]
     ends = np.array([ranges[name] for name in driven]).reshape(-1, 2) * RANGE_SHARE
     forces = tuple(
@@ -294,44 +287,38 @@ def bench_of(columns: Sequence[str], ranges: Ranges, row_s: float, longest_s: fl
 
 def programmes_within(bench: Bench) -> tuple[Programme, ...]:
     """Return what may be played, simplest first; none takes longer than the bench allows."""
-    every, found = range(len(bench.columns)), []
+    return tuple(
+        item
+        for item in _every_programme(bench)
+        if float(item.table.time_s[-1] - item.table.time_s[0]) <= bench.longest_s
+    )
+
+
+def _every_programme(bench: Bench) -> Iterator[Programme]:
+    every = range(len(bench.columns))
     for k in every:
-        found.append(_of(bench, f"{_said(bench, k)} pulled out and home once", [_alone(bench, k, _PULL)]))
+        yield _of(bench, f"{_said(bench, k)} pulled out and home once", [_alone(bench, k, _PULL)])
     loops = "through full loops, a half loop and a reversal on the way"
     for k in every:
-        found.append(_of(bench, f"{_said(bench, k)} {loops}", [_alone(bench, k, _LOOP)]))
+        yield _of(bench, f"{_said(bench, k)} {loops}", [_alone(bench, k, _LOOP)])
     if len(bench.columns) > 1:
         parts = [_alone(bench, k, _LOOP) for k in (*every, 0)]
-        found.append(_of(bench, f"each channel alone {loops}, the first one twice", parts))
-        found.append(
-            _of(
-                bench,
-                "all channels pulled together and let go, with a reversal on the way",
-                [_together_within(bench)],
-            )
-        )
+        yield _of(bench, f"each channel alone {loops}, the first one twice", parts)
+        together = "all channels pulled together and let go, with a reversal on the way"
+        yield _of(bench, together, [_together_within(bench)])
         for k in every:
-            found.append(
-                _of(
-                    bench,
-                    f"the loops of each other channel while {_said(bench, k)} stands at a third",
-                    _against_within(bench, k),
-                )
-            )
+            against = f"the loops of each other channel while {_said(bench, k)} stands at a third"
+            yield _of(bench, against, _against_within(bench, k))
     for k in every:
-        found.append(_staircase(bench, k))
-    found.append(_paced_within(bench))
-    found.append(_held_within(bench))
-    found += [_loaded_within(bench, *force) for force in bench.forces]
-    return tuple(item for item in found if _length_s(item.table) <= bench.longest_s)
+        yield _staircase(bench, k)
+    yield _paced_within(bench)
+    yield _held_within(bench)
+    for force in bench.forces:
+        yield _loaded_within(bench, *force)
 
 
 def _said(bench: Bench, index: int) -> str:
     return bench.columns[index].rsplit("_", 1)[0].replace("_", " ")
-
-
-def _length_s(table: Table) -> float:
-    return float(table.time_s[-1] - table.time_s[0])
 
 
 def _way(corners: Sequence[float]) -> Array:
