@@ -16,7 +16,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.document import cause_entries, with_undefined
-from catheter_sim.diagnosis.noise import times_noise
+from catheter_sim.diagnosis.noise import gain_percent, times_noise
 from catheter_sim.diagnosis.notes import Attempts, Note
 from catheter_sim.diagnosis.probabilities import probability_of
 from catheter_sim.diagnosis.report import written
@@ -29,6 +29,7 @@ from catheter_sim.diagnosis.result import (
     UNEXPLAINED,
     Cause,
     FittedParameter,
+    UnitResult,
 )
 from catheter_sim.diagnosis.thresholds import ESTABLISHED, LARGEST_GROUP, LEAST_MEMBER_SHARE, MOST_SURE
 from catheter_sim.diagnosis.words import cause_rows, listed, spoken, words
@@ -233,13 +234,22 @@ class ForeignDiagnosis:
         """Groups of causes and corrections that the data cannot tell apart."""
         return tuple(tuple(item.members) for item in (*self.named, *self.corrections) if item.members)
 
-    def heldout_rms(self, judged: Judged) -> Mapping[str, float]:
-        """Return a fit's root mean square error on held-out trials by unit."""
-        squares: dict[str, list[Array]] = {}
-        for errors in _heldout_errors(self.data, judged.outputs):
-            for own, column in zip(errors.T, self.data.model.columns, strict=True):
-                squares.setdefault(column.unit, []).append(own[np.isfinite(own)] ** 2)
-        return {unit: math.sqrt(float(np.mean(np.concatenate(parts)))) for unit, parts in squares.items()}
+    @property
+    def by_unit(self) -> dict[str, UnitResult]:
+        """Held-out figures of each unit; the interval of a gain is worked out over all of them alone."""
+        columns = self.data.model.columns
+        found = {}
+        for unit in dict.fromkeys(column.unit for column in columns):
+            own = [column.unit == unit for column in columns]
+            floor = float(np.sqrt(np.mean(self.noise[own] ** 2)))
+            before, after = (self._rms(item, own) for item in (self.before, self.best))
+            gain = gain_percent(before, after)
+            found[unit] = UnitResult(unit, floor, before, after, gain, (math.nan, math.nan))
+        return found
+
+    def _rms(self, judged: Judged, columns: list[bool]) -> float:
+        errors = np.concatenate(_heldout_errors(self.data, judged.outputs))[:, columns]
+        return math.sqrt(float(np.mean(errors[np.isfinite(errors)] ** 2)))
 
     def gain_percent(self) -> tuple[float, float, float]:
         """Return by how much the held-out error fell, in units of the noise, and its 95 % interval [%].
@@ -616,19 +626,18 @@ def _picture(found: ForeignDiagnosis) -> bytes:
 def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
     """Return the document of `diagnosis.json`; keys are those of other robots where they mean the same."""
     gain, low, high = found.gain_percent()
-    before, after = (found.heldout_rms(item) for item in (found.before, found.best))
-    noise = _noise_by_unit(found)
-    unit = max(before, key=lambda name: times_noise(before[name], noise[name]))
+    by_unit = found.by_unit
+    worst = max(by_unit.values(), key=lambda item: times_noise(item.rmse_before, item.noise_floor))
     return with_undefined(
         {
             "dataset": found.data.name,
             "robot": found.data.robot,
-            "unit": unit,
+            "unit": worst.unit,
             "verdict": found.verdict,
-            "noise_floor": noise[unit],
+            "noise_floor": worst.noise_floor,
             "heldout": {
-                "rmse_before": before[unit],
-                "rmse_after": after[unit],
+                "rmse_before": worst.rmse_before,
+                "rmse_after": worst.rmse_after,
                 "gain_percent": gain,
                 "gain_percent_ci95": [low, high],
             },
@@ -648,8 +657,12 @@ def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
             "indistinguishable": [list(group) for group in found.indistinguishable],
             "next_experiment": "none is planned for models from somebody's MJCF",
             "by_unit": {
-                name: {"noise_floor": noise[name], "rmse_before": before[name], "rmse_after": after[name]}
-                for name in before
+                name: {
+                    "noise_floor": item.noise_floor,
+                    "rmse_before": item.rmse_before,
+                    "rmse_after": item.rmse_after,
+                }
+                for name, item in by_unit.items()
             },
             "times_noise": {"before": found.before.times_noise, "after": found.best.times_noise},
             "timestep_s": float(found.data.model.simulated.opt.timestep),
@@ -662,15 +675,10 @@ def document(found: ForeignDiagnosis, left: tuple[str, ...]) -> dict[str, Any]:
 def lines(found: ForeignDiagnosis) -> list[str]:
     """Return what the command line says."""
     said = [sentence(found), f"verdict: {found.verdict}"]
-    before, after, noise = (
-        found.heldout_rms(found.before),
-        found.heldout_rms(found.best),
-        _noise_by_unit(found),
-    )
     said += [
-        f"held out, RMSE [{unit}]: {before[unit]:.3g} before, {after[unit]:.3g} after; "
-        f"noise {noise[unit]:.2g}"
-        for unit in before
+        f"held out, RMSE [{unit}]: {item.rmse_before:.3g} before, {item.rmse_after:.3g} after; "
+        f"noise {item.noise_floor:.2g}"
+        for unit, item in found.by_unit.items()
     ]
     for what, causes in (("cause", found.named), ("correction", found.corrections)):
         for cause in causes:
@@ -709,10 +717,3 @@ def sentence(found: ForeignDiagnosis) -> str:
         f"The model errs by {before:.3g} times the noise, and no generic cause explains it: the best one "
         f"leaves {after:.3g}."
     )
-
-
-def _noise_by_unit(found: ForeignDiagnosis) -> Mapping[str, float]:
-    squares: dict[str, list[float]] = {}
-    for column, noise in zip(found.data.model.columns, found.noise, strict=True):
-        squares.setdefault(column.unit, []).append(float(noise) ** 2)
-    return {unit: float(np.sqrt(np.mean(values))) for unit, values in squares.items()}
