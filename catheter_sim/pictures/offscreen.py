@@ -359,7 +359,7 @@ _FEW_CHANNELS = 2  # whose inputs stand in one line of a caption
 
 
 @dataclass(frozen=True)
-class _Film:
+class _Drawing:
     """What is drawn into which file; fields are the arguments of `render`."""
 
     robot: RobotSpec
@@ -420,52 +420,56 @@ def render(
         raise unknown("camera", camera, CAMERAS)
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
     open_renderer(empty, width, height).close()  # what it raises is not to come after the simulation
-    film = _Film(robot, inputs, gravity_mps2, path, width, height, camera, progress, states)
+    drawing = _Drawing(robot, inputs, gravity_mps2, path, width, height, camera, progress, states)
     if kind == PICTURE:
-        _render_picture(film, rows)
+        _render_picture(drawing, rows)
     else:
-        _render_video(film, curves)
+        _render_video(drawing, curves)
 
 
-def _render_picture(film: _Film, rows: Sequence[int]) -> None:
-    robot, inputs = film.robot, film.inputs
+def _render_picture(drawing: _Drawing, rows: Sequence[int]) -> None:
+    robot, inputs = drawing.robot, drawing.inputs
     for row in rows:
         if not 0 <= row < len(inputs):
             raise InputError(f"row {row + 1}: the inputs have the rows 1 to {len(inputs)}")
     shown = list(dict.fromkeys(rows)) or [len(inputs) - 1]
-    if film.states:
-        model, states = _model_of(film), [film.states[row] for row in shown]
+    if drawing.states:
+        model, states = _model_of(drawing), [drawing.states[row] for row in shown]
     else:
-        model, states = _simulated(film, inputs, shown, RAMP_S)
+        model, states = _simulated(drawing, inputs, shown, RAMP_S)
     if len(shown) > 1:
         labels = [f"{row + 1}" for row in shown]
         lines = [row_words(robot, inputs, row) for row in shown][:_CAPTION_LINES]
-        image = draw_together(robot, model, states, labels, lines, film.width, film.height, film.camera)
+        image = draw_together(
+            robot, model, states, labels, lines, drawing.width, drawing.height, drawing.camera
+        )
     else:
         captions = [caption(robot, inputs, shown[0])]
-        (image,) = draw(robot, model, states, captions, film.width, film.height, film.camera)
-    write_picture(film.path, image)
+        (image,) = draw(robot, model, states, captions, drawing.width, drawing.height, drawing.camera)
+    write_picture(drawing.path, image)
 
 
-def _render_video(film: _Film, curves: bool) -> None:
-    robot, inputs = film.robot, film.inputs
-    if suffix_of(film.path) == VIDEO:
-        require_even(film.path, film.width, film.height)
+def _render_video(drawing: _Drawing, curves: bool) -> None:
+    robot, inputs = drawing.robot, drawing.inputs
+    if suffix_of(drawing.path) == VIDEO:
+        require_even(drawing.path, drawing.width, drawing.height)
     times = frame_times(inputs)
     every = resampled(inputs, np.union1d(inputs.time_s, times))
     rows = [int(row) for row in np.searchsorted(every.time_s, times)]
-    if film.states:
-        model = _model_of(film)
-        states = [_state_at(film.states, inputs.time_s, time) for time in times]
+    if drawing.states:
+        model = _model_of(drawing)
+        states = [_state_at(drawing.states, inputs.time_s, time) for time in times]
     else:
         # Frames lie closer than rows: the inputs move no faster than from row to row otherwise.
-        model, states = _simulated(film, every, rows, RAMP_S * len(inputs) / len(every))
+        model, states = _simulated(drawing, every, rows, RAMP_S * len(inputs) / len(every))
     captions = [caption(robot, every, row) for row in rows]
-    strip = strip_width(film.width) if curves else 0
-    frames = draw(robot, model, states, captions, film.width - strip, film.height, film.camera)
+    strip = strip_width(drawing.width) if curves else 0
+    frames = draw(robot, model, states, captions, drawing.width - strip, drawing.height, drawing.camera)
     if curves:
-        frames = _beside(frames, Curves(robot, inputs, strip, film.height), [float(time) for time in times])
-    write_video(film.path, frames, FPS, len(rows), film.progress)
+        frames = _beside(
+            frames, Curves(robot, inputs, strip, drawing.height), [float(time) for time in times]
+        )
+    write_video(drawing.path, frames, FPS, len(rows), drawing.progress)
 
 
 def _beside(frames: Iterator[Picture], strip: Curves, times: Sequence[float]) -> Iterator[Picture]:
@@ -502,9 +506,9 @@ def resampled(inputs: Inputs, time_s: Array) -> Inputs:
     )
 
 
-def _model_of(film: _Film) -> mujoco.MjModel:
+def _model_of(drawing: _Drawing) -> mujoco.MjModel:
     """Return the model that states of a simulation that was made already are drawn in."""
-    return mujoco.MjModel.from_xml_string(remembered_mjcf(film.robot, film.inputs.actuation))
+    return mujoco.MjModel.from_xml_string(remembered_mjcf(drawing.robot, drawing.inputs.actuation))
 
 
 def _state_at(states: Sequence[DrawnState], time_s: Array, when_s: float) -> DrawnState:
@@ -517,7 +521,7 @@ def _state_at(states: Sequence[DrawnState], time_s: Array, when_s: float) -> Dra
 
 
 def _simulated(
-    film: _Film, inputs: Inputs, rows: Sequence[int], ramp_s: float
+    drawing: _Drawing, inputs: Inputs, rows: Sequence[int], ramp_s: float
 ) -> tuple[mujoco.MjModel, list[DrawnState]]:
     """Return the model, and its state at each of the given rows of `inputs`."""
     wanted, states = set(rows), {}
@@ -526,12 +530,12 @@ def _simulated(
 
     def keep(simulator: Simulator, row: int) -> None:
         if not models or models[0] is not simulator.model:
-            models[:], tendons[:] = [simulator.model], [pulled_tendons(simulator.model, film.robot)]
+            models[:], tendons[:] = [simulator.model], [pulled_tendons(simulator.model, drawing.robot)]
         if row in wanted:
             states[row] = state_of(simulator, tendons[0])
 
-    gravity = np.asarray(film.gravity_mps2, dtype=float)
-    run = simulate(film.robot, inputs, gravity, ramp_s=ramp_s, progress=film.progress, on_row=keep)
+    gravity = np.asarray(drawing.gravity_mps2, dtype=float)
+    run = simulate(drawing.robot, inputs, gravity, ramp_s=ramp_s, progress=drawing.progress, on_row=keep)
     if run.failure is not None:
         raise SimulationDiverged(run.failure)
     return models[0], [states[row] for row in rows]
